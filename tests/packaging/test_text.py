@@ -1,0 +1,75 @@
+"""The project's files agree with one another and say nothing of the machine they were written on."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path, PurePosixPath
+
+import pytest
+
+from catalogue import __version__
+
+TOP_LEVEL = {
+    "CHANGELOG.md",
+    "LICENSE",
+    "README.md",
+    "catalogue",
+    "data",
+    "migrations",
+    "plugins",
+    "pyproject.toml",
+    "tests",
+}
+REGISTRY_HOST = re.compile(
+    r"(?:pypi|pythonhosted|anaconda|npmjs|rubygems|crates|proxy[.]golang)[.](?:org|com|io)\b", re.IGNORECASE
+)
+MACHINE_PATH = re.compile(r"(?<![\w.~/-])/(?:home|Users|root|work)/\w|\b[A-Z]:\\+Users\\")
+
+
+@pytest.mark.parametrize("forbidden", [REGISTRY_HOST, MACHINE_PATH], ids=["registry host", "machine path"])
+def test_no_file_names(forbidden: re.Pattern[str], root: Path, project_files: list[PurePosixPath]) -> None:
+    named = {}
+    for path in project_files:
+        found = forbidden.search((root / path).read_text(encoding="utf-8", errors="replace"))
+        if found:
+            named[str(path)] = found.group()
+    assert named == {}
+
+
+@pytest.mark.parametrize(
+    ("forbidden", "text"),
+    [
+        (REGISTRY_HOST, "see https://" + "pypi" + ".org/project/x"),
+        (REGISTRY_HOST, "files." + "pythonhosted" + ".org"),
+        (MACHINE_PATH, "open('" + "/home" + "/ann/x')"),
+        (MACHINE_PATH, "C:" + "\\Users\\ann"),
+    ],
+)
+def test_forbidden_text_is_recognised(forbidden: re.Pattern[str], text: str) -> None:
+    assert forbidden.search(text)
+
+
+@pytest.mark.parametrize(
+    ("marker", "last"),
+    [
+        ("main-command", ".venv/bin/catalogue find straight-line --stroke 150 --deviation 0.05"),
+        ("test-command", ".venv/bin/python -m pytest"),
+    ],
+)
+def test_readme_marks_its_command(root: Path, marker: str, last: str) -> None:
+    readme = (root / "README.md").read_text("utf-8")
+    blocks = re.findall(rf"^<!-- {marker} -->\n```\w*\n(.+?)\n```$", readme, re.M | re.S)
+    assert len(blocks) == 1
+    assert blocks[0].startswith("python3 -m venv .venv && ")
+    assert blocks[0].endswith(f" && {last}")
+
+
+def test_changelog_begins_with_this_version(root: Path) -> None:
+    newest = re.search(r"^## \[([^\]]+)\]", (root / "CHANGELOG.md").read_text("utf-8"), re.M)
+    assert newest is not None
+    assert newest[1] == __version__
+
+
+def test_top_level_holds_only_the_agreed_entries(project_files: list[PurePosixPath]) -> None:
+    entries = {path.parts[0] for path in project_files}
+    assert {entry for entry in entries if not entry.startswith(".")} <= TOP_LEVEL
