@@ -1,0 +1,300 @@
+"""Finite motion of all six families in closed form.
+
+A pose carries the coupler point z to  z + d + x (z - o),  x = exp(i theta) - 1.  Each dyad (A, w), (A*, w*), seen from
+the origin o, confines the pose to one and the same generalised circle,
+
+    w w* |d|^2 + 2 Re(conj(w (1 + x) A* - w* A) d) - 2 Re(conj(A) A* x) = 0,
+
+and the two dyads together give a circle  a |y|^2 + 2 Re(conj(b) y) + g = 0  and a line  Re(conj(B) y) + H = 0  in the
+one unknown y that is left when a parameter t is chosen (a *chart*):
+
+* coupler chart: t = tan(theta/2) of the coupler, y = d;
+* crank chart i: t = tan(phi/2) of the crank of dyad i, y = x, and o is the moving pivot of that crank.
+
+With xi = exp(i angle) - 1 = 2 t (i - t)/(1 + t^2) every coefficient of circle and line is linear in (Re xi, Im xi),
+because |xi|^2 = -2 Re xi; times 1 + t^2 each is a quadratic polynomial of t (*form*).  Over a window of t all forms of
+all linkages at common nodes are one matrix product.  The reference position is t = 0, y = 0, nothing cancels near it,
+and the root that is continuous with it is kept.  A chart ends where circle and line touch, the zero of E - lo or
+hi - E for one more linear form E: the turning points of the parameter (coupler: the cranks are parallel or the
+linkage is at a dead point; crank: a dead point of that crank).
+
+Arrays of positions have shape (m, n): positions first, so that every numpy pass runs along the linkages.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .linkage import PR, RP, RR, Array, Linkage
+
+COUPLER, CRANK_1, CRANK_2 = 0, 1, 2
+CHARTS = (COUPLER, CRANK_1, CRANK_2)
+#: Positions evaluated at once: the temporaries of one block stay in the second-level cache.
+BLOCK = 32768
+#: Rows of `Motion.forms`, each a polynomial c0 + c1 t + c2 t^2: the line's offset H/t, the circle's constant g/t,
+#: N = |B|^2, K = Im(conj(B) b), 2J = 2 Re(conj(b) B), then B itself.  Their common denominator is 1 + t^2.
+H, G, N, K, J2, B_X, B_Y = range(7)
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Finite motion of a batch of linkages, each in a chart of its own (made by `motion`).
+
+    Attributes
+    ----------
+    chart : ndarray, shape (n,)
+        `COUPLER`, `CRANK_1` or `CRANK_2`.
+    conditioning : ndarray, shape (n,)
+        Between 0 (the chart is singular in the reference position) and about 1.
+    interval : ndarray, shape (2, n)
+        Nearest turning points of the parameter below and above 0; infinite where the parameter turns fully.
+    forms : ndarray, shape (7, 3, n)
+    circle : ndarray, shape (n,)
+        The coefficient a of the circle, 0 if it is a line.
+    origin, lever : complex ndarray, shape (n,)
+        Origin o of the pose; crank vector of the crank charts, 0 in the coupler chart.
+    """
+
+    linkage: Linkage
+    chart: Array
+    conditioning: Array
+    interval: Array
+    forms: Array
+    circle: Array
+    origin: Array
+    lever: Array
+
+    def __getitem__(self, index: Any) -> Motion:
+        return Motion(
+            self.linkage[index],
+            self.chart[index],
+            self.conditioning[index],
+            self.interval[:, index],
+            self.forms[..., index],
+            self.circle[index],
+            self.origin[index],
+            self.lever[index],
+        )
+
+    def point(self, z: Array, along: Array | None = None) -> Path:
+        """Return the paths of the coupler points z (n,), in axes along the unit vectors `along` (n,), both complex."""
+        turn = np.ones_like(z) if along is None else np.conj(along)
+        crank = self.chart != COUPLER
+        linear = np.where(crank, self.lever, z - self.origin) * turn
+        factor = np.where(crank, z - self.origin, 1.0) * turn
+        turned = factor * (self.forms[B_X] + 1j * self.forms[B_Y])
+        # (i - t) times the linear part: two more forms
+        extra = np.stack([np.stack([1j * linear, -linear, 0 * linear])]) * 2
+        forms = np.concatenate([self.forms[:B_X], [turned.real, turned.imag], extra.real, extra.imag])
+        return Path(forms, self.circle)
+
+    def pose(self, t: Array) -> tuple[Array, Array]:
+        """Return (d, x) at the parameters t (m, n): coupler points z go to z + d + x (z - origin)."""
+        t = np.asarray(t)
+        zero = np.zeros((2, *self.forms.shape[1:]), dtype=self.forms.dtype)
+        y_re, y_im = Path(np.concatenate([self.forms, zero]), self.circle)(t)
+        y, xi = y_re + 1j * y_im, 2 * t * (1j - t) / (1 + t * t)
+        crank = self.chart != COUPLER
+        return np.where(crank, self.lever * xi, y), np.where(crank, y, xi)
+
+    @cached_property
+    def velocity(self) -> tuple[Array, Array]:
+        """(dd/dt, dx/dt) in the reference position, complex, shape (n,) each."""
+        h, g, n, k, j2, b_x, b_y = self.forms[:, 0]
+        with np.errstate(all="ignore"):
+            y = ((g * n - h * j2) / (2 * k) * (b_y - 1j * b_x) - h * (b_x + 1j * b_y)) / n
+        crank = self.chart != COUPLER
+        return np.where(crank, 2j * self.lever, y), np.where(crank, y, 2j)
+
+    def velocity_of(self, z: Array) -> Array:
+        """Velocity of the coupler points z (n,) with respect to t in the reference position, complex, shape (n,)."""
+        d, x = self.velocity
+        return np.asarray(d + x * (z - self.origin))
+
+
+@dataclass(frozen=True)
+class Path:
+    """Paths of one coupler point per linkage: displacement from its reference position, in axes of its own.
+
+    NaN beyond a turning point of the chart.
+    """
+
+    forms: Array  # (9, 3, n)
+    circle: Array
+
+    def __call__(self, t: Array) -> tuple[Array, Array]:
+        """Return the displacement (u, v), each (m, n), at the parameters t (m, n)."""
+        c = self.forms
+        return self._solve((c[:, 2, None] * t + c[:, 1, None]) * t + c[:, 0, None], np.asarray(t))
+
+    def window(self, low: Array, high: Array, nodes: Array) -> tuple[Array, Array]:
+        """Return the displacement (u, v), each (m, n), at the `nodes` (m,) of [-1, 1] carried to [low, high], both (n,)."""
+        n = self.forms.shape[-1]
+        rows = max(1, BLOCK // len(nodes))
+        if n > rows:
+            u = np.empty((len(nodes), n), dtype=self.forms.dtype)
+            v = np.empty_like(u)
+            for start in range(0, n, rows):
+                part = slice(start, start + rows)
+                u[:, part], v[:, part] = self[part].window(low[part], high[part], nodes)
+            return u, v
+        middle, half = 0.5 * (high + low), 0.5 * (high - low)
+        c0, c1, c2 = self.forms[:, 0], self.forms[:, 1], self.forms[:, 2]
+        shifted = np.stack([(c2 * middle + c1) * middle + c0, (c1 + 2 * c2 * middle) * half, c2 * half * half], axis=1)
+        powers = np.stack([np.ones_like(nodes), nodes, nodes * nodes], axis=1)
+        return self._solve(powers @ shifted, middle + half * nodes[:, None])
+
+    def _solve(self, forms: Array, t: Array) -> tuple[Array, Array]:
+        """Intersect circle and line; forms (9, m, n), t (m, n).  `forms` is overwritten."""
+        h, g, n, k, j2, b_x, b_y, l_x, l_y = forms
+        mixed = (self.circle * t * h - j2) * h
+        g *= n
+        mixed += g
+        with np.errstate(all="ignore"):
+            root = np.sqrt(k * k - self.circle * t * mixed)
+            q = mixed / (k + root)
+            if np.fmin.reduce(k, axis=None) <= 0:  # the other form of the same root; a pair of lines has none there
+                q = np.where(k <= 0, np.where(self.circle > 0, (k - root) / t, np.nan), q)
+            n = 1 / n
+            scale = t / (1 + t * t)
+            q *= n
+            h *= n
+            u = q * b_y
+            b_y *= h
+            h *= b_x
+            b_x *= q
+            u -= h
+            b_x += b_y
+            u += l_x
+            l_y -= b_x
+            u *= scale
+            l_y *= scale
+        return u, l_y
+
+    def __getitem__(self, index: Any) -> Path:
+        return replace(self, forms=self.forms[..., index], circle=self.circle[index])
+
+
+def motion(linkage: Linkage, chart: Array | int, origin: Array | None = None, dtype: Any = float) -> Motion:
+    """Return the motion of `linkage` in the given charts.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    chart : int or ndarray of int, shape (n,)
+        A crank chart of a dyad that is no crank has conditioning 0 and an empty interval.
+    origin : complex ndarray, shape (n,), optional
+        Origin of the coupler chart.  Digits are kept best when it is the guided point.
+    dtype : float or numpy.longdouble
+        Working precision.  Where the platform has no extended precision longdouble is double.
+    """
+    chart = np.broadcast_to(np.asarray(chart), len(linkage))
+    pivots = linkage.pivots.astype(dtype)
+    z, w = pivots[..., 0] + 1j * pivots[..., 1], pivots[..., 2]
+    start = np.zeros(len(linkage), dtype=z.dtype) if origin is None else np.asarray(origin).astype(z.dtype)
+    origin = np.where(chart == COUPLER, start, np.where(chart == CRANK_1, z[:, 0, 1], z[:, 1, 1]))
+    # the first dyad is the driving crank of a crank chart, and a circle of the coupler chart if there is one
+    swap = np.where(chart == COUPLER, linkage.dyads[:, 0] != RR, chart == CRANK_2)[:, None]
+    z = np.where(w != 0, z - origin[:, None, None], z)
+    z, w = (np.where(swap[..., None], p[:, ::-1], p) for p in (z, w))
+    kind = np.where(swap, linkage.dyads[:, ::-1], linkage.dyads)
+    crank = chart != COUPLER
+    parts = zip(_coupler_chart(z, w), _crank_chart(z, w, kind), strict=True)
+    forms, limit, low, high, scale, circle = (np.where(crank, second, first) for first, second in parts)
+    impossible = crank & (kind[:, 0] != RR)
+    with np.errstate(all="ignore"):
+        conditioning = np.where(impossible, 0, np.abs(forms[K, 0]) / scale)
+    interval = np.stack([_nearest(limit, low, high, -1), _nearest(limit, low, high, 1)])
+    interval[:, impossible] = 0
+    side = np.where(forms[K, 0] < 0, -1, 1)  # the line's two ends exchanged: then the root wanted is always the first
+    forms = np.where(np.isin(np.arange(7), (G, N))[:, None, None], forms, side * forms)
+    lever = np.where(crank, z[:, 0, 1] - z[:, 0, 0], 0)
+    return Motion(linkage, chart, conditioning, interval, forms, circle, origin, lever)
+
+
+def _coupler_chart(z: Array, w: Array) -> tuple[Array, ...]:
+    """Circle of dyad 1 and line left by dyad 2, for y = d; then limits, scale of K and coefficient of the circle."""
+    a, a2 = w[:, 0, 0] * w[:, 0, 1], w[:, 1, 0] * w[:, 1, 1]
+    b, b2 = ((w[:, i, 0] * z[:, i, 1] - w[:, i, 1] * z[:, i, 0], w[:, i, 0] * z[:, i, 1]) for i in (0, 1))
+    g, g2 = (_real(-2 * z[:, i, 0].conj() * z[:, i, 1]) for i in (0, 1))
+    line = (a2 * b[0] - b2[0], a2 * b[1] - b2[1])
+    h = 0.5 * (a2 * g - g2)
+    full, square, mixed = _complex(line), _product(line, line), _product(b, line)
+    long, long2 = np.abs(b[0]), np.abs(b2[0])
+    sign = np.where(mixed.imag[0] > 0, -1, 1)
+    limit = np.where(a2 == 1, square.real, np.where(a == 0, -sign * mixed.imag, h - mixed.real))
+    low = np.where(a2 == 1, (long - long2) ** 2, np.where(a == 0, 0, -long))
+    high = np.where(a2 == 1, (long + long2) ** 2, np.where(a == 0, np.inf, long))
+    forms = (_over_t(h), _over_t(g), *map(_polynomial, (square.real, -mixed.imag, 2 * mixed.real, full.real, full.imag)))
+    return np.stack(forms), limit, low, high, long * long2, a
+
+
+def _crank_chart(z: Array, w: Array, kind: Array) -> tuple[Array, ...]:
+    """Circle of the unit vectors 1 + x and line of dyad 2, for y = x; the origin is the crank's moving pivot."""
+    lever = z[:, 0, 1] - z[:, 0, 0]
+    a, am, w0, w1 = z[:, 1, 0], z[:, 1, 1], w[:, 1, 0], w[:, 1, 1]
+    line = (-a * am.conj(), w0 * lever * am.conj())
+    h = 0.5 * _real(2 * (w0 * am - w1 * a).conj() * lever)
+    h[1] -= w0 * w1 * np.abs(lever) ** 2
+    full, square = _complex(line), _product(line, line)
+    reach, arm, offset = np.abs(am), np.abs(a - am), (a * am.conj()).real
+    slider, slide = kind[:, 1] == PR, kind[:, 1] == RP
+    limit = np.where(slider, h - full.real, square.real)
+    low = np.where(slider, -reach, np.where(slide, offset**2, (reach * (reach - arm)) ** 2))
+    high = np.where(slider, reach, np.where(slide, np.inf, (reach * (reach + arm)) ** 2))
+    scale = np.where(slider | slide, np.abs(a) * reach, reach * arm)
+    forms = (_over_t(h), 0 * h, *map(_polynomial, (square.real, -full.imag, 2 * full.real, full.real, full.imag)))
+    return np.stack(forms), limit, low, high, scale, np.ones_like(w0)
+
+
+def _real(c: Array) -> Array:
+    """Coefficients of (1, Re xi, Im xi) in Re(c xi)."""
+    return np.stack([np.zeros_like(c.real), c.real, -c.imag])
+
+
+def _complex(p: tuple[Array, Array]) -> Array:
+    """Coefficients of (1, Re xi, Im xi) in p0 + p1 xi."""
+    return np.stack([p[0], p[1], 1j * p[1]])
+
+
+def _product(p: tuple[Array, Array], q: tuple[Array, Array]) -> Array:
+    """Coefficients of (1, Re xi, Im xi) in conj(p0 + p1 xi) (q0 + q1 xi), using |xi|^2 = -2 Re xi."""
+    first, second = p[0].conj() * q[1], p[1].conj() * q[0]
+    return np.stack([p[0].conj() * q[0], first + second - 2 * p[1].conj() * q[1], 1j * (first - second)])
+
+
+def _polynomial(f: Array) -> Array:
+    """Coefficients of (1, t, t^2) in (1 + t^2) f, where f is linear in xi."""
+    return np.stack([f[0], 2 * f[2], f[0] - 2 * f[1]])
+
+
+def _over_t(f: Array) -> Array:
+    """Coefficients of (1, t, t^2) in (1 + t^2) f / t, where f is linear in xi and 0 at t = 0."""
+    return np.stack([2 * f[2], -2 * f[1], np.zeros_like(f[0])])
+
+
+def _nearest(form: Array, low: Array, high: Array, side: int) -> Array:
+    """Return the nearest t on the given side of 0 where the form reaches a limit; infinite if it never does."""
+    best = np.full(form.shape[-1], np.inf, dtype=form.dtype)
+    for level in (low, high):
+        c = form[0] - level
+        a, b = c - 2 * form[1], form[2]  # a t^2 + 2 b t + c = 0
+        with np.errstate(all="ignore"):
+            root = np.sqrt(b * b - a * c)
+            q = -(b + np.where(b < 0, -root, root))
+            for t in (side * q / a, side * c / q):
+                best = np.where((t > 0) & (t < best), t, best)
+    return side * best
+
+
+def conditioning(linkage: Linkage) -> Array:
+    """Return how well each chart is conditioned in the reference position, shape (3, n): sines of an angle.
+
+    Coupler chart: of the two rays; crank chart: the transmission angle when that crank drives.  All three vanish only
+    at a change point, where all pivots lie on one line.
+    """
+    return np.nan_to_num(np.stack([motion(linkage, chart).conditioning for chart in CHARTS]))

@@ -1,0 +1,26 @@
+"""The database of mechanisms: its tables, how it is opened and upgraded, filled in bulk and read by columns."""
+
+from __future__ import annotations
+
+from .bulk import drop_indexes, finish, is_indexed, make_indexes, prepare, write_batch
+from .database import Database
+from .models import Base, Batch, Guide, Mechanism, Reach, Setting
+from .settings import get_setting, set_setting
+
+__all__ = [
+    "Base",
+    "Batch",
+    "Database",
+    "Guide",
+    "Mechanism",
+    "Reach",
+    "Setting",
+    "drop_indexes",
+    "finish",
+    "get_setting",
+    "is_indexed",
+    "make_indexes",
+    "prepare",
+    "set_setting",
+    "write_batch",
+]

@@ -1,0 +1,94 @@
+"""One database file, opened."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from os import PathLike
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+import numpy as np
+from sqlalchemy import Connection, Engine, Select
+
+from ..errors import DatabaseError
+from .columns import read_columns
+from .connecting import engine_for
+from .trouble import plainly
+from .upgrade import bring_up_to_date
+
+
+class Database:
+    """A database file with current tables; leave it as a context manager, or `close` it.
+
+    Attributes
+    ----------
+    path : Path
+        The file, absolute.
+    engine : Engine
+        For connections; a connection begins a transaction with its first statement.
+    """
+
+    def __init__(self, path: Path, engine: Engine) -> None:
+        self.path = path
+        self.engine = engine
+
+    @classmethod
+    def open(cls, path: str | PathLike[str], *, create: bool = True) -> Database:
+        """Open the file `path`, upgrading older tables after a backup.
+
+        Parameters
+        ----------
+        path : path
+            The file.
+        create : bool
+            Whether to make an empty database, and the folders above it, if there is none.
+
+        Raises
+        ------
+        DatabaseTooNew
+            If a newer version of the catalogue wrote it.
+        DatabaseError
+            If it is absent and not to be created, is not a database of the catalogue, is damaged or locked, or may
+            not be read.
+        """
+        path = Path(path).expanduser().absolute()
+        with plainly(path):
+            if not create and not path.exists():
+                raise DatabaseError(f"{path} does not exist: run `catalogue build` first, or name another with --db")
+            bring_up_to_date(path)
+        return cls(path, engine_for(path))
+
+    @contextmanager
+    def begin(self) -> Iterator[Connection]:
+        """Yield a connection in a transaction that may write; it is committed at the end, rolled back on an error."""
+        engine = self.engine.execution_options(immediate=True)
+        with plainly(self.path), engine.begin() as connection:
+            yield connection
+
+    def read(self, select: Select[Any]) -> dict[str, np.ndarray[Any, Any]]:
+        """Return the named columns of `select` as arrays; see `read_columns`.
+
+        Raises
+        ------
+        DatabaseError
+            If the file is damaged or locked.
+        """
+        with plainly(self.path), self.engine.connect() as connection:
+            return read_columns(connection, select)
+
+    def close(self) -> None:
+        """Close all connections that are not in use."""
+        self.engine.dispose()
+
+    def __enter__(self) -> Database:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"Database({str(self.path)!r})"
