@@ -1,0 +1,133 @@
+"""Pole, pole axes, inflection circle, cubics of stationary curvature and principal pairs from the pivots.
+
+Everything is formed from the rays and from ratios of lengths along one ray, never from an angle, a tangent or the
+radius of a circle that may be infinite; see `regular` for the formulas and the digits they keep.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ..linkage import Array, Linkage
+from .parallel import parallel_cranks
+from .regular import finite_pole
+
+REGULAR, PARALLEL, DEAD_POINT = 0, 1, 2
+#: |sine of the angle between the rays| below which they count as parallel.
+PARALLEL_SINE = 1e-10
+#: Below this sine and this collinearity residual the linkage counts as being at a dead point.
+DEAD_SINE = 1e-7
+
+
+@dataclass(frozen=True)
+class Curvature:
+    """The instant of a batch of n linkages, in the frame and the length unit of their pivots.
+
+    Numbers that do not exist are NaN; `reason` says why.
+
+    Attributes
+    ----------
+    state : ndarray of int, shape (n,)
+        `REGULAR`: finite pole.  `PARALLEL`: parallel rays, pole at infinity; `pole` is then the origin of the frame of
+        the parallel transformation.  `DEAD_POINT`: both rays coincide; see `dead_points` for the two branches.
+    pole : ndarray, shape (n, 2)
+    axes : ndarray, shape (n, 2, 2)
+        Unit vectors of the pole tangent x and the pole normal y; y points into the inflection circle.
+        Parallel: x along the cranks.
+    rho0 : ndarray, shape (n,)
+        Diameter of the inflection circle [length]; infinite if parallel.
+    kappa, kappa_star, s : ndarray, shape (n,)
+        1/R, 1/R*, 1/S of the cubics [1/length]; kappa_star - kappa = 1/rho0.
+    k, k_star : ndarray, shape (n,)
+        Parallel transformation: the limits of S^3/R and S^3/R* [length^2]; NaN if the pole is finite.
+    undulation, cuspidation : ndarray, shape (n, 2)
+        Ball's point and its dual; NaN where the whole inflection (return) circle or no point qualifies.
+    principal_pairs : ndarray, shape (n, 2, 2, 3)
+        The two pairs besides the driving dyads: (fixed, moving), (x, y, w); NaN where they are imaginary.
+
+    Source: Allievi 1895, secs. 1-7, 16-18, eqs. (3), (12), (15), (16), (20)-(22), (52)-(60).
+    """
+
+    state: Array
+    pole: Array
+    axes: Array
+    rho0: Array
+    kappa: Array
+    kappa_star: Array
+    s: Array
+    k: Array
+    k_star: Array
+    undulation: Array
+    cuspidation: Array
+    principal_pairs: Array
+
+    def __len__(self) -> int:
+        return len(self.state)
+
+    def __getitem__(self, index: Any) -> Curvature:
+        return Curvature(*(np.reshape(getattr(self, f.name)[index], (-1, *getattr(self, f.name).shape[1:]))
+                           for f in fields(self)))  # fmt: skip
+
+    @property
+    def reason(self) -> Array:
+        """Why numbers are missing, shape (n,): an empty string where none is."""
+        why = np.full(len(self), "", dtype=object)
+        imaginary = np.isnan(self.principal_pairs).any(axis=(1, 2, 3))
+        why[imaginary] = "the principal pairs are imaginary"
+        why[self.state == PARALLEL] = "the rays are parallel: the pole is at infinity"
+        why[(self.state == PARALLEL) & np.isnan(self.k)] = "the coupler translates: no stationary curvature"
+        why[self.state == DEAD_POINT] = "dead point: the rays coincide, two branches meet (see dead_points)"
+        return why
+
+
+def curvature(linkage: Linkage) -> Curvature:
+    """Return the curvature law and the stationary curvature of each linkage.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+
+    Returns
+    -------
+    Curvature
+        Measured digits: see `regular`.  Within `DEAD_SINE` of a dead point the pivots do not carry the information
+        (three decimal digits of kappa are lost per decade of the angle between the rays) and NaN is returned.
+    """
+    ray = linkage.rays
+    sine = (ray[:, 0].conj() * ray[:, 1]).imag
+    state = np.where(np.abs(sine) < PARALLEL_SINE, PARALLEL, REGULAR)
+    state[_collinear(linkage, sine)] = DEAD_POINT
+    n = len(linkage)
+    out = {f.name: np.full((n, *_SHAPE.get(f.name, ())), np.nan) for f in fields(Curvature)}
+    out["state"] = state
+    for which, solve in ((REGULAR, finite_pole), (PARALLEL, parallel_cranks)):
+        chosen = state == which
+        if chosen.any():
+            for name, value in solve(linkage[chosen]).items():
+                out[name][chosen] = value
+    return Curvature(**out)
+
+
+_SHAPE: dict[str, tuple[int, ...]] = {
+    "pole": (2,),
+    "axes": (2, 2),
+    "undulation": (2,),
+    "cuspidation": (2,),
+    "principal_pairs": (2, 2, 3),
+}
+
+
+def _collinear(linkage: Linkage, sine: Array) -> Array:
+    """Return where all pivots lie on one line and the rays along it, shape (n,)."""
+    near = np.flatnonzero(np.abs(sine) < DEAD_SINE)
+    dead = np.zeros(len(linkage), dtype=bool)
+    if near.size:
+        some = linkage[near]
+        z = np.where(some.finite, some.points, np.nan).reshape(-1, 4)
+        first = np.where(some.finite[:, 0, 0], z[:, 0], z[:, 1])
+        off = np.abs(((z - first[:, None]) * some.rays[:, :1].conj()).imag)
+        dead[near] = np.nanmax(off, axis=1) < DEAD_SINE * np.maximum(some.size, np.nanmax(np.abs(z), axis=1) * 1e-9)
+    return dead
