@@ -229,7 +229,11 @@ def _coupler_chart(z: Array, w: Array) -> tuple[Array, ...]:
     limit = np.where(a2 == 1, square.real, np.where(a == 0, -sign * mixed.imag, h - mixed.real))
     low = np.where(a2 == 1, (long - long2) ** 2, np.where(a == 0, 0, -long))
     high = np.where(a2 == 1, (long + long2) ** 2, np.where(a == 0, np.inf, long))
-    forms = (_over_t(h), _over_t(g), *map(_polynomial, (square.real, -mixed.imag, 2 * mixed.real, full.real, full.imag)))
+    forms = (
+        _over_t(h),
+        _over_t(g),
+        *map(_polynomial, (square.real, -mixed.imag, 2 * mixed.real, full.real, full.imag)),
+    )
     return np.stack(forms), limit, low, high, long * long2, a
 
 

@@ -132,9 +132,7 @@ def principal_pairs(
     return _unit(np.stack([alpha, beta], axis=1))
 
 
-def _pair(
-    x: Array, y: Array, v: Array, u: Array, u_star: Array, kappa: Array, star: Array, s: Array
-) -> Array:
+def _pair(x: Array, y: Array, v: Array, u: Array, u_star: Array, kappa: Array, star: Array, s: Array) -> Array:
     """Return (A, A*) on the ray (x, y) with 1/r = (kappa + V)/Y, or (s + U)/X where that has cancelled."""
     norm = np.copysign(np.hypot(x, y), y)
     x, y = x / norm, y / norm
@@ -142,7 +140,9 @@ def _pair(
     for w, other in ((kappa + v, s + u), (star + v, s + u_star)):
         large = np.maximum(np.maximum(np.abs(kappa), np.abs(star)), np.abs(v))
         swap = (np.abs(x) > np.abs(y)) & (np.abs(w) < 0.03 * large) & np.isfinite(other)
-        both.append(np.stack([np.where(swap, x * x, x * y), np.where(swap, x * y, y * y), np.where(swap, other, w)], -1))
+        both.append(
+            np.stack([np.where(swap, x * x, x * y), np.where(swap, x * y, y * y), np.where(swap, other, w)], -1)
+        )
     return np.stack(both, axis=1)
 
 
