@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event
+from sqlalchemy.pool import NullPool
 
 PATIENCE = 10.0  # how long to wait for another process's lock [s]
 
@@ -41,7 +42,8 @@ def engine_for(path: Path) -> Engine:
     A connection with the execution option ``immediate`` takes the write lock at once: a transaction that reads before
     it writes would fail, not wait, when another process writes in between.
     """
-    engine = create_engine(URL.create("sqlite", database=str(path)), creator=partial(connect, path))
+    # Without a pool: a connection kept for later would keep the file from being folded into one, moved or deleted.
+    engine = create_engine(URL.create("sqlite", database=str(path)), creator=partial(connect, path), poolclass=NullPool)
     event.listen(engine, "begin", _begin)
     return engine
 
