@@ -10,7 +10,7 @@ import sqlite3
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 from sqlalchemy import Connection, Index
@@ -158,8 +158,9 @@ def _insert(connection: Connection, table: str, count: int, columns: Columns) ->
         columns = {"id": range(first, first + count), **columns}
     names = ", ".join(f'"{known[name].name}"' for name in columns)
     places = ", ".join("?" * len(columns))
-    rows = list(zip(*(_values(column, count) for column in columns.values()), strict=True))
-    connection.connection.cursor().executemany(f"INSERT INTO {table} ({names}) VALUES ({places})", rows)
+    rows = zip(*(_values(column, count) for column in columns.values()), strict=True)
+    cursor = cast(sqlite3.Cursor, connection.connection.cursor())  # unlike others it takes an iterator
+    cursor.executemany(f"INSERT INTO {table} ({names}) VALUES ({places})", rows)
     return int(first)
 
 

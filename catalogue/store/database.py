@@ -79,7 +79,7 @@ class Database:
             return read_columns(connection, select)
 
     def close(self) -> None:
-        """Close all connections that are not in use."""
+        """Let go of the file."""
         self.engine.dispose()
 
     def __enter__(self) -> Database:

@@ -1,0 +1,65 @@
+"""An empty database, made-up batches, and a set of migrations to add to."""
+
+from __future__ import annotations
+
+import os
+import runpy
+import shutil
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import catalogue
+from catalogue.folders import folder
+from catalogue.store import Database
+
+FILLER = Path(__file__).with_name("filler.py")
+
+
+@pytest.fixture(scope="session")
+def sample() -> Callable[..., Any]:
+    """Return the maker of batches; see `filler.py`."""
+    made: Callable[..., Any] = runpy.run_path(str(FILLER))["sample"]
+    return made
+
+
+@pytest.fixture(scope="session")
+def filler() -> Path:
+    """Return the script that writes batches without end."""
+    return FILLER
+
+
+@pytest.fixture(scope="session")
+def environment() -> dict[str, str]:
+    """Return an environment in which a new process imports the catalogue that is tested here."""
+    return {**os.environ, "PYTHONPATH": str(Path(catalogue.__file__).parents[1])}
+
+
+@pytest.fixture
+def path(tmp_path: Path) -> Path:
+    """Return a name for a database."""
+    return tmp_path / "some.db"
+
+
+@pytest.fixture
+def database(path: Path) -> Iterator[Database]:
+    """Return a new, empty database."""
+    with Database.open(path) as opened:
+        yield opened
+
+
+@pytest.fixture
+def add_migration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
+    """Return a function that adds revision 0002, with the given body, to a copy of the migrations, and uses that."""
+    copy = tmp_path / "migrations"
+
+    def add(body: str) -> None:
+        shutil.copytree(folder("migrations"), copy, ignore=shutil.ignore_patterns("__pycache__"))
+        text = "import sqlalchemy as sa\nfrom alembic import op\nrevision = '0002'\ndown_revision = '0001'\n"
+        indented = "".join(f"    {line}\n" for line in body.splitlines())
+        (copy / "versions" / "0002_more.py").write_text(f"{text}def upgrade():\n{indented}")
+        monkeypatch.setattr("catalogue.store.upgrade.folder", lambda name: tmp_path / name)
+
+    return add

@@ -1,0 +1,132 @@
+"""Migrations lead to the models' tables, and an upgrade loses nothing."""
+
+from __future__ import annotations
+
+import sqlite3
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+from alembic.autogenerate import compare_metadata
+from alembic.config import Config
+from alembic.migration import MigrationContext
+from alembic.script import ScriptDirectory
+from sqlalchemy import create_engine
+
+from catalogue.errors import DatabaseError, DatabaseTooNew
+from catalogue.folders import folder
+from catalogue.store import Base, Database, write_batch
+from catalogue.store.upgrade import revision, revisions
+
+ADD_COLUMN = """
+with op.batch_alter_table("mechanism", recreate="always") as batch:
+    batch.add_column(sa.Column("note", sa.TEXT))
+"""
+FAIL = """
+op.create_table("more", sa.Column("id", sa.INTEGER))
+op.execute("DELETE FROM reach")
+raise ValueError("no\\nway")
+"""
+ORPHAN = "op.execute('DELETE FROM mechanism WHERE id = 1')"
+
+
+def rows(path: Path, query: str) -> list[Any]:
+    with closing(sqlite3.connect(path)) as connection:
+        return connection.execute(query).fetchall()
+
+
+def schema(connection: sqlite3.Connection) -> dict[str, str]:
+    found = connection.execute("SELECT name, sql FROM sqlite_master WHERE name NOT LIKE 'sqlite_%'")
+    return {name: " ".join(sql.split()) for name, sql in found if name != "alembic_version"}
+
+
+@pytest.fixture
+def filled(path: Path, sample: Callable[..., Any]) -> Path:
+    """Return a file at revision 0001 with one batch."""
+    with Database.open(path) as database, database.engine.connect() as connection:
+        write_batch(connection, *sample(0))
+    return path
+
+
+def test_last_file_is_the_head() -> None:
+    config = Config()
+    config.set_main_option("script_location", str(folder("migrations")))
+    scripts = ScriptDirectory.from_config(config)
+    assert [script.revision for script in scripts.walk_revisions()] == revisions()[::-1]
+
+
+def test_migrated_tables_are_those_of_the_models(database: Database) -> None:
+    with database.engine.connect() as connection:
+        assert compare_metadata(MigrationContext.configure(connection), Base.metadata) == []
+
+
+def test_migrated_schema_is_written_like_that_of_the_models(database: Database, tmp_path: Path) -> None:
+    modelled = tmp_path / "modelled.db"
+    engine = create_engine(f"sqlite:///{modelled}")
+    Base.metadata.create_all(engine)
+    engine.dispose()
+    with closing(sqlite3.connect(database.path)) as one, closing(sqlite3.connect(modelled)) as other:
+        assert schema(one) == schema(other)
+        assert schema(one)["reach"].endswith("STRICT")
+
+
+def test_upgrade_keeps_all_rows_and_a_copy(filled: Path, add_migration: Callable[[str], None]) -> None:
+    before = filled.read_bytes()
+    add_migration(ADD_COLUMN)
+    with Database.open(filled) as database, database.engine.connect() as connection:
+        assert connection.exec_driver_sql("SELECT count(note), count(*) FROM mechanism").one() == (0, 4)
+        assert connection.exec_driver_sql("SELECT count(*) FROM reach").scalar_one() == 24
+        assert connection.exec_driver_sql("PRAGMA foreign_keys").scalar_one() == 1
+        ddl = connection.exec_driver_sql("SELECT sql FROM sqlite_master WHERE name = 'mechanism'").scalar_one()
+        assert "STRICT" in ddl
+        assert "ck_mechanism_curvature" in ddl
+    assert revision(filled) == "0002"
+    copy = filled.with_name("some.db.backup-0001")
+    assert rows(copy, "SELECT version_num FROM alembic_version") == [("0001",)]
+    assert rows(copy, "SELECT count(*) FROM reach") == [(24,)]
+    assert len(copy.read_bytes()) == len(before)
+
+
+def test_older_copy_is_not_overwritten(filled: Path, add_migration: Callable[[str], None]) -> None:
+    filled.with_name("some.db.backup-0001").write_text("precious")
+    add_migration(ADD_COLUMN)
+    Database.open(filled).close()
+    assert filled.with_name("some.db.backup-0001").read_text() == "precious"
+    assert revision(filled.with_name("some.db.backup-0001-2")) == "0001"
+
+
+@pytest.mark.parametrize(("body", "reason"), [(FAIL, r"\(no\)"), (ORPHAN, "2 rows without")])
+def test_failed_upgrade_leaves_the_file_as_it_was(
+    filled: Path, add_migration: Callable[[str], None], body: str, reason: str
+) -> None:
+    before = filled.read_bytes()
+    add_migration(body)
+    with pytest.raises(DatabaseError, match=reason) as caught:
+        Database.open(filled)
+    assert filled.read_bytes() == before
+    assert "some.db.backup-0001" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_failed_copy_leaves_none(
+    filled: Path, add_migration: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add_migration(ADD_COLUMN)
+    with closing(sqlite3.connect(filled)) as locker:
+        locker.execute("BEGIN EXCLUSIVE")
+        monkeypatch.setattr("catalogue.store.connecting.PATIENCE", 0.01)
+        monkeypatch.setattr("catalogue.store.upgrade.revision", lambda _: "0001")
+        with pytest.raises(DatabaseError, match="locked"):
+            Database.open(filled)
+    assert not list(filled.parent.glob("*.backup*"))
+
+
+def test_newer_file_is_refused(filled: Path) -> None:
+    with closing(sqlite3.connect(filled)) as connection, connection:
+        connection.execute("UPDATE alembic_version SET version_num = '0999'")
+    before = filled.read_bytes()
+    with pytest.raises(DatabaseTooNew, match=r"0999.*upgrade mechanism-catalogue"):
+        Database.open(filled)
+    assert filled.read_bytes() == before
