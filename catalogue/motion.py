@@ -82,24 +82,28 @@ class Motion:
 
     def point(self, z: Array, along: Array | None = None) -> Path:
         """Return the paths of the coupler points z (n,), in axes along the unit vectors `along` (n,), both complex."""
-        turn = np.ones_like(z) if along is None else np.conj(along)
         crank = self.chart != COUPLER
-        linear = np.where(crank, self.lever, z - self.origin) * turn
-        factor = np.where(crank, z - self.origin, 1.0) * turn
-        turned = factor * (self.forms[B_X] + 1j * self.forms[B_Y])
-        # (i - t) times the linear part: two more forms
-        extra = np.stack([np.stack([1j * linear, -linear, 0 * linear])]) * 2
-        forms = np.concatenate([self.forms[:B_X], [turned.real, turned.imag], extra.real, extra.imag])
-        return Path(forms, self.circle)
+        axis = np.ones_like(z) if along is None else np.conj(along)
+        return self._path(np.where(crank, self.lever, z - self.origin) * axis, np.where(crank, z - self.origin, 1) * axis)
+
+    def turn(self) -> Path:
+        """Return (Re x, Im x) of the pose as if it were the path of a point."""
+        crank = self.chart != COUPLER
+        return self._path(np.where(crank, 0j, 1), np.where(crank, 1, 0j))
 
     def pose(self, t: Array) -> tuple[Array, Array]:
         """Return (d, x) at the parameters t (m, n): coupler points z go to z + d + x (z - origin)."""
         t = np.asarray(t)
-        zero = np.zeros((2, *self.forms.shape[1:]), dtype=self.forms.dtype)
-        y_re, y_im = Path(np.concatenate([self.forms, zero]), self.circle)(t)
-        y, xi = y_re + 1j * y_im, 2 * t * (1j - t) / (1 + t * t)
+        re, im = self._path(np.zeros_like(self.lever), np.ones_like(self.lever))(t)
+        y, xi = re + 1j * im, 2 * t * (1j - t) / (1 + t * t)
         crank = self.chart != COUPLER
         return np.where(crank, self.lever * xi, y), np.where(crank, y, xi)
+
+    def _path(self, linear: Array, factor: Array) -> Path:
+        """Return  linear xi + factor y  as a path."""
+        turned = factor * (self.forms[B_X] + 1j * self.forms[B_Y])
+        extra = np.stack([2j * linear, -2 * linear, 0 * linear])
+        return Path(np.concatenate([self.forms[:B_X], [turned.real, turned.imag, extra.real, extra.imag]]), self.circle)
 
     @cached_property
     def velocity(self) -> tuple[Array, Array]:

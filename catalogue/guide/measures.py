@@ -1,0 +1,156 @@
+"""What a guide costs: size, link lengths, transmission angle and bounding boxes, on the finite motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ..linkage import RP, RR, Array, Linkage
+from ..motion import CRANK_1, CRANK_2, Motion, motion
+from .span import Span
+from .trace import Traced
+
+#: Positions at which the transmission angle is read.
+POSES = 17
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Measures of n guides over their strokes, in the length unit of the linkage.
+
+    Attributes
+    ----------
+    size : ndarray, shape (n,)
+        Diameter of the finite pivots, in mid-stroke, together with the guided path.
+    max_link, min_link : ndarray, shape (n,)
+        Longest and shortest of the cranks and the coupler; NaN where there is none.
+    max_ground : ndarray, shape (n,)
+        Distance of the fixed pivots; NaN unless both are finite.
+    max_arm : ndarray, shape (n,)
+        Distance of the guided point from the nearer moving pivot; NaN if both are at infinity.
+    min_transmission : ndarray, shape (n,)
+        Least transmission angle over the stroke when the better crank drives [deg]: the angle between the ray of the
+        driven dyad and the line that joins the driving moving pivot to it, 0 ... 90.
+    rotates : ndarray of int, shape (n,)
+        Bit i: the crank of dyad i turns fully.
+    fixed_box, box : ndarray, shape (n, 4)
+        x0, y0, x1, y1 of the finite fixed pivots (of all finite pivots, in mid-stroke) in the frame whose origin is the
+        middle of the stroke and whose x axis runs along it; NaN where there is none.
+    """
+
+    size: Array
+    max_link: Array
+    min_link: Array
+    max_ground: Array
+    max_arm: Array
+    min_transmission: Array
+    rotates: Array
+    fixed_box: Array
+    box: Array
+
+    def __getitem__(self, index: Any) -> Measures:
+        return Measures(*(getattr(self, f.name)[index] for f in fields(self)))
+
+
+def measure(guides: Span, traced: Traced, poses: int = POSES) -> Measures:
+    """Return the measures of traced guides."""
+    linkage, moving = guides.linkage, guides.motion
+    point = guides.point + traced.shift
+    share = 0.5 - 0.5 * np.cos(np.pi * np.arange(poses) / (poses - 1))
+    t = traced.low + (traced.high - traced.low) * share[:, None]
+    with np.errstate(all="ignore"):
+        d, x = moving.pose(t)
+        path = point + d + x * (point - moving.origin)
+        z = linkage.points
+        at = [z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin) for i in (0, 1)]
+        angle = transmission(linkage, at, x)
+        middle = _middle(path, traced)
+        fixed = np.where(linkage.finite[:, :, 0], z[:, :, 0], np.nan)
+        now = np.stack([_at(m, middle) for m in at], axis=-1)
+        now = np.where(linkage.finite[:, :, 1], now, np.nan)
+        every = np.concatenate([fixed, now, path[[0, poses // 2, -1]].T], axis=1)
+        size = np.nanmax(np.abs(every[:, :, None] - every[:, None, :]), axis=(1, 2))
+        links = np.stack(
+            [np.where(linkage.dyads[:, i] == RR, np.abs(z[:, i, 1] - z[:, i, 0]), np.nan) for i in (0, 1)]
+            + [np.where(linkage.finite[:, :, 1].all(1), np.abs(z[:, 0, 1] - z[:, 1, 1]), np.nan)]
+        )
+        ground = np.where(linkage.finite[:, :, 0].all(1), np.abs(z[:, 0, 0] - z[:, 1, 0]), np.nan)
+        arm = np.fmin.reduce(np.where(linkage.finite[:, :, 1], np.abs(point[:, None] - z[:, :, 1]), np.nan), axis=1)
+        centre = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
+        local = [(p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, np.concatenate([fixed, now], 1))]
+    boxes = [_box(p) for p in local]
+    return Measures(
+        size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, rotates(linkage), boxes[0], boxes[1]
+    )
+
+
+def transmission(linkage: Linkage, at: list[Array], x: Array) -> Array:
+    """Return the least transmission angle over the poses, the better crank driving, shape (n,) [deg].
+
+    Parameters
+    ----------
+    at : two complex ndarrays, shape (m, n)
+        Positions of the moving pivots (for a slide: anything finite).
+    x : complex ndarray, shape (m, n)
+        exp(i theta) - 1 of the coupler.
+    """
+    z, kind = linkage.points, linkage.dyads
+    least = []
+    for driver in (0, 1):
+        other = 1 - driver
+        ray = np.where(
+            kind[:, other] == RR,
+            at[other] - z[:, other, 0],
+            np.where(kind[:, other] == RP, z[:, other, 1] * (1 + x), z[:, other, 0]),
+        )
+        contact = np.where(kind[:, other] == RP, z[:, other, 0], at[other])
+        arm = np.where(kind[:, driver] == RP, z[:, driver, 1] * (1 + x), contact - at[driver])
+        with np.errstate(all="ignore"):
+            sine = np.abs((arm.conj() * ray).imag) / (np.abs(arm) * np.abs(ray))
+        angle = np.degrees(np.arcsin(np.clip(sine, 0, 1))).min(axis=0)
+        no_crank = (kind != RR).all(1)
+        least.append(np.where((kind[:, driver] == RR) | no_crank, angle, -1.0))
+    return np.where(np.isnan(least[0] + least[1]), np.nan, np.maximum(*least))
+
+
+def rotates(linkage: Linkage) -> Array:
+    """Return which cranks turn fully, shape (n,): bit i for dyad i."""
+    full = [~np.isfinite(motion(linkage, chart).interval).any(axis=0) for chart in (CRANK_1, CRANK_2)]
+    return np.where(linkage.dyads[:, 0] == RR, full[0], False) + 2 * np.where(linkage.dyads[:, 1] == RR, full[1], False)
+
+
+def middle_of_stroke(moving: Motion, point: Array, traced: Traced) -> Array:
+    """Return the parameter at which the guided point is in the middle of its stroke, shape (n,)."""
+    low, high = traced.low, traced.high
+    middle = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
+    path = moving.point(point, traced.fit.along)
+    offset = ((point - middle) * traced.fit.along.conj()).real
+    with np.errstate(all="ignore"):
+        for _ in range(60):
+            t = 0.5 * (low + high)
+            u, _ = path(t[None])
+            below = (u[0] + offset < 0)
+            low, high = np.where(below, t, low), np.where(below, high, t)
+    return np.asarray(0.5 * (low + high))
+
+
+def _middle(path: Array, traced: Traced) -> tuple[Array, Array]:
+    """Pose index before the middle of the stroke and the share of the step to it."""
+    run = ((path - traced.fit.start) * traced.fit.along.conj()).real - 0.5 * traced.fit.stroke
+    k = np.clip((run < 0).sum(0) - 1, 0, len(run) - 2)
+    a, b = (np.take_along_axis(run, (k + j)[None], 0)[0] for j in (0, 1))
+    return k, np.where(b != a, -a / np.where(b != a, b - a, 1), 0.0)
+
+
+def _at(values: Array, middle: tuple[Array, Array]) -> Array:
+    k, share = middle
+    a, b = (np.take_along_axis(values, (k + j)[None], 0)[0] for j in (0, 1))
+    return np.asarray(a + share * (b - a))
+
+
+def _box(p: Array) -> Array:
+    return np.stack(
+        [np.fmin.reduce(p.real, 1), np.fmin.reduce(p.imag, 1), np.fmax.reduce(p.real, 1), np.fmax.reduce(p.imag, 1)], 1
+    )

@@ -1,0 +1,212 @@
+"""Narrowest strip and narrowest annulus that hold a path: the deviation of a guide.
+
+The path is a polynomial interpolant in its parameter at Chebyshev points (`Grid`), so that its extremes between the
+nodes are known, not sampled.  The best line or circle is found by a Gauss-Newton iteration whose linear step is a
+Remez exchange over all paths at once; the signed distance from a circle of curvature c,
+
+    (2 v - c (u^2 + v^2)) / (1 + |(c u, 1 - c v)|),
+
+is the distance from a line for c = 0 and loses no digits on the way there.
+
+How the accuracy is known: (1) `Fit.unresolved` bounds the part of the path that the interpolant misses by its last two
+Chebyshev coefficients; (2) the extremes are read on four points per node and corrected by a parabola, an error below
+1e-4 of the deviation for up to eight oscillations per path; (3) the line or circle alternates on the extremes, so no
+other one can do better by more than the spread between them.  Rounding of the path itself is about 4e-16 of the stroke
+in double precision; use extended precision below a deviation of 1e-12 of the stroke.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..linkage import Array
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Chebyshev points of a window and the matrices that belong to them.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (m,)
+        Chebyshev-Lobatto points from -1 to 1.
+    fine : ndarray, shape (f, m)
+        Carries values at the nodes to the fine points cos(pi j/(f-1)) from -1 to 1; f = 4 (m - 1) + 1.
+    coefficients : ndarray, shape (m, m)
+        Carries values at the nodes to Chebyshev coefficients.
+    """
+
+    nodes: Array
+    fine: Array
+    coefficients: Array
+
+
+@lru_cache
+def grid(count: int) -> Grid:
+    """Return the grid of `count` + 1 nodes."""
+    j = np.arange(count + 1)
+    weight = np.where((j == 0) | (j == count), 0.5, 1.0)
+    to = 2.0 / count * weight[:, None] * np.cos(np.pi * np.outer(j, count - j) / count) * weight
+    angle = np.pi * (1 - np.arange(4 * count + 1) / (4 * count))
+    fine = np.cos(np.outer(angle, j)) @ to
+    fine[::4] = np.eye(count + 1)
+    return Grid(-np.cos(np.pi * j / count), fine, to)
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Best lines or circles of n paths.
+
+    Attributes
+    ----------
+    deviation : ndarray, shape (n,)
+        Half the width of the narrowest strip or annulus [length].
+    stroke : ndarray, shape (n,)
+        Distance between the ends of the path, along the line or as a chord [length].
+    start : complex ndarray, shape (n,)
+        First end of the path; for a line its foot on the line.
+    along : complex ndarray, shape (n,)
+        Unit vector from the first end to the last.
+    curvature : ndarray, shape (n,)
+        Of the best circle, positive to the left of `along` [1/length]; 0 for a line.
+    unresolved : ndarray, shape (n,)
+        Bound on what the interpolant misses [length].
+    """
+
+    deviation: Array
+    stroke: Array
+    start: Array
+    along: Array
+    curvature: Array
+    unresolved: Array
+
+
+def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
+    """Return the narrowest strips (`circle` false) or annuli of the paths (u, v), each (m, n), at the nodes of a grid.
+
+    NaN paths give NaN.  An annulus is sought near the circle through the ends and the middle of the path; the arc must
+    stay below a half circle, else NaN.
+    """
+    kind = u.dtype
+    ends = nodes.coefficients[-2:].astype(kind)
+    unresolved = np.abs(ends @ v).sum(0) + (np.abs(ends @ u).sum(0) if circle else 0)
+    middle = len(u) // 2
+    first, last, origin = (u[i] + 1j * v[i] for i in (0, -1, middle))
+    with np.errstate(all="ignore"):
+        heading = chord = (last - first) / np.abs(last - first)
+        fine = nodes.fine.astype(kind)
+        u, v = fine @ (u - u[middle]), fine @ (v - v[middle])
+        curvature = np.zeros_like(u[0])
+        if circle:
+            sagitta, half = ((origin - 0.5 * (first + last)) * chord.conj()).imag, 0.5 * np.abs(last - first)
+            curvature = -2 * sagitta / (sagitta**2 + half**2)
+            curvature = np.where(np.abs(curvature * half) < 1, curvature, np.nan)
+        size = 4 if circle else 3
+        where = np.rint((len(u) - 1) / 2 * (1 - np.cos(np.pi * np.arange(size) / (size - 1)))).astype(int)
+        index = np.repeat(where[:, None], u.shape[1], axis=1)
+        centre = np.zeros_like(origin)
+        for _ in range(5 if circle else 2):
+            x = (u - centre.real) * heading.real + (v - centre.imag) * heading.imag
+            y = (v - centre.imag) * heading.real - (u - centre.real) * heading.imag
+            c, deviation, index = _exchange(x, _distance(x, y, curvature), index)
+            centre = centre + 1j * c[0] * heading
+            heading = heading * (1 + 1j * c[1]) / np.hypot(1, c[1])
+            if circle:
+                curvature = curvature + 2 * c[2]
+        if circle:
+            return Fit(deviation, np.abs(last - first), first, chord, curvature, unresolved)
+        stroke = ((last - first) * heading.conj()).real
+        foot = first - 1j * heading * ((first - centre - origin) * heading.conj()).imag
+    return Fit(deviation, stroke, foot, heading, curvature, unresolved)
+
+
+def _distance(x: Array, y: Array, curvature: Array) -> Array:
+    if not curvature.any():
+        return y
+    square = x * x + y * y
+    out: Array = (2 * y - curvature * square) / (1 + np.sqrt((curvature * x) ** 2 + (1 - curvature * y) ** 2))
+    return out
+
+
+def _exchange(x: Array, g: Array, index: Array) -> tuple[list[Array], Array, Array]:
+    """Best uniform approximation of g by a polynomial in x of degree len(index) - 2, by Remez exchange.
+
+    Returns the coefficients, the largest error, and the reference (indices of the alternating extremes, (k, n)).
+    """
+    size = len(index)
+    sign = np.where(np.arange(size) % 2 == 0, 1.0, -1.0)[:, None].astype(g.dtype)
+    residual = g
+    c: list[Array] = []
+    last = x.shape[0] - 1
+    for _ in range(12):
+        xs, gs = np.take_along_axis(x, index, 0), np.take_along_axis(g, index, 0)
+        weight = np.stack([1 / _product_of_gaps(xs, i) for i in range(size)])
+        level = (weight * gs).sum(0) / np.abs(weight).sum(0) * np.sign(weight[0])
+        c = _interpolate(xs, gs - sign * level)
+        residual = g - ((c[2] * x + c[1]) * x + c[0] if size == 4 else c[1] * x + c[0])
+        worst = np.argmax(np.abs(residual), axis=0)
+        value = np.take_along_axis(residual, worst[None], 0)[0]
+        better = np.abs(value) > np.abs(level) * (1 + 1e-9)
+        if not better.any():
+            break
+        index = np.where(better, _replace(index, worst, np.sign(value) == np.sign(level), last), index)
+    xs, rest = np.take_along_axis(x, index, 0), _peaks(residual, index)
+    weight = np.stack([1 / _product_of_gaps(xs, i) for i in range(size)])
+    level = (weight * rest).sum(0) / np.abs(weight).sum(0) * np.sign(weight[0])
+    return [a + b for a, b in zip(c, _interpolate(xs, rest - sign * level), strict=True)], np.abs(level), index
+
+
+def _product_of_gaps(xs: Array, i: int) -> Array:
+    out = np.ones_like(xs[0])
+    for j in range(len(xs)):
+        if j != i:
+            out = out * (xs[i] - xs[j])
+    return out
+
+
+def _interpolate(xs: Array, gs: Array) -> list[Array]:
+    """Coefficients of the polynomial through the points (all but the last of which determine it)."""
+    first = (gs[1] - gs[0]) / (xs[1] - xs[0])
+    if len(xs) == 3:
+        return [gs[0] - first * xs[0], first]
+    second = ((gs[2] - gs[1]) / (xs[2] - xs[1]) - first) / (xs[2] - xs[0])
+    return [gs[0] - first * xs[0] + second * xs[0] * xs[1], first - second * (xs[0] + xs[1]), second]
+
+
+def _replace(index: Array, new: Array, like_first: Array, last: int) -> Array:
+    """Put `new` into the alternating reference; `like_first`: its residual has the sign of the first point's."""
+    size = len(index)
+    below = (index < new).sum(0)  # how many points lie before it
+    # the sign of point k is that of the first times (-1)^k; of the two neighbours the one of equal sign goes
+    parity = np.where(like_first, 0, 1)
+    left = below - 1
+    target = np.where((left >= 0) & (left % 2 == parity), left, below)
+    out = index.copy()
+    inside = (target >= 0) & (target < size) & ((target % 2 == parity))
+    column = np.arange(index.shape[1])
+    chosen = np.clip(target, 0, size - 1)
+    out[chosen[inside], column[inside]] = new[inside]
+    front = ~inside & (below == 0)
+    out[1:, front], out[0, front] = index[:-1, front], new[front]
+    back = ~inside & (below == size)
+    out[:-1, back], out[-1, back] = index[1:, back], new[back]
+    return np.clip(out, 0, last)
+
+
+def _peaks(residual: Array, index: Array) -> Array:
+    """Residuals at the reference, those at inner extremes read off a parabola through three fine points, (k, n)."""
+    inner = np.clip(index, 1, len(residual) - 2)
+    at, low, high = (np.take_along_axis(residual, inner + k, 0) for k in (0, -1, 1))
+    bend = low - 2 * at + high
+    gain = np.where(bend != 0, (high - low) ** 2 / (8 * np.where(bend == 0, 1, bend)), 0)
+    gain = np.where(np.abs(gain) <= 0.1 * np.abs(at), gain, 0)  # no extreme there: an end, or rounding
+    return np.where(inner == index, at - gain, np.take_along_axis(residual, index, 0))
+
+
+def resolved(found: Fit, tolerance: float = 1e-4, floor: Any = 4e-16) -> Array:
+    """Return where the interpolant misses less than `tolerance` of the deviation, or than rounding, shape (n,)."""
+    return np.asarray(found.unresolved <= tolerance * found.deviation + floor * found.stroke)

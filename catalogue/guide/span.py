@@ -1,0 +1,159 @@
+"""How far a coupler point runs to and fro from the reference position, and the inverse problem.
+
+A span holds, per guide, the motion in the chart that carries the point farthest, and a table of the point's
+displacement u along its tangent.  A window of u then gives the window of the parameter that covers it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..linkage import Array, Linkage
+from ..motion import CHARTS, COUPLER, Motion, Path, motion
+
+#: Half the number of intervals of the table.
+STEPS = 16
+#: No window goes beyond this parameter, a rotation of 166 degrees either way.
+FARTHEST = 8.0
+#: Worst conditioning of a chart that is still used.
+SINGULAR = 1e-4
+
+
+@dataclass(frozen=True)
+class Span:
+    """Guides ready to be traced.
+
+    Attributes
+    ----------
+    motion : Motion of n
+    point : complex ndarray, shape (n,)
+        Guided point in the reference position.
+    tangent : complex ndarray, shape (n,)
+        Unit vector of the point's velocity there; u runs along it and increases with the parameter.
+    t, u : ndarray, shape (2 STEPS + 1, n)
+        Table over the part of the path on which u increases; infinite outside it.
+    limit : ndarray of str, shape (2, n)
+        What ends it below and above: ``path turns`` or ``linkage turns``.
+    """
+
+    motion: Motion
+    point: Array
+    tangent: Array
+    t: Array
+    u: Array
+    limit: Array
+
+    @property
+    def linkage(self) -> Linkage:
+        return self.motion.linkage
+
+    def __len__(self) -> int:
+        return len(self.point)
+
+    def __getitem__(self, index: Any) -> Span:
+        return Span(
+            self.motion[index], self.point[index], self.tangent[index], self.t[:, index], self.u[:, index],
+            self.limit[:, index],
+        )  # fmt: skip
+
+    @cached_property
+    def path(self) -> Path:
+        """Path of the guided point along and across its tangent."""
+        return self.motion.point(self.point, self.tangent)
+
+    @cached_property
+    def turn(self) -> Path:
+        """Re x and Im x of the pose, x = exp(i theta) - 1: what a shift of the guided point is multiplied by."""
+        return self.motion.turn()
+
+    @property
+    def extent(self) -> Array:
+        """Farthest u below (as a positive number) and above the reference position, shape (2, n)."""
+        finite = np.isfinite(self.u)
+        low = np.where(finite, self.u, 0).min(0)
+        high = np.where(finite, self.u, 0).max(0)
+        return np.stack([-low, high])
+
+    def window(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """Return the parameters at which u is `low` and `high`, each (n,) -> (n,), NaN beyond the extent.
+
+        Interpolated in the table, then corrected by two secant steps: exact to about 1e-9 of the window.
+        """
+        wanted = np.stack([low, high])
+        k = np.clip((self.u[:, None] < wanted).sum(0), 1, len(self.u) - 1)
+        t0, t1 = (np.take_along_axis(self.t, k + j, 0) for j in (-1, 0))
+        u0, u1 = (np.take_along_axis(self.u, k + j, 0) for j in (-1, 0))
+        extent = self.extent
+        with np.errstate(all="ignore"):
+            outside = (wanted < -extent[0] * (1 + 1e-9)) | (wanted > extent[1] * (1 + 1e-9))
+            for _ in range(2):
+                t = t0 + (wanted - u0) * (t1 - t0) / (u1 - u0)
+                u, _ = self.path(t)
+                nearer_low = np.abs(u0 - wanted) < np.abs(u1 - wanted)
+                t0, u0 = np.where(nearer_low, t0, t1), np.where(nearer_low, u0, u1)
+                t1, u1 = t, u
+                exact = np.abs(u0 - wanted) <= 0
+                t0, u0 = np.where(exact, t0 - 1e-9, t0), np.where(exact, u0 - 1e-9, u0)
+            t = t1 + (wanted - u1) * (t1 - t0) / np.where(u1 == u0, np.inf, u1 - u0)
+        t = np.where(outside | ~np.isfinite(t), np.nan, t)
+        return t[0], t[1]
+
+
+def span(linkage: Linkage, point: Array, dtype: Any = float) -> Span:
+    """Return the span of each guided point in the chart in which it runs farthest to both sides.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+        Guided points in the reference position.
+    dtype : float or numpy.longdouble
+
+    Notes
+    -----
+    The charts are weighed by the smaller of the two extents times the root of their conditioning.  A point at rest
+    in the reference position (at the pole) and a linkage at a change point, where no chart is regular, have extent 0.
+    """
+    point = np.asarray(point, dtype=complex)
+    best: Array | None = None
+    chosen = np.full(len(linkage), COUPLER)
+    for chart in CHARTS:
+        moving = motion(linkage, chart, point)
+        _, _, u, _ = _table(moving, point)
+        finite = np.where(np.isfinite(u), u, 0)
+        score = np.minimum(-finite.min(0), finite.max(0)) * np.sqrt(np.minimum(moving.conditioning, 1))
+        score = np.where(moving.conditioning > SINGULAR, score, -1.0)
+        if best is None:
+            best = score
+        else:
+            chosen = np.where(score > best * (1 + 1e-9), chart, chosen)
+            best = np.maximum(score, best)
+    moving = motion(linkage, chosen, point, dtype)
+    tangent, t, u, limit = _table(moving, point)
+    return Span(moving, point, tangent, t, u, limit)
+
+
+def _table(moving: Motion, point: Array) -> tuple[Array, Array, Array, Array]:
+    """Return tangent, parameters, displacements and limits; see `Span`."""
+    velocity = moving.velocity_of(point)
+    speed = np.abs(velocity)
+    with np.errstate(all="ignore"):
+        still = ~(speed > 1e-9 * moving.linkage.size)
+        tangent = np.where(still, 1.0, velocity / speed)
+        angle = np.arctan(np.clip(moving.interval, -FARTHEST, FARTHEST))
+        # nodes crowd where the chart ends, because the path runs into a turning point like a square root
+        share = np.sin(0.5 * np.pi * np.arange(STEPS + 1) / STEPS)[:, None]
+        t = np.tan(np.concatenate([angle[:1] * share[:0:-1], angle[1:] * share]))
+        u, _ = moving.point(point, tangent)(t)
+        u[STEPS] = 0.0
+        rising = np.diff(u, axis=0) > 0
+    up = np.logical_and.accumulate(rising[STEPS:], axis=0)
+    down = np.logical_and.accumulate(rising[STEPS - 1 :: -1], axis=0)[::-1]
+    inside = np.concatenate([down, np.ones_like(up[:1]), up]) & ~still & (moving.conditioning > SINGULAR)
+    limit = np.where(np.stack([inside[0], inside[-1]]), "linkage turns", "path turns")
+    sign = np.where(np.arange(2 * STEPS + 1) < STEPS, -np.inf, np.inf)[:, None]
+    return tangent, t, np.where(inside, u, np.where(np.arange(2 * STEPS + 1)[:, None] == STEPS, 0, sign)), limit
