@@ -79,7 +79,9 @@ def measure(guides: Span, traced: Traced, poses: int = POSES) -> Measures:
         ground = np.where(linkage.finite[:, :, 0].all(1), np.abs(z[:, 0, 0] - z[:, 1, 0]), np.nan)
         arm = np.fmin.reduce(np.where(linkage.finite[:, :, 1], np.abs(point[:, None] - z[:, :, 1]), np.nan), axis=1)
         centre = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
-        local = [(p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, np.concatenate([fixed, now], 1))]
+        local = [
+            (p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, np.concatenate([fixed, now], 1))
+        ]
     boxes = [_box(p) for p in local]
     return Measures(
         size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, rotates(linkage), boxes[0], boxes[1]
@@ -131,7 +133,7 @@ def middle_of_stroke(moving: Motion, point: Array, traced: Traced) -> Array:
         for _ in range(60):
             t = 0.5 * (low + high)
             u, _ = path(t[None])
-            below = (u[0] + offset < 0)
+            below = u[0] + offset < 0
             low, high = np.where(below, t, low), np.where(below, high, t)
     return np.asarray(0.5 * (low + high))
 

@@ -186,7 +186,7 @@ def _replace(index: Array, new: Array, like_first: Array, last: int) -> Array:
     left = below - 1
     target = np.where((left >= 0) & (left % 2 == parity), left, below)
     out = index.copy()
-    inside = (target >= 0) & (target < size) & ((target % 2 == parity))
+    inside = (target >= 0) & (target < size) & (target % 2 == parity)
     column = np.arange(index.shape[1])
     chosen = np.clip(target, 0, size - 1)
     out[chosen[inside], column[inside]] = new[inside]

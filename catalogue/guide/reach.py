@@ -62,7 +62,9 @@ def scan(guides: Span, *, circle: bool, three: Array, nodes: int = 16) -> Ladder
             best, chosen = np.where(better, relative, best), np.where(better, option, chosen)
         centre[three] = chosen
     half = _longest(guides, centre) * RATIO ** np.arange(STROKES)[:, None]
-    relative = np.stack([trace(guides, h, circle=circle, split=True, centre=centre, nodes=nodes).relative for h in half])
+    relative = np.stack(
+        [trace(guides, h, circle=circle, split=True, centre=centre, nodes=nodes).relative for h in half]
+    )
     return Ladder(half, relative, centre)
 
 

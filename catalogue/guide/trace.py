@@ -65,7 +65,9 @@ class Traced:
         )
 
 
-def trace(guides: Span, half: Array, *, circle: bool, split: bool, centre: Array | float = 0.0, nodes: int = 32) -> Traced:
+def trace(
+    guides: Span, half: Array, *, circle: bool, split: bool, centre: Array | float = 0.0, nodes: int = 32
+) -> Traced:
     """Trace each guide over a window of its path and fit the nominal.
 
     Parameters
@@ -99,9 +101,7 @@ def trace(guides: Span, half: Array, *, circle: bool, split: bool, centre: Array
     return found
 
 
-def _measure(
-    guides: Span, low: Array, high: Array, half: Array, circle: bool, split: bool, nodes: int
-) -> Traced:
+def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, split: bool, nodes: int) -> Traced:
     points = grid(nodes)
     u, v = guides.path.window(low, high, points.nodes.astype(half.dtype))
     shift = np.zeros_like(guides.tangent)

@@ -1,0 +1,26 @@
+"""The whole contract between the catalogue and its plugins.
+
+A plugin is a Python file with functions marked ``@hookimpl`` (``from catalogue.hookspecs import hookimpl``).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+import pluggy
+
+from .families import Family
+from .series import Series
+
+hookspec = pluggy.HookspecMarker("catalogue")
+hookimpl = pluggy.HookimplMarker("catalogue")
+
+
+@hookspec
+def catalogue_families() -> Iterable[Family]:  # type: ignore[empty-body]
+    """Return the linkage families that this plugin adds."""
+
+
+@hookspec
+def catalogue_series() -> Iterable[Series]:  # type: ignore[empty-body]
+    """Return the series that this plugin adds."""

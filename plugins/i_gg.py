@@ -1,0 +1,80 @@
+"""Series I.GG: the coupler is parallel to the line of the fixed pivots.
+
+Both driving pairs lie on the circles of the degenerate cubics, r = R sin(phi) and r* = R* sin(phi); two further
+principal pairs lie on the pole normal, and Ball's point is the inflection pole.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from catalogue.hookspecs import hookimpl
+from catalogue.instant import Instant
+from catalogue.linkage import RR, Array
+from catalogue.pairs import circle_pair, linkage_of, normal_pair
+from catalogue.series import Guided, Member, Parameter, Parameters, Series
+
+KAPPA = Parameter("kappa", ((-3.0, -1.1), (-0.9, -0.1), (0.1, 2.5)), "rho0/R, curvature of the fixed circle")
+PHI_1 = Parameter("phi1", tuple(np.radians([(12, 84), (96, 168)]).tolist()), "direction of crank 1 [rad]")
+PHI_2 = Parameter("phi2", PHI_1.domain, "direction of crank 2 [rad]")
+
+
+def pivots(p: Parameters) -> Array:
+    """Two cranks on the circles."""
+    return linkage_of(circle_pair(p["kappa"], p["phi1"]), circle_pair(p["kappa"], p["phi2"]))
+
+
+def symmetric(p: Parameters) -> Array:
+    """Cranks symmetric about the pole normal."""
+    return pivots({**p, "phi2": np.pi - p["phi1"]})
+
+
+def guided(p: Parameters) -> Iterator[Guided]:
+    """Principal pairs on the pole normal by eqs. (24), (25); real iff (kappa + kappa*)^2 >= 4 kappa kappa* c (27)."""
+    kappa, star = p["kappa"], p["kappa"] + 1
+    phi2 = p.get("phi2", np.pi - p["phi1"])
+    c = 1 / (np.tan(p["phi1"]) * np.tan(phi2))
+    order = np.where(np.abs(np.sin(p["phi1"] + phi2)) < 1e-12, 5, 4)
+    with np.errstate(invalid="ignore"):
+        root = np.sqrt((kappa + star) ** 2 - 4 * kappa * star * c)
+    large = 0.5 * (kappa + star + np.copysign(root, kappa + star))
+    yield Guided("[3]", normal_pair(kappa + large), order)
+    yield Guided("[4]", normal_pair(kappa + kappa * star * c / large), order)
+    zero = np.zeros_like(kappa)
+    yield Guided("undulation", normal_pair(zero), 3)
+    yield Guided("cuspidation", normal_pair(zero - 1), 3)
+
+
+def classify(instant: Instant) -> tuple[Array, Array]:
+    """Residual: sine of the angle between coupler and line of fixed pivots.  Margin: to II, II*, I.Gy, dead points."""
+    linkage, at = instant.linkage, instant.curvature
+    z = linkage.points
+    fixed, moving = z[:, 1, 0] - z[:, 0, 0], z[:, 1, 1] - z[:, 0, 1]
+    ray = linkage.rays
+    with np.errstate(invalid="ignore", divide="ignore"):
+        residual = np.abs((fixed.conj() * moving).imag) / (np.abs(fixed) * np.abs(moving))
+        across = at.axes[:, 0, 0] + 1j * at.axes[:, 0, 1]
+        away = np.abs((ray * across.conj()[:, None]).real).min(1)
+        sine = np.abs((ray[:, 0].conj() * ray[:, 1]).imag)
+        margin = np.min([np.abs(at.kappa * at.rho0), np.abs(at.kappa_star * at.rho0), away, sine], axis=0)
+    return np.where((linkage.dyads == RR).all(1), residual, np.nan), margin
+
+
+I_GG = Series(
+    code="I.GG",
+    title="coupler parallel to the line of fixed pivots",
+    inverse="I.GG",
+    source="Allievi 1895, secs. 12, 22, eqs. (24)-(30)",
+    members=[
+        Member("general", "four-bar", [KAPPA, PHI_1, PHI_2], pivots, weight=3.0),
+        Member("symmetric", "four-bar", [KAPPA, Parameter("phi1", PHI_1.domain[:1], PHI_1.meaning)], symmetric),
+    ],
+    classify=classify,
+    guided=guided,
+)
+
+
+@hookimpl
+def catalogue_series() -> list[Series]:
+    """Self-inverse."""
+    return [I_GG]

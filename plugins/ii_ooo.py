@@ -1,0 +1,83 @@
+"""Series II.ooo: cyclic (Cardanic) motion, exact in every position.
+
+The inflection circle rolls in a fixed circle of twice its size: each of its points runs on a straight line, its centre
+on a circle about the inflection pole.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from catalogue.hookspecs import hookimpl
+from catalogue.instant import Instant
+from catalogue.linkage import PR, RR, Array
+from catalogue.pairs import linkage_of, normal_pair, slider_pair
+from catalogue.series import EXACT, Guided, Member, Parameter, Parameters, Series
+
+#: Rays of the stored guided points, and how near they may come to the ray of a slider, which is itself such a point.
+RAYS = (30, 60, 90, 120, 150)
+NEAR = np.radians(8.0)
+
+
+def slider(phi: Array) -> Array:
+    """Slider on the ray phi."""
+    return slider_pair(np.cos(phi), np.sin(phi))
+
+
+def trammel(p: Parameters) -> Array:
+    """Two sliders."""
+    return linkage_of(slider(p["phi1"]), slider(p["phi2"]))
+
+
+def isosceles(p: Parameters) -> Array:
+    """Slider-crank with crank and coupler equal, the fixed pivot on the slider's line."""
+    return linkage_of(normal_pair(np.ones_like(p["phi2"])), slider(p["phi2"]))
+
+
+def guided(p: Parameters) -> Iterator[Guided]:
+    """Points of the inflection circle on straight lines, its centre on a circle; all exact."""
+    sliders = [p[name] for name in ("phi1", "phi2") if name in p]
+    for degrees in RAYS:
+        phi = np.full_like(sliders[0], np.radians(degrees))
+        apart = np.min([np.abs(phi - other) for other in sliders], axis=0)[:, None, None]
+        yield Guided(f"ray {degrees}", np.where(apart < NEAR, np.nan, slider(phi)), EXACT)
+    taken = "phi1" not in p  # the isosceles slider-crank has its crank there
+    yield Guided("centre", np.where(taken, np.nan, normal_pair(np.ones_like(sliders[0]))), EXACT)
+
+
+def classify(instant: Instant) -> tuple[Array, Array]:
+    """Residual: 0 for a trammel; for a slider-crank the inequality of crank and coupler and the offset of the pivot."""
+    linkage = instant.linkage
+    kind = linkage.dyads
+    swap = (kind[:, 0] == PR)[:, None, None]
+    z = np.where(swap, linkage.points[:, ::-1], linkage.points)
+    crank, coupler = np.abs(z[:, 0, 1] - z[:, 0, 0]), np.abs(z[:, 1, 1] - z[:, 0, 1])
+    offset = np.abs(((z[:, 0, 0] - z[:, 1, 1]) * z[:, 1, 0].conj()).real)
+    ray = linkage.rays
+    with np.errstate(invalid="ignore", divide="ignore"):
+        unequal = np.maximum(np.abs(crank - coupler) / (crank + coupler), offset / crank)
+    residual = np.where((kind == PR).all(1), 0.0, np.where((np.sort(kind, 1) == [RR, PR]).all(1), unequal, np.nan))
+    return residual, np.abs((ray[:, 0].conj() * ray[:, 1]).imag)
+
+
+PHI = Parameter("phi1", tuple(np.radians([(12, 168)]).tolist()), "ray of slider 1 [rad]")
+II_OOO = Series(
+    code="II.ooo",
+    title="cyclic motion: trammel and isosceles slider-crank",
+    inverse="II*.ooo",
+    source="Allievi 1895, sec. 14, sec. 26",
+    members=[
+        Member("general", "elliptic-trammel", [PHI, Parameter("phi2", PHI.domain, "ray of slider 2 [rad]")], trammel),
+        Member("isosceles", "slider-crank",
+               [Parameter("phi2", tuple(np.radians([(12, 78)]).tolist()), "ray of the slider [rad]")], isosceles,
+               weight=0.25),
+    ],
+    classify=classify,
+    guided=guided,
+)  # fmt: skip
+
+
+@hookimpl
+def catalogue_series() -> list[Series]:
+    """The motion and no more; its inversion is a series of slots."""
+    return [II_OOO]

@@ -1,0 +1,75 @@
+"""Series II.xy and II*.xy: one crank in line with the coupler, the other perpendicular to it (Evans).
+
+Crank 1 has its moving pivot at the pole, pair 3 stands on the pole normal.  Every point of the inflection circle is an
+undulation; one, [2], is a pseudo-undulation.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from catalogue.hookspecs import hookimpl
+from catalogue.instant import Instant
+from catalogue.linkage import RP, RR, Array
+from catalogue.pairs import linkage_of, normal_pair, slider_pair, tangent_pair
+from catalogue.series import Guided, Member, Parameter, Parameters, Series
+
+A_1 = Parameter("a1", ((0.25, 4.0),), "rho0/r1, inverse length of crank 1")
+Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 3.0)), "rho0/r3 of the pair on the pole normal")
+
+
+def pivots(p: Parameters) -> Array:
+    """Crank 1 along the pole tangent, its moving pivot at the pole; pair 3 on the pole normal."""
+    return linkage_of(tangent_pair(p["a1"]), normal_pair(p["q3"]))
+
+
+def guided(p: Parameters) -> Iterator[Guided]:
+    """[2] by eq. (42), (cos, sin) ~ (q3 q4, 1/r1), on the inflection circle; [4] by (33), q3 + q4 = 1."""
+    q3, q4, a1 = p["q3"], 1 - p["q3"], p["a1"]
+    norm = np.hypot(q3 * q4, a1)
+    yield Guided("[2]", slider_pair(q3 * q4 / norm, a1 / norm), 4)
+    same = (q3 == 0.5)[:, None, None]  # [4] is then the driving pair itself
+    yield Guided("[4]", np.where(same, np.nan, normal_pair(q4)), 4)
+    yield Guided("undulation", normal_pair(0 * q3), np.where(q3 == 1, 4, 3))
+    yield Guided("cuspidation", normal_pair(0 * q3 - 1), np.where(q3 == 2, 4, 3))
+
+
+def classify(instant: Instant) -> tuple[Array, Array]:
+    """Residual: cosine of the angle of the cranks, and distance of moving pivot 1 from the line of pair 3."""
+    linkage = instant.linkage
+    z, ray, kind = linkage.points, linkage.rays, linkage.dyads
+    cosine = np.abs((ray[:, 0].conj() * ray[:, 1]).real)
+    best, margin = np.full(len(linkage), np.inf), np.full(len(linkage), np.nan)
+    for one, three in ((0, 1), (1, 0)):
+        off = np.abs(((z[:, one, 1] - z[:, three, 0]) * ray[:, three].conj()).imag) / linkage.size
+        allowed = (kind[:, one] == RR) & ((kind[:, three] == RR) | (kind[:, three] == RP))
+        residual = np.where(allowed, np.maximum(cosine, off), np.inf)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            a1 = instant.curvature.rho0 / np.abs(z[:, one, 1] - z[:, one, 0])
+            r3 = ((z[:, three, 0] - z[:, one, 1]) * ray[:, three].conj()).real
+            q3 = instant.curvature.rho0 / np.abs(r3)
+        here = np.where(kind[:, three] == RR, np.minimum(a1, q3), a1)
+        margin = np.where(residual < best, here, margin)
+        best = np.minimum(best, residual)
+    return np.where(np.isfinite(best), best, np.nan), margin
+
+
+II_XY = Series(
+    code="II.xy",
+    title="one crank along the coupler, one perpendicular to it (Evans)",
+    inverse="II*.xy",
+    source="Allievi 1895, secs. 14, 28, eqs. (33), (42)",
+    members=[
+        Member("general", "four-bar", [A_1, Q_3], pivots, weight=3.0),
+        Member("general", "inverted-slider-crank", [A_1], pivots, held={"q3": -1.0}, weight=0.25),
+    ],
+    classify=classify,
+    guided=guided,
+)
+II_STAR_XY = II_XY.inversion("II*.xy", "one crank along the frame, one perpendicular to it")
+
+
+@hookimpl
+def catalogue_series() -> list[Series]:
+    """The series and its inversion."""
+    return [II_XY, II_STAR_XY]

@@ -1,0 +1,77 @@
+"""Series IV.l and IV*.l: parallel cranks perpendicular to the line of fixed pivots (IV) or to the coupler (IV*, Watt).
+
+The pole is at infinity.  Axes: x along the cranks, y across, unit of length y1.  The centring-point curve of IV is the
+pair of axes, the circling-point curve a hyperbola.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from catalogue.hookspecs import hookimpl
+from catalogue.instant import Instant
+from catalogue.linkage import RR, Array
+from catalogue.pairs import linkage_of, pair, parallel_pair, point
+from catalogue.series import Guided, Member, Parameter, Parameters, Series
+
+Y_2 = Parameter("y2", ((-3.0, -0.1), (0.1, 0.95), (1.05, 3.0)), "y2/y1, heights of the cranks")
+K_STAR = Parameter("k", ((-5.0, -0.1), (0.1, 5.0)), "k*/y1^2 of IV, -k/y1^2 of its inversion")
+
+
+def pivots(p: Parameters) -> Array:
+    """Cranks at the heights 1 and y2."""
+    zero = np.zeros_like(p["k"])
+    return linkage_of(parallel_pair(zero + 1, zero, p["k"]), parallel_pair(p["y2"], zero, p["k"]))
+
+
+def watt(p: Parameters) -> Array:
+    """Equal cranks of opposite sense."""
+    return pivots({**p, "y2": -np.ones_like(p["k"])})
+
+
+def guided(p: Parameters) -> Iterator[Guided]:
+    """[3] with y1 + y2 + y3 = 0 on a circle; [4], the slot through (x4, 0), y1 y2 y3 = -k* x4 (62)-(64)."""
+    k = p["k"]
+    y2 = p.get("y2", -np.ones_like(k))
+    y3 = -(1 + y2)
+    double = (np.abs(y3) < 1e-12)[:, None, None]  # Watt: [3] and [4] coincide
+    with np.errstate(divide="ignore", invalid="ignore"):
+        yield Guided("[3]", np.where(double, np.nan, parallel_pair(y3, 0 * k, k)), 4)
+    x4 = -y2 * y3 / k
+    yield Guided("[4]", pair(point(x4, 0 * k), point(1 + 0 * k, 0, 0)), 4)
+    near = (np.abs(x4) < 0.05)[:, None, None]
+    yield Guided("cuspidation", np.where(near, np.nan, pair(point(0 * k, 0), point(1 + 0 * k, 0, 0))), 3)
+
+
+def classify(instant: Instant) -> tuple[Array, Array]:
+    """Residual: sine of the angle of the cranks and their cosines with the line of fixed pivots.  Margin: to a
+    parallelogram, which translates."""
+    linkage = instant.linkage
+    z, ray = linkage.points, linkage.rays
+    base = z[:, 1, 0] - z[:, 0, 0]
+    cosine = np.abs((ray.conj() * (base / np.abs(base))[:, None]).real).max(1)
+    sine = np.abs((ray[:, 0].conj() * ray[:, 1]).imag)
+    lengths = ((z[..., 1] - z[..., 0]) * ray[:, :1].conj()).real
+    margin = np.abs(lengths[:, 0] - lengths[:, 1]) / np.abs(lengths).max(1)
+    return np.where((linkage.dyads == RR).all(1), np.maximum(sine, cosine), np.nan), margin
+
+
+IV_L = Series(
+    code="IV.l",
+    title="parallel cranks perpendicular to the line of fixed pivots",
+    inverse="IV*.l",
+    source="Allievi 1895, sec. 18, eqs. (62)-(64)",
+    members=[
+        Member("general", "four-bar", [Y_2, K_STAR], pivots, weight=3.0),
+        Member("equal cranks", "four-bar", [K_STAR], watt, weight=0.25),
+    ],
+    classify=classify,
+    guided=guided,
+)
+IV_STAR_L = IV_L.inversion("IV*.l", "parallel cranks perpendicular to the coupler (Watt)")
+
+
+@hookimpl
+def catalogue_series() -> list[Series]:
+    """The series and its inversion."""
+    return [IV_L, IV_STAR_L]

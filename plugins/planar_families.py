@@ -1,0 +1,17 @@
+"""The six families of planar linkages with two guiding dyads (Allievi 1895, Introduction and sec. 3)."""
+
+from collections.abc import Iterator
+
+from catalogue.families import Family
+from catalogue.hookspecs import hookimpl
+
+
+@hookimpl
+def catalogue_families() -> Iterator[Family]:
+    """Two dyads out of crank (RR), slider (PR) and slide (RP), in every combination."""
+    yield Family("four-bar", "two cranks", "four-bar", "RR.RR", sliding=False)
+    yield Family("slider-crank", "crank and slider", "inverted-slider-crank", "RR.PR", sliding=True)
+    yield Family("inverted-slider-crank", "crank and slide", "slider-crank", "RR.RP", sliding=True)
+    yield Family("swinging-block", "slider and slide (conchoidal)", "swinging-block", "PR.RP", sliding=True)
+    yield Family("elliptic-trammel", "two sliders", "oldham", "PR.PR", sliding=True)
+    yield Family("oldham", "two slides", "elliptic-trammel", "RP.RP", sliding=True)
