@@ -140,6 +140,8 @@ class Reach(Base):
     The stroke is a chord in canonical units, `sweep` the stroke times the curvature of the fitted nominal; the other
     lengths are multiples of the stroke.  Boxes are those of the pivots at finite distance, in the guide's frame (the
     path runs from (0, 0) to (1, 0)).  Bit i of `rotates`: crank i + 1 turns fully.
+    `half` and `centre` are the window that was traced: half its length along the tangent, canonical units, and where its
+    middle lies, in halves from the design position.
     """
 
     __tablename__ = "reach"
@@ -148,6 +150,8 @@ class Reach(Base):
     level: Mapped[Key]
     kind: Mapped[str]
     stroke: Mapped[float]
+    half: Mapped[float]
+    centre: Mapped[float]
     deviation: Mapped[float]
     sweep: Mapped[float]
     size: Mapped[float]
@@ -170,6 +174,7 @@ class Reach(Base):
         ForeignKeyConstraint(["guide_id", "kind"], ["guide.id", "guide.kind"], ondelete="CASCADE"),
         CheckConstraint("level BETWEEN -12 AND -1", name="level"),
         CheckConstraint("stroke > 0", name="stroke"),
+        CheckConstraint("half > 0 AND abs(centre) < 1", name="window"),
         CheckConstraint("deviation >= 0", name="deviation"),
         CheckConstraint("sweep >= 0 AND (kind = 'line') = (sweep = 0)", name="sweep"),
         CheckConstraint("size > 0", name="size"),

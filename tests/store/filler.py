@@ -62,6 +62,8 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
         "guide": np.repeat(np.arange(total), LEVELS),
         "level": np.tile(np.arange(-LEVELS, 0), total),
         "stroke": length[0],
+        "half": 0.5 * length[0],
+        "centre": 0.0,
         "deviation": length[1] * 1e-3,
         "sweep": np.repeat(np.tile([0.0, 0.2], count), LEVELS),
         "size": length[2],
