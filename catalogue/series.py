@@ -15,7 +15,7 @@ How to write a plugin that adds a series:
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -76,9 +76,10 @@ class Member:
     parameters : sequence of Parameter
         The free ones; they are what is sampled and stored.
     pivots : callable
-        From all parameters, free and held, arrays of shape (n,), to pivots of shape (n, 2, 2, 3).
-    held : mapping, optional
-        Values of parameters that the sub-family holds fixed, given to `pivots` and `guided` along with the free ones.
+        From all parameters, free and derived, arrays of shape (n,), to pivots of shape (n, 2, 2, 3).
+    derive : callable, optional
+        From the free parameters to those that the sub-family's condition determines; `pivots` and the series' `guided`
+        are given both.
     weight : float
         Share of this member in a sample of the series.
     """
@@ -87,7 +88,7 @@ class Member:
     family: str
     parameters: Sequence[Parameter]
     pivots: Callable[[Parameters], Array]
-    held: Mapping[str, float] = field(default_factory=dict)
+    derive: Callable[[Parameters], Parameters] | None = None
     weight: float = 1.0
 
     @property
@@ -96,7 +97,7 @@ class Member:
         return f"{self.family} {self.name}"
 
     def complete(self, free: Parameters) -> dict[str, Array]:
-        """Return the free parameters, in order, with the held ones added.
+        """Return the free parameters, in order, with the derived ones added.
 
         Raises
         ------
@@ -107,8 +108,7 @@ class Member:
         if missing:
             raise PluginError(f"{self.key}: parameter {', '.join(missing)} is missing")
         arrays = {p.name: np.atleast_1d(np.asarray(free[p.name], dtype=float)) for p in self.parameters}
-        n = max(len(a) for a in arrays.values())
-        return arrays | {name: np.full(n, value) for name, value in self.held.items()}
+        return {**arrays, **self.derive(arrays)} if self.derive else arrays
 
     def synthesise(self, free: Parameters) -> Array:
         """Return pivots (n, 2, 2, 3) in the canonical frame."""

@@ -18,31 +18,51 @@ KAPPA = Parameter("kappa", ((-3.0, -1.1), (-0.9, -0.1), (0.1, 2.5)), "rho0/R, cu
 PHI_1 = Parameter("phi1", tuple(np.radians([(12, 84), (96, 168)]).tolist()), "direction of crank 1 [rad]")
 PHI_2 = Parameter("phi2", PHI_1.domain, "direction of crank 2 [rad]")
 
+PHI_1_LEFT = Parameter("phi1", PHI_1.domain[:1], PHI_1.meaning)
+KAPPA_30 = Parameter("kappa", ((-3.0, -1.1), (-0.3, -0.05), (0.05, 2.5)), KAPPA.meaning)
+
 
 def pivots(p: Parameters) -> Array:
     """Two cranks on the circles."""
     return linkage_of(circle_pair(p["kappa"], p["phi1"]), circle_pair(p["kappa"], p["phi2"]))
 
 
-def symmetric(p: Parameters) -> Array:
+def symmetric(p: Parameters) -> Parameters:
     """Cranks symmetric about the pole normal."""
-    return pivots({**p, "phi2": np.pi - p["phi1"]})
+    return {"phi2": np.pi - p["phi1"]}
+
+
+def pseudo_undulation(p: Parameters) -> Parameters:
+    """Five positions on a line at the inflection pole, eq. (29): cot(phi2) = -(1 + 2 kappa/kappa*) tan(phi1)."""
+    return {"phi2": np.arctan2(1.0, -(1 + 2 * p["kappa"] / (p["kappa"] + 1)) * np.tan(p["phi1"]))}
+
+
+def double_undulation(p: Parameters) -> Parameters:
+    """Six positions on a line, eq. (30): cot(phi1) = -cot(phi2) = sqrt(1 + 2 kappa/kappa*) (Roberts)."""
+    phi = np.arctan2(1.0, np.sqrt(1 + 2 * p["kappa"] / (p["kappa"] + 1)))
+    return {"phi1": phi, "phi2": np.pi - phi}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """Principal pairs on the pole normal by eqs. (24), (25); real iff (kappa + kappa*)^2 >= 4 kappa kappa* c (27)."""
+    """Principal pairs on the pole normal by eqs. (24), (25), real iff (kappa + kappa*)^2 >= 4 kappa kappa* c (27).
+
+    Symmetric cranks raise the order of what stands on the pole normal by one if it is even."""
     kappa, star = p["kappa"], p["kappa"] + 1
-    phi2 = p.get("phi2", np.pi - p["phi1"])
-    c = 1 / (np.tan(p["phi1"]) * np.tan(phi2))
-    order = np.where(np.abs(np.sin(p["phi1"] + phi2)) < 1e-12, 5, 4)
-    with np.errstate(invalid="ignore"):
+    c = 1 / (np.tan(p["phi1"]) * np.tan(p["phi2"]))
+    even = np.abs(np.sin(p["phi1"] + p["phi2"])) < 1e-12
+    with np.errstate(invalid="ignore", divide="ignore"):
         root = np.sqrt((kappa + star) ** 2 - 4 * kappa * star * c)
-    large = 0.5 * (kappa + star + np.copysign(root, kappa + star))
-    yield Guided("[3]", normal_pair(kappa + large), order)
-    yield Guided("[4]", normal_pair(kappa + kappa * star * c / large), order)
-    zero = np.zeros_like(kappa)
-    yield Guided("undulation", normal_pair(zero), 3)
-    yield Guided("cuspidation", normal_pair(zero - 1), 3)
+        large = 0.5 * (kappa + star + np.copysign(root, kappa + star))
+        small = kappa * star * c / large
+    # a pair at the inflection (return) pole is its pseudo-undulation (pseudo-cuspidation)
+    straight = np.minimum(np.abs(kappa + large), np.abs(kappa + small)) < 1e-12
+    slot = np.minimum(np.abs(star + large), np.abs(star + small)) < 1e-12
+    for label, v in (("[3]", large), ("[4]", small)):
+        q = kappa + v
+        taken = ((np.abs(q) < 1e-12) | (np.abs(q + 1) < 1e-12))[:, None, None]
+        yield Guided(label, np.where(taken, np.nan, normal_pair(q)), np.where(even, 5, 4))
+    yield Guided("undulation", normal_pair(np.zeros_like(kappa)), np.where(straight, np.where(even, 5, 4), 3))
+    yield Guided("cuspidation", normal_pair(np.full_like(kappa, -1)), np.where(slot, np.where(even, 5, 4), 3))
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
@@ -66,8 +86,10 @@ I_GG = Series(
     inverse="I.GG",
     source="Allievi 1895, secs. 12, 22, eqs. (24)-(30)",
     members=[
-        Member("general", "four-bar", [KAPPA, PHI_1, PHI_2], pivots, weight=3.0),
-        Member("symmetric", "four-bar", [KAPPA, Parameter("phi1", PHI_1.domain[:1], PHI_1.meaning)], symmetric),
+        Member("general", "four-bar", [KAPPA, PHI_1, PHI_2], pivots, weight=2.0),
+        Member("symmetric", "four-bar", [KAPPA, PHI_1_LEFT], pivots, symmetric),
+        Member("pseudo-undulation", "four-bar", [KAPPA, PHI_1], pivots, pseudo_undulation),
+        Member("double undulation", "four-bar", [KAPPA_30], pivots, double_undulation, weight=0.25),
     ],
     classify=classify,
     guided=guided,

@@ -23,6 +23,11 @@ def pivots(p: Parameters) -> Array:
     return linkage_of(tangent_pair(p["a1"]), normal_pair(p["q3"]))
 
 
+def slide(p: Parameters) -> Parameters:
+    """Pair 3 is a slide."""
+    return {"q3": np.full_like(p["a1"], -1.0)}
+
+
 def guided(p: Parameters) -> Iterator[Guided]:
     """[2] by eq. (42), (cos, sin) ~ (q3 q4, 1/r1), on the inflection circle; [4] by (33), q3 + q4 = 1."""
     q3, q4, a1 = p["q3"], 1 - p["q3"], p["a1"]
@@ -61,7 +66,7 @@ II_XY = Series(
     source="Allievi 1895, secs. 14, 28, eqs. (33), (42)",
     members=[
         Member("general", "four-bar", [A_1, Q_3], pivots, weight=3.0),
-        Member("general", "inverted-slider-crank", [A_1], pivots, held={"q3": -1.0}, weight=0.25),
+        Member("general", "inverted-slider-crank", [A_1], pivots, slide, weight=0.25),
     ],
     classify=classify,
     guided=guided,

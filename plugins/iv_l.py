@@ -24,15 +24,14 @@ def pivots(p: Parameters) -> Array:
     return linkage_of(parallel_pair(zero + 1, zero, p["k"]), parallel_pair(p["y2"], zero, p["k"]))
 
 
-def watt(p: Parameters) -> Array:
+def equal(p: Parameters) -> Parameters:
     """Equal cranks of opposite sense."""
-    return pivots({**p, "y2": -np.ones_like(p["k"])})
+    return {"y2": np.full_like(p["k"], -1.0)}
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
     """[3] with y1 + y2 + y3 = 0 on a circle; [4], the slot through (x4, 0), y1 y2 y3 = -k* x4 (62)-(64)."""
-    k = p["k"]
-    y2 = p.get("y2", -np.ones_like(k))
+    k, y2 = p["k"], p["y2"]
     y3 = -(1 + y2)
     double = (np.abs(y3) < 1e-12)[:, None, None]  # Watt: [3] and [4] coincide
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -63,7 +62,7 @@ IV_L = Series(
     source="Allievi 1895, sec. 18, eqs. (62)-(64)",
     members=[
         Member("general", "four-bar", [Y_2, K_STAR], pivots, weight=3.0),
-        Member("equal cranks", "four-bar", [K_STAR], watt, weight=0.25),
+        Member("equal cranks", "four-bar", [K_STAR], pivots, equal, weight=0.25),
     ],
     classify=classify,
     guided=guided,
