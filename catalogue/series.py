@@ -14,7 +14,7 @@ How to write a plugin that adds a series:
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -60,7 +60,7 @@ class Parameter:
 
     def holds(self, values: Array) -> Array:
         """Return where values lie in the domain."""
-        return np.any([(values >= a) & (values <= b) for a, b in self.domain], axis=0)
+        return np.asarray(np.any([(values >= a) & (values <= b) for a, b in self.domain], axis=0))
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ class Series:
     classify : callable
         From an `Instant` of n linkages to residual (n,) and margin (n,).
     guided : callable
-        From the complete parameters of a member to a sequence of `Guided`.
+        From the complete parameters of a member to its `Guided` elements, one of each label, NaN where there is none.
     solve : callable, optional
         Closed-form answers to a posed problem: from a request to pivots (n, 2, 2, 3) in the request's frame.
 
@@ -177,7 +177,7 @@ class Series:
     source: str
     members: Sequence[Member]
     classify: Callable[[Instant], tuple[Array, Array]]
-    guided: Callable[[Parameters], Sequence[Guided]]
+    guided: Callable[[Parameters], Iterable[Guided]]
     solve: Callable[[Any], Array] | None = None
 
     def __post_init__(self) -> None:

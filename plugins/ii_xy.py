@@ -29,14 +29,17 @@ def slide(p: Parameters) -> Parameters:
 
 
 def guided(p: Parameters) -> Iterator[Guided]:
-    """[2] by eq. (42), (cos, sin) ~ (q3 q4, 1/r1), on the inflection circle; [4] by (33), q3 + q4 = 1."""
+    """[2] by eq. (42), (cos, sin) ~ (q3 q4, 1/r1), on the inflection circle; [4] by (33), q3 + q4 = 1.
+
+    A pair that falls into the inflection (return) pole is given once, as its undulation (cuspidation)."""
     q3, q4, a1 = p["q3"], 1 - p["q3"], p["a1"]
     norm = np.hypot(q3 * q4, a1)
-    yield Guided("[2]", slider_pair(q3 * q4 / norm, a1 / norm), 4)
-    same = (q3 == 0.5)[:, None, None]  # [4] is then the driving pair itself
-    yield Guided("[4]", np.where(same, np.nan, normal_pair(q4)), 4)
-    yield Guided("undulation", normal_pair(0 * q3), np.where(q3 == 1, 4, 3))
-    yield Guided("cuspidation", normal_pair(0 * q3 - 1), np.where(q3 == 2, 4, 3))
+    straight, slot, double, slide = (np.abs(q3 - q)[:, None, None] < 1e-12 for q in (1.0, 2.0, 0.5, -1.0))
+    yield Guided("[2]", np.where(straight, np.nan, slider_pair(q3 * q4 / norm, a1 / norm)), 4)
+    # with q3 = 1/2, [4] is the driving pair itself; with q3 = -1 the slide is the cuspidation
+    yield Guided("[4]", np.where(straight | slot | double, np.nan, normal_pair(q4)), 4)
+    yield Guided("undulation", normal_pair(0 * q3), np.where(straight[:, 0, 0], 4, 3))
+    yield Guided("cuspidation", np.where(slide, np.nan, normal_pair(0 * q3 - 1)), np.where(slot[:, 0, 0], 4, 3))
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:

@@ -1,0 +1,119 @@
+"""Contact of guided pairs with the finite motion, from nothing but the closed loop, in 100 digits.
+
+A guided pair is a dyad that the linkage does not have: its *gap*, how far the motion violates its constraint, vanishes
+to the order of contact.  The loop is closed by Newton's method on the gaps of the two dyads that the linkage has; the
+position is parametrised by its distance s along the tangent of the motion in (d, angle), which is regular wherever the
+linkage is not at a dead point.  The Taylor coefficients of a gap then come from positions a hair apart: the first that
+does not vanish is that of s^(order + 1).  Slots (moving pivot at infinity) have the gap of the inverse motion.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import Any
+
+import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
+import numpy as np
+
+from ..linkage import Array
+
+DIGITS = 100
+#: Positions on each side of the reference position, and their distance: high terms fall by 1e-8 each.
+SIDE, STEP = 5, mp.mpf(10) ** -8
+#: Where the terms of the Taylor series are weighed against each other, as a part of the linkage.
+NEAR = 0.3
+#: A term below this part of the largest one counts as zero: the pivots are given with 16 digits.
+ZERO = 1e-9
+#: Largest gap of a guide that is exact.
+EXACT_GAP = 1e-14
+
+
+class Dyad:
+    """The constraint of a pair: gap and gradient over a pose z -> d + exp(i angle) z, written out case by case."""
+
+    def __init__(self, pair: Array) -> None:
+        (x, y, w), (x_star, y_star, w_star) = ([mp.mpf(float(v)) for v in pivot] for pivot in pair)
+        self.fixed, self.moving = mp.mpc(x, y) / (w or 1), mp.mpc(x_star, y_star) / (w_star or 1)
+        self.slider, self.slide = not w, not w_star
+
+    def gap(self, pose: Any) -> tuple[Any, list[Any]]:
+        """Return the gap [length] and its derivatives by (Re d, Im d, angle)."""
+        d, turn = mp.mpc(pose[0], pose[1]), mp.expj(pose[2])
+        if self.slide:
+            normal, arm = turn * self.moving, self.fixed - d
+            value = (mp.conj(normal) * arm).real - (mp.conj(self.moving) * self.fixed).real
+            return value, [-normal.real, -normal.imag, (mp.conj(1j * normal) * arm).real]
+        spoke = turn * self.moving
+        if self.slider:
+            value, normal = (mp.conj(self.fixed) * (d + spoke - self.moving)).real, self.fixed
+        else:
+            length, normal = abs(self.moving - self.fixed), d + spoke - self.fixed
+            value, normal = (abs(normal) ** 2 - length**2) / (2 * length), normal / length
+        return value, [normal.real, normal.imag, (mp.conj(normal) * 1j * spoke).real]
+
+
+def pose(dyads: list[Dyad], s: Any, start: Any = None) -> Any:
+    """Return the pose (Re d, Im d, angle) at the distance s along the tangent of the motion, sought near `start`.
+
+    Raises
+    ------
+    ArithmeticError
+        If the loop does not close there.
+    """
+    first, second = (dyad.gap([mp.mpf(0)] * 3)[1] for dyad in dyads)
+    tangent = [first[i - 2] * second[i - 1] - first[i - 1] * second[i - 2] for i in range(3)]
+    speed = mp.sqrt(sum(c * c for c in tangent))
+    if speed < mp.mpf(10) ** -12:
+        raise ArithmeticError("the linkage is at a dead point: its motion has no single tangent")
+    tangent = [c / speed for c in tangent]
+    now = start or [s * c for c in tangent]
+    for _ in range(40):
+        gaps = [dyad.gap(now) for dyad in dyads]
+        along = sum(t * c for t, c in zip(tangent, now, strict=True)) - s
+        step = mp.lu_solve(mp.matrix([g[1] for g in gaps] + [tangent]), mp.matrix([g[0] for g in gaps] + [along]))
+        now = [c - step[i] for i, c in enumerate(now)]
+        if mp.norm(step) < mp.mpf(10) ** (5 - DIGITS):
+            return now
+    raise ArithmeticError("the loop does not close")
+
+
+def taylor(pivots: Array, pairs: list[Array]) -> list[Array]:
+    """Return the Taylor coefficients in s of the gap of each pair, from s^0 to s^8, on the motion of one linkage."""
+    with mp.workdps(DIGITS):
+        dyads = [Dyad(dyad) for dyad in pivots]
+        poses = [pose(dyads, j * STEP) for j in range(-SIDE, SIDE + 1)]
+        out = []
+        for given in pairs:
+            guide = Dyad(given)
+            c = _inverse_vandermonde() * mp.matrix([guide.gap(at)[0] for at in poses])
+            out.append(np.array([float(c[k] / STEP**k) for k in range(2 * SIDE - 1)]))
+        return out
+
+
+def contact_order(coefficients: Array) -> int | None:
+    """Return the order of contact that Taylor coefficients show; None if no term of theirs is there."""
+    terms = np.abs(coefficients) * NEAR ** np.arange(len(coefficients))
+    there = np.flatnonzero(terms > max(ZERO * terms.max(), 1e-15))
+    return int(there[0]) - 1 if there.size else None
+
+
+def largest_gap(pivots: Array, pairs: list[Array], reach: float = 0.3, steps: int = 6) -> list[float]:
+    """Return the largest gap of each pair over the finite motion from -reach to reach, as far as the loop closes."""
+    with mp.workdps(DIGITS):
+        dyads = [Dyad(dyad) for dyad in pivots]
+        poses = []
+        for side in (-1, 1):
+            at = None
+            for j in range(1, steps + 1):
+                try:
+                    at = pose(dyads, mp.mpf(side * reach) * j / steps, at)
+                except ArithmeticError:
+                    break
+                poses.append(at)
+        return [float(max(abs(Dyad(given).gap(at)[0]) for at in poses)) for given in pairs]
+
+
+@lru_cache
+def _inverse_vandermonde() -> Any:
+    nodes = range(-SIDE, SIDE + 1)
+    return mp.matrix([[mp.mpf(j) ** k for k in range(2 * SIDE + 1)] for j in nodes]) ** -1

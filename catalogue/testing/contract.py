@@ -1,0 +1,48 @@
+"""The contract of a series, as tests that every plugin inherits."""
+
+from __future__ import annotations
+
+from ..plugins import Registry
+from ..series import Series
+from .guides import GuidesContract
+from .inverse import InverseContract
+from .membership import MembershipContract
+
+
+def load(code: str, *folders: object) -> Series:
+    """Return a series by its code, as the catalogue loads it from the built-in plugins and from `folders`."""
+    return Registry([str(place) for place in folders]).get(code)
+
+
+class SeriesContract(MembershipContract, GuidesContract, InverseContract):
+    """Tests that every series must pass.
+
+    To test yours: 1. subclass this with a name that begins with ``Test``; 2. set `series`, for instance to
+    ``load("II.x0", folder)``; 3. if it has special parameter points, at which orders rise or pairs vanish, add them to
+    `special`; 4. if a member lacks a guided element everywhere, say so in `absent`.
+
+    Attributes
+    ----------
+    series : Series
+    folders : sequence, optional
+        Plugin folders to load besides the built-in one; there the inverse series and the families are looked up.
+    special : mapping, optional
+        From the key of a member to parameter points that are tested besides the even sample.
+    absent : collection of (key of member, label), optional
+        Guided elements that are NaN throughout a member on purpose.
+    """
+
+    def test_data_are_complete(self) -> None:
+        known = self.registry().families
+        for text in (self.series.code, self.series.title, self.series.source, self.series.inverse):
+            assert text.strip() == text != "", f"{self.series.code}: code, title, source and inverse must not be blank"
+        for member in self.series.members:
+            assert member.family in known, f"{member.key}: no plugin provides the family {member.family}"
+            assert member.weight > 0, f"{member.key}: its weight must be positive"
+            names = [p.name for p in member.parameters]
+            assert len(set(names)) == len(names), f"{member.key}: two parameters have one name: {names}"
+            for p in member.parameters:
+                assert p.name.isidentifier(), f"{member.key}: {p.name!r} is no name for a column"
+                assert p.meaning.strip(), f"{member.key}: say what {p.name} means"
+        keys = {m.key for m in self.series.members}
+        assert {*self.special, *(key for key, _ in self.absent)} <= keys, f"special, absent: members are {keys}"

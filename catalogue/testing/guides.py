@@ -1,0 +1,76 @@
+"""Guided elements: real pairs, the right ones, of the claimed order on the finite motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..instant import Instant
+from ..series import EXACT, Guided, Member
+from .base import Contract, apart, first, order_of, real, whole
+from .contact import EXACT_GAP, contact_order, largest_gap, taylor
+from .sample import Sample, even
+
+#: Pairs nearer than SAME are one pair; principal pairs nearer than DOUBLE have lost half their digits.
+SAME, DOUBLE = 1e-6, 1e-3
+#: Linkages per label whose contact is measured.
+MEASURED = 4
+
+
+class GuidesContract(Contract):
+    """What is claimed of a guided element holds."""
+
+    def test_guides_touch_the_finite_motion_to_their_order(self, member: Member) -> None:
+        for sample in self.samples(member):
+            for i, guides in _measured(sample).items():
+                terms = taylor(sample.pivots[i], [g.pairs[i] for g in guides])
+                gaps = largest_gap(sample.pivots[i], [g.pairs[i] for g in guides if order_of(g)[i] == EXACT])
+                for g, c in zip(guides, terms, strict=True):
+                    claimed, found = int(order_of(g)[i]), contact_order(c)
+                    text = f"{sample.name(i)}: {g.label} claims contact of order {claimed}"
+                    if claimed == EXACT:
+                        gap = gaps.pop(0)
+                        assert gap < EXACT_GAP, f"{text} (exact), but the finite motion leaves it by {gap:.2g}"
+                    else:
+                        assert found is not None, f"{text}, but the finite motion never leaves it; say EXACT"
+                        assert found == claimed, f"{text}, but the finite motion leaves it like s^{found + 1}"
+
+    def test_guides_are_pairs_apart_from_one_another_and_from_the_driving_ones(self, member: Member) -> None:
+        for sample in self.samples(member):
+            known = [(f"the driving pair {dyad + 1}", sample.pivots[:, dyad]) for dyad in (0, 1)]
+            for g in sample.guided:
+                whole(sample, g)
+                for text, pairs in known:
+                    same = apart(g.pairs, pairs) < 1e-9
+                    assert not same.any(), f"{sample.name(first(same))}: {g.label} is {text}; give one of them as NaN"
+                known.append((g.label, g.pairs))
+
+    def test_each_guide_is_real_somewhere(self, member: Member) -> None:
+        sample = even(self.series, member, 256).valid
+        never = {g.label for g in sample.guided if not real(g).any()}
+        declared = {label for key, label in self.absent if key == member.key}
+        assert never == declared, f"{member.key}: NaN everywhere: {never}; declared in `absent`: {declared}"
+
+    def test_principal_pairs_are_those_of_the_instant(self, member: Member) -> None:
+        for sample in self.samples(member):
+            principal = Instant(sample.linkage).curvature.principal_pairs
+            high = [(g, (order_of(g) >= 4) & real(g)) for g in sample.guided]
+            clear = ~(apart(principal[:, 0], principal[:, 1]) < DOUBLE) & np.isfinite(principal).all((1, 2, 3))
+            known = [np.where(there[:, None, None], g.pairs, np.nan) for g, there in high]
+            for j in (0, 1):
+                near = [apart(principal[:, j], pairs) for pairs in (*known, sample.pivots[:, 0], sample.pivots[:, 1])]
+                missing = clear & ~(np.fmin.reduce(near) < SAME)
+                assert not missing.any(), (
+                    f"{sample.name(first(missing))}: the principal pair {principal[first(missing), j].tolist()} is "
+                    "real, but no guided element of order 4 or more stands there; check where you give NaN"
+                )
+            for g, there in high:
+                near = [apart(principal[:, j], g.pairs) for j in (0, 1)]
+                alien = clear & there & (order_of(g) != EXACT) & ~(np.fmin.reduce(near) < SAME)
+                assert not alien.any(), f"{sample.name(first(alien))}: {g.label} is no principal pair of the instant"
+
+
+def _measured(sample: Sample) -> dict[int, list[Guided]]:
+    """Return, by number of linkage, the guided elements to measure there: each at its first real places."""
+    finite = [(g, real(g)) for g in sample.guided]
+    numbers = sorted({int(i) for _, there in finite for i in np.flatnonzero(there)[:MEASURED]})
+    return {i: [g for g, there in finite if there[i]] for i in numbers}

@@ -1,0 +1,79 @@
+"""What the contract tests are run on: members of a series at even, at extreme and at chosen parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import product
+
+import numpy as np
+
+from ..linkage import Array, Linkage, faults
+from ..series import Guided, Member, Series
+
+SIZE = 64
+
+
+@dataclass(frozen=True)
+class Sample:
+    """A member of a series at n parameter points."""
+
+    series: Series
+    member: Member
+    free: Mapping[str, Array]
+
+    @cached_property
+    def pivots(self) -> Array:
+        """Pivots, shape (n, 2, 2, 3), as the series gives them."""
+        return self.member.synthesise(self.free)
+
+    @cached_property
+    def faults(self) -> Array:
+        """What is wrong with each linkage, shape (n,)."""
+        return faults(self.pivots)
+
+    @cached_property
+    def guided(self) -> list[Guided]:
+        """Guided elements of the n linkages, their orders spread out to shape (n,)."""
+        n = len(self.pivots)
+        found = self.series.guided(self.member.complete(self.free))
+        return [Guided(g.label, np.asarray(g.pairs), np.broadcast_to(g.order, n)) for g in found]
+
+    @cached_property
+    def valid(self) -> Sample:
+        """The part that forms linkages."""
+        return self.part(np.flatnonzero(self.faults == ""))
+
+    @cached_property
+    def linkage(self) -> Linkage:
+        """The linkages; all must be valid."""
+        return Linkage(self.pivots)
+
+    def part(self, index: Array) -> Sample:
+        """Return the points with the given numbers."""
+        return Sample(self.series, self.member, {name: values[index] for name, values in self.free.items()})
+
+    def name(self, i: int) -> str:
+        """Say which linkage is meant."""
+        at = ", ".join(f"{name} = {float(values[i])!r}" for name, values in self.free.items())
+        return f"{self.series.code}, {self.member.key}" + f" at {at}" * bool(at)
+
+
+def even(series: Series, member: Member, size: int = SIZE, seed: int = 1895) -> Sample:
+    """Return a Latin hypercube over the domain of a member; the same seed gives the same points."""
+    draw = np.random.default_rng(seed)
+    share = {p.name: (draw.permutation(size) + draw.random(size)) / size for p in member.parameters}
+    return Sample(series, member, {p.name: p.spread(share[p.name]) for p in member.parameters})
+
+
+def corners(series: Series, member: Member) -> Sample:
+    """Return a member at every combination of the ends of its parameters' intervals."""
+    ends = [[end for interval in p.domain for end in interval] for p in member.parameters]
+    table = np.array(list(product(*ends)), dtype=float)
+    return Sample(series, member, {p.name: table[:, j] for j, p in enumerate(member.parameters)})
+
+
+def chosen(series: Series, member: Member, points: Sequence[Mapping[str, float]]) -> Sample:
+    """Return a member at the given points."""
+    return Sample(series, member, {p.name: np.array([point[p.name] for point in points]) for p in member.parameters})
