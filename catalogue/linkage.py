@@ -88,6 +88,7 @@ class Linkage:
     def _trusted(cls, pivots: Array) -> Linkage:
         made = cls.__new__(cls)
         made.pivots = pivots
+        made.pivots.setflags(write=False)
         return made
 
     # -- a batch ------------------------------------------------------------------------------------------------
@@ -102,7 +103,7 @@ class Linkage:
         return (self[i] for i in range(len(self)))
 
     def __repr__(self) -> str:
-        names = ", ".join(f"{count} {name}" for name, count in zip(*np.unique(self.family, return_counts=True)))
+        names = ", ".join(f"{np.sum(self.family == name)} {name}" for name in np.unique(self.family))
         return f"<Linkage: {names or 'empty'}>"
 
     # -- what they are ------------------------------------------------------------------------------------------
@@ -125,7 +126,7 @@ class Linkage:
     @property
     def finite(self) -> Array:
         """True where a pivot is finite, shape (n, 2, 2)."""
-        return self.pivots[..., 2] != 0
+        return np.asarray(self.pivots[..., 2] != 0)
 
     @cached_property
     def rays(self) -> Array:
@@ -133,13 +134,13 @@ class Linkage:
         z, kind = self.points, self.dyads
         crank = z[..., 1] - z[..., 0]
         ray = np.where(kind == RR, crank, np.where(kind == PR, z[..., 0], z[..., 1]))
-        return ray / np.abs(ray)
+        return np.asarray(ray / np.abs(ray))
 
     @cached_property
     def size(self) -> Array:
         """Diameter of the finite pivots, shape (n,) [length]."""
         z = np.where(self.finite, self.points, np.nan).reshape(-1, 4)
-        return np.nanmax(np.abs(z[:, :, None] - z[:, None, :]), axis=(1, 2))
+        return np.asarray(np.nanmax(np.abs(z[:, :, None] - z[:, None, :]), axis=(1, 2)))
 
     # -- what can be made of them -------------------------------------------------------------------------------
     def inverted(self) -> Linkage:
@@ -182,6 +183,8 @@ def faults(pivots: Array) -> Array:
         q = _normalised(p)
         z, finite = q[..., 0] + 1j * q[..., 1], q[..., 2] != 0
         mark((p == 0).all(-1).any(axis=(1, 2)), "a pivot is (0, 0, 0), which is no point")
+        lost = ~np.isfinite(q).all(axis=-1) | ~finite & (z == 0)
+        mark(lost.any(axis=(1, 2)), "a pivot is so far out that its coordinates overflow")
         mark((~finite).all(-1).any(-1), "a dyad has both pivots at infinity")
         spread = np.where(finite, np.abs(z - np.where(finite[:, :1, :1], z[:, :1, :1], 0)), 0)
         near = COINCIDENT * np.maximum(spread.max(axis=(1, 2)), np.abs(np.where(finite, z, 0)).max(axis=(1, 2)) * 1e-3)

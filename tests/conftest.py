@@ -1,0 +1,135 @@
+"""Golden mechanisms, random linkages, and loops closed in 50 digits."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import mpmath as mp  # type: ignore[import-untyped]
+import numpy as np
+import pytest
+
+from catalogue.linkage import FAMILIES, PR, RP, RR, Array, Linkage
+
+GOLDEN = Path(__file__).with_name("golden") / "planar.json"
+
+
+@pytest.fixture(scope="session")
+def golden() -> list[dict[str, Any]]:
+    """Return the golden mechanisms: placed pivots and, from 50- and 60-digit arithmetic, what belongs to them.
+
+    Lengths are as placed; `kappa`, `kappa_star`, `s` are times rho0 and `k`, `k_star` by scale^2.  `undulation`,
+    `cuspidation`: a point, ``circle`` (all of it) or ``none``.  `pairs` are the principal pairs besides the driving
+    ones and `known` says whether they are ``all``, ``some``, a ``double`` one, or ``undetermined``.  `displaced`: angle
+    of the coupler [rad] and displacement (x, y) of the coupler point that was at the pole.
+    """
+    cases: list[dict[str, Any]] = json.loads(GOLDEN.read_text("utf-8"))
+    return cases
+
+
+@pytest.fixture(scope="session")
+def random_linkages() -> Callable[..., Linkage]:
+    """Return a maker of n random linkages of a family, of size about 1."""
+
+    def make(family: str, n: int, seed: int) -> Linkage:
+        draw = np.random.default_rng(seed)
+        kinds = FAMILIES[family]
+        parts: list[Array] = []
+        while sum(map(len, parts)) < n:
+            pivots = np.ones((2 * n, 2, 2, 3))
+            pivots[..., :2] = draw.normal(size=(2 * n, 2, 2, 2))
+            for i, kind in enumerate(kinds):
+                if kind != RR:
+                    pivots[:, i, 0 if kind == PR else 1, 2] = 0
+            linkage, _ = Linkage.valid(pivots)
+            ray, z = linkage.rays, linkage.points
+            clear = np.abs((ray[:, 0].conj() * ray[:, 1]).imag) > 0.1
+            for i, kind in enumerate(kinds):
+                if kind == RR:
+                    clear &= np.abs(z[:, i, 0] - z[:, i, 1]) > 0.1
+            parts.append(linkage.pivots[clear])
+        return Linkage(np.concatenate(parts)[:n])
+
+    return make
+
+
+Pose = tuple[Any, Any]
+
+
+@pytest.fixture(scope="session")
+def follow() -> Callable[..., Pose]:
+    """Return a follower of one linkage: (d, turn) with z -> d + turn z, by Newton on the bare constraints in 50 digits.
+
+    The motion is followed from the reference position to the parameter t = tan(angle/2), of the coupler's angle or of
+    that of the crank of dyad `crank`, in steps so short that no other branch is near.
+    """
+
+    def run(pivots: Array, t: float, crank: int | None = None) -> Pose:
+        with mp.workdps(50):
+            dyads = [_Dyad(pair) for pair in pivots]
+            size = max(abs(z) for dyad in dyads for z in (dyad.fixed, dyad.moving))
+            d, angle, done, step = mp.mpc(0), mp.mpf(0), mp.mpf(0), mp.mpf(1) / 16
+            while done < 1:
+                given = 2 * mp.atan(mp.mpf(float(t)) * min(1, done + step))
+                if crank is None:
+                    new = _meet(dyads, d, given), given
+                else:
+                    driver, other = dyads[crank], dyads[1 - crank]
+                    target = driver.fixed + mp.expj(given) * (driver.moving - driver.fixed)
+                    new = _turn(other, target, driver.moving, angle)
+                if abs(new[1] - angle) > 0.2 or abs(new[0] - d) > 0.2 * size:
+                    step /= 2
+                    continue
+                (d, angle), done = new, done + step
+            return d, mp.expj(angle)
+
+    return run
+
+
+class _Dyad:
+    """Gap of one dyad and its derivatives, written out case by case."""
+
+    def __init__(self, pair: Array) -> None:
+        (x, y, w), (x_star, y_star, w_star) = ([mp.mpf(float(v)) for v in pivot] for pivot in pair)
+        self.fixed, self.moving = mp.mpc(x, y), mp.mpc(x_star, y_star)
+        self.kind = RR if w and w_star else PR if w_star else RP
+
+    def gap(self, d: Any, angle: Any) -> tuple[Any, Any, Any]:
+        """Return the gap, its gradient in d and its derivative in the angle."""
+        turn = mp.expj(angle)
+        if self.kind == RP:
+            normal = turn * self.moving
+            arm = self.fixed - d
+            value = (mp.conj(normal) * arm).real - (mp.conj(self.moving) * self.fixed).real
+            return value, -normal, (mp.conj(1j * normal) * arm).real
+        at = d + turn * self.moving
+        if self.kind == PR:
+            value = (mp.conj(self.fixed) * (at - self.moving)).real
+            return value, self.fixed, (mp.conj(self.fixed) * 1j * turn * self.moving).real
+        arm = at - self.fixed
+        value = abs(arm) ** 2 - abs(self.moving - self.fixed) ** 2
+        return value, 2 * arm, 2 * (mp.conj(arm) * 1j * turn * self.moving).real
+
+
+def _meet(dyads: list[_Dyad], d: Any, angle: Any) -> Any:
+    for _ in range(60):
+        (f, p, _), (g, q, _) = (dyad.gap(d, angle) for dyad in dyads)
+        step = 1j * (g * p - f * q) / (mp.conj(p) * q).imag
+        d -= step
+        if abs(step) < mp.mpf(10) ** -45:
+            return d
+    raise ArithmeticError("the loop does not close")
+
+
+def _turn(other: _Dyad, target: Any, moving: Any, angle: Any) -> tuple[Any, Any]:
+    for _ in range(60):
+        turn = mp.expj(angle)
+        d = target - turn * moving
+        value, gradient, slope = other.gap(d, angle)
+        step = value / (slope - (mp.conj(gradient) * 1j * turn * moving).real)
+        angle -= step
+        if abs(step) < mp.mpf(10) ** -45:
+            return target - mp.expj(angle) * moving, angle
+    raise ArithmeticError("the loop does not close")
