@@ -84,7 +84,9 @@ class Motion:
         """Return the paths of the coupler points z (n,), in axes along the unit vectors `along` (n,), both complex."""
         crank = self.chart != COUPLER
         axis = np.ones_like(z) if along is None else np.conj(along)
-        return self._path(np.where(crank, self.lever, z - self.origin) * axis, np.where(crank, z - self.origin, 1) * axis)
+        return self._path(
+            np.where(crank, self.lever, z - self.origin) * axis, np.where(crank, z - self.origin, 1) * axis
+        )
 
     def turn(self) -> Path:
         """Return (Re x, Im x) of the pose as if it were the path of a point."""
@@ -136,7 +138,7 @@ class Path:
         return self._solve((c[:, 2, None] * t + c[:, 1, None]) * t + c[:, 0, None], np.asarray(t))
 
     def window(self, low: Array, high: Array, nodes: Array) -> tuple[Array, Array]:
-        """Return the displacement (u, v), each (m, n), at the `nodes` (m,) of [-1, 1] carried to [low, high], both (n,)."""
+        """Return the displacement (u, v), each (m, n), at the `nodes` (m,) of [-1, 1] carried to [low, high], (n,)."""
         n = self.forms.shape[-1]
         rows = max(1, BLOCK // len(nodes))
         if n > rows:
@@ -161,7 +163,8 @@ class Path:
         with np.errstate(all="ignore"):
             root = np.sqrt(k * k - self.circle * t * mixed)
             q = mixed / (k + root)
-            if np.fmin.reduce(k, axis=None) <= 0:  # the other form of the same root; a pair of lines has none there
+            # where K has changed its sign the other form of the same root; a pair of lines has none there
+            if np.fmin.reduce(k, axis=None, initial=np.inf) <= 0:
                 q = np.where(k <= 0, np.where(self.circle > 0, (k - root) / t, np.nan), q)
             n = 1 / n
             scale = t / (1 + t * t)
@@ -296,7 +299,7 @@ def _nearest(form: Array, low: Array, high: Array, side: int) -> Array:
             q = -(b + np.where(b < 0, -root, root))
             for t in (side * q / a, side * c / q):
                 best = np.where((t > 0) & (t < best), t, best)
-    return side * best
+    return np.asarray(side * best)
 
 
 def conditioning(linkage: Linkage) -> Array:
@@ -305,4 +308,4 @@ def conditioning(linkage: Linkage) -> Array:
     Coupler chart: of the two rays; crank chart: the transmission angle when that crank drives.  All three vanish only
     at a change point, where all pivots lie on one line.
     """
-    return np.nan_to_num(np.stack([motion(linkage, chart).conditioning for chart in CHARTS]))
+    return np.asarray(np.nan_to_num(np.stack([motion(linkage, chart).conditioning for chart in CHARTS])))
