@@ -13,13 +13,16 @@ import numpy as np
 
 from ..linkage import Array, Linkage
 from .parallel import parallel_cranks
-from .regular import finite_pole
+from .regular import VANISHING, finite_pole, noise
 
 REGULAR, PARALLEL, DEAD_POINT = 0, 1, 2
-#: |sine of the angle between the rays| below which they count as parallel.
-PARALLEL_SINE = 1e-10
+#: |sine of the angle between the rays| below which they count as parallel: there the error of neglecting the angle
+#: equals that of a pole 1e8 times as far as the pivots.
+PARALLEL_SINE = 1e-8
 #: Below this sine and this collinearity residual the linkage counts as being at a dead point.
 DEAD_SINE = 1e-7
+#: So it does below these, if besides no more than the digits of NOISE are left of kappa.
+NEAR_SINE, NOISE = 1e-2, 1e-3
 
 
 @dataclass(frozen=True)
@@ -75,11 +78,30 @@ class Curvature:
     def reason(self) -> Array:
         """Why numbers are missing, shape (n,): an empty string where none is."""
         why = np.full(len(self), "", dtype=object)
-        imaginary = np.isnan(self.principal_pairs).any(axis=(1, 2, 3))
-        why[imaginary] = "the principal pairs are imaginary"
-        why[self.state == PARALLEL] = "the rays are parallel: the pole is at infinity"
-        why[(self.state == PARALLEL) & np.isnan(self.k)] = "the coupler translates: no stationary curvature"
-        why[self.state == DEAD_POINT] = "dead point: the rays coincide, two branches meet (see dead_points)"
+
+        def add(where: Array, text: str) -> None:
+            why[where] += np.where(why[where] == "", "", "; ") + text
+
+        regular, parallel, dead = (self.state == k for k in (REGULAR, PARALLEL, DEAD_POINT))
+        add(parallel, "the rays are parallel: the pole is at infinity")
+        add(parallel & np.isnan(self.k), "the coupler translates: no stationary curvature")
+        add(dead, "dead point: the rays coincide, two branches meet (see dead_points) or the chain is immobile")
+        unit = np.where(regular, self.rho0, np.nan)
+        straight = np.abs(self.s) * unit < VANISHING
+        mode_2 = np.zeros(len(self), dtype=bool)
+        circles = (
+            (self.undulation, self.kappa, "inflection", "undulation"),
+            (self.cuspidation, self.kappa_star, "return", "cuspidation"),
+        )
+        for point, curved, circle, name in circles:
+            none = regular & np.isnan(point).any(-1)
+            whole = straight & (np.abs(curved) * unit < VANISHING)
+            add(none & whole, f"{name} all over the {circle} circle")
+            add(none & ~whole, f"no {name}: it falls into the pole")
+            mode_2 |= whole
+        no_pairs = ~dead & np.isnan(self.principal_pairs).any(axis=(1, 2, 3)) & ~(parallel & np.isnan(self.k))
+        add(no_pairs & ~mode_2, "the principal pairs are imaginary")
+        add(no_pairs & mode_2, "the principal pairs are imaginary, or undetermined (cyclic motion, dead point)")
         return why
 
 
@@ -93,8 +115,8 @@ def curvature(linkage: Linkage) -> Curvature:
     Returns
     -------
     Curvature
-        Measured digits: see `regular`.  Within `DEAD_SINE` of a dead point the pivots do not carry the information
-        (three decimal digits of kappa are lost per decade of the angle between the rays) and NaN is returned.
+        Measured digits: see `regular`.  Towards a dead point three decimal digits of kappa are lost per decade of the
+        angle between the rays, because the pivots do not carry the information; where none is left NaN is returned.
     """
     ray = linkage.rays
     sine = (ray[:, 0].conj() * ray[:, 1]).imag
@@ -121,13 +143,15 @@ _SHAPE: dict[str, tuple[int, ...]] = {
 
 
 def _collinear(linkage: Linkage, sine: Array) -> Array:
-    """Return where all pivots lie on one line and the rays along it, shape (n,)."""
-    near = np.flatnonzero(np.abs(sine) < DEAD_SINE)
+    """Return where all pivots lie on one line and the rays along it, to the digits that there are, shape (n,)."""
+    near = np.flatnonzero(np.abs(sine) < NEAR_SINE)
     dead = np.zeros(len(linkage), dtype=bool)
     if near.size:
         some = linkage[near]
         z = np.where(some.finite, some.points, np.nan).reshape(-1, 4)
         first = np.where(some.finite[:, 0, 0], z[:, 0], z[:, 1])
-        off = np.abs(((z - first[:, None]) * some.rays[:, :1].conj()).imag)
-        dead[near] = np.nanmax(off, axis=1) < DEAD_SINE * np.maximum(some.size, np.nanmax(np.abs(z), axis=1) * 1e-9)
+        off = np.nanmax(np.abs(((z - first[:, None]) * some.rays[:, :1].conj()).imag), axis=1)
+        off /= np.maximum(some.size, np.nanmax(np.abs(z), axis=1) * 1e-9)
+        exact = (np.abs(sine[near]) < DEAD_SINE) & (off < DEAD_SINE)
+        dead[near] = exact | (off < NEAR_SINE) & (noise(some) > NOISE)
     return dead

@@ -16,6 +16,7 @@ import numpy as np
 
 from ..linkage import PR, RP, Array, Linkage
 from .analysis import DEAD_POINT, REGULAR, Curvature, curvature
+from .regular import VANISHING
 
 
 def dead_points(linkage: Linkage) -> Curvature:
@@ -54,6 +55,7 @@ def dead_points(linkage: Linkage) -> Curvature:
         kappa, star = 0.375 * fixed - 0.125 * moving, 0.375 * moving - 0.125 * fixed
         pairs = _pairs(kappa, star, inverse[0][0] - kappa, inverse[1][0] - kappa)
     alive = there[:, None] & np.isfinite(rho0) & (rho0 > 0)
+    unit = np.where(alive, rho0, np.nan)
     y = line[:, None] * up
     x = -1j * y
     pole = z[:, None] + line[:, None] * poles
@@ -67,11 +69,11 @@ def dead_points(linkage: Linkage) -> Curvature:
         "pole": centre,
         "axes": axes,
         "rho0": rho0,
-        "kappa": kappa / rho0,
-        "kappa_star": star / rho0,
+        "kappa": kappa / unit,
+        "kappa_star": star / unit,
         "s": np.zeros_like(rho0),
-        "undulation": centre + normal,
-        "cuspidation": centre - normal,
+        "undulation": np.where(np.abs(kappa) < VANISHING, np.nan, 1.0)[..., None] * normal + centre,
+        "cuspidation": np.where(np.abs(star) < VANISHING, np.nan, -1.0)[..., None] * normal + centre,
         "principal_pairs": np.stack([world.real, world.imag, np.where(np.isnan(world.real), np.nan, 1.0)], axis=-1),
     }
     for value in out.values():
@@ -92,8 +94,11 @@ def _polynomial(fixed: Array, moving: Array, kind: Array) -> Array:
 
 
 def _pairs(kappa: Array, star: Array, v3: Array, v4: Array) -> Array:
-    """Principal pairs (32) on the circles, symmetric about y, rho0 = 1; shape (n, 2 branches, 2, 2, 3)."""
-    ratio = -v3 * v4 * kappa * star
+    """Principal pairs (32) on the circles, symmetric about y, rho0 = 1; shape (n, 2 branches, 2, 2, 2).
+
+    NaN where they are imaginary, and with kappa or kappa* = 0, where both fall into the pole.
+    """
+    ratio = np.where(np.minimum(np.abs(kappa), np.abs(star)) < VANISHING, np.nan, -v3 * v4 * kappa * star)
     x, y = np.sqrt(np.abs(v3 * v4)), np.sqrt(np.abs(kappa * star))
     norm = np.where(ratio > 0, np.hypot(x, y), np.nan)
     x, y = x / norm, y / norm

@@ -1,7 +1,7 @@
 """The instant with the pole at infinity: two parallel rays.
 
-Axes: x along the rays, y across; xi = x - x* along a ray.  With k0 = k* - k every centre obeys  xi y = k0, and the points
-of stationary curvature  x* y + k* = 0  with centres  x y + k = 0.
+Axes: x along the rays, y across; xi = x - x* along a ray.  With k0 = k* - k every centre obeys  xi y = k0, and the
+points of stationary curvature  x* y + k* = 0  with centres  x y + k = 0.
 
 Source: Allievi 1895, secs. 16-18, eqs. (52)-(60)*.
 """
@@ -11,6 +11,9 @@ from __future__ import annotations
 import numpy as np
 
 from ..linkage import RR, Array, Linkage
+
+#: Two cranks whose lengths differ by less than this, relatively, make a parallelogram.
+PARALLELOGRAM = 1e-12
 
 
 def parallel_cranks(linkage: Linkage) -> dict[str, Array]:
@@ -40,9 +43,10 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Array]:
         first = np.where(crank, k * k_star / (y[:, 0] * y[:, 1]), 0.0)
         first = np.where(kind[:, 1] == 1, (x[:, 0] - origin) * (x_star[:, 1] - origin), first)
         first = np.where(kind[:, 1] == 2, (x[:, 1] - origin) * (x_star[:, 0] - origin), first)
-        bad = (xi[:, 0] == xi[:, 1]) & crank | (kind[:, 0] != RR) | ~np.isfinite(origin)
+        alike = np.abs(xi[:, 0] - xi[:, 1]) <= PARALLELOGRAM * np.abs(xi).max(axis=1)
+        bad = alike & crank | (kind[:, 0] != RR) | ~np.isfinite(origin)
         pairs = _pairs(y, k, k_star, first)
-    out = origin + 1j * centre
+        out = origin + 1j * centre
     base = linkage.rays[:, 0]
     point = pairs[..., 0] + 1j * pairs[..., 1]
     point = np.where(pairs[..., 2] != 0, point + out[:, None, None], point) * base[:, None, None]

@@ -8,6 +8,8 @@ from ..linkage import PR, RP, Array, Linkage
 from .analysis import PARALLEL, REGULAR, Curvature
 from .regular import distances
 
+#: A pivot nearer to the pole than this times the size of the linkage stands at the pole.
+AT_POLE = 1e-9
 #: Letters in the order in which a configuration names its two dyads.
 LETTERS = "DVTCPXN"
 
@@ -30,7 +32,8 @@ def configuration(linkage: Linkage, instant: Curvature) -> Array:
         r, r_star, _ = distances(some, pole)
         up = np.where((some.rays * normal[:, None].conj()).real < 0, -1.0, 1.0)
         letter = np.where(r * up > 0, "P", np.where(r_star * up > 0, "X", "N"))
-        letter = np.where(r_star == 0, "D", np.where(r == 0, "V", letter))
+        near = AT_POLE * some.size[:, None]
+        letter = np.where(np.abs(r_star) < near, "D", np.where(np.abs(r) < near, "V", letter))
         letter = np.where(some.dyads == PR, "T", np.where(some.dyads == RP, "C", letter))
         place = np.array([[LETTERS.index(c) for c in row] for row in letter])
         letter = np.take_along_axis(letter, np.argsort(place, axis=1, kind="stable"), 1)

@@ -8,7 +8,7 @@ With the signed distances r, r* of the pivots from the pole along a unit ray e, 
 
 (X, Y) = components of e in the pole axes.  No reciprocal of a length is taken, so a pivot at the pole or at infinity is
 an ordinary value.  Digits lost in double precision (median / worst of 60 random linkages): generic 0.1 / 2.6; near
-s = 0, or kappa = s = 0, at 1e-4 to 1e-12: at most 0.3 / 1.7; rays at an angle 1e-2, 1e-4, 1e-6: 1.2, 3.7, 5.1 / 3.3, 5.2,
+s = 0, or kappa = s = 0, at 1e-4 to 1e-12: at most 0.5 / 2; rays at an angle 1e-2, 1e-4, 1e-6: 1.2, 3.7, 5.1 / 3.3, 5.2,
 7.2; coincident principal pairs: half of all digits.  All but the last are inherent in the rounding of the pivots.
 
 Source: Allievi 1895, eqs. (3), (12), (15), (16), (22), rewritten without tangents and without division by s.
@@ -20,11 +20,11 @@ import numpy as np
 
 from ..linkage import PR, RP, Array, Linkage
 
-#: A pivot nearer to the pole than this times the size of the linkage stands at the pole.
-AT_POLE = 1e-9
+#: A pivot nearer to the pole than this times its coordinates stands at the pole: rounding cannot tell them apart.
+AT_POLE = 4 * np.finfo(float).eps
 #: Rounding allowance of the discriminant of the principal pairs.
 CLAMP = 100 * np.finfo(float).eps
-#: kappa and s below this (times 1/rho0) count as zero where only their ratio would matter.
+#: What is below this in its natural unit counts as zero where only a ratio of such numbers would matter.
 VANISHING = 1e-11
 
 
@@ -47,7 +47,7 @@ def distances(linkage: Linkage, pole: Array) -> tuple[Array, Array, Array]:
     """Return r, r* (n, 2) along the rays, infinite for a pivot at infinity and 0 at the pole, and g = r*/(r - r*)."""
     e, kind = linkage.rays[:, :, None], linkage.dyads
     r = (e.conj() * (linkage.points - pole[:, None, None])).real
-    r = np.where(np.abs(r) < AT_POLE * linkage.size[:, None, None], 0.0, r)
+    r = np.where(np.abs(r) <= AT_POLE * np.abs(linkage.points), 0.0, r)
     length = (e.conj() * (linkage.points[..., :1] - linkage.points[..., 1:])).real[..., 0]
     with np.errstate(all="ignore"):
         g = np.where(kind == PR, 0.0, np.where(kind == RP, -1.0, r[..., 1] / length))
@@ -57,13 +57,27 @@ def distances(linkage: Linkage, pole: Array) -> tuple[Array, Array, Array]:
     return r[..., 0], r[..., 1], g
 
 
+def noise(linkage: Linkage) -> Array:
+    """Return the relative error that rounding of the pivots leaves in kappa and s, at most about, shape (n,)."""
+    q, sine = pole_of(linkage)
+    with np.errstate(all="ignore"):
+        m = _moments(linkage, *distances(linkage, q))
+        left = np.abs(m[:, 1] * linkage.rays[:, 0] - m[:, 0] * linkage.rays[:, 1]) / np.abs(m).sum(-1)
+        return np.asarray(np.finfo(float).eps / (np.abs(sine) * left * left))
+
+
+def _moments(linkage: Linkage, r: Array, r_star: Array, g: Array) -> Array:
+    """Return m = r r*/(r - r*), the projections of the diameter of the inflection circle on the rays, shape (n, 2)."""
+    m = np.where(linkage.dyads == PR, r_star, r * g)
+    return np.where((r == 0) | (r_star == 0), 0.0, m)
+
+
 def finite_pole(linkage: Linkage) -> dict[str, Array]:
     """Return the fields of `Curvature` for linkages whose rays meet in one point."""
     q, sine = pole_of(linkage)
     r, r_star, g = distances(linkage, q)
     with np.errstate(all="ignore"):
-        m = np.where(linkage.dyads == PR, r_star, r * g)
-        m = np.where((r == 0) | (r_star == 0), 0.0, m)
+        m = _moments(linkage, r, r_star, g)
         diameter = 1j * (m[:, 1] * linkage.rays[:, 0] - m[:, 0] * linkage.rays[:, 1]) / sine
         rho0 = np.abs(diameter)
         y = diameter / rho0
@@ -103,6 +117,8 @@ def principal_pairs(
 ) -> Array:
     """Return the two unknown principal pairs in the canonical frame with rho0 = 1, shape (n, 2, 2, 3).
 
+    NaN where they are imaginary, and for cyclic motions, which have no pairs of their own.
+
     Parameters
     ----------
     kappa, star, s, h : ndarray, shape (n,)
@@ -114,11 +130,15 @@ def principal_pairs(
 
     Source: Allievi 1895, eq. (22), as V^2 - bV + g = 0 in V = s tan(phi), which stays regular in the modes I, II, III.
     """
+    b = kappa + star - h * (cos[:, 0] * sin[:, 1] + cos[:, 1] * sin[:, 0])
     first = a[:, 0] - h * cos[:, 1], a_star[:, 1] - h * cos[:, 0]
     second = a[:, 1] - h * cos[:, 0], a_star[:, 0] - h * cos[:, 1]
     huge = [np.maximum(np.abs(u), np.abs(v)) for u, v in (first, second)]
     c = np.where(huge[0] <= huge[1], first[0] * first[1], second[0] * second[1])
-    b = kappa + star - h * (cos[:, 0] * sin[:, 1] + cos[:, 1] * sin[:, 0])
+    # the quartic less its two known roots; where it vanishes identically every point of the cubic is guided exactly
+    rest = np.abs(h * h * cos[:, 0] * cos[:, 1]), np.abs(h * b), np.abs(c)
+    unit = np.maximum(1.0, h * h)
+    cyclic = np.maximum(np.maximum(rest[0], rest[1]), rest[2]) <= VANISHING * unit
     product = cos[:, 0] * cos[:, 1] * c
     square = b * b - 4 * product
     square = np.where((square < 0) & (square > -CLAMP * np.maximum(kappa**2, star**2)), 0.0, square)
@@ -129,7 +149,7 @@ def principal_pairs(
     alpha = _pair(s, np.where(none, 1.0, v1), v1, kappa * s / v1, star * s / v1, kappa, star, s)
     sines = h * v1 * sin[:, 0] * sin[:, 1]
     beta = _pair(h * v1, np.where(none & (np.abs(c) <= tiny), 1.0, c), v2, sines / star, sines / kappa, kappa, star, s)
-    return _unit(np.stack([alpha, beta], axis=1))
+    return np.where(cyclic[:, None, None, None], np.nan, _unit(np.stack([alpha, beta], axis=1)))
 
 
 def _pair(x: Array, y: Array, v: Array, u: Array, u_star: Array, kappa: Array, star: Array, s: Array) -> Array:
@@ -153,12 +173,15 @@ def _unit(pairs: Array) -> Array:
     far = np.abs(w) <= 1e-14 * length
     out = pairs / np.where(far, length, w)[..., None]
     out[..., 2] = np.where(np.isnan(w) | np.isnan(length), np.nan, np.where(far, 0.0, 1.0))
-    return np.where(np.isnan(out).any(axis=(-1, -2))[..., None, None], np.nan, out)
+    return np.where(np.isnan(out).any(axis=(-1, -2), keepdims=True), np.nan, out)
 
 
 def _singular_point(x: Array, y: Array, side: float) -> Array:
-    """Point of the inflection (side 1) or return circle (-1) in the direction (x, y), rho0 = 1; NaN where it is none."""
+    """Point of the inflection (side 1) or return circle (-1) in the direction (x, y), rho0 = 1; NaN where it is none.
+
+    With y = 0 it is the pole, where the path has a cusp, or with x = 0 too the whole circle.
+    """
     norm = np.hypot(x, y)
     sin, cos = y / norm, x / norm
-    none = (norm < VANISHING) | (np.abs(sin) < VANISHING)
+    none = np.abs(y) < VANISHING
     return np.where(none[:, None], np.nan, side * np.stack([sin * cos, sin * sin], axis=-1))
