@@ -16,6 +16,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -43,7 +44,7 @@ class Parameter:
         if (
             not self.domain
             or not np.all(np.isfinite(ends))
-            or any(b <= a for a, b in zip(ends, ends[1:], strict=False))
+            or any(b <= a for a, b in pairwise(ends))
         ):
             raise PluginError(
                 f"parameter {self.name}: the domain must be increasing finite intervals, not {self.domain}"

@@ -15,7 +15,7 @@ from catalogue.pairs import linkage_of, pair, parallel_pair, point
 from catalogue.series import Guided, Member, Parameter, Parameters, Series
 
 Y_2 = Parameter("y2", ((-3.0, -0.1), (0.1, 0.95), (1.05, 3.0)), "y2/y1, heights of the cranks")
-K_STAR = Parameter("k", ((-5.0, -0.1), (0.1, 5.0)), "k*/y1^2 of IV, -k/y1^2 of its inversion")
+K_STAR = Parameter("k", ((-5.0, -0.1), (0.1, 5.0)), "k*/y1^2 of IV, k/y1^2 of its inversion")
 
 
 def pivots(p: Parameters) -> Array:
@@ -33,7 +33,8 @@ def guided(p: Parameters) -> Iterator[Guided]:
     """[3] with y1 + y2 + y3 = 0 on a circle; [4], the slot through (x4, 0), y1 y2 y3 = -k* x4 (62)-(64)."""
     k, y2 = p["k"], p["y2"]
     y3 = -(1 + y2)
-    double = (np.abs(y3) < 1e-12)[:, None, None]  # Watt: [3] and [4] coincide
+    # equal cranks: [3] and [4] coincide; one crank twice the other: [3] is the driving pair itself
+    double = (np.min(np.abs([y3, y3 - 1, y3 - y2]), axis=0) < 1e-12)[:, None, None]
     with np.errstate(divide="ignore", invalid="ignore"):
         yield Guided("[3]", np.where(double, np.nan, parallel_pair(y3, 0 * k, k)), 4)
     x4 = -y2 * y3 / k
