@@ -121,7 +121,7 @@ class Registry:
                 found.append((record, entry.load()))
                 record.version = entry.dist.version if entry.dist else ""
             except Exception as error:
-                record.error = _reason(error)
+                record.error = one_line(error)
                 found.append((record, None))
         return found
 
@@ -134,7 +134,7 @@ class Registry:
                 manager.register(module, record.origin)
                 manager.check_pending()
             except Exception as error:
-                record.error = _reason(error)
+                record.error = one_line(error)
                 if manager.has_plugin(record.origin):
                     manager.unregister(module)
         return record, module
@@ -153,7 +153,7 @@ class Registry:
                     if name not in self.families:
                         raise PluginError(f"series {item.code} is of family {name}, which no plugin provides")
         except Exception as error:
-            record.error = _reason(error)
+            record.error = one_line(error)
             manager.unregister(module)
             return
         for item in items:
@@ -186,12 +186,12 @@ def _load(path: Path) -> tuple[Record, ModuleType | None]:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
         del sys.modules[unique]
-        record.error = _reason(error)
+        record.error = one_line(error)
         return record, None
     record.version = str(getattr(module, "__version__", record.version))
     return record, module
 
 
-def _reason(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
     text = str(error).strip().splitlines()
     return f"{type(error).__name__}: {text[0]}" if text else type(error).__name__

@@ -15,7 +15,7 @@ LEVELS = (-2, -3, -4, -5, -6, -7, -8, -9)
 #: Strokes tried: a geometric sequence down from the longest.
 STROKES, RATIO = 13, 0.7
 #: Part of the extent that is used: at its very end the path turns back.
-USABLE = 0.98
+USABLE = 0.95
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,8 @@ from .span import Span, span
 #: The guided point may move by about this part of the half stroke when its inflections are split.
 LEASH = 20
 ROUNDS = 2
+#: A path whose error is below this part of the half stroke is exact but for rounding, and is left as it is.
+STRAIGHT = 1e-11
 #: Part of the half stroke by which the stroke of a guide with three inflections lies off the singular point.
 OFF_CENTRE = 8**-0.5
 
@@ -152,7 +154,8 @@ def _split(
         det = g11 * g22 - g12 * g12
         a, b = (r1 * g22 - r2 * g12) / det, (r2 * g11 - r1 * g12) / det
         step = (a + 1j * b) * along
-    step = np.where(np.isfinite(step), step, 0)
+        straight = (target**2).sum(0) <= (STRAIGHT * half) ** 2
+    step = np.where(np.isfinite(step) & ~straight, step, 0)
     return step.real, step.imag, along
 
 

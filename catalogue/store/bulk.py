@@ -43,8 +43,8 @@ def write_batch(
     guides : mapping of columns
         Of `Guide`, with ``mechanism``, shape (m,): which of these mechanisms, from 0.
     reaches : mapping of columns
-        Of `Reach`, with ``guide``, shape (k,): which of these guides, from 0.  ``kind`` is that of the guide unless
-        given.
+        Of `Reach`, with ``guide``, shape (k,): which of these guides, from 0.  ``kind`` and ``series`` are those of the
+        guide and of the mechanism unless given.
 
     Raises
     ------
@@ -59,6 +59,7 @@ def write_batch(
     parents = _local(guides["mechanism"], len(pivots))
     owners = _local(reaches["guide"], len(parents))
     kinds = np.broadcast_to(np.asarray(guides["kind"]), parents.shape)[owners]
+    codes = np.broadcast_to(np.asarray(mechanisms.get("series", "")), len(pivots))[parents]
     with _writing(connection):
         batch_id = None if batch is None else _insert(connection, "batch", 1, batch)
         mechanism_id = _insert(
@@ -67,9 +68,9 @@ def write_batch(
             len(pivots),
             {**mechanisms, "batch_id": batch_id, "pivots": [pivot.tobytes() for pivot in pivots]},
         )
-        linked = {"mechanism_id": mechanism_id + parents, **_without(guides, "mechanism")}
+        linked = {"mechanism_id": mechanism_id + parents, "series": codes, **_without(guides, "mechanism")}
         guide_id = _insert(connection, "guide", len(parents), linked)
-        linked = {"guide_id": guide_id + owners, "kind": kinds, **_without(reaches, "guide")}
+        linked = {"guide_id": guide_id + owners, "kind": kinds, "series": codes[owners], **_without(reaches, "guide")}
         _insert(connection, "reach", len(owners), linked)
 
 

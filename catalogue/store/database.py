@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from os import PathLike
 from pathlib import Path
 from types import TracebackType
@@ -77,6 +78,12 @@ class Database:
         """
         with plainly(self.path), self.engine.connect() as connection:
             return read_columns(connection, select)
+
+    @contextmanager
+    def reading(self) -> Iterator[Callable[[Select[Any]], dict[str, np.ndarray[Any, Any]]]]:
+        """Yield a function like `read` that keeps one connection, for several reads in a row."""
+        with plainly(self.path), self.engine.connect() as connection:
+            yield partial(read_columns, connection)
 
     def close(self) -> None:
         """Let go of the file."""

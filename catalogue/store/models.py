@@ -86,6 +86,7 @@ class Mechanism(Base):
 
     __table_args__ = (
         UniqueConstraint("name"),
+        UniqueConstraint("id", "series"),  # what a guide refers to
         # `AND` keeps json_type from raising on text that is not JSON at all.
         CheckConstraint("json_valid(parameters) AND json_type(parameters) = 'object'", name="parameters"),
         CheckConstraint("length(pivots) > 0 AND length(pivots) % 8 = 0", name="pivots"),
@@ -110,7 +111,8 @@ class Guide(Base):
     __tablename__ = "guide"
 
     id: Mapped[Key]
-    mechanism_id: Mapped[int] = mapped_column(ForeignKey("mechanism.id", ondelete="CASCADE"))
+    mechanism_id: Mapped[int]
+    series: Mapped[str]  # that of the mechanism, repeated here and in `Reach` so that an index may begin with it
     kind: Mapped[str]
     label: Mapped[str]
     x: Mapped[float]
@@ -122,7 +124,8 @@ class Guide(Base):
     inflections: Mapped[int]
 
     __table_args__ = (
-        UniqueConstraint("id", "kind"),  # what a reach refers to, so that the two kinds cannot differ
+        ForeignKeyConstraint(["mechanism_id", "series"], ["mechanism.id", "mechanism.series"], ondelete="CASCADE"),
+        UniqueConstraint("id", "kind", "series"),  # what a reach refers to, so that the two cannot differ
         CheckConstraint("kind IN ('line', 'circle')", name="kind"),
         # The square's error is twice the norm's; sqrt is missing from many builds of SQLite.
         CheckConstraint("abs(tangent_x * tangent_x + tangent_y * tangent_y - 1) < 2e-9", name="tangent"),
@@ -149,6 +152,7 @@ class Reach(Base):
     guide_id: Mapped[Key]
     level: Mapped[Key]
     kind: Mapped[str]
+    series: Mapped[str]
     stroke: Mapped[float]
     half: Mapped[float]
     centre: Mapped[float]
@@ -171,7 +175,9 @@ class Reach(Base):
     all_y1: Mapped[float]
 
     __table_args__ = (
-        ForeignKeyConstraint(["guide_id", "kind"], ["guide.id", "guide.kind"], ondelete="CASCADE"),
+        ForeignKeyConstraint(
+            ["guide_id", "kind", "series"], ["guide.id", "guide.kind", "guide.series"], ondelete="CASCADE"
+        ),
         CheckConstraint("level BETWEEN -12 AND -1", name="level"),
         CheckConstraint("stroke > 0", name="stroke"),
         CheckConstraint("half > 0 AND abs(centre) < 1", name="window"),
@@ -191,8 +197,8 @@ class Reach(Base):
             name="fixed_box",
         ),
         CheckConstraint("all_x0 <= all_x1 AND all_y0 <= all_y1", name="all_box"),
-        Index("ix_reach_size", "kind", "level", "size"),
-        Index("ix_reach_transmission", "kind", "level", "min_transmission"),
+        Index("ix_reach_size", "kind", "series", "level", "size"),
+        Index("ix_reach_transmission", "kind", "series", "level", "min_transmission"),
         {"sqlite_strict": True},
     )
 

@@ -64,6 +64,7 @@ def upgrade() -> None:
         real("s", nullable=True),
         sa.PrimaryKeyConstraint("id", name="pk_mechanism"),
         sa.UniqueConstraint("name", name="uq_mechanism_name"),
+        sa.UniqueConstraint("id", "series", name="uq_mechanism_id_series"),
         rule("ck_mechanism_parameters", "json_valid(parameters) AND json_type(parameters) = 'object'"),
         rule("ck_mechanism_pivots", "length(pivots) > 0 AND length(pivots) % 8 = 0"),
         rule("ck_mechanism_rho0", "rho0 IS NULL OR rho0 > 0"),
@@ -84,6 +85,7 @@ def upgrade() -> None:
         "guide",
         integer("id"),
         integer("mechanism_id"),
+        text("series"),
         text("kind"),
         text("label"),
         real("x"),
@@ -94,13 +96,18 @@ def upgrade() -> None:
         integer("contact_order"),
         integer("inflections"),
         sa.PrimaryKeyConstraint("id", name="pk_guide"),
-        sa.UniqueConstraint("id", "kind", name="uq_guide_id_kind"),
+        sa.ForeignKeyConstraint(
+            ["mechanism_id", "series"],
+            ["mechanism.id", "mechanism.series"],
+            name="fk_guide_mechanism",
+            ondelete="CASCADE",
+        ),
+        sa.UniqueConstraint("id", "kind", "series", name="uq_guide_id_kind_series"),
         rule("ck_guide_kind", "kind IN ('line', 'circle')"),
         rule("ck_guide_tangent", "abs(tangent_x * tangent_x + tangent_y * tangent_y - 1) < 2e-9"),
         rule("ck_guide_curvature", "(kind = 'line') = (curvature = 0)"),
         rule("ck_guide_contact_order", "contact_order >= 2"),
         rule("ck_guide_inflections", "inflections >= 0"),
-        sa.ForeignKeyConstraint(["mechanism_id"], ["mechanism.id"], name="fk_guide_mechanism", ondelete="CASCADE"),
         sqlite_strict=True,
     )
     op.create_index("ix_guide_mechanism", "guide", ["mechanism_id"])
@@ -109,6 +116,7 @@ def upgrade() -> None:
         integer("guide_id"),
         integer("level"),
         text("kind"),
+        text("series"),
         real("stroke"),
         real("half"),
         real("centre"),
@@ -125,7 +133,10 @@ def upgrade() -> None:
         *(real(f"all_{side}") for side in ("x0", "y0", "x1", "y1")),
         sa.PrimaryKeyConstraint("guide_id", "level", name="pk_reach"),
         sa.ForeignKeyConstraint(
-            ["guide_id", "kind"], ["guide.id", "guide.kind"], name="fk_reach_guide", ondelete="CASCADE"
+            ["guide_id", "kind", "series"],
+            ["guide.id", "guide.kind", "guide.series"],
+            name="fk_reach_guide",
+            ondelete="CASCADE",
         ),
         rule("ck_reach_level", "level BETWEEN -12 AND -1"),
         rule("ck_reach_stroke", "stroke > 0"),
@@ -147,8 +158,8 @@ def upgrade() -> None:
         rule("ck_reach_all_box", "all_x0 <= all_x1 AND all_y0 <= all_y1"),
         sqlite_strict=True,
     )
-    op.create_index("ix_reach_size", "reach", ["kind", "level", "size"])
-    op.create_index("ix_reach_transmission", "reach", ["kind", "level", "min_transmission"])
+    op.create_index("ix_reach_size", "reach", ["kind", "series", "level", "size"])
+    op.create_index("ix_reach_transmission", "reach", ["kind", "series", "level", "min_transmission"])
     op.create_table(
         "setting",
         text("key"),

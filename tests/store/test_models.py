@@ -45,6 +45,7 @@ ROWS: dict[str, dict[str, Any]] = {
     "guide": {
         "id": 1,
         "mechanism_id": 1,
+        "series": "I.GG",
         "kind": "line",
         "label": "[2]",
         "x": 1.0,
@@ -59,6 +60,7 @@ ROWS: dict[str, dict[str, Any]] = {
         "guide_id": 1,
         "level": -4,
         "kind": "line",
+        "series": "I.GG",
         "stroke": 1.0,
         "half": 0.5,
         "centre": 0.0,

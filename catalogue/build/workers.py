@@ -1,0 +1,84 @@
+"""Worker processes that make blocks.
+
+They are started as ``python -m catalogue.build.worker`` and talk over their pipes: unlike the standard pools they do
+not import the caller's main module, so that a script needs no guard and a notebook works.  They end when their pipe
+closes, also when this process is killed.
+"""
+
+from __future__ import annotations
+
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from collections.abc import Sequence
+from concurrent.futures import Future, ThreadPoolExecutor
+from types import TracebackType
+from typing import Any
+
+from ..errors import PluginError
+from .block import Block
+
+
+class Workers:
+    """A pool of processes.
+
+    Parameters
+    ----------
+    count : int
+        How many.
+    folders : sequence of str
+        Plugin folders besides those that every registry searches.
+    """
+
+    def __init__(self, count: int, folders: Sequence[str] = ()) -> None:
+        self.count = count
+        self._folders = tuple(folders)
+        self._threads = ThreadPoolExecutor(count)
+        self._local = threading.local()
+        self._processes: list[subprocess.Popen[bytes]] = []
+
+    def submit(self, *task: Any) -> Future[Block]:
+        """Make a block; `task` are the arguments of `block` with the code of the series first."""
+        return self._threads.submit(self._ask, task)
+
+    def _ask(self, task: tuple[Any, ...]) -> Block:
+        process = getattr(self._local, "process", None)
+        if process is None:
+            # each process computes on one core: several threads of linear algebra would only get in their way
+            single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
+            process = self._local.process = subprocess.Popen(
+                [sys.executable, "-m", "catalogue.build.worker", *self._folders],
+                stdin=subprocess.PIPE,
+                stdout=subprocess.PIPE,
+                env={**os.environ, **single, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
+                start_new_session=True,  # Ctrl-C reaches this process alone, which then closes the pipes
+            )
+            self._processes.append(process)
+        try:
+            pickle.dump(task, process.stdin)
+            process.stdin.flush()
+            answer = pickle.load(process.stdout)
+        except (EOFError, OSError) as error:
+            raise PluginError(f"the process that makes {task[0]} ended unexpectedly ({process.poll()})") from error
+        if isinstance(answer, str):
+            raise PluginError(answer)
+        assert isinstance(answer, Block)
+        return answer
+
+    def __enter__(self) -> Workers:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        for process in self._processes:
+            if error is not None:
+                process.kill()
+        self._threads.shutdown(wait=True, cancel_futures=True)
+        for process in self._processes:
+            for pipe in (process.stdin, process.stdout):
+                if pipe:
+                    pipe.close()
+            process.wait()

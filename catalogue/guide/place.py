@@ -1,0 +1,93 @@
+"""Carry traced guides to where their path is wanted, and measure them there at exactly the stroke asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..linkage import Array, Linkage
+from .measures import middle_of_stroke
+from .span import Span, span
+from .trace import Traced, extended, trace
+
+#: Below this deviation over stroke a guide is measured again in extended precision.
+FINE = 1e-11
+
+
+def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage, Array]:
+    """Return the linkages in mid-stroke, laid so that their paths run from (0, 0) to (stroke, 0).
+
+    Parameters
+    ----------
+    guides : Span of n
+    traced : Traced of n
+    stroke : float or ndarray, shape (n,)
+        Wanted stroke; it sets the scale.
+
+    Returns
+    -------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+        Guided points in mid-stroke.
+    """
+    moving, linkage = guides.motion, guides.linkage
+    point = guides.point + traced.shift
+    t = middle_of_stroke(moving, point, traced)
+    d, x = (p[0] for p in moving.pose(t[None]))
+    z = linkage.points.copy()
+    for i in (0, 1):
+        finite = linkage.finite[:, i, 1]
+        z[:, i, 1] = np.where(finite, z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin), z[:, i, 1] * (1 + x))
+    now = Linkage._trusted(np.stack([z.real, z.imag, linkage.pivots[..., 2]], axis=-1))
+    scale = stroke / traced.fit.stroke * traced.fit.along.conj()
+    shift = -scale * traced.fit.start
+    here = point + d + x * (point - moving.origin)
+    return now.moved(scale, shift), scale * here + shift
+
+
+def mirrored(linkage: Linkage, point: Array, stroke: float, reverse: Array, over: Array) -> tuple[Linkage, Array]:
+    """Return placed guides laid the other way along the path (`reverse`) or mirrored in its line (`over`), masks (n,)."""
+    # both together are a half turn about the middle of the path; each alone is a reflection
+    factor = np.where(reverse, -1.0, 1.0)
+    shift = np.where(reverse, stroke, 0.0)
+    flip = reverse != over
+    return linkage.moved(factor, shift, flip), factor * np.where(flip, np.conj(point), point) + shift
+
+
+def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int = 32) -> Traced:
+    """Trace each guide, its point as it is, over the window about its reference position that has exactly this stroke.
+
+    NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended precision.
+    """
+    stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
+    half = 0.5 * stroke
+    for _ in range(3):
+        rough = trace(guides, half, circle=circle, split=False, nodes=nodes)
+        with np.errstate(all="ignore"):
+            half = half * stroke / rough.fit.stroke
+    found = trace(guides, half, circle=circle, split=False, nodes=nodes)
+    fine = found.relative < FINE
+    if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
+        again = trace(extended(guides[fine]), half[fine].astype(np.longdouble), circle=circle, split=False, nodes=nodes)
+        found = found.replaced(fine, again)
+    return found
+
+
+def at_sweep(guides: Span, half: Array, centre: Array, sweep: float, nodes: int = 16) -> tuple[Array, Traced]:
+    """Trace circular guides over windows whose chord is `sweep` times the radius; the half windows and what was traced.
+
+    Parameters
+    ----------
+    half : ndarray, shape (n,)
+        First guess [length].
+    """
+    traced = trace(guides, half, circle=True, split=True, centre=centre, nodes=nodes)
+    for _ in range(3):
+        with np.errstate(all="ignore"):
+            half = half * sweep / (traced.fit.stroke * np.abs(traced.fit.curvature))
+        traced = trace(guides, half, circle=True, split=True, centre=centre, nodes=nodes)
+    return half, traced
+
+
+def guides_of(linkage: Linkage, point: Array) -> Span:
+    """Return the guides of placed linkages."""
+    return span(linkage, point)

@@ -1,0 +1,184 @@
+"""Answers as a user sees them."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, overload
+
+import numpy as np
+
+from ..linkage import Array, Linkage
+from .request import CircularArc, Request, StraightLine
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .find import Answers
+
+
+@dataclass(frozen=True, eq=False)
+class Candidate:
+    """A verified guide, laid so that its path runs from (0, 0) to (stroke, 0); lengths in the user's unit.
+
+    Attributes
+    ----------
+    id : int
+        Of the stored guide it comes from; ``catalogue show ID`` shows it.
+    family, series, configuration : str
+        Of the ancestor at its design position.
+    order : int
+        Order of contact of the ancestor there; 99 if it is exact.
+    stroke, deviation : float
+        Deviation: half the width of the narrowest strip (annulus) that holds the path over the stroke.
+    radius : float or None
+        Of the best circle; None for a straight line.
+    size, max_link, max_ground, max_arm, min_transmission, rotates
+        See `catalogue.guide.measures.Measures`; None where there is no such length.  `rotates`: numbers of the cranks.
+    pivots : list
+        [[A1, A1*], [A2, A2*]], each [x, y, w], with the guided point in mid-stroke.
+    guided : list of float
+        The guided point at that moment.
+    """
+
+    id: int
+    family: str
+    series: str
+    configuration: str
+    order: int
+    stroke: float
+    deviation: float
+    radius: float | None
+    size: float
+    max_link: float | None
+    max_ground: float | None
+    max_arm: float | None
+    min_transmission: float
+    rotates: list[int]
+    pivots: list[list[list[float]]]
+    guided: list[float]
+
+    @property
+    def linkage(self) -> Linkage:
+        """The linkage, in mid-stroke."""
+        return Linkage(self.pivots)
+
+    @property
+    def request(self) -> Request:
+        """The nominal that this candidate follows, with its own deviation as tolerance."""
+        tolerance = max(self.deviation, 1e-300)
+        if self.radius is None:
+            return StraightLine(self.stroke, tolerance)
+        return CircularArc(self.stroke, self.radius, tolerance)
+
+    def path(self, points: int = 101) -> Array:
+        """Return points of the guided path over the stroke, shape (points, 2)."""
+        from ..guide.place import at_stroke
+        from ..guide.span import span
+
+        here = span(self.linkage, np.array([complex(*self.guided)]))
+        traced = at_stroke(here, self.stroke, circle=self.radius is not None)
+        share = np.linspace(-1, 1, points)
+        u, v = here.path.window(traced.low.astype(float), traced.high.astype(float), share)
+        z = here.point + (u + 1j * v)[:, 0] * here.tangent
+        return np.stack([z.real, z.imag], axis=-1)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the candidate as plain Python numbers, lists and strings."""
+        return asdict(self)
+
+    def plot(self, file: str | Path | None = None) -> Any:
+        """Draw the linkage in mid-stroke with ghosts at the ends, its path and the deviation.
+
+        Parameters
+        ----------
+        file : path, optional
+            PNG, SVG or PDF by its suffix.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        MissingExtra
+            Without matplotlib: ``pip install "mechanism-catalogue[plot]"``.
+        """
+        from ..draw import draw
+
+        return draw(self, file)
+
+
+@dataclass(frozen=True, eq=False)
+class Found(Sequence[Candidate]):
+    """The answer to a request: candidates, best first."""
+
+    candidates: list[Candidate]
+    explanation: Callable[[], str] = field(repr=False, default=lambda: "")
+
+    def __len__(self) -> int:
+        return len(self.candidates)
+
+    def __iter__(self) -> Iterator[Candidate]:
+        return iter(self.candidates)
+
+    @overload
+    def __getitem__(self, index: int) -> Candidate: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Candidate]: ...
+    def __getitem__(self, index: int | slice) -> Candidate | list[Candidate]:
+        return self.candidates[index]
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return one row per candidate."""
+        import pandas as pd
+
+        names = list(Candidate.__dataclass_fields__)
+        return pd.DataFrame([c.to_dict() for c in self.candidates], columns=names)
+
+    def to_json(self) -> str:
+        """Return a JSON list of the candidates."""
+        return json.dumps([c.to_dict() for c in self.candidates], indent=1, allow_nan=False)
+
+    def explain(self) -> str:
+        """Say how the answer came about: what each constraint removed, what was loaded, how long each step took.
+
+        For an empty answer: which constraint excluded the most, and how near the nearest miss is.
+        """
+        return self.explanation()
+
+
+def candidates(answers: Answers, request: Request) -> list[Candidate]:
+    """Return the answers one by one."""
+
+    def length(value: float) -> float | None:
+        return float(value) if math.isfinite(value) else None
+
+    rows, m, out = answers.rows, answers.measures, []
+    for i, point in enumerate(answers.point):
+        pivots = np.where(answers.linkage.pivots[i] == 0, 0.0, answers.linkage.pivots[i])  # no -0.0
+        curved = request.kind == "circle"
+        out.append(
+            Candidate(
+                id=int(rows["id"][i]),
+                family=str(rows["family"][i]),
+                series=str(rows["series"][i]),
+                configuration=str(rows["configuration"][i]),
+                order=int(rows["contact_order"][i]),
+                stroke=float(request.stroke),
+                deviation=float(answers.traced.fit.deviation[i]),
+                radius=float(1 / abs(answers.traced.fit.curvature[i])) if curved else None,
+                size=float(m.size[i]),
+                max_link=length(m.max_link[i]),
+                max_ground=length(m.max_ground[i]),
+                max_arm=length(m.max_arm[i]),
+                min_transmission=float(m.min_transmission[i]),
+                rotates=[k + 1 for k in (0, 1) if int(m.rotates[i]) >> k & 1],
+                pivots=pivots.tolist(),
+                guided=[float(point.real), float(point.imag)],
+            )
+        )
+    return out

@@ -1,0 +1,227 @@
+"""Narrow the stored reaches in SQL, by what is known of them before anything is traced.
+
+A guide is stored with one reach per level of relative deviation.  A request is met by the reaches of the loosest level
+that satisfies it and of tighter ones (shorter strokes, larger but easier on the transmission angle).  A reach of that
+loosest level may still be stretched, by a factor of at most `stretch`, until it uses the whole tolerance; lengths
+relative to the stroke shrink by the same factor, so that conditions on lengths are loosened by it.  Everything is
+checked again afterwards on the traced motion.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from sqlalchemy import ColumnElement, Select, and_, func, not_, or_, select
+
+from ..guide.reach import LEVELS
+from ..linkage import Array
+from ..store import Batch, Database, Guide, Mechanism, Reach
+from .request import Constraints, Region, Request
+
+#: How many levels below the loosest one are searched.
+DEPTH = 3
+#: Least number of candidates that a series sends.
+LEAST = 40
+SLIDING = ("slider-crank", "inverted-slider-crank", "swinging-block", "elliptic-trammel", "oldham")
+
+COLUMNS = (
+    Guide.id.label("id"),
+    Mechanism.family,
+    Mechanism.series,
+    Mechanism.member,
+    Mechanism.configuration,
+    Mechanism.pivots,
+    Guide.x,
+    Guide.y,
+    Guide.label,
+    Guide.contact_order,
+    Reach.level,
+    Reach.half,
+    Reach.centre,
+    Reach.stroke,
+    Reach.sweep,
+    Reach.deviation,
+    Reach.size,
+)
+
+
+def loosest(request: Request) -> int:
+    """Return the level whose reaches satisfy the request."""
+    level = math.floor(math.log10(request.relative) + 1e-9)
+    return int(min(max(level, min(LEVELS)), max(LEVELS)))
+
+
+def stretch(request: Request, level: int) -> float:
+    """Return the factor by which a reach of this level may be stretched at most: three inflections or fewer."""
+    spare = request.relative / 10.0**level
+    return max(1.0, spare) ** (1 / 3) if request.kind == "line" else 1.0
+
+
+def conditions(request: Request, wanted: Constraints, level: int) -> dict[str, ColumnElement[bool]]:
+    """Return the SQL condition of each active constraint on reaches of a level, by name."""
+    s = request.stroke
+    # a stored length times this is the length in the user's unit, at least
+    least: Any = s / stretch(request, level)
+    most: Any = s
+    if request.kind == "circle":
+        least = most = s * Reach.sweep / request.sweep  # type: ignore[union-attr]
+    found: dict[str, ColumnElement[bool]] = {}
+    for name in ("families", "series", "configurations"):
+        if getattr(wanted, name):
+            column = {"families": Mechanism.family, "series": Mechanism.series}.get(name, Mechanism.configuration)
+            found[name] = column.in_(getattr(wanted, name))
+    if wanted.pins_only:
+        found["pins_only"] = Mechanism.family.not_in(SLIDING)
+    if wanted.order:
+        found["order"] = Guide.contact_order >= wanted.order
+    for name, column in (("max_size", Reach.size), ("max_link", Reach.max_link), ("max_ground", Reach.max_ground),
+                         ("max_arm", Reach.max_arm)):  # fmt: skip
+        bound = getattr(wanted, name)
+        if bound is not None:
+            found[name] = func.coalesce(column * least <= bound, True)
+    if wanted.min_link is not None:
+        found["min_link"] = func.coalesce(Reach.min_link * most >= wanted.min_link, True)
+    if wanted.min_transmission:
+        found["min_transmission"] = Reach.min_transmission >= wanted.min_transmission
+    if wanted.full_rotation:
+        found["full_rotation"] = Reach.rotates > 0
+    boxes = {
+        "fixed_pivots_in": (Reach.fixed_x0, Reach.fixed_y0, Reach.fixed_x1, Reach.fixed_y1),
+        "pivots_in": (Reach.all_x0, Reach.all_y0, Reach.all_x1, Reach.all_y1),
+    }
+    for name, box in boxes.items():
+        region = getattr(wanted, name)
+        if region is not None:
+            found[name] = or_(*(_inside(box, region, request, flip, least, most) for flip in flips(request)))
+    return found
+
+
+def flips(request: Request) -> list[tuple[bool, bool]]:
+    """Return the ways in which a guide can be laid along the path: reversed, and mirrored."""
+    both = [(False, False), (True, False)]
+    return both if request.kind == "circle" else [*both, (False, True), (True, True)]
+
+
+def _inside(
+    box: tuple[Any, ...], region: Region, request: Request, flip: tuple[bool, bool], least: Any, most: Any
+) -> ColumnElement[bool]:
+    """A stored box, laid along the path, lies in the bounding box of the region; stored (0.5, 0) is the path's middle."""
+    x0, y0, x1, y1 = box
+    low_x, high_x = x0 - 0.5, x1 - 0.5
+    low_y, high_y = y0, y1
+    wanted = [b - (0.5 * request.stroke if i % 2 == 0 else 0.0) for i, b in enumerate(region.box)]
+    if flip[0]:
+        wanted[0], wanted[2] = -wanted[2], -wanted[0]
+    if request.kind == "circle":  # the arc is to bulge to +y: a guide whose centre lies to the left is turned over
+        over = Guide.curvature > 0
+        straight = _bounds(low_x, high_x, low_y, high_y, wanted, least, most)
+        wanted = [wanted[0], -wanted[3], wanted[2], -wanted[1]]
+        turned = _bounds(low_x, high_x, low_y, high_y, wanted, least, most)
+        return or_(and_(not_(over), straight), and_(over, turned))
+    if flip[1]:
+        wanted[1], wanted[3] = -wanted[3], -wanted[1]
+    return _bounds(low_x, high_x, low_y, high_y, wanted, least, most)
+
+
+def _bounds(
+    low_x: Any, high_x: Any, low_y: Any, high_y: Any, wanted: list[float], least: Any, most: Any
+) -> ColumnElement[bool]:
+    def above(value: Any, bound: float) -> ColumnElement[bool]:
+        return func.max(value * least, value * most) >= bound
+
+    def below(value: Any, bound: float) -> ColumnElement[bool]:
+        return func.min(value * least, value * most) <= bound
+
+    test = and_(above(low_x, wanted[0]), above(low_y, wanted[1]), below(high_x, wanted[2]), below(high_y, wanted[3]))
+    return func.coalesce(test, True)
+
+
+def basis(request: Request, level: int, series: str | None = None) -> ColumnElement[bool]:
+    """Return the condition that no constraint can be traded against: kind, level, and for an arc enough of it."""
+    terms = [Reach.kind == request.kind, Reach.level == level]
+    if series is not None:
+        terms.append(Reach.series == series)
+    if request.kind == "circle":
+        terms.append(Reach.sweep >= request.sweep)  # type: ignore[union-attr]
+    return and_(*terms)
+
+
+def cost(request: Request, rank: dict[str, float]) -> ColumnElement[Any]:
+    """Return the SQL expression that a reach is ranked by before it is traced: less is better."""
+    by = Reach.sweep / request.sweep if request.kind == "circle" else 1.0  # type: ignore[union-attr]
+    terms = {
+        "size": Reach.size * by,
+        "max_link": func.coalesce(Reach.max_link, 0.0) * by,
+        "max_ground": func.coalesce(Reach.max_ground, 0.0) * by,
+        "max_arm": Reach.max_arm * by,
+        "transmission": 1 - Reach.min_transmission / 90,
+        "deviation": Reach.deviation / request.relative,
+    }
+    if list(rank) == ["size"] and request.kind == "line":
+        return Reach.size.expression  # so that the index gives the order
+    if list(rank) == ["transmission"]:
+        return -Reach.min_transmission
+    return sum((weight * terms[name] for name, weight in rank.items()), start=0 * Reach.size)
+
+
+def joined(*columns: Any) -> Select[Any]:
+    """Return a select over reaches with their guides and mechanisms."""
+    return (
+        select(*columns)
+        .select_from(Reach)
+        .join(Guide, Guide.id == Reach.guide_id)
+        .join(Mechanism, Mechanism.id == Guide.mechanism_id)
+    )
+
+
+def held(database: Database, wanted: Constraints) -> list[str]:
+    """Return the codes of the series that the database holds and that are wanted."""
+    codes = database.read(select(Batch.series.label("code")).distinct().order_by(Batch.series))["code"]
+    return [str(code) for code in codes if not wanted.series or code in wanted.series]
+
+
+def narrow(
+    database: Database, request: Request, wanted: Constraints, rank: dict[str, float], limit: int
+) -> dict[str, Array]:
+    """Return the most promising stored reaches, at most one per guide, best first.
+
+    Each series sends its share, so that none is crowded out by another whose members are alike.
+    """
+    top = loosest(request)
+    only_deviation = list(rank) == ["deviation"]
+    deep = len(LEVELS) if "deviation" in rank else DEPTH
+    levels = [level for level in LEVELS if top - deep < level <= top]
+    if only_deviation:
+        levels.reverse()  # the tightest first, and no looser than is needed
+    codes = held(database, wanted)
+    share = max(limit // max(len(codes), 1), LEAST)
+    order = cost(request, rank)
+    parts = []
+    with database.reading() as read:
+        for code in codes:
+            room = share
+            for level in levels:
+                rows = (
+                    joined(*COLUMNS, order.label("cost"))
+                    .where(basis(request, level, code), *conditions(request, wanted, level).values())
+                    .order_by(order)
+                    .limit(room)
+                )
+                parts.append(read(rows))
+                if only_deviation and (room := room - len(parts[-1]["id"])) <= 0:
+                    break
+    parts = [p for p in parts if len(p["id"])] or parts[:1]
+    if not parts:
+        return {"id": np.zeros(0, int)}
+    found = {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}
+    best = np.lexsort((found["id"], found["cost"]))
+    _, first = np.unique(found["id"][best], return_index=True)
+    kept = best[np.sort(first)]
+    place = np.zeros(len(kept), int)  # of each within its series
+    for code in codes:
+        of = found["series"][kept] == code
+        place[of] = np.arange(of.sum())
+    kept = kept[place < share]
+    return {k: v[kept] for k, v in found.items()}

@@ -1,0 +1,244 @@
+"""What a user asks for: a nominal with stroke and tolerance, constraints, an order of preference."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..linkage import Array
+
+#: What candidates can be ranked by; each is made a number of order 1 of which less is better.
+CRITERIA = ("size", "deviation", "transmission", "max_link", "max_ground", "max_arm")
+
+
+def positive(name: str, value: Any) -> float:
+    """Return `value` as a float.
+
+    Raises
+    ------
+    InvalidRequest
+        Unless it is a finite number above zero.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InvalidRequest(f"{name} must be a number, not {value!r}") from None
+    if not math.isfinite(number) or number <= 0:
+        raise InvalidRequest(f"{name} must be a finite number above zero, not {number:g}")
+    return number
+
+
+@dataclass(frozen=True)
+class StraightLine:
+    """A point is to run along a straight line.
+
+    Parameters
+    ----------
+    stroke : float
+        Length of the path [any unit; every length of the answer is in the same].
+    deviation : float
+        Largest distance from the best line: half the width of the narrowest strip that holds the path.
+
+    Raises
+    ------
+    InvalidRequest
+        Unless both are finite and positive and the deviation is below a tenth of the stroke.
+    """
+
+    stroke: float
+    deviation: float
+
+    kind = "line"
+    radius = math.inf
+
+    def __post_init__(self) -> None:
+        _check(self)
+
+    @property
+    def relative(self) -> float:
+        """Deviation over stroke."""
+        return self.deviation / self.stroke
+
+
+@dataclass(frozen=True)
+class CircularArc:
+    """A point is to run along a circular arc that bulges to +y.
+
+    Parameters
+    ----------
+    stroke : float
+        Chord of the arc [any unit].
+    radius : float
+        Radius of the arc.
+    deviation : float
+        Half the width of the narrowest annulus that holds the path.
+
+    Raises
+    ------
+    InvalidRequest
+        Unless all are finite and positive, the arc is below a half circle and the deviation below a tenth of the stroke.
+    """
+
+    stroke: float
+    radius: float
+    deviation: float
+
+    kind = "circle"
+
+    def __post_init__(self) -> None:
+        _check(self)
+        if self.stroke > 1.98 * positive("radius", self.radius):
+            raise InvalidRequest(
+                f"an arc of chord {self.stroke:g} and radius {self.radius:g} is a half circle or impossible; "
+                "give a stroke below 1.98 radius"
+            )
+
+    @property
+    def relative(self) -> float:
+        """Deviation over stroke."""
+        return self.deviation / self.stroke
+
+    @property
+    def sweep(self) -> float:
+        """Chord over radius."""
+        return self.stroke / self.radius
+
+
+Request = StraightLine | CircularArc
+
+
+def _check(request: Request) -> None:
+    positive("stroke", request.stroke)
+    if positive("deviation", request.deviation) > 0.1 * request.stroke:
+        raise InvalidRequest(f"a deviation of {request.deviation:g} over a stroke of {request.stroke:g} is no guidance")
+
+
+@dataclass(frozen=True)
+class Region:
+    """A convex or concave polygon, corners (k, 2); a box is given by its corners x0, y0, x1, y1."""
+
+    corners: Array
+    box: tuple[float, float, float, float]
+    is_box: bool
+
+    @classmethod
+    def of(cls, name: str, given: Any) -> Region:
+        """Return the region given as (x0, y0, x1, y1) or as a sequence of at least three points."""
+        try:
+            values = np.asarray(given, dtype=float)
+        except (TypeError, ValueError):
+            raise InvalidRequest(f"{name} must be x0, y0, x1, y1 or a list of points") from None
+        if values.shape == (4,):
+            x0, x1 = sorted((values[0], values[2]))
+            y0, y1 = sorted((values[1], values[3]))
+            corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+        elif values.ndim == 2 and values.shape[1] == 2 and len(values) >= 3:
+            corners = values
+        else:
+            raise InvalidRequest(f"{name} must be x0, y0, x1, y1 or at least three points")
+        if not np.isfinite(corners).all():
+            raise InvalidRequest(f"{name} has a coordinate that is not finite")
+        low, high = corners.min(0), corners.max(0)
+        if not (high > low).all():
+            raise InvalidRequest(f"{name} is empty: it has no width or no height")
+        return cls(corners, (low[0], low[1], high[0], high[1]), values.ndim == 1)
+
+    def holds(self, z: Array) -> Array:
+        """Return which of the points z, complex, any shape, lie inside or on the border of a box."""
+        x, y = z.real, z.imag
+        if self.is_box:
+            x0, y0, x1, y1 = self.box
+            return np.asarray((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))
+        inside = np.zeros(z.shape, dtype=bool)
+        a = self.corners
+        for (xa, ya), (xb, yb) in zip(a, np.roll(a, -1, axis=0), strict=True):
+            crosses = (ya > y) != (yb > y)
+            with np.errstate(all="ignore"):
+                inside ^= crosses & (x < xa + (y - ya) * (xb - xa) / (yb - ya))
+        return inside
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """What an answer must satisfy; lengths in the unit of the request.
+
+    Attributes
+    ----------
+    families, series, configurations : sequence of str
+        Allowed ones; all if empty.
+    pins_only : bool
+        No sliding joint.
+    order : int
+        Least order of contact at the design position of the ancestor.
+    fixed_pivots_in, pivots_in : (x0, y0, x1, y1) or sequence of points, optional
+        Where the fixed pivots (all pivots, in mid-stroke) must stand, in the frame in which the path runs from (0, 0) to
+        (stroke, 0).  Sliders and slides have no pivot at infinity to be placed.
+    max_size, max_link, min_link, max_ground, max_arm : float, optional
+        See `catalogue.guide.measures.Measures`.
+    min_transmission : float
+        Least transmission angle over the stroke, the better crank driving [deg].
+    full_rotation : bool
+        A crank must be able to turn fully.
+    """
+
+    families: Sequence[str] = ()
+    series: Sequence[str] = ()
+    configurations: Sequence[str] = ()
+    pins_only: bool = False
+    order: int = 0
+    fixed_pivots_in: Any = None
+    pivots_in: Any = None
+    max_size: float | None = None
+    max_link: float | None = None
+    min_link: float | None = None
+    max_ground: float | None = None
+    max_arm: float | None = None
+    min_transmission: float = 0.0
+    full_rotation: bool = False
+
+    def __post_init__(self) -> None:
+        for name in ("families", "series", "configurations"):
+            value = getattr(self, name)
+            object.__setattr__(self, name, (value,) if isinstance(value, str) else tuple(value))
+        for name in ("max_size", "max_link", "min_link", "max_ground", "max_arm"):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, positive(name, getattr(self, name)))
+        for name in ("fixed_pivots_in", "pivots_in"):
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, Region):
+                object.__setattr__(self, name, Region.of(name, value))
+        angle = float(self.min_transmission)
+        if not 0 <= angle < 90:
+            raise InvalidRequest(f"min_transmission must be between 0 and 90 degrees, not {angle:g}")
+        if self.min_link is not None and self.max_link is not None and self.min_link > self.max_link:
+            raise InvalidRequest(
+                f"min_link {self.min_link:g} is above max_link {self.max_link:g}: nothing can be between"
+            )
+
+    def active(self) -> list[str]:
+        """Return the names of the constraints that are set."""
+        return [f.name for f in fields(self) if getattr(self, f.name) not in ((), None, 0, 0.0, False)]
+
+
+def weights(rank_by: str | Mapping[str, float]) -> dict[str, float]:
+    """Return criteria with weights from ``"size"``, ``"size=1,transmission=0.5"`` or a mapping.
+
+    Raises
+    ------
+    InvalidRequest
+        If a criterion is unknown or a weight is not positive.
+    """
+    if isinstance(rank_by, str):
+        parts = [part.partition("=") for part in rank_by.split(",")]
+        rank_by = {name.strip(): value if equal else 1.0 for name, equal, value in parts}  # type: ignore[misc]
+    unknown = [name for name in rank_by if name not in CRITERIA]
+    if unknown or not rank_by:
+        raise InvalidRequest(
+            f"cannot rank by {unknown[0] if unknown else 'nothing'}; choose from {', '.join(CRITERIA)}"
+        )
+    return {name: positive(f"the weight of {name}", weight) for name, weight in rank_by.items()}
