@@ -1,3 +1,88 @@
-"""A design catalogue of guide mechanisms (see README.md)."""
+"""A design catalogue of guide mechanisms: linkages that carry a point along a straight line or a circular arc.
+
+>>> import catalogue
+>>> cat = catalogue.open()
+>>> found = cat.find(catalogue.StraightLine(stroke=150, deviation=0.05), min_transmission=40)
+
+Names are loaded when they are first used; see README.md.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 __version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from .errors import (
+        CatalogueError,
+        DatabaseError,
+        DatabaseTooNew,
+        DuplicateSeries,
+        InvalidLinkage,
+        InvalidRequest,
+        MissingExtra,
+        PluginError,
+    )
+    from .facade import Catalogue, classify, open
+    from .instant import Curvature, curvature
+    from .linkage import Linkage
+    from .query import Candidate, CircularArc, Constraints, Found, StraightLine
+
+_HOME = {
+    "Candidate": "query",
+    "Catalogue": "facade",
+    "CatalogueError": "errors",
+    "CircularArc": "query",
+    "Constraints": "query",
+    "Curvature": "instant",
+    "DatabaseError": "errors",
+    "DatabaseTooNew": "errors",
+    "DuplicateSeries": "errors",
+    "Found": "query",
+    "InvalidLinkage": "errors",
+    "InvalidRequest": "errors",
+    "Linkage": "linkage",
+    "MissingExtra": "errors",
+    "PluginError": "errors",
+    "StraightLine": "query",
+    "classify": "facade",
+    "curvature": "instant",
+    "open": "facade",
+}
+
+__all__ = [
+    "Candidate",
+    "Catalogue",
+    "CatalogueError",
+    "CircularArc",
+    "Constraints",
+    "Curvature",
+    "DatabaseError",
+    "DatabaseTooNew",
+    "DuplicateSeries",
+    "Found",
+    "InvalidLinkage",
+    "InvalidRequest",
+    "Linkage",
+    "MissingExtra",
+    "PluginError",
+    "StraightLine",
+    "__version__",
+    "classify",
+    "curvature",
+    "open",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOME:
+        value = getattr(import_module(f".{_HOME[name]}", __name__), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -120,7 +120,7 @@ class Registry:
             try:
                 found.append((record, entry.load()))
                 record.version = entry.dist.version if entry.dist else ""
-            except Exception as error:
+            except (Exception, SystemExit) as error:
                 record.error = one_line(error)
                 found.append((record, None))
         return found
@@ -130,12 +130,13 @@ class Registry:
     ) -> tuple[Record, ModuleType | None]:
         self.records.append(record)
         if module is not None:
+            name = f"{record.name} of {record.origin}"
             try:
-                manager.register(module, record.origin)
+                manager.register(module, name)
                 manager.check_pending()
             except Exception as error:
                 record.error = one_line(error)
-                if manager.has_plugin(record.origin):
+                if manager.has_plugin(name):
                     manager.unregister(module)
         return record, module
 
@@ -145,14 +146,16 @@ class Registry:
         """Ask one plugin through one hook what it adds; all of it counts, or nothing."""
         others = [plugin for plugin in manager.get_plugins() if plugin is not module]
         try:
-            items = [item for answer in manager.subset_hook_caller(hook, others)() for item in answer]
+            answers = manager.subset_hook_caller(hook, others)()
+            if not answers and hasattr(module, hook):
+                raise PluginError(f"{hook} gave nothing: mark it with @hookimpl and return a list")
+            items = [item for answer in answers for item in answer]
             for item in items:
                 if not isinstance(item, kind):
                     raise PluginError(f"{hook} returned {type(item).__name__} where {kind.__name__} is wanted")
-                for name in getattr(item, "families", ()):
-                    if name not in self.families:
-                        raise PluginError(f"series {item.code} is of family {name}, which no plugin provides")
-        except Exception as error:
+                if isinstance(item, Series) and (unknown := [f for f in item.families if f not in self.families]):
+                    raise PluginError(f"series {item.code} is of family {unknown[0]}, which no plugin provides")
+        except (Exception, SystemExit) as error:
             record.error = one_line(error)
             manager.unregister(module)
             return
@@ -185,7 +188,8 @@ def _load(path: Path) -> tuple[Record, ModuleType | None]:
     try:
         spec.loader.exec_module(module)
     except (Exception, SystemExit) as error:
-        del sys.modules[unique]
+        for loaded in [key for key in sys.modules if key == unique or key.startswith(f"{unique}.")]:
+            del sys.modules[loaded]
         record.error = one_line(error)
         return record, None
     record.version = str(getattr(module, "__version__", record.version))

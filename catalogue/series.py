@@ -41,11 +41,7 @@ class Parameter:
 
     def __post_init__(self) -> None:
         ends = [end for interval in self.domain for end in interval]
-        if (
-            not self.domain
-            or not np.all(np.isfinite(ends))
-            or any(b <= a for a, b in pairwise(ends))
-        ):
+        if not self.domain or not np.all(np.isfinite(ends)) or any(b <= a for a, b in pairwise(ends)):
             raise PluginError(
                 f"parameter {self.name}: the domain must be increasing finite intervals, not {self.domain}"
             )

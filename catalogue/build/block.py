@@ -8,12 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..curvature.analysis import PARALLEL_SINE
 from ..guide.measures import Measures, measure
 from ..guide.reach import LEVELS, reach, scan
 from ..guide.span import Span, span
 from ..guide.trace import Traced
 from ..instant import Instant
+from ..instant.analysis import PARALLEL_SINE
 from ..linkage import Array
 from ..series import EXACT, Series
 from .draw import BLOCK, PLAN, Drawn, draw

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..curvature.analysis import PARALLEL, REGULAR
 from ..instant import Instant
+from ..instant.analysis import PARALLEL, REGULAR
 from ..linkage import Array, Linkage
 from ..series import Member
 from .base import MEMBER, Contract, belong, first, order_of, whole

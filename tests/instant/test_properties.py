@@ -12,8 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from catalogue.curvature import Curvature, configuration, curvature, dead_points
-from catalogue.curvature.analysis import DEAD_POINT, PARALLEL, PARALLEL_SINE, REGULAR
+from catalogue.instant import Curvature, configuration, curvature, dead_points
+from catalogue.instant.analysis import DEAD_POINT, PARALLEL, PARALLEL_SINE, REGULAR
 from catalogue.linkage import FAMILIES, PR, RP, RR, Array, Linkage
 
 Maker = Callable[..., Linkage]

@@ -5,8 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
-from .curvature import Curvature, configuration, curvature
-from .linkage import Array, Linkage
+from ..linkage import Array, Linkage
+from .analysis import Curvature, curvature
+from .regions import configuration
 
 
 @dataclass(frozen=True, eq=False)

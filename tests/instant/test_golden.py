@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.curvature import Curvature, configuration, curvature, dead_points
-from catalogue.curvature.analysis import DEAD_POINT, PARALLEL, REGULAR
+from catalogue.instant import Curvature, configuration, curvature, dead_points
+from catalogue.instant.analysis import DEAD_POINT, PARALLEL, REGULAR
 from catalogue.linkage import FAMILIES, Array, Linkage
 
 TOLERANCE = 1e-11

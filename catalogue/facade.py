@@ -1,0 +1,205 @@
+"""The catalogue as a user holds it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from os import PathLike
+from types import TracebackType
+from typing import TYPE_CHECKING, Any
+
+import numpy.typing as npt
+
+from .errors import InvalidRequest
+from .folders import default_database
+from .linkage import Linkage
+from .query.explain import explain
+from .query.find import Trail, answer, check_names
+from .query.found import Found, candidates
+from .query.request import Constraints, Request, weights
+from .store import Database, get_setting
+
+if TYPE_CHECKING:
+    from .build import Progress
+    from .classification import Classification
+    from .plugins import Registry
+    from .query.stored import StoredGuide
+
+
+class Catalogue:
+    """A database of guides with what can be asked of it; made by `catalogue.open`.
+
+    Attributes
+    ----------
+    database : Database
+    """
+
+    def __init__(self, database: Database, plugins: Sequence[str] = ()) -> None:
+        self.database = database
+        self._folders = tuple(plugins)
+
+    @cached_property
+    def registry(self) -> Registry:
+        """The plugins, loaded when first needed: a `find` needs none."""
+        from .plugins import Registry
+
+        return Registry(self._folders)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the last build ran to its end."""
+        return get_setting(self.database, "complete") == "yes"
+
+    def find(
+        self,
+        request: Request,
+        *,
+        limit: int = 12,
+        rank_by: str | Mapping[str, float] = "size",
+        per_series: int | None = None,
+        effort: int = 1,
+        **constraints: Any,
+    ) -> Found:
+        """Return the best guides for a request, each verified on its finite motion at the stroke asked for.
+
+        Parameters
+        ----------
+        request : StraightLine or CircularArc
+        limit : int
+            How many at most.
+        rank_by : str or mapping
+            One of `catalogue.query.request.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.
+        per_series : int, optional
+            At most so many of one series as long as there are others; a third of the limit if not given, 0: no bound.
+        effort : int
+            How many stored candidates are traced: 400 per unit.
+        **constraints
+            See `catalogue.query.request.Constraints`.
+
+        Raises
+        ------
+        InvalidRequest
+            If the request, a constraint or a name is impossible.
+        DatabaseError
+            If the database cannot be read.
+        """
+        if limit < 1 or effort < 1:
+            raise InvalidRequest(f"limit and effort must be at least 1, not {limit} and {effort}")
+        try:
+            wanted = Constraints(**constraints)
+        except TypeError as error:
+            raise InvalidRequest(f"unknown constraint: {str(error).split('argument')[-1].strip()}") from None
+        rank = weights(rank_by)
+        check_names(self.database, wanted)
+        trail = Trail()
+        share = -(-limit // 3) if per_series is None else per_series
+        found = answer(self.database, request, wanted, rank, limit=limit, per_series=share, effort=effort, trail=trail)
+        listed = candidates(found, request) if found is not None else []
+        return Found(listed, lambda: explain(self.database, request, wanted, trail, len(listed)))
+
+    def guide(self, name: int | str) -> StoredGuide:
+        """Return a stored guide by its id, or the first guide of a named design.
+
+        Raises
+        ------
+        InvalidRequest
+            If there is none.
+        """
+        from .query.stored import stored
+
+        return stored(self.database, name)
+
+    def classify(self, linkage: Linkage | npt.ArrayLike) -> Classification:
+        """Return the memberships of given linkages in all series that are registered."""
+        from .classification import classify
+
+        given = linkage if isinstance(linkage, Linkage) else Linkage(linkage)
+        return classify(given, self.registry.series)
+
+    def build(
+        self,
+        *,
+        count: int | None = None,
+        series: Sequence[str] = (),
+        seed: int | None = None,
+        processes: int | None = None,
+        report: Callable[[Progress], None] = lambda _: None,
+    ) -> Progress:
+        """Fill the database up to `count` guides, or finish the build that was begun; see `catalogue.build.fill`."""
+        from .build import fill
+        from .build.fill import COUNT
+
+        before = get_setting(self.database, "count"), get_setting(self.database, "seed")
+        count = count or int(before[0] or COUNT)
+        seed = int(before[1] or 0) if seed is None else seed
+        return fill(
+            self.database, self.registry, count=count, series=series, seed=seed, processes=processes, report=report
+        )
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self.database.close()
+
+    def __enter__(self) -> Catalogue:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def __repr__(self) -> str:
+        return f"<Catalogue {self.database.path}>"
+
+
+def open(
+    path: str | PathLike[str] | None = None, *, plugins: Sequence[str] = (), build: bool = True, quiet: bool = False
+) -> Catalogue:
+    """Open the catalogue, building its database on first use.
+
+    Parameters
+    ----------
+    path : path, optional
+        Database file; if not given ``CATALOGUE_DB``, else a file in the user's data directory.
+    plugins : sequence of str
+        Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
+    build : bool
+        Build the database if it is empty, or finish it if a build was interrupted (under a minute on two cores).
+    quiet : bool
+        No progress bar while building.
+
+    Raises
+    ------
+    DatabaseError
+        If the file cannot be used.
+    """
+    opened = Catalogue(Database.open(path if path is not None else default_database()), plugins)
+    try:
+        if build and not opened.complete:
+            from .progress import shown
+
+            with shown(quiet=quiet, label="building the catalogue") as report:
+                opened.build(report=report)
+    except BaseException:
+        opened.close()
+        raise
+    return opened
+
+
+def classify(linkage: Linkage | npt.ArrayLike, *, plugins: Sequence[str] = ()) -> Classification:
+    """Return the memberships of given linkages in all series; no database is opened.
+
+    Parameters
+    ----------
+    linkage : Linkage or array_like, shape (2, 2, 3) or (n, 2, 2, 3)
+    plugins : sequence of str
+        Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
+    """
+    from .classification import classify
+    from .plugins import Registry
+
+    given = linkage if isinstance(linkage, Linkage) else Linkage(linkage)
+    return classify(given, Registry(plugins).series)
+
+
+__all__ = ["Catalogue", "classify", "open"]

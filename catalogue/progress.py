@@ -1,0 +1,44 @@
+"""A progress bar on standard error for what takes more than a second."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from .build import Progress
+
+
+@contextmanager
+def shown(*, quiet: bool, label: str) -> Iterator[Callable[[Progress], None]]:
+    """Yield a function that shows the state of a build; where standard error is no terminal, one line at the end."""
+    if quiet:
+        yield lambda _: None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    last: list[Progress] = []
+    console = Console(stderr=True)
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("guides"),
+        TextColumn("{task.fields[series]}"),
+        TimeElapsedColumn(),
+    )
+    with Bar(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
+        task = bar.add_task(label, total=None, series="")
+
+        def report(progress: Progress) -> None:
+            last[:] = [progress]
+            bar.update(task, total=progress.wanted, completed=progress.guides, series=progress.series)
+
+        yield report
+    if last and last[0].rows:
+        p = last[0]
+        print(f"{label}: {p.guides} guides, {p.rows} rows in {p.seconds:.1f} s ({p.rate:.0f} rows/s)", file=sys.stderr)
