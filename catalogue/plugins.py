@@ -182,7 +182,8 @@ def _load(path: Path) -> tuple[Record, ModuleType | None]:
     where = [str(path.parent)] if package else None
     unique = f"catalogue_plugin_{name}_{sha1(str(path.resolve()).encode()).hexdigest()[:8]}"
     spec = importlib.util.spec_from_file_location(unique, path, submodule_search_locations=where)
-    assert spec is not None and spec.loader is not None  # true of every file that ends in .py
+    assert spec is not None  # true of every file that ends in .py
+    assert spec.loader is not None
     module = importlib.util.module_from_spec(spec)
     sys.modules[unique] = module  # dataclasses and pickling look a class's module up there
     try:

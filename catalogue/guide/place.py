@@ -6,7 +6,7 @@ import numpy as np
 
 from ..linkage import Array, Linkage
 from .measures import middle_of_stroke
-from .span import Span, span
+from .span import Span
 from .trace import Traced, extended, trace
 
 #: Below this deviation over stroke a guide is measured again in extended precision.
@@ -45,7 +45,7 @@ def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage
 
 
 def mirrored(linkage: Linkage, point: Array, stroke: float, reverse: Array, over: Array) -> tuple[Linkage, Array]:
-    """Return placed guides laid the other way along the path (`reverse`) or mirrored in its line (`over`), masks (n,)."""
+    """Return placed guides laid the other way (`reverse`) or mirrored in the line of the path (`over`)."""
     # both together are a half turn about the middle of the path; each alone is a reflection
     factor = np.where(reverse, -1.0, 1.0)
     shift = np.where(reverse, stroke, 0.0)
@@ -86,8 +86,3 @@ def at_sweep(guides: Span, half: Array, centre: Array, sweep: float, nodes: int 
             half = half * sweep / (traced.fit.stroke * np.abs(traced.fit.curvature))
         traced = trace(guides, half, circle=True, split=True, centre=centre, nodes=nodes)
     return half, traced
-
-
-def guides_of(linkage: Linkage, point: Array) -> Span:
-    """Return the guides of placed linkages."""
-    return span(linkage, point)

@@ -110,7 +110,7 @@ def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, s
     if split:
         cos, sin = guides.turn.window(low, high, points.nodes.astype(half.dtype))
         for _ in range(ROUNDS):
-            a, b, turn = _split(u, v, cos, sin, half, circle, points.coefficients.astype(half.dtype))
+            a, b = _split(u, v, cos, sin, half, circle, points.coefficients.astype(half.dtype))
             shift = shift + (a + 1j * b)
             u, v = u + cos * a - sin * b, v + cos * b + sin * a
         shift = shift * guides.tangent
@@ -156,7 +156,7 @@ def _split(
         step = (a + 1j * b) * along
         straight = (target**2).sum(0) <= (STRAIGHT * half) ** 2
     step = np.where(np.isfinite(step) & ~straight, step, 0)
-    return step.real, step.imag, along
+    return step.real, step.imag
 
 
 def extended(guides: Span) -> Span:

@@ -76,7 +76,7 @@ def relaxations(database: Database, request: Request, wanted: Constraints) -> tu
 
 
 def nearest_deviation(database: Database, request: Request, wanted: Constraints) -> float | None:
-    """Return the least deviation, in the user's unit, that stored guides reach within the constraints at looser levels."""
+    """Return the least deviation, in the user's unit, that stored guides reach which meet the constraints."""
     for level in sorted(LEVELS):
         if level <= loosest(request):
             continue
@@ -116,7 +116,8 @@ def advice(
     useful = [r for r in relaxed if r.freed and r.excluded]
     if trail.traced and not useful:
         worst = max(trail.removed, key=lambda name: trail.removed[name], default="deviation")
-        return f"no guide found: {trail.removed.get(worst, 0)} of {trail.traced} traced candidates failed {worst}; relax it"
+        failed = trail.removed.get(worst, 0)
+        return f"no guide found: relax {worst}, {failed} of {trail.traced} traced candidates failed it"
     if useful:
         best = max(useful, key=lambda r: (r.freed, r.excluded))
         bound = getattr(wanted, best.name)
@@ -125,6 +126,7 @@ def advice(
         return f"no guide found: relax {best.name}{asked}, {best.freed} stored guides satisfy everything else{near}"
     least = nearest_deviation(database, request, wanted)
     if least is not None:
-        return f"no guide found: relax the deviation {request.deviation:g}; stored guides that meet the rest reach {least:.3g}"
+        asked = f"{request.deviation:g}"
+        return f"no guide found: relax the deviation {asked}; stored guides that meet the rest reach {least:.3g}"
     names = " and ".join(r.name for r in relaxed) or "the deviation"
     return f"no guide found: {names} exclude one another; relax more than one of them"

@@ -7,6 +7,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+from sqlalchemy import select
 
 from ..errors import InvalidRequest
 from ..guide.measures import Measures, measure
@@ -15,8 +16,8 @@ from ..guide.reach import USABLE, Ladder, reach
 from ..guide.span import Span, span
 from ..guide.trace import Traced, trace
 from ..linkage import Array, Linkage
-from ..store import Database
-from .narrow import SLIDING, flips, loosest, narrow
+from ..store import Database, Mechanism
+from .narrow import flips, loosest, narrow
 from .request import Constraints, Region, Request
 
 #: Stored guides that are traced for one answer of effort 1.
@@ -137,6 +138,14 @@ def _measured(
     return found, good
 
 
+def lay_stored(request: Request, wanted: Constraints, rows: dict[str, Array]) -> Answers:
+    """Return stored reaches laid along the path of a request, at the strokes that are stored."""
+    guides = span(Linkage._trusted(rows["pivots"].reshape(-1, 2, 2, 3).copy()), rows["x"] + 1j * rows["y"])
+    circle = request.kind == "circle"
+    traced = trace(guides, rows["half"], circle=circle, split=True, centre=rows["centre"], nodes=16)
+    return _laid(request, wanted, rows, guides, traced)[0]
+
+
 def _chosen(request: Request, rank: dict[str, float], rows: dict[str, Array], guides: Span) -> Traced:
     """Return the guides traced over the stroke that serves the request best."""
     if request.kind == "circle":
@@ -225,10 +234,6 @@ def _merged(one: Answers, two: Answers, use: Array) -> Answers:
 
 def check_names(database: Database, wanted: Constraints) -> None:
     """Raise `InvalidRequest` if a family, series or configuration is asked for that the database does not hold."""
-    from sqlalchemy import select
-
-    from ..store import Mechanism
-
     columns = {"families": Mechanism.family, "series": Mechanism.series, "configurations": Mechanism.configuration}
     for name, column in columns.items():
         asked = getattr(wanted, name)
@@ -240,6 +245,3 @@ def check_names(database: Database, wanted: Constraints) -> None:
                     f"the database holds no {name[:-1] if name != 'families' else 'family'} {unknown[0]!r}; it holds "
                     f"{', '.join(held)}. `catalogue build --series CODE` adds a series"
                 )
-
-
-__all__ = ["SLIDING", "Answers", "Trail", "answer", "check_names", "price"]

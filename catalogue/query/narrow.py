@@ -107,7 +107,7 @@ def flips(request: Request) -> list[tuple[bool, bool]]:
 def _inside(
     box: tuple[Any, ...], region: Region, request: Request, flip: tuple[bool, bool], least: Any, most: Any
 ) -> ColumnElement[bool]:
-    """A stored box, laid along the path, lies in the bounding box of the region; stored (0.5, 0) is the path's middle."""
+    """A stored box, laid along the path, lies in the region's bounding box; stored, the path's middle is (0.5, 0)."""
     x0, y0, x1, y1 = box
     low_x, high_x = x0 - 0.5, x1 - 0.5
     low_y, high_y = y0, y1

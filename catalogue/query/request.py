@@ -81,7 +81,7 @@ class CircularArc:
     Raises
     ------
     InvalidRequest
-        Unless all are finite and positive, the arc is below a half circle and the deviation below a tenth of the stroke.
+        Unless all are finite and positive, the arc below a half circle, the deviation below a tenth of the stroke.
     """
 
     stroke: float
@@ -176,8 +176,8 @@ class Constraints:
     order : int
         Least order of contact at the design position of the ancestor.
     fixed_pivots_in, pivots_in : (x0, y0, x1, y1) or sequence of points, optional
-        Where the fixed pivots (all pivots, in mid-stroke) must stand, in the frame in which the path runs from (0, 0) to
-        (stroke, 0).  Sliders and slides have no pivot at infinity to be placed.
+        Where the fixed pivots (all pivots, in mid-stroke) must stand, in the frame in which the path runs from (0, 0)
+        to (stroke, 0).  A pivot at infinity stands nowhere.
     max_size, max_link, min_link, max_ground, max_arm : float, optional
         See `catalogue.guide.measures.Measures`.
     min_transmission : float

@@ -143,8 +143,8 @@ class Reach(Base):
     The stroke is a chord in canonical units, `sweep` the stroke times the curvature of the fitted nominal; the other
     lengths are multiples of the stroke.  Boxes are those of the pivots at finite distance, in the guide's frame (the
     path runs from (0, 0) to (1, 0)).  Bit i of `rotates`: crank i + 1 turns fully.
-    `half` and `centre` are the window that was traced: half its length along the tangent, canonical units, and where its
-    middle lies, in halves from the design position.
+    `half` and `centre` are the window that was traced: half its length along the tangent, canonical units, and where
+    its middle lies, in halves from the design position.
     """
 
     __tablename__ = "reach"
