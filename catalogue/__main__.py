@@ -1,0 +1,5 @@
+"""``python -m catalogue`` is the command ``catalogue``."""
+
+from .cli import main
+
+main()

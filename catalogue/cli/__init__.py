@@ -1,0 +1,42 @@
+"""The command ``catalogue``."""
+
+from __future__ import annotations
+
+import sys
+
+
+def main() -> None:
+    """Run the command line; every expected error is one line on standard error and a documented exit code."""
+    from ..errors import CatalogueError
+
+    _only_one_catalogue()
+    try:
+        from .app import app, run
+
+        code = run(app)
+    except CatalogueError as error:
+        print(f"catalogue: {error}", file=sys.stderr)
+        code = error.exit_code
+    except KeyboardInterrupt:
+        print("catalogue: interrupted; what was finished is kept", file=sys.stderr)
+        code = 130
+    except BrokenPipeError:  # the reader of our output has gone
+        sys.stderr.close()
+        code = 141
+    sys.exit(code)
+
+
+def _only_one_catalogue() -> None:
+    """Another distribution installs a package of the same name; together they overwrite each other's files."""
+    from importlib.metadata import PackageNotFoundError, distribution
+
+    try:
+        distribution("catalogue")
+    except PackageNotFoundError:
+        return
+    print(
+        "catalogue: the distribution `catalogue` is installed beside `mechanism-catalogue` and both own the package "
+        "`catalogue`; uninstall both, then install the one you need, or use a virtual environment for each",
+        file=sys.stderr,
+    )
+    sys.exit(5)

@@ -1,0 +1,167 @@
+"""``catalogue find``: from a wish to ranked, verified guides."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import sys
+from typing import Annotated, Any
+
+import typer
+
+from ..query.request import CRITERIA, CircularArc, Request, StraightLine
+from .options import Db, Format, Output, Plugins
+
+app = typer.Typer(
+    help="Find guides: the point runs from (0, 0) to (stroke, 0) and every position is in that frame and unit.",
+    no_args_is_help=True,
+)
+
+Box = tuple[float, float, float, float]
+Stroke = Annotated[float, typer.Option(help="Length of the path (chord of an arc), in any unit.")]
+Deviation = Annotated[float, typer.Option(help="Largest distance from the best line or circle, in the same unit.")]
+Names = Annotated[list[str] | None, typer.Option("--family", metavar="NAME", help="Only this family; may be repeated.")]
+Codes = Annotated[list[str] | None, typer.Option("--series", metavar="CODE", help="Only this series; may be repeated.")]
+Configurations = Annotated[
+    list[str] | None, typer.Option("--configuration", metavar="LETTERS", help="Only this one; may be repeated.")
+]
+Order = Annotated[int, typer.Option(help="Least order of contact at the design position (99: exact).")]
+PinsOnly = Annotated[bool, typer.Option("--pins-only", help="No sliding joint.")]
+FixedIn = Annotated[
+    Box | None, typer.Option("--fixed-pivots-in", metavar="X0 Y0 X1 Y1", help="Box for the fixed pivots.")
+]
+AllIn = Annotated[
+    Box | None, typer.Option("--pivots-in", metavar="X0 Y0 X1 Y1", help="Box for all pivots in mid-stroke.")
+]
+MaxSize = Annotated[float | None, typer.Option(metavar="L", help="Largest diameter of pivots and path together.")]
+MaxLink = Annotated[float | None, typer.Option(metavar="L", help="Longest crank or coupler.")]
+MinLink = Annotated[float | None, typer.Option(metavar="L", help="Shortest crank or coupler.")]
+MaxGround = Annotated[float | None, typer.Option(metavar="L", help="Largest distance of the fixed pivots.")]
+MaxArm = Annotated[
+    float | None, typer.Option(metavar="L", help="Largest distance of the guided point from the nearer moving pivot.")
+]
+Transmission = Annotated[
+    float, typer.Option(metavar="DEG", help="Least transmission angle over the stroke, the better crank driving.")
+]
+FullRotation = Annotated[bool, typer.Option("--full-rotation", help="A crank must be able to turn fully.")]
+RankBy = Annotated[
+    str, typer.Option(metavar="NAME[=W],...", help=f"What to rank by: {', '.join(CRITERIA)}; several with weights.")
+]
+PerSeries = Annotated[
+    int | None, typer.Option(metavar="N", help="At most N of one series while there are others; 0: no bound.",
+                             show_default="a third of the limit")
+]  # fmt: skip
+Effort = Annotated[int, typer.Option(metavar="N", help="Stored candidates to trace, in units of 400.")]
+Limit = Annotated[int, typer.Option(metavar="N", help="How many guides to list.")]
+Explain = Annotated[bool, typer.Option("--explain", help="Say what each constraint removed and how long it took.")]
+
+
+@app.command("straight-line")
+def straight_line(
+    stroke: Stroke,
+    deviation: Deviation,
+    family: Names = None,
+    series: Codes = None,
+    configuration: Configurations = None,
+    order: Order = 0,
+    pins_only: PinsOnly = False,
+    fixed_pivots_in: FixedIn = None,
+    pivots_in: AllIn = None,
+    max_size: MaxSize = None,
+    max_link: MaxLink = None,
+    min_link: MinLink = None,
+    max_ground: MaxGround = None,
+    max_arm: MaxArm = None,
+    min_transmission: Transmission = 0.0,
+    full_rotation: FullRotation = False,
+    rank_by: RankBy = "size",
+    per_series: PerSeries = None,
+    effort: Effort = 1,
+    limit: Limit = 12,
+    explain: Explain = False,
+    format: Output = Format.table,
+    db: Db = None,
+    plugins: Plugins = None,
+) -> None:
+    """Guide a point along a straight line.
+
+    catalogue find straight-line --stroke 150 --deviation 0.05 --pins-only --min-transmission 40
+    """
+    options = locals()
+    _find(StraightLine(options.pop("stroke"), options.pop("deviation")), options)
+
+
+@app.command("circular-arc")
+def circular_arc(
+    stroke: Stroke,
+    radius: Annotated[float, typer.Option(help="Radius of the arc, which bulges to +y.")],
+    deviation: Deviation,
+    family: Names = None,
+    series: Codes = None,
+    configuration: Configurations = None,
+    order: Order = 0,
+    pins_only: PinsOnly = False,
+    fixed_pivots_in: FixedIn = None,
+    pivots_in: AllIn = None,
+    max_size: MaxSize = None,
+    max_link: MaxLink = None,
+    min_link: MinLink = None,
+    max_ground: MaxGround = None,
+    max_arm: MaxArm = None,
+    min_transmission: Transmission = 0.0,
+    full_rotation: FullRotation = False,
+    rank_by: RankBy = "size",
+    per_series: PerSeries = None,
+    effort: Effort = 1,
+    limit: Limit = 12,
+    explain: Explain = False,
+    format: Output = Format.table,
+    db: Db = None,
+    plugins: Plugins = None,
+) -> None:
+    """Guide a point along a circular arc.
+
+    catalogue find circular-arc --stroke 100 --radius 100 --deviation 0.05
+    """
+    options = locals()
+    request = CircularArc(options.pop("stroke"), options.pop("radius"), options.pop("deviation"))
+    _find(request, options)
+
+
+def _find(request: Request, options: dict[str, Any]) -> None:
+    from ..facade import open
+
+    plural = {"families": "family", "series": "series", "configurations": "configuration"}
+    chosen = {name: options.pop(option) or () for name, option in plural.items()}
+    output, explain = options.pop("format"), options.pop("explain")
+    with open(options.pop("db"), plugins=options.pop("plugins") or ()) as catalogue:
+        found = catalogue.find(request, **chosen, **options)
+        if explain or not found:
+            told = found.explain()
+            print(told if explain else _advice(told), file=sys.stderr)
+    rows = [c.to_dict() for c in found]
+    if output is Format.json:
+        print(json.dumps(rows, indent=1, allow_nan=False))
+    elif output is Format.csv:
+        print(_csv(rows), end="")
+    elif rows:
+        from .tables import print_candidates
+
+        print_candidates(found)
+    if not rows:
+        raise typer.Exit(1)
+
+
+def _advice(told: str) -> str:
+    return "catalogue: " + next(line for line in told.splitlines() if line.startswith("no guide found"))
+
+
+def _csv(rows: list[dict[str, Any]]) -> str:
+    from ..query.found import Candidate
+
+    out = io.StringIO()
+    writer = csv.DictWriter(out, list(Candidate.__dataclass_fields__), lineterminator="\n")
+    writer.writeheader()
+    writer.writerows({k: json.dumps(v) if isinstance(v, list) else v for k, v in row.items()} for row in rows)
+    return out.getvalue()

@@ -1,0 +1,58 @@
+"""Tables on a terminal."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+from ..query.found import Candidate, Found
+from ..series import EXACT
+
+
+def print_table(
+    title: str, columns: Sequence[tuple[str, str]], rows: Iterable[Sequence[str]], caption: str = ""
+) -> None:
+    """Print a table; each column is a heading and ``left`` or ``right``."""
+    table = Table(title=title, caption=caption, box=box.SIMPLE_HEAD, title_justify="left", caption_justify="left")
+    for heading, side in columns:
+        table.add_column(heading, justify="right" if side == "right" else "left", overflow="fold")
+    for row in rows:
+        table.add_row(*row)
+    console = Console()
+    if not console.is_terminal:
+        console = Console(width=max(100, 14 * len(columns)))
+    console.print(table)
+
+
+def print_candidates(found: Found) -> None:
+    """Print the answers of a `find`."""
+    first = found[0]
+    arc = first.radius is not None
+    what = f"arc of chord {first.stroke:g} and radius {first.radius:g}" if arc else f"straight line of {first.stroke:g}"
+    columns = [
+        ("id", "right"), ("series", "left"), ("family", "left"), ("conf.", "left"), ("order", "right"),
+        ("deviation", "right"), ("size", "right"), ("longest link", "right"), ("arm", "right"),
+        ("transmission", "right"), ("turns", "left"),
+    ]  # fmt: skip
+    rows = [_row(c) for c in found]
+    caption = "`catalogue show ID --plot FILE` draws one; --format json gives all pivots"
+    print_table(f"Guides for a {what}", columns, rows, caption)
+
+
+def _row(c: Candidate) -> list[str]:
+    return [
+        str(c.id),
+        c.series,
+        c.family,
+        c.configuration,
+        "exact" if c.order == EXACT else str(c.order),
+        f"{c.deviation:.3g}",
+        f"{c.size:.4g}",
+        "-" if c.max_link is None else f"{c.max_link:.4g}",
+        "-" if c.max_arm is None else f"{c.max_arm:.4g}",
+        f"{c.min_transmission:.1f}\u00b0",
+        " ".join(f"crank {k}" for k in c.rotates) or "-",
+    ]

@@ -1,0 +1,158 @@
+"""One stored guide, as it stands in the database."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from sqlalchemy import select
+
+from ..errors import InvalidRequest
+from ..guide.reach import LEVELS
+from ..linkage import Array, Linkage
+from ..store import Batch, Database, Guide, Mechanism, Reach
+from .find import Answers, lay_stored
+from .found import Candidate, candidates
+from .narrow import COLUMNS, joined
+from .request import CircularArc, Constraints, Request, StraightLine, positive
+
+LENGTHS = ("stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
+
+
+@dataclass(frozen=True, eq=False)
+class StoredGuide:
+    """A guide in its canonical frame: pole at the origin, rho0 = 1 (parallel cranks: height of crank 1).
+
+    Attributes
+    ----------
+    id : int
+    name : str or None
+        Of a named design.
+    family, series, member, configuration, kind, label : str
+    order : int
+        Order of contact; 99 if exact.
+    inflections : int
+        Merged at the design position; the split guide has as many.
+    parameters : dict of float
+        Free parameters of the member.
+    linkage : Linkage of 1
+    point : complex
+        Guided point.
+    curvature : float
+        Of the nominal, positive to the left of the tangent; 0 for a line.
+    rho0, kappa, kappa_star, s : float or None
+        None if the pole is at infinity.
+    provenance : dict
+        Plugin, version, plan, seed and block; empty for a design entered by hand.
+    reaches : dict of ndarray
+        By level: stroke (canonical units), deviation, size, links and arm over stroke, transmission angle [deg].
+    """
+
+    id: int
+    name: str | None
+    family: str
+    series: str
+    member: str
+    configuration: str
+    kind: str
+    label: str
+    order: int
+    inflections: int
+    parameters: dict[str, float]
+    linkage: Linkage
+    point: complex
+    curvature: float
+    rho0: float | None
+    kappa: float | None
+    kappa_star: float | None
+    s: float | None
+    provenance: dict[str, Any]
+    reaches: dict[str, Array]
+    rows: dict[int, dict[str, Array]]
+
+    def at(self, stroke: float, level: int | None = None) -> Candidate:
+        """Return the guide laid along a path of this stroke, split for the reach of a level.
+
+        Parameters
+        ----------
+        stroke : float
+            Length of the path; an arc of that chord.
+        level : int, optional
+            Decimal exponent of the relative deviation; the middle one of those that are stored if not given.
+
+        Raises
+        ------
+        InvalidRequest
+            If the guide has no reach of that level.
+        """
+        levels = sorted(self.rows)
+        if level is None:
+            level = levels[len(levels) // 2]
+        if level not in self.rows:
+            known = ", ".join(str(k) for k in levels)
+            raise InvalidRequest(f"guide {self.id} has no reach of level {level}; it has {known}")
+        row = self.rows[level]
+        stroke = positive("stroke", stroke)
+        request: Request = StraightLine(stroke, 0.1 * stroke)
+        if self.kind == "circle":
+            request = CircularArc(stroke, stroke / float(row["sweep"][0]), 0.1 * stroke)
+        laid: Answers = lay_stored(request, Constraints(), row)
+        return candidates(laid, request)[0]
+
+
+def stored(database: Database, name: int | str) -> StoredGuide:
+    """Return the guide with an id, or the first guide of a named design; see `Catalogue.guide`."""
+    try:
+        test = Guide.id == int(name)
+    except ValueError:
+        test = Mechanism.name == str(name)
+    extra = (Guide.kind, Guide.curvature, Guide.inflections, Mechanism.id.label("mechanism"), Mechanism.parameters)
+    found = database.read(joined(*COLUMNS, *extra).where(test).order_by(Guide.id, Reach.level))
+    if not len(found["id"]):
+        raise InvalidRequest(f"the database holds no guide {name}; `catalogue find` lists guides with their ids")
+    found = {k: v[found["id"] == found["id"][0]] for k, v in found.items()}
+    one = {k: v[0] for k, v in found.items()}
+    extra_columns = (Reach.max_link, Reach.max_ground, Reach.max_arm, Reach.min_transmission)
+    more = database.read(select(*extra_columns).where(Reach.guide_id == one["id"]).order_by(Reach.level))
+    reaches = {"level": found["level"], **{k: {**found, **more}[k] for k in LENGTHS}}
+    mechanism = database.read(
+        select(
+            Mechanism.name, Mechanism.rho0, Mechanism.kappa, Mechanism.kappa_star, Mechanism.s, Batch.plugin,
+            Batch.plugin_version, Batch.plan, Batch.seed, Batch.number,
+        ).outerjoin(Batch, Batch.id == Mechanism.batch_id).where(Mechanism.id == one["mechanism"], Batch.id.is_not(None))
+    )  # fmt: skip
+    about = {k: v[0] for k, v in mechanism.items() if len(v)}
+
+    def number(key: str) -> float | None:
+        value = about.get(key)
+        return float(value) if value is not None and np.isfinite(value) else None
+
+    return StoredGuide(
+        id=int(one["id"]),
+        name=about.get("name"),
+        family=one["family"],
+        series=one["series"],
+        member=one["member"],
+        configuration=one["configuration"],
+        kind=one["kind"],
+        label=one["label"],
+        order=int(one["contact_order"]),
+        inflections=int(one["inflections"]),
+        parameters=json.loads(one["parameters"]),
+        linkage=Linkage(one["pivots"].reshape(2, 2, 3)),
+        point=complex(one["x"], one["y"]),
+        curvature=float(one["curvature"]),
+        **{k: number(k) for k in ("rho0", "kappa", "kappa_star", "s")},
+        provenance={
+            k: v if isinstance(v, str) else int(v)
+            for k, v in about.items()
+            if k in ("plugin", "plugin_version", "plan", "seed", "number")
+        },
+        reaches=reaches,
+        rows={
+            int(level): {k: found[k][i : i + 1] for k in found} for i, level in enumerate(found["level"])
+            if level in LEVELS
+        },
+    )  # fmt: skip
