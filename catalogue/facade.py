@@ -55,7 +55,7 @@ class Catalogue:
         request: Request,
         *,
         limit: int = 12,
-        rank_by: str | Mapping[str, float] = "size",
+        rank_by: str | Mapping[str, float] = "balance",
         per_series: int | None = None,
         effort: int = 1,
         **constraints: Any,

@@ -82,9 +82,10 @@ class _Source:
         if self.full:
             return None
         number = self.next + len(self.asked)
-        if self.next == 0:
+        made = [f.result().count for f in self.asked.values() if f.done() and not f.cancelled() and not f.exception()]
+        if not self.next and not made:
             return number if not self.asked else None
-        mean = max(self.guides / self.next, 1.0)
+        mean = max((self.guides + sum(made)) / (self.next + len(made)), 1.0)
         return number if self.guides + mean * len(self.asked) < self.target else None
 
 
@@ -203,7 +204,7 @@ def _blocks(
 
 
 def _ask_ahead(sources: list[_Source], registry: Registry, pool: Workers, seed: int) -> None:
-    waiting = sum(len(s.asked) for s in sources)
+    waiting = sum(not f.done() for s in sources for f in s.asked.values())
     for source in sources:
         record = registry.provider(source.series.code)
         while waiting < 2 * pool.count and (number := source.want()) is not None:

@@ -23,7 +23,7 @@ from .request import Constraints, Region, Request
 #: Stored guides that are traced for one answer of effort 1.
 CANDIDATES = 400
 #: Criteria for which a longer stroke of the stored mechanism is better.
-SHRINKING = {"size", "max_link", "max_ground", "max_arm"}
+SHRINKING = {"balance", "size", "max_link", "max_ground", "max_arm"}
 
 
 @dataclass
@@ -92,6 +92,7 @@ def price(found: Answers, request: Request, rank: dict[str, float]) -> Array:
     """Return what each answer is ranked by: the weighted sum of its criteria, less is better, shape (n,)."""
     m, s = found.measures, request.stroke
     terms = {
+        "balance": m.size / s - m.min_transmission / 90,
         "size": m.size / s,
         "max_link": np.nan_to_num(m.max_link) / s,
         "max_ground": np.nan_to_num(m.max_ground) / s,

@@ -152,6 +152,7 @@ def cost(request: Request, rank: dict[str, float]) -> ColumnElement[Any]:
     """Return the SQL expression that a reach is ranked by before it is traced: less is better."""
     by = Reach.sweep / request.sweep if request.kind == "circle" else 1.0  # type: ignore[union-attr]
     terms = {
+        "balance": Reach.size * by - Reach.min_transmission / 90,
         "size": Reach.size * by,
         "max_link": func.coalesce(Reach.max_link, 0.0) * by,
         "max_ground": func.coalesce(Reach.max_ground, 0.0) * by,
@@ -161,8 +162,8 @@ def cost(request: Request, rank: dict[str, float]) -> ColumnElement[Any]:
     }
     if list(rank) == ["size"] and request.kind == "line":
         return Reach.size.expression  # so that the index gives the order
-    if list(rank) == ["transmission"]:
-        return -Reach.min_transmission
+    if list(rank) == ["balance"] and request.kind == "line":
+        return Reach.balance.expression
     return sum((weight * terms[name] for name, weight in rank.items()), start=0 * Reach.size)
 
 

@@ -12,8 +12,9 @@ import numpy as np
 from ..errors import InvalidRequest
 from ..linkage import Array
 
-#: What candidates can be ranked by; each is made a number of order 1 of which less is better.
-CRITERIA = ("size", "deviation", "transmission", "max_link", "max_ground", "max_arm")
+#: What candidates can be ranked by; each is made a number of order 1 of which less is better.  The balance is the size
+#: over the stroke less the transmission angle over 90 degrees.
+CRITERIA = ("balance", "size", "deviation", "transmission", "max_link", "max_ground", "max_arm")
 
 
 def positive(name: str, value: Any) -> float:

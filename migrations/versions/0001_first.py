@@ -128,6 +128,7 @@ def upgrade() -> None:
         real("max_ground", nullable=True),
         real("max_arm"),
         real("min_transmission"),
+        real("balance"),
         integer("rotates"),
         *(real(f"fixed_{side}", nullable=True) for side in ("x0", "y0", "x1", "y1")),
         *(real(f"all_{side}") for side in ("x0", "y0", "x1", "y1")),
@@ -149,6 +150,7 @@ def upgrade() -> None:
         rule("ck_reach_max_ground", "max_ground >= 0"),
         rule("ck_reach_max_arm", "max_arm >= 0"),
         rule("ck_reach_min_transmission", "min_transmission BETWEEN 0 AND 90"),
+        rule("ck_reach_balance", "abs(balance - size + min_transmission / 90) <= 1e-9 * size"),
         rule("ck_reach_rotates", "rotates BETWEEN 0 AND 3"),
         rule(
             "ck_reach_fixed_box",
@@ -159,7 +161,7 @@ def upgrade() -> None:
         sqlite_strict=True,
     )
     op.create_index("ix_reach_size", "reach", ["kind", "series", "level", "size"])
-    op.create_index("ix_reach_transmission", "reach", ["kind", "series", "level", "min_transmission"])
+    op.create_index("ix_reach_balance", "reach", ["kind", "series", "level", "balance"])
     op.create_table(
         "setting",
         text("key"),

@@ -72,6 +72,7 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
         "max_ground": None,
         "max_arm": length[4],
         "min_transmission": 20 * length[6],
+        "balance": length[2] - 20 * length[6] / 90,
         "rotates": np.arange(total * LEVELS) % 4,
         **{f"fixed_{side}": fixed for side in ("x0", "y0", "x1", "y1")},
         **{f"all_{side}": length[7] for side in ("x0", "y0", "x1", "y1")},

@@ -1,0 +1,189 @@
+"""What a drawing of a candidate shows, as coordinates: nothing here knows of paper or ink."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..guide.minimax import grid
+from ..guide.place import FINE, at_stroke
+from ..guide.span import Span, span
+from ..guide.trace import Traced, extended
+from ..linkage import PR, RP, Array
+
+if TYPE_CHECKING:
+    from ..query.found import Candidate
+
+#: Points of the drawn path, and positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
+POINTS, POSES = 201, 33
+#: The path is drawn on beyond both ends of the stroke by this part of it.
+BEYOND = 0.3
+#: Deviations below this part of the stroke are rounding: the guide is exact.
+EXACT = 1e-12
+#: Intervals between the points at which the deviation is drawn.
+NODES = 128
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A candidate over its stroke; points are complex numbers, positions run from 0 to the stroke.
+
+    Attributes
+    ----------
+    kinds : ndarray, shape (2,)
+        Of the dyads: `RR`, `PR`, `RP`.
+    fixed : complex ndarray, shape (2,)
+        Fixed pivots; for a slider the unit normal of its line.
+    moving : complex ndarray, shape (POSES, 2)
+        Moving pivots; for a slide the unit normal of its coupler line.
+    coupler : complex ndarray, shape (POSES, 3)
+        Corners of the coupler: its finite moving pivots, the foot on its slide's line, last the guided point.
+    rods : dict
+        For each slide (0, 1): ends of its coupler line, shape (POSES, 2), just long enough for the stroke.
+    path : complex ndarray, shape (POINTS,)
+    before, after : complex ndarrays
+        The path beyond the ends of the stroke, outwards; it ends where the linkage or the path turns.
+    position, error : ndarray, shape (NODES + 1,)
+        Signed distance from the nominal [length], positive to +y, against the position along the stroke.
+    """
+
+    kinds: Array
+    fixed: Array
+    moving: Array
+    coupler: Array
+    rods: dict[int, Array]
+    path: Array
+    before: Array
+    after: Array
+    position: Array
+    error: Array
+
+    @property
+    def middle(self) -> int:
+        """Index of the pose in mid-stroke."""
+        return POSES // 2
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """x0, y0, x1, y1 of everything."""
+        fixed = self.fixed[self.kinds != PR]
+        every = [fixed, self.coupler, *self.rods.values(), self.path, self.before, self.after]
+        z = np.concatenate([np.ravel(a) for a in every])
+        return float(z.real.min()), float(z.imag.min()), float(z.real.max()), float(z.imag.max())
+
+
+def scene(candidate: Candidate) -> Scene:
+    """Return the scene of a candidate.
+
+    Raises
+    ------
+    InvalidRequest
+        If the linkage does not lead the guided point over the whole stroke.
+    """
+    here = span(candidate.linkage, np.array([complex(*candidate.guided)]))
+    traced = at_stroke(here, candidate.stroke, circle=candidate.radius is not None)
+    low, high = (traced.low.astype(float), traced.high.astype(float))
+    if not np.isfinite(traced.fit.deviation).all():
+        raise InvalidRequest(f"the linkage does not lead its guided point over a stroke of {candidate.stroke:g}")
+    kinds, z = here.linkage.dyads[0], here.linkage.points[0]
+    share = np.linspace(-1, 1, POSES)
+    t = np.where(share < 0, -share * low, share * high)  # the reference position, t = 0, is in mid-stroke
+    d, x = (p[:, 0] for p in here.motion.pose(t[:, None]))
+    origin = here.motion.origin[0]
+    guided = here.point[0] + d + x * (here.point[0] - origin)
+    moving = np.stack([(1 + x) * m if k == RP else m + d + x * (m - origin) for m, k in zip(z[:, 1], kinds, strict=True)], 1)
+    feet, rods = _slides(kinds, z[:, 0], moving, guided)
+    corners = [feet[i] if i in feet else moving[:, i] for i in (0, 1)]
+    before, after = _beyond(here, low, high, BEYOND * candidate.stroke)
+    path = candidate.path(POINTS) @ np.array([1, 1j])
+    if path[0].real > path[-1].real:
+        before, after = after, before
+    position, error = _deviation(candidate, here, traced)
+    return Scene(
+        kinds, z[:, 0], moving, np.stack([*corners, guided], 1), rods, path, before, after, position, error
+    )  # fmt: skip
+
+
+def _slides(kinds: Array, fixed: Array, moving: Array, guided: Array) -> tuple[dict[int, Array], dict[int, Array]]:
+    """Return for each slide the foot on its coupler line of the nearest coupler point, and the ends of that line."""
+    feet, rods = {}, {}
+    points = np.stack([moving[:, i] for i in (0, 1) if kinds[i] != RP] + [guided], 1)
+    for i in np.flatnonzero(kinds == RP):
+        normal = moving[:, i]
+        height = ((points - fixed[i]) * normal.conj()[:, None]).real
+        nearest = np.abs(height[0]).argmin()
+        feet[i] = points[:, nearest] - height[:, nearest] * normal
+        along = 1j * normal
+        contact = ((fixed[i] - feet[i]) * along.conj()).real
+        ends = np.array([min(contact.min(), 0), max(contact.max(), 0)])
+        rods[i] = feet[i][:, None] + along[:, None] * ends
+    return feet, rods
+
+
+def _beyond(here: Span, low: Array, high: Array, more: float) -> tuple[Array, Array]:
+    """Return the path below `low` and above `high` for a length of at most `more`, from there outwards."""
+    u, _ = here.path(np.stack([low, high]))
+    below, above = here.extent * 0.9999
+    ends = here.window(np.maximum(u[0] - more, -below), np.minimum(u[1] + more, above))
+    crowded = np.sin(np.linspace(0, np.pi / 2, POINTS // 4))[:, None]  # a path enters a turning point like a root
+    tails = []
+    for start, end in zip((low, high), ends, strict=True):
+        u, v = here.path(start + crowded * (end - start))
+        z = (here.point + (u + 1j * v) * here.tangent)[:, 0]
+        tails.append(_until_it_turns(z[np.isfinite(z)]))
+    return tails[0], tails[1]
+
+
+def _until_it_turns(z: Array) -> Array:
+    """Return the points of a curve as far as its first corner, where it enters another branch."""
+    step = np.diff(z)
+    with np.errstate(all="ignore"):
+        corner = np.flatnonzero(~(np.abs(np.angle(step[1:] * step[:-1].conj())) < 0.5))
+    return z[: corner[0] + 2] if corner.size else z
+
+
+def _deviation(candidate: Candidate, here: Span, traced: Traced) -> tuple[Array, Array]:
+    """Return the distance from the nominal along the stroke, measured as finely as the deviation itself."""
+    fine = bool(traced.relative[0] < FINE)
+    guides = extended(here) if fine else here
+    real: Any = np.longdouble if fine else float
+    nodes = grid(NODES).nodes.astype(real)
+    u, v = guides.path.window(traced.low.astype(real), traced.high.astype(real), nodes)
+    z = (guides.point + (u + 1j * v) * guides.tangent)[:, 0]
+    if candidate.radius is None:
+        w = (z - traced.fit.start[0]) * traced.fit.along[0].conj()
+        back = traced.fit.along[0].real < 0
+        position, error = (candidate.stroke - w.real, -w.imag) if back else (w.real, w.imag)
+    else:
+        position, error = z.real, _from_circle(z, candidate.radius, float(traced.fit.deviation[0]))
+    order = np.argsort(position)
+    return position[order].astype(float), error[order].astype(float)
+
+
+def _from_circle(z: Array, radius: float, deviation: float) -> Array:
+    """Return the distances of points on a short arc from the circle near this radius that is nearest to them all."""
+    from scipy.optimize import linprog
+
+    chord, middle = z[-1] - z[0], z[len(z) // 2] - 0.5 * (z[0] + z[-1])
+    normal = 1j * chord / np.abs(chord)
+    normal = normal * np.sign((middle * normal.conj()).real)  # towards the arc
+    centre = 0.5 * (z[0] + z[-1]) - normal * np.sqrt(radius**2 - np.abs(chord / 2) ** 2)
+    unit = max(deviation, 1e-15 * radius)
+    for _ in range(2):  # the step is linear, the second one corrects the first
+        arm = z - centre
+        ray = arm / np.abs(arm)
+        known = ((np.abs(arm) - radius) / unit).astype(float)
+        terms = np.stack([ray.real, ray.imag, np.ones_like(known)], 1).astype(float)
+        bound = -np.ones((len(z), 1))
+        found = linprog(
+            [0, 0, 0, 1],
+            A_ub=np.block([[-terms, bound], [terms, bound]]),
+            b_ub=np.concatenate([-known, known]),
+            bounds=[(None, None)] * 4,
+        )
+        a, b, r, _ = found.x * unit
+        centre, radius = centre + (a + 1j * b), radius + r
+    return np.asarray((np.abs(z - centre) - radius) * np.sign(normal.imag))

@@ -1,0 +1,155 @@
+"""Symbols of links, pivots, sliders and slides; their sizes are of paper, their places of the drawing."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..linkage import Array
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+# Distinct to colour-blind eyes, and in grey (Okabe and Ito).
+PAPER, INK, GREY, FAINT = "#fdfcf9", "#26323d", "#75808a", "#c9ced2"
+COUPLER, PATH, CRANK = "#0072b2", "#d55e00", "#4d5a66"
+#: Half the width of a link, of a coupler line and radius of a pivot [point].
+LINK, ROD, PIVOT = 5.2, 2.4, 3.1
+#: What is drawn above this is solid: a name must not cover it.
+SOLID = 3.0
+#: Half the length and half the width of a block [point].
+BLOCK = (13.0, 7.5)
+
+
+@dataclass(frozen=True)
+class Pen:
+    """Draws symbols in axes of equal aspect.
+
+    Attributes
+    ----------
+    axes : Axes
+    point : float
+        Length in the drawing of a point on paper.
+    taken : list of complex ndarray
+        Where something has been drawn that a name must not cover.
+    """
+
+    axes: Axes
+    point: float
+    taken: list[Array] = field(default_factory=list)
+
+    # -- strokes ------------------------------------------------------------------------------------------------
+    def line(self, z: Array, gid: str, **style: Any) -> None:
+        """Draw a line through the points z."""
+        from matplotlib.lines import Line2D
+
+        style = {"solid_capstyle": "round", "solid_joinstyle": "round", **style}
+        self._taken(z, style["zorder"])
+        self.axes.add_line(Line2D(z.real, z.imag, gid=gid, clip_on=False, **style))
+
+    def strokes(self, pairs: Array, gid: str, **style: Any) -> None:
+        """Draw separate strokes, pairs of points (n, 2), as one element."""
+        gap = np.full(len(pairs), np.nan)
+        self.line(np.stack([pairs[:, 0], pairs[:, 1], gap], 1).ravel(), gid, **style)
+
+    def area(self, z: Array, gid: str, **style: Any) -> None:
+        """Draw a closed area with the border z."""
+        from matplotlib.patches import Polygon
+
+        style = {"joinstyle": "round", **style}
+        self._taken(np.append(z, z[0]), style["zorder"])
+        self.axes.add_patch(Polygon(np.stack([z.real, z.imag], 1), closed=True, gid=gid, clip_on=False, **style))
+
+    def _taken(self, z: Array, zorder: float) -> None:
+        if zorder >= SOLID:
+            share = np.linspace(0, 1, 12)[:, None]
+            points = (z[:-1] + share * (z[1:] - z[:-1])).ravel()
+            self.taken.append(points[np.isfinite(points)])
+
+    def name(self, z: complex, text: str, gid: str, colour: str) -> None:
+        """Write a name beside the point z where there is room."""
+        taken = np.concatenate(self.taken)
+        ways = np.exp(1j * np.pi * np.arange(24) / 12)
+        extent = np.array([-5, 0, 5]) * self.point
+
+        def room(at: complex) -> float:
+            clear = float(np.abs(at + extent[:, None] - taken).min()) / self.point
+            return min(clear, 8) - 0.1 * abs(at - z) / self.point
+
+        at = max((z + far * self.point * way for far in (14, 18, 22, 27, 33) for way in ways), key=room)
+        self.axes.text(
+            at.real, at.imag, text, gid=gid, size=11, math_fontfamily="stix", color=colour, ha="center", va="center",
+            zorder=12,
+        )  # fmt: skip
+        self.taken.append(at + extent)
+
+    # -- parts --------------------------------------------------------------------------------------------------
+    def link(self, z: Array, gid: str, colour: str, *, ghost: bool = False, width: float = LINK, zorder: float) -> None:
+        """Draw the link whose corners are z: a plate with round ends about them."""
+        face, edge = (0.05, 0.28) if ghost else (0.17, 1.0)
+        self.area(
+            rounded(z, width * self.point), gid, facecolor=(colour, face), edgecolor=(colour, edge),
+            linewidth=0.7 if ghost else 1.3, zorder=zorder,
+        )  # fmt: skip
+
+    def pivot(self, z: complex, gid: str, colour: str = INK, *, ghost: bool = False, zorder: float = 9) -> None:
+        """Draw a turning joint."""
+        self.area(
+            rounded(np.array([z]), (0.7 if ghost else 1.0) * PIVOT * self.point), gid, facecolor=PAPER,
+            edgecolor=(colour, 0.35) if ghost else colour, linewidth=0.7 if ghost else 1.4, zorder=zorder,
+        )  # fmt: skip
+
+    def dot(self, z: complex, gid: str, colour: str, *, ghost: bool = False, zorder: float = 10) -> None:
+        """Draw a guided point."""
+        self.area(
+            rounded(np.array([z]), (2.2 if ghost else 3.4) * self.point), gid,
+            facecolor=PAPER if ghost else colour, edgecolor=colour if ghost else PAPER, linewidth=1.0, zorder=zorder,
+        )  # fmt: skip
+
+    def ground(self, z: complex, gid: str, down: complex, zorder: float = 3) -> None:
+        """Draw the bracket that holds a fixed pivot, its foot in the unit direction `down`."""
+        p, across = self.point * down, 1j * self.point * down
+        foot = z + 15 * p
+        corner = np.array([z - 2 * across, z + 2 * across, foot + 8 * across, foot - 8 * across])
+        self.area(rounded(corner, 2.2 * self.point), gid, facecolor=PAPER, edgecolor=GREY, linewidth=1.1, zorder=zorder)
+        foot = foot + 2.2 * p
+        self.hatched(foot - 14 * across, foot + 14 * across, down, gid + "-hatching", zorder)
+
+    def hatched(self, a: complex, b: complex, towards: complex, gid: str, zorder: float = 3) -> None:
+        """Draw the fixed line from a to b with hatching on the side `towards`."""
+        along = (b - a) / abs(b - a)
+        count = max(2, round(abs(b - a) / (5 * self.point)))
+        start = a + (np.arange(count) + 0.75) / count * (b - a)
+        strokes = np.stack([start, start + 5 * self.point * (towards - along)], 1)
+        self.strokes(strokes, gid, color=GREY, linewidth=0.7, zorder=zorder)
+        self.line(np.array([a, b]), gid + "-line", color=GREY, linewidth=1.3, zorder=zorder)
+
+    def block(self, z: complex, gid: str, along: complex, colour: str, *, ghost: bool = False, zorder: float) -> None:
+        """Draw a sliding block about z."""
+        length, width = ((b - 1.5) * self.point * d for b, d in zip(BLOCK, (along, 1j * along), strict=True))
+        corner = z + np.array([length + width, width - length, -length - width, length - width])
+        self.area(
+            rounded(corner, 1.5 * self.point), gid, facecolor="none" if ghost else PAPER,
+            edgecolor=(colour, 0.28 if ghost else 1), linewidth=0.7 if ghost else 1.3, zorder=zorder,
+        )  # fmt: skip
+
+
+def rounded(z: Array, radius: float) -> Array:
+    """Return the border, at the distance `radius`, of the convex polygon with the corners z; one or two will do."""
+    corner = [z[0]]
+    for c in z[1:]:
+        if min(abs(c - other) for other in corner) > 1e-6 * radius:
+            corner.append(c)
+    z = np.array(corner)
+    if len(z) == 1:
+        return np.asarray(z[0] + radius * np.exp(2j * np.pi * np.arange(48) / 48))
+    if (z.conj() * np.roll(z, -1)).imag.sum() < 0:
+        z = z[::-1]
+    out = np.roll(z, -1) - z
+    normal = -1j * out / np.abs(out)
+    turn = np.angle(normal / np.roll(normal, 1)) % (2 * np.pi)
+    turn = np.where(turn > 1.5 * np.pi, 0, turn)  # corners on one line: nothing turns there
+    arcs = np.roll(normal, 1)[:, None] * np.exp(1j * turn[:, None] * np.linspace(0, 1, 24))
+    return np.asarray((z[:, None] + radius * arcs).ravel())
