@@ -30,7 +30,7 @@ def linkage_of(*pairs: Array) -> Array:
 
 def half_turn(points: Array) -> Array:
     """Turn homogeneous points (..., 3) by half a turn about the origin."""
-    return points * np.array([-1.0, -1.0, 1.0])
+    return np.asarray(points * np.array([-1.0, -1.0, 1.0]))
 
 
 def circle_pair(kappa: Array, phi: Array) -> Array:

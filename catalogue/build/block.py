@@ -48,19 +48,18 @@ def block(series: Series, key: str, seed: int, number: int, plugin: str, version
     member = series.member(key)
     drawn = draw(series, member, seed, number)
     parts = [part for circle in (False, True) if (part := _traced(series, drawn, circle)) is not None]
-    guides = {k: np.concatenate([g[k] for g, _ in parts]) for k in parts[0][0]} if parts else {"mechanism": np.zeros(0)}
-    offsets = np.cumsum([0] + [len(g["mechanism"]) for g, _ in parts])
-    for (_, r), offset in zip(parts, offsets, strict=False):
-        r["guide"] = r["guide"] + offset
-    reaches = {k: np.concatenate([r[k] for _, r in parts]) for k in parts[0][1]} if parts else {"guide": np.zeros(0)}
-    used, where = np.unique(guides["mechanism"].astype(int), return_inverse=True)
-    guides["mechanism"] = where
+    guides: Columns = {"mechanism": np.zeros(0, int), "kind": np.zeros(0, str)}
+    reaches: Columns = {"guide": np.zeros(0, int)}
+    if parts:
+        guides = {k: np.concatenate([g[k] for g, _ in parts]) for k in parts[0][0]}
+        reaches = {k: np.concatenate([r[k] for _, r in parts]) for k in parts[0][1]}
+        before = np.cumsum([0, *(len(g["mechanism"]) for g, _ in parts[:-1])])
+        reaches["guide"] += np.repeat(before, [len(r["guide"]) for _, r in parts])
+    used, guides["mechanism"] = np.unique(guides["mechanism"], return_inverse=True)
     batch = {
         "series": series.code, "member": key, "plugin": plugin, "plugin_version": version, "plan": PLAN,
-        "seed": seed, "number": number, "drawn": BLOCK, "kept": len(used), "guides": len(where),
+        "seed": seed, "number": number, "drawn": BLOCK, "kept": len(used), "guides": len(guides["mechanism"]),
     }  # fmt: skip
-    if not parts:
-        return Block(batch, {"pivots": np.zeros((0, 12))}, {"mechanism": where, "kind": []}, {"guide": where})
     return Block(batch, _mechanisms(series, key, drawn, used), guides, reaches)
 
 

@@ -131,7 +131,8 @@ def fill(
     if unknown:
         raise InvalidRequest(f"unknown series {unknown[0]}; there are {', '.join(registry.series)}")
     codes = list(series) or list(registry.series)
-    start, rows, failed = time.perf_counter(), 0, []
+    failed: list[str] = []
+    start, rows = time.perf_counter(), 0
     sources = _sources(database, registry, codes, count, seed)
     before = sum(s.guides for s in sources)
     prepare(database)

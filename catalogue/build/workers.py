@@ -44,7 +44,7 @@ class Workers:
         return self._threads.submit(self._ask, task)
 
     def _ask(self, task: tuple[Any, ...]) -> Block:
-        process = getattr(self._local, "process", None)
+        process: subprocess.Popen[bytes] | None = getattr(self._local, "process", None)
         if process is None:
             # each process computes on one core: several threads of linear algebra would only get in their way
             single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
@@ -56,6 +56,8 @@ class Workers:
                 start_new_session=True,  # Ctrl-C reaches this process alone, which then closes the pipes
             )
             self._processes.append(process)
+        assert process.stdin is not None  # both are pipes
+        assert process.stdout is not None
         try:
             pickle.dump(task, process.stdin)
             process.stdin.flush()

@@ -49,7 +49,7 @@ def classify(
     elif format is Format.csv:
         writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
         writer.writeheader()
-        writer.writerows({**row, "series": " ".join(row["series"])} for row in rows)
+        writer.writerows({**row, "series": " ".join(one.series)} for row, one in zip(rows, found, strict=True))
     else:
         from .tables import print_table
 

@@ -6,6 +6,8 @@ import csv
 import io
 import json
 import sys
+from collections.abc import Callable
+from inspect import Signature, signature
 from typing import Annotated, Any
 
 import typer
@@ -21,6 +23,7 @@ app = typer.Typer(
 Box = tuple[float, float, float, float]
 Stroke = Annotated[float, typer.Option(help="Length of the path (chord of an arc), in any unit.")]
 Deviation = Annotated[float, typer.Option(help="Largest distance from the best line or circle, in the same unit.")]
+Radius = Annotated[float, typer.Option(help="Radius of the arc, which bulges to +y.")]
 Names = Annotated[list[str] | None, typer.Option("--family", metavar="NAME", help="Only this family; may be repeated.")]
 Codes = Annotated[list[str] | None, typer.Option("--series", metavar="CODE", help="Only this series; may be repeated.")]
 Configurations = Annotated[
@@ -57,10 +60,7 @@ Limit = Annotated[int, typer.Option(metavar="N", help="How many guides to list."
 Explain = Annotated[bool, typer.Option("--explain", help="Say what each constraint removed and how long it took.")]
 
 
-@app.command("straight-line")
-def straight_line(
-    stroke: Stroke,
-    deviation: Deviation,
+def _wishes(
     family: Names = None,
     series: Codes = None,
     configuration: Configurations = None,
@@ -84,59 +84,54 @@ def straight_line(
     db: Db = None,
     plugins: Plugins = None,
 ) -> None:
+    """The options of every kind of request; never called."""
+
+
+def _command(name: str) -> Callable[[Callable[..., Request]], Callable[..., Request]]:
+    """Make a command of a function that makes a request: its options, then those of `_wishes`."""
+
+    def register(request: Callable[..., Request]) -> Callable[..., Request]:
+        own = signature(request, eval_str=True).parameters
+
+        def command(**options: Any) -> None:
+            _find(request(**{key: options.pop(key) for key in own}), options)
+
+        command.__doc__ = request.__doc__
+        command.__annotations__ = {**_wishes.__annotations__, **request.__annotations__, "return": None}
+        both = [*own.values(), *signature(_wishes, eval_str=True).parameters.values()]
+        command.__signature__ = Signature(both)  # type: ignore[attr-defined]
+        app.command(name)(command)
+        return request
+
+    return register
+
+
+@_command("straight-line")
+def straight_line(stroke: Stroke, deviation: Deviation) -> Request:
     """Guide a point along a straight line.
 
     catalogue find straight-line --stroke 150 --deviation 0.05 --pins-only --min-transmission 40
     """
-    options = locals()
-    _find(StraightLine(options.pop("stroke"), options.pop("deviation")), options)
+    return StraightLine(stroke, deviation)
 
 
-@app.command("circular-arc")
-def circular_arc(
-    stroke: Stroke,
-    radius: Annotated[float, typer.Option(help="Radius of the arc, which bulges to +y.")],
-    deviation: Deviation,
-    family: Names = None,
-    series: Codes = None,
-    configuration: Configurations = None,
-    order: Order = 0,
-    pins_only: PinsOnly = False,
-    fixed_pivots_in: FixedIn = None,
-    pivots_in: AllIn = None,
-    max_size: MaxSize = None,
-    max_link: MaxLink = None,
-    min_link: MinLink = None,
-    max_ground: MaxGround = None,
-    max_arm: MaxArm = None,
-    min_transmission: Transmission = 0.0,
-    full_rotation: FullRotation = False,
-    rank_by: RankBy = "balance",
-    per_series: PerSeries = None,
-    effort: Effort = 1,
-    limit: Limit = 12,
-    explain: Explain = False,
-    format: Output = Format.table,
-    db: Db = None,
-    plugins: Plugins = None,
-) -> None:
+@_command("circular-arc")
+def circular_arc(stroke: Stroke, radius: Radius, deviation: Deviation) -> Request:
     """Guide a point along a circular arc.
 
     catalogue find circular-arc --stroke 100 --radius 100 --deviation 0.05
     """
-    options = locals()
-    request = CircularArc(options.pop("stroke"), options.pop("radius"), options.pop("deviation"))
-    _find(request, options)
+    return CircularArc(stroke, radius, deviation)
 
 
 def _find(request: Request, options: dict[str, Any]) -> None:
     from ..facade import open
 
     plural = {"families": "family", "series": "series", "configurations": "configuration"}
-    chosen = {name: options.pop(option) or () for name, option in plural.items()}
+    options |= {name: options.pop(option) or () for name, option in plural.items()}
     output, explain = options.pop("format"), options.pop("explain")
     with open(options.pop("db"), plugins=options.pop("plugins") or ()) as catalogue:
-        found = catalogue.find(request, **chosen, **options)
+        found = catalogue.find(request, **options)
         if explain or not found:
             told = found.explain()
             print(told if explain else _advice(told), file=sys.stderr)

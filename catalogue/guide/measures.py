@@ -120,7 +120,8 @@ def transmission(linkage: Linkage, at: list[Array], x: Array) -> Array:
 def rotates(linkage: Linkage) -> Array:
     """Return which cranks turn fully, shape (n,): bit i for dyad i."""
     full = [~np.isfinite(motion(linkage, chart).interval).any(axis=0) for chart in (CRANK_1, CRANK_2)]
-    return np.where(linkage.dyads[:, 0] == RR, full[0], False) + 2 * np.where(linkage.dyads[:, 1] == RR, full[1], False)
+    crank = linkage.dyads == RR
+    return np.asarray(1 * (crank[:, 0] & full[0]) + 2 * (crank[:, 1] & full[1]))
 
 
 def middle_of_stroke(moving: Motion, point: Array, traced: Traced) -> Array:

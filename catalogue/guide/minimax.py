@@ -161,11 +161,7 @@ def _exchange(x: Array, g: Array, index: Array) -> tuple[list[Array], Array, Arr
 
 
 def _product_of_gaps(xs: Array, i: int) -> Array:
-    out = np.ones_like(xs[0])
-    for j in range(len(xs)):
-        if j != i:
-            out = out * (xs[i] - xs[j])
-    return out
+    return np.asarray(np.prod(xs[i] - np.delete(xs, i, axis=0), axis=0))
 
 
 def _interpolate(xs: Array, gs: Array) -> list[Array]:

@@ -68,10 +68,8 @@ def relaxations(database: Database, request: Request, wanted: Constraints) -> tu
     found = []
     for name in tests:
         nearest = row.get(f"nearest {name}")
-        known = nearest is not None and nearest == nearest
-        found.append(
-            Relaxation(name, int(row[f"excluded {name}"]), int(row[f"freed {name}"]), float(nearest) if known else None)
-        )
+        value = float(nearest) if nearest is not None and nearest == nearest else None
+        found.append(Relaxation(name, int(row[f"excluded {name}"]), int(row[f"freed {name}"]), value))
     return int(row["all"]), found
 
 

@@ -106,7 +106,8 @@ def price(found: Answers, request: Request, rank: dict[str, float]) -> Array:
 def _varied(series: Array, order: Array, limit: int, per_series: int) -> Array:
     """Return the first `limit` of `order`, at most `per_series` of a series as long as there are others."""
     count: dict[str, int] = {}
-    first, rest = [], []
+    first: list[int] = []
+    rest: list[int] = []
     for code, i in zip(series, order, strict=True):
         count[code] = count.get(code, 0) + 1
         (first if not per_series or count[code] <= per_series else rest).append(i)

@@ -70,8 +70,8 @@ def conditions(request: Request, wanted: Constraints, level: int) -> dict[str, C
     found: dict[str, ColumnElement[bool]] = {}
     for name in ("families", "series", "configurations"):
         if getattr(wanted, name):
-            column = {"families": Mechanism.family, "series": Mechanism.series}.get(name, Mechanism.configuration)
-            found[name] = column.in_(getattr(wanted, name))
+            tag = {"families": Mechanism.family, "series": Mechanism.series}.get(name, Mechanism.configuration)
+            found[name] = tag.in_(getattr(wanted, name))
     if wanted.pins_only:
         found["pins_only"] = Mechanism.family.not_in(SLIDING)
     if wanted.order:

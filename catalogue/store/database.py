@@ -68,7 +68,7 @@ class Database:
         with plainly(self.path), engine.begin() as connection:
             yield connection
 
-    def read(self, select: Select[Any]) -> dict[str, np.ndarray[Any, Any]]:
+    def read(self, select: Select[*tuple[Any, ...]]) -> dict[str, np.ndarray[Any, Any]]:
         """Return the named columns of `select` as arrays; see `read_columns`.
 
         Raises
@@ -80,7 +80,7 @@ class Database:
             return read_columns(connection, select)
 
     @contextmanager
-    def reading(self) -> Iterator[Callable[[Select[Any]], dict[str, np.ndarray[Any, Any]]]]:
+    def reading(self) -> Iterator[Callable[[Select[*tuple[Any, ...]]], dict[str, np.ndarray[Any, Any]]]]:
         """Yield a function like `read` that keeps one connection, for several reads in a row."""
         with plainly(self.path), self.engine.connect() as connection:
             yield partial(read_columns, connection)

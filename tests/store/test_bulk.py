@@ -103,7 +103,7 @@ def test_same_batch_is_not_written_twice(database: Database, connection: Connect
     ("change", "error"),
     [
         ({"size": 0.0}, sqlite3.IntegrityError),
-        ({"size": [1.0]}, ValueError),
+        ({"sweep": [0.0]}, ValueError),
         ({"length": 1.0}, KeyError),
         ({"guide": np.full(24, 8)}, ValueError),
         ({"guide": np.full(24, -1)}, ValueError),
