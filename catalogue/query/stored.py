@@ -113,7 +113,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
     if not len(found["id"]):
         raise InvalidRequest(f"the database holds no guide {name}; `catalogue find` lists guides with their ids")
     found = {k: v[found["id"] == found["id"][0]] for k, v in found.items()}
-    one = {k: v[0] for k, v in found.items()}
+    one = {k: v[0].item() if isinstance(v[0], np.generic) else v[0] for k, v in found.items()}
     extra_columns = (Reach.max_link, Reach.max_ground, Reach.max_arm, Reach.min_transmission)
     more = database.read(select(*extra_columns).where(Reach.guide_id == one["id"]).order_by(Reach.level))
     reaches = {"level": found["level"], **{k: {**found, **more}[k] for k in LENGTHS}}

@@ -73,3 +73,10 @@ def test_changelog_begins_with_this_version(root: Path) -> None:
 def test_top_level_holds_only_the_agreed_entries(project_files: list[PurePosixPath]) -> None:
     entries = {path.parts[0] for path in project_files}
     assert {entry for entry in entries if not entry.startswith(".")} <= TOP_LEVEL
+
+
+def test_example_plugin_of_the_readme_is_the_one_that_is_tested(root: Path) -> None:
+    _, _, rest = (root / "README.md").read_text().partition("<!-- example-plugin -->\n```python\n")
+    shown, _, _ = rest.partition("```")
+    assert shown == (root / "tests/plugins/dropin/ii_x0.py").read_text()
+    assert len(shown.splitlines()) <= 32
