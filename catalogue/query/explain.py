@@ -2,27 +2,27 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
-from sqlalchemy import and_, case, func
+from sqlalchemy import and_, case, func, true
 
-from ..guide.reach import LEVELS
-from ..store import Database, Guide, Reach
-from .find import Trail
-from .narrow import basis, conditions, joined, loosest, stretch
-from .request import Constraints, Request
+from ..guide.measures import Measures
+from ..linkage import Array
+from ..store import Database
+from .find import Trail, answer
+from .narrow import basis, conditions, joined, loosest
+from .request import Constraints, Region, Request
 
-#: Constraints by a number: the stored column, whether the least or the greatest is the nearest miss, and its unit.
-NUMBERS: dict[str, tuple[Any, bool, str]] = {
-    "max_size": (Reach.size, True, ""),
-    "max_link": (Reach.max_link, True, ""),
-    "max_ground": (Reach.max_ground, True, ""),
-    "max_arm": (Reach.max_arm, True, ""),
-    "min_link": (Reach.min_link, False, ""),
-    "min_transmission": (Reach.min_transmission, False, " degrees"),
-    "order": (Guide.contact_order, False, ""),
+#: Constraints by a number, with the criterion that brings the nearest miss to the top and how it is measured.
+NUMBERS: dict[str, tuple[str, Callable[[Measures], Array]]] = {
+    "max_size": ("size", lambda m: m.size),
+    "max_link": ("max_link", lambda m: m.max_link),
+    "max_ground": ("max_ground", lambda m: m.max_ground),
+    "max_arm": ("max_arm", lambda m: m.max_arm),
+    "min_transmission": ("transmission", lambda m: m.min_transmission),
 }
 
 
@@ -37,14 +37,11 @@ class Relaxation:
         Stored guides that this constraint alone excludes.
     freed : int
         Stored guides that satisfy all the others.
-    nearest : float or None
-        The value nearest to the bound among those, in the user's unit.
     """
 
     name: str
     excluded: int
     freed: int
-    nearest: float | None
 
 
 def relaxations(database: Database, request: Request, wanted: Constraints) -> tuple[int, list[Relaxation]]:
@@ -52,40 +49,37 @@ def relaxations(database: Database, request: Request, wanted: Constraints) -> tu
     level = loosest(request)
     tests = conditions(request, wanted, level)
     columns: list[Any] = [func.count().label("all")]
-    scale: Any = request.stroke
-    if request.kind == "circle":
-        scale = request.stroke * Reach.sweep / request.sweep  # type: ignore[union-attr]
     for name, test in tests.items():
-        others = and_(*(t for n, t in tests.items() if n != name)) if len(tests) > 1 else test.is_not(None)
+        others = and_(true(), *(t for n, t in tests.items() if n != name))
         columns.append(func.coalesce(func.sum(case((test, 0), else_=1)), 0).label(f"excluded {name}"))
         columns.append(func.coalesce(func.sum(case((others, 1), else_=0)), 0).label(f"freed {name}"))
-        if name in NUMBERS:
-            column, least, unit = NUMBERS[name]
-            value = column * (1.0 if unit or name == "order" else scale / (stretch(request, level) if least else 1.0))
-            best = func.min if least else func.max
-            columns.append(best(case((others, value + 0.0))).label(f"nearest {name}"))
-    row = {k: v[0] for k, v in database.read(joined(*columns).where(basis(request, level))).items()}
-    found = []
-    for name in tests:
-        nearest = row.get(f"nearest {name}")
-        value = float(nearest) if nearest is not None and nearest == nearest else None
-        found.append(Relaxation(name, int(row[f"excluded {name}"]), int(row[f"freed {name}"]), value))
-    return int(row["all"]), found
+    row = {k: int(v[0]) for k, v in database.read(joined(*columns).where(basis(request, level))).items()}
+    return row["all"], [Relaxation(name, row[f"excluded {name}"], row[f"freed {name}"]) for name in tests]
+
+
+def nearest_miss(database: Database, request: Request, wanted: Constraints, name: str) -> str:
+    """Return how near the nearest guide comes that meets all constraints but one, measured on its finite motion."""
+    kept = {f.name: getattr(wanted, f.name) for f in fields(wanted) if f.name != name}
+    without = Constraints(**kept)
+    criterion, read = NUMBERS.get(name, ("balance", None))
+    found = answer(database, request, without, {criterion: 1.0}, limit=12, per_series=0, effort=1, trail=Trail())
+    if found is None:
+        return ""
+    if read is not None:
+        return f"; the nearest has {read(found.measures)[0]:.4g}"
+    region = getattr(wanted, name)
+    if isinstance(region, Region):
+        planes = (0,) if name == "fixed_pivots_in" else (0, 1)
+        out = np.where(found.linkage.finite[:, :, planes], region.outside(found.linkage.points[:, :, planes]), 0.0)
+        return f"; among the best the nearest stands {out.max(axis=(1, 2)).min():.4g} outside"
+    return ""
 
 
 def nearest_deviation(database: Database, request: Request, wanted: Constraints) -> float | None:
-    """Return the least deviation, in the user's unit, that stored guides reach which meet the constraints."""
-    for level in sorted(LEVELS):
-        if level <= loosest(request):
-            continue
-        looser = replace(request, deviation=min(10.0**level, 0.1) * request.stroke)
-        query = joined(func.min(Reach.deviation).label("least")).where(
-            basis(looser, level), *conditions(looser, wanted, level).values()
-        )
-        least = database.read(query.having(func.count() > 0))["least"]
-        if len(least) and np.isfinite(least[0]):
-            return float(least[0]) * request.stroke
-    return None
+    """Return the least deviation, measured, of a guide that meets all constraints; None if there is none."""
+    looser = replace(request, deviation=0.1 * request.stroke)
+    found = answer(database, looser, wanted, {"deviation": 1.0}, limit=1, per_series=0, effort=1, trail=Trail())
+    return None if found is None else float(found.traced.fit.deviation[0])
 
 
 def explain(database: Database, request: Request, wanted: Constraints, trail: Trail, count: int) -> str:
@@ -95,7 +89,9 @@ def explain(database: Database, request: Request, wanted: Constraints, trail: Tr
     what = f"straight line of {request.stroke:g}" if request.kind == "line" else (
         f"arc of chord {request.stroke:g} and radius {request.radius:g}"
     )  # fmt: skip
-    lines = [f"{what} within {request.deviation:g}: {total} stored guides hold that over a stroke of some size"]
+    lines = [
+        f"{what} within {request.deviation:g}: {total} stored guides hold {10.0 ** loosest(request):.0e} of a stroke"
+    ]
     lines += [f"  {r.name} alone excludes {r.excluded} of them" for r in relaxed]
     lines.append(f"  {trail.traced} of the rest, the most promising of each series, were traced; {count} are shown")
     lines += [f"  on the finite motion {name} removed {number}" for name, number in trail.removed.items()]
@@ -112,19 +108,19 @@ def advice(
     if relaxed is None:
         relaxed = relaxations(database, request, wanted)[1]
     useful = [r for r in relaxed if r.freed and r.excluded]
-    if trail.traced and not useful:
+    if useful:
+        best = max(useful, key=lambda r: r.excluded)
+        bound = getattr(wanted, best.name)
+        asked = f" {bound:g}" if isinstance(bound, int | float) and not isinstance(bound, bool) else ""
+        near = nearest_miss(database, request, wanted, best.name)
+        return f"no guide found: relax {best.name}{asked}, which alone excludes {best.excluded} stored guides{near}"
+    if trail.traced:
         worst = max(trail.removed, key=lambda name: trail.removed[name], default="deviation")
         failed = trail.removed.get(worst, 0)
         return f"no guide found: relax {worst}, {failed} of {trail.traced} traced candidates failed it"
-    if useful:
-        best = max(useful, key=lambda r: (r.freed, r.excluded))
-        bound = getattr(wanted, best.name)
-        near = f"; the nearest has {best.nearest:.4g}{NUMBERS[best.name][2]}" if best.nearest is not None else ""
-        asked = f" {bound:g}" if isinstance(bound, int | float) and not isinstance(bound, bool) else ""
-        return f"no guide found: relax {best.name}{asked}, {best.freed} stored guides satisfy everything else{near}"
     least = nearest_deviation(database, request, wanted)
     if least is not None:
         asked = f"{request.deviation:g}"
-        return f"no guide found: relax the deviation {asked}; stored guides that meet the rest reach {least:.3g}"
+        return f"no guide found: relax the deviation {asked}; the straightest that meets the rest holds {least:.3g}"
     names = " and ".join(r.name for r in relaxed) or "the deviation"
     return f"no guide found: {names} exclude one another; relax more than one of them"

@@ -22,6 +22,7 @@ from .request import Constraints, Region, Request
 
 #: Stored guides that are traced for one answer of effort 1.
 CANDIDATES = 400
+SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
 #: Criteria for which a longer stroke of the stored mechanism is better.
 SHRINKING = {"balance", "size", "max_link", "max_ground", "max_arm"}
 
@@ -244,6 +245,6 @@ def check_names(database: Database, wanted: Constraints) -> None:
             unknown = [a for a in asked if a not in held]
             if unknown:
                 raise InvalidRequest(
-                    f"the database holds no {name[:-1] if name != 'families' else 'family'} {unknown[0]!r}; it holds "
+                    f"the database holds no {SINGULAR[name]} {unknown[0]!r}; it holds "
                     f"{', '.join(held)}. `catalogue build --series CODE` adds a series"
                 )

@@ -149,6 +149,12 @@ class Region:
             raise InvalidRequest(f"{name} is empty: it has no width or no height")
         return cls(corners, (low[0], low[1], high[0], high[1]), values.ndim == 1)
 
+    def outside(self, z: Array) -> Array:
+        """Return how far the points z, complex, any shape, lie outside the bounding box; 0 inside."""
+        x0, y0, x1, y1 = self.box
+        x = np.maximum(np.maximum(x0 - z.real, z.real - x1), 0.0)
+        return np.hypot(x, np.maximum(np.maximum(y0 - z.imag, z.imag - y1), 0.0))
+
     def holds(self, z: Array) -> Array:
         """Return which of the points z, complex, any shape, lie inside or on the border of a box."""
         x, y = z.real, z.imag
