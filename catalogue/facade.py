@@ -129,9 +129,12 @@ class Catalogue:
         from .build import fill
         from .build.fill import COUNT
 
-        before = get_setting(self.database, "count"), get_setting(self.database, "seed")
-        count = count or int(before[0] or COUNT)
-        seed = int(before[1] or 0) if seed is None else seed
+        begun = {key: get_setting(self.database, key) or "" for key in ("count", "seed", "series")}
+        if count is None and not series and not self.complete:  # finish what was begun
+            series = [code for code in begun["series"].split() if code in self.registry.series]
+        if count is None:
+            count = int(begun["count"] or COUNT) if list(series) == begun["series"].split() else COUNT
+        seed = int(begun["seed"] or 0) if seed is None else seed
         return fill(
             self.database, self.registry, count=count, series=series, seed=seed, processes=processes, report=report
         )

@@ -181,6 +181,7 @@ def _reaches(
     columns = {
         "guide": np.arange(len(guides)), "level": np.full(len(guides), level), "stroke": stroke, "half": half,
         "centre": centre, "deviation": relative, "sweep": sweep, **lengths,
-        "min_transmission": measured.min_transmission, "balance": size - measured.min_transmission / 90, "rotates": measured.rotates, **boxes,
+        "min_transmission": measured.min_transmission, "balance": size - measured.min_transmission / 90,
+        "rotates": measured.rotates, **boxes,
     }  # fmt: skip
     return columns, good

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sqlite3
 import time
 import warnings
 from collections.abc import Callable, Iterator, Sequence
@@ -11,8 +12,8 @@ from dataclasses import dataclass, field
 
 from sqlalchemy import select
 
-from ..errors import InvalidRequest, PluginError
-from ..plugins import PluginWarning, Registry
+from ..errors import DatabaseError, InvalidRequest, PluginError
+from ..plugins import PluginWarning, Registry, one_line
 from ..series import Member, Series
 from ..store import Batch, Database, drop_indexes, finish, is_indexed, make_indexes, prepare, set_setting, write_batch
 from .block import Block
@@ -21,6 +22,8 @@ from .workers import Workers
 
 #: Guides in the default database.
 COUNT = 100_000
+#: A member that gives no guide in so many blocks in a row gives none.
+BARREN = 8
 
 
 @dataclass(frozen=True)
@@ -66,16 +69,22 @@ class _Source:
     next: int = 0
     guides: int = 0
     barren: int = 0
+    broken: bool = False  # its plugin raised
 
     def skip(self) -> None:
         """Go past the blocks that the file holds."""
         while self.next in self.done and not self.full:
-            self.guides += self.done[self.next]
-            self.next += 1
+            self.count(self.done[self.next])
+
+    def count(self, guides: int) -> None:
+        """Go past the next block, of so many guides."""
+        self.next += 1
+        self.guides += guides
+        self.barren = 0 if guides else self.barren + 1
 
     @property
     def full(self) -> bool:
-        return self.guides >= self.target or self.barren >= 8
+        return self.broken or self.guides >= self.target or self.barren >= BARREN
 
     def want(self) -> int | None:
         """Return the number of a block that will surely, or very likely, be needed."""
@@ -121,12 +130,14 @@ def fill(
     Raises
     ------
     InvalidRequest
-        If count or seed is negative, or a code is unknown.
+        If count, seed or processes is too small, or a code is unknown.
     DatabaseError
-        If the file cannot be written.
+        If the file cannot be written, or another process is filling it.
     """
     if count < 1 or seed < 0:
         raise InvalidRequest(f"a build needs a count of at least 1 and a seed of at least 0, not {count} and {seed}")
+    if processes is not None and processes < 1:
+        raise InvalidRequest(f"a build needs at least one process, not {processes}")
     unknown = [code for code in series if code not in registry.series]
     if unknown:
         raise InvalidRequest(f"unknown series {unknown[0]}; there are {', '.join(registry.series)}")
@@ -136,14 +147,24 @@ def fill(
     sources = _sources(database, registry, codes, count, seed)
     before = sum(s.guides for s in sources)
     prepare(database)
-    set_setting(database, "seed", str(seed))
+    for key, value in (("count", str(count)), ("seed", str(seed)), ("series", " ".join(series))):
+        set_setting(database, key, value)
     set_setting(database, "complete", "no")
     workers = processes or os.cpu_count() or 1
     with database.engine.connect() as connection, Workers(workers, registry.folders) as pool:
         if any(not s.full for s in sources) and count > 2 * before:
             drop_indexes(connection)
         for source, block in _blocks(sources, registry, pool, seed, failed):
-            write_batch(connection, block.batch, block.mechanisms, block.guides, block.reaches)
+            try:
+                write_batch(connection, block.batch, block.mechanisms, block.guides, block.reaches)
+            except sqlite3.IntegrityError as error:
+                if "batch.number" in str(error):
+                    raise DatabaseError(
+                        f"{database.path} is being filled by another process: wait until that has finished"
+                    ) from error
+                _leave_out(source, registry, error, failed)  # the tables refuse what the plugin gave
+                continue
+            source.count(block.count)
             rows += len(block.mechanisms["pivots"]) + block.count + len(block.reaches["guide"])
             done = sum(s.guides for s in sources)
             report(Progress(done, count, rows, time.perf_counter() - start, source.series.code, tuple(failed)))
@@ -186,22 +207,25 @@ def _blocks(
             try:
                 block = future.result()
             except PluginError as error:
-                record = registry.provider(source.series.code)
-                failed.append(f"{record.name}: {error}")
-                warnings.warn(
-                    f"plugin {record.name} ({record.origin}): {source.series.code} is left out: {error}",
-                    PluginWarning,
-                    stacklevel=4,
-                )
+                _leave_out(source, registry, error, failed)
                 break
-            source.next += 1
-            source.guides += block.count
-            source.barren = 0 if block.count else source.barren + 1
             yield source, block
             source.skip()
         for future in source.asked.values():
             future.cancel()
         source.asked.clear()
+
+
+def _leave_out(source: _Source, registry: Registry, error: Exception, failed: list[str]) -> None:
+    source.broken = True
+    record = registry.provider(source.series.code)
+    reason = str(error) if isinstance(error, PluginError) else one_line(error)
+    failed.append(f"{record.name}: {reason}")
+    warnings.warn(
+        f"plugin {record.name} ({record.origin}): {source.series.code} {source.member.key} is left out: {reason}",
+        PluginWarning,
+        stacklevel=2,
+    )
 
 
 def _ask_ahead(sources: list[_Source], registry: Registry, pool: Workers, seed: int) -> None:

@@ -7,6 +7,8 @@ import pickle
 import sys
 import warnings
 from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
 from typing import BinaryIO
 
 from ..plugins import PluginWarning, Registry, one_line
@@ -28,14 +30,26 @@ def serve(source: BinaryIO, sink: BinaryIO, folders: Sequence[str]) -> None:
             with warnings.catch_warnings():
                 warnings.simplefilter("ignore")
                 answer = block(registry.get(code), *rest)
-        except Exception as error:
+        except (Exception, SystemExit) as error:
             answer = one_line(error)
-        pickle.dump(answer, sink)
-        sink.flush()
+        _send(answer, sink)
+
+
+def _send(answer: Block | str, sink: BinaryIO) -> None:
+    view = memoryview(pickle.dumps(answer))
+    while view:  # an unbuffered pipe may take a part only
+        view = view[sink.write(view) :]
+
+
+def main() -> None:
+    """Serve on standard input and output, moved out of the way of what a plugin reads and prints."""
+    source, sink = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", buffering=0)
+    with Path(os.devnull).open("rb") as nothing:
+        os.dup2(nothing.fileno(), 0)
+    os.dup2(2, 1)
+    with suppress(BrokenPipeError):  # the calling process has been killed
+        serve(source, sink, sys.argv[1:])
 
 
 if __name__ == "__main__":
-    # what a plugin prints must not mix with the answers
-    channel = os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(sys.stderr.fileno(), sys.stdout.fileno())
-    serve(sys.stdin.buffer, channel, sys.argv[1:])
+    main()

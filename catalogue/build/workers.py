@@ -9,16 +9,22 @@ from __future__ import annotations
 
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import threading
 from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
+from contextlib import suppress
+from pathlib import Path
 from types import TracebackType
 from typing import Any
 
 from ..errors import PluginError
 from .block import Block
+
+#: How long a process that closed its pipe may take to end [s].
+GRACE = 5.0
 
 
 class Workers:
@@ -48,11 +54,13 @@ class Workers:
         if process is None:
             # each process computes on one core: several threads of linear algebra would only get in their way
             single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
+            # the same modules as here are found there: -P, lest a file in the current folder take the place of one
+            path = os.pathsep.join(str(Path(p).absolute()) for p in sys.path)
             process = self._local.process = subprocess.Popen(
-                [sys.executable, "-m", "catalogue.build.worker", *self._folders],
+                [sys.executable, "-P", "-m", "catalogue.build.worker", *self._folders],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
-                env={**os.environ, **single, "PYTHONPATH": os.pathsep.join(p for p in sys.path if p)},
+                env={**os.environ, **single, "PYTHONPATH": path},
                 start_new_session=True,  # Ctrl-C reaches this process alone, which then closes the pipes
             )
             self._processes.append(process)
@@ -63,7 +71,8 @@ class Workers:
             process.stdin.flush()
             answer = pickle.load(process.stdout)
         except (EOFError, OSError) as error:
-            raise PluginError(f"the process that makes {task[0]} ended unexpectedly ({process.poll()})") from error
+            self._local.process = None  # the next task gets a new one
+            raise PluginError(f"the process that makes {task[0]} {_end(process)}") from error
         if isinstance(answer, str):
             raise PluginError(answer)
         assert isinstance(answer, Block)
@@ -75,12 +84,26 @@ class Workers:
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        for process in self._processes:
-            if error is not None:
+        self._threads.shutdown(wait=False, cancel_futures=True)
+        if error is not None:
+            for process in self._processes:
                 process.kill()
-        self._threads.shutdown(wait=True, cancel_futures=True)
+        self._threads.shutdown(wait=True)
         for process in self._processes:
             for pipe in (process.stdin, process.stdout):
                 if pipe:
-                    pipe.close()
+                    with suppress(OSError):  # what it was sent and never read cannot be flushed
+                        pipe.close()
             process.wait()
+
+
+def _end(process: subprocess.Popen[bytes]) -> str:
+    """Say how a process ended that closed its pipe."""
+    try:
+        code = process.wait(GRACE)
+    except subprocess.TimeoutExpired:
+        process.kill()
+        return "closed its channel"
+    if code < 0:
+        return f"was killed by {signal.Signals(-code).name}"
+    return f"ended with exit code {code}"
