@@ -16,7 +16,15 @@ def drawn(pen: Pen, shown: Scene) -> None:
     """Draw the scene: the linkage in mid-stroke with its names, ghosts at the ends of the stroke, and the path."""
     for i in (0, 1):
         if shown.kinds[i] == RR:
-            pen.line(shown.moving[:, i], f"sweep-{i + 1}", color=CRANK, alpha=0.45, linewidth=0.8, linestyle=(0, (1, 2)), zorder=2)
+            pen.line(
+                shown.moving[:, i],
+                f"sweep-{i + 1}",
+                color=CRANK,
+                alpha=0.45,
+                linewidth=0.8,
+                linestyle=(0, (1, 2)),
+                zorder=2,
+            )
     for pose in (0, -1):
         _linkage(pen, shown, pose, "start-" if pose == 0 else "end-")
     _linkage(pen, shown, shown.middle, "")
@@ -87,7 +95,7 @@ def _down(pen: Pen, shown: Scene, i: int) -> complex:
         among = [(arm / abs(arm) * down.conjugate()).real for arm in arms]
         if near:
             among.append(((other - fixed) / abs(other - fixed) * down.conjugate()).real + 0.4)
-        return max(0.6, *among)
+        return max(0.6, *map(float, among))
 
     return min(DOWN, key=hidden)
 

@@ -94,7 +94,9 @@ def scene(candidate: Candidate) -> Scene:
     d, x = (p[:, 0] for p in here.motion.pose(t[:, None]))
     origin = here.motion.origin[0]
     guided = here.point[0] + d + x * (here.point[0] - origin)
-    moving = np.stack([(1 + x) * m if k == RP else m + d + x * (m - origin) for m, k in zip(z[:, 1], kinds, strict=True)], 1)
+    moving = np.stack(
+        [(1 + x) * m if k == RP else m + d + x * (m - origin) for m, k in zip(z[:, 1], kinds, strict=True)], 1
+    )
     feet, rods = _slides(kinds, z[:, 0], moving, guided)
     corners = [feet[i] if i in feet else moving[:, i] for i in (0, 1)]
     before, after = _beyond(here, low, high, BEYOND * candidate.stroke)
@@ -109,9 +111,10 @@ def scene(candidate: Candidate) -> Scene:
 
 def _slides(kinds: Array, fixed: Array, moving: Array, guided: Array) -> tuple[dict[int, Array], dict[int, Array]]:
     """Return for each slide the foot on its coupler line of the nearest coupler point, and the ends of that line."""
-    feet, rods = {}, {}
+    feet: dict[int, Array] = {}
+    rods: dict[int, Array] = {}
     points = np.stack([moving[:, i] for i in (0, 1) if kinds[i] != RP] + [guided], 1)
-    for i in np.flatnonzero(kinds == RP):
+    for i in (i for i in (0, 1) if kinds[i] == RP):
         normal = moving[:, i]
         height = ((points - fixed[i]) * normal.conj()[:, None]).real
         nearest = np.abs(height[0]).argmin()
@@ -158,32 +161,36 @@ def _deviation(candidate: Candidate, here: Span, traced: Traced) -> tuple[Array,
         back = traced.fit.along[0].real < 0
         position, error = (candidate.stroke - w.real, -w.imag) if back else (w.real, w.imag)
     else:
-        position, error = z.real, _from_circle(z, candidate.radius, float(traced.fit.deviation[0]))
+        w = (z - z[0]) * traced.fit.along[0].conj()
+        position = candidate.stroke - w.real if traced.fit.along[0].real < 0 else w.real
+        error = _from_circle(z, candidate.radius, max(float(traced.fit.deviation[0]), 1e-18 * candidate.stroke))
     order = np.argsort(position)
     return position[order].astype(float), error[order].astype(float)
 
 
 def _from_circle(z: Array, radius: float, deviation: float) -> Array:
-    """Return the distances of points on a short arc from the circle near this radius that is nearest to them all."""
+    """Return the distances to +y of an arc's points from the circle near this radius that keeps nearest to them all."""
     from scipy.optimize import linprog
 
-    chord, middle = z[-1] - z[0], z[len(z) // 2] - 0.5 * (z[0] + z[-1])
-    normal = 1j * chord / np.abs(chord)
-    normal = normal * np.sign((middle * normal.conj()).real)  # towards the arc
-    centre = 0.5 * (z[0] + z[-1]) - normal * np.sqrt(radius**2 - np.abs(chord / 2) ** 2)
-    unit = max(deviation, 1e-15 * radius)
-    for _ in range(2):  # the step is linear, the second one corrects the first
-        arm = z - centre
-        ray = arm / np.abs(arm)
-        known = ((np.abs(arm) - radius) / unit).astype(float)
-        terms = np.stack([ray.real, ray.imag, np.ones_like(known)], 1).astype(float)
-        bound = -np.ones((len(z), 1))
-        found = linprog(
-            [0, 0, 0, 1],
-            A_ub=np.block([[-terms, bound], [terms, bound]]),
-            b_ub=np.concatenate([-known, known]),
-            bounds=[(None, None)] * 4,
-        )
-        a, b, r, _ = found.x * unit
-        centre, radius = centre + (a + 1j * b), radius + r
-    return np.asarray((np.abs(z - centre) - radius) * np.sign(normal.imag))
+    half = 0.5 * np.abs(z[-1] - z[0])
+    along = 0.5 * (z[-1] - z[0]) / half
+    w = (z - 0.5 * (z[0] + z[-1])) * along.conj()
+    side = -np.sign(w.imag[len(w) // 2])
+    # the circle through the ends of the path, seen from the top of its arc; the distance as in `minimax`, which loses
+    # no digits on a flat arc
+    x, y, c = w.real, w.imag + side * half**2 / (radius + np.sqrt(radius**2 - half**2)), side / radius
+    arm = np.hypot(c * x, 1 - c * y)
+    far = (2 * y - c * (x * x + y * y)) / (1 + arm)
+    # a shift of the centre and a change of the radius add a constant, a sine and a versed sine
+    sine = c * x / arm
+    versed = sine**2 / (1 + (1 - c * y) / arm)
+    terms = np.stack([np.ones_like(x), sine / np.abs(sine).max(), versed / versed.max()], 1).astype(float)
+    known = (far / deviation).astype(float)
+    found = linprog(
+        [0, 0, 0, 1],
+        A_ub=np.block([[sign * terms, -np.ones((len(z), 1))] for sign in (1, -1)]),
+        b_ub=np.concatenate([known, -known]),
+        bounds=[(None, None)] * 4,
+    )
+    rest = far - deviation * (terms @ np.asarray(found.x)[:3])
+    return np.asarray(rest * np.sign(along.real))

@@ -80,7 +80,9 @@ def draw(candidate: Candidate, file: str | Path | None = None) -> Figure:
     FigureCanvasAgg(figure)
     _title(figure, candidate, total)
 
-    axes = figure.add_axes((MARGIN / WIDTH, (LABELS + strip) / total, inner / WIDTH, (height + SCALE) / total), gid="linkage")
+    axes = figure.add_axes(
+        (MARGIN / WIDTH, (LABELS + strip) / total, inner / WIDTH, (height + SCALE) / total), gid="linkage"
+    )
     axes.set_axis_off()
     centre, middle = 0.5 * (x0 + x1), 0.5 * (y0 + y1)
     axes.set_xlim(centre - 0.5 * inner * inch, centre + 0.5 * inner * inch)
@@ -128,15 +130,13 @@ def _written(figure: Figure, kind: str) -> bytes:
 
 def _title(figure: Figure, candidate: Candidate, total: float) -> None:
     """Say which guide it is, and what it does."""
-    left = MARGIN / WIDTH
+    left, line = MARGIN / WIDTH, 1 - 0.58 / total
     head = figure.text(
-        left, 1 - 0.58 / total, candidate.series, gid="series", family=SERIF, weight="bold", size=23, color=INK,
+        left, line, candidate.series, gid="series", family=SERIF, weight="bold", size=23, color=INK,
     )  # fmt: skip
     width = head.get_window_extent().width / figure.bbox.width
-    figure.text(
-        left + width + 0.017, 1 - 0.58 / total, f"{NAMES.get(candidate.family, candidate.family)}, configuration {candidate.configuration}",
-        gid="family", family=SERIF, style="italic", size=16, color=INK,
-    )  # fmt: skip
+    kind = f"{NAMES.get(candidate.family, candidate.family)}, configuration {candidate.configuration}"
+    figure.text(left + width + 0.017, line, kind, gid="family", family=SERIF, style="italic", size=16, color=INK)
     told = [
         f"stroke {candidate.stroke:g}",
         *([] if candidate.radius is None else [f"radius {candidate.radius:.4g}"]),
@@ -158,10 +158,10 @@ def _plain(value: float) -> str:
     return rf"${value / 10**power:.2f}\times 10^{{{power}}}$"
 
 
-def _round(value: float) -> float:
-    """Return the greatest 1, 2 or 5 times a power of ten that is not above the value."""
+def _round(value: float, steps: tuple[int, ...] = (1, 2, 5)) -> float:
+    """Return the greatest of the steps times a power of ten that is not above the value."""
     power = 10.0 ** math.floor(math.log10(value))
-    return max(m * power for m in (1, 2, 5) if m * power <= value)
+    return max(m * power for m in steps if m * power <= value or m == 1)
 
 
 def _scale(pen: Pen) -> None:
@@ -171,9 +171,8 @@ def _scale(pen: Pen) -> None:
     tick = 3j * pen.point
     ends = x + 1j * y + np.array([0, length])
     pen.line(np.array([ends[0] + tick, ends[0], ends[1], ends[1] + tick]), "scale", color=GREY, linewidth=0.9, zorder=1)
-    pen.axes.text(
-        ends[1].real + 6 * pen.point, y, f"{length:g}", gid="scale-length", family=SANS, size=7.5, color=GREY, va="bottom",
-    )  # fmt: skip
+    x = ends[1].real + 6 * pen.point
+    pen.axes.text(x, y, f"{length:g}", gid="scale-length", family=SANS, size=7.5, color=GREY, va="bottom")
 
 
 def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
@@ -198,14 +197,18 @@ def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
     axes.plot(
         shown.position, error, color=PATH, linewidth=1.6, solid_capstyle="round", gid="error", clip_on=False, zorder=3
     )
-    said = f"exact {nominal}: no deviation but rounding" if exact else f"deviation{times} from the {nominal}, in the unit of the stroke"
+    said = (
+        f"exact {nominal}: no deviation but rounding"
+        if exact
+        else f"deviation{times} from the {nominal}, in the unit of the stroke"
+    )
     axes.set_title(said, loc="left", family=SANS, size=8, color=INK, pad=4)
     if not exact:
         band = f"half the width of the band: {half:.3g}"
         axes.set_title(band, loc="right", family=SANS, size=8, color=PATH, pad=4)
     axes.set_xlabel("position along the stroke", family=SANS, size=8, color=INK, labelpad=4)
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
-    tick = _round(1.05 * half)
+    tick = _round(1.05 * half, (1, 2, 3, 4, 5, 6, 8))
     axes.set_yticks([0] if exact else [-tick, 0, tick])
     for name, spine in axes.spines.items():
         spine.set_visible(name == "bottom")

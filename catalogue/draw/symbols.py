@@ -64,9 +64,10 @@ class Pen:
 
     def _taken(self, z: Array, zorder: float) -> None:
         if zorder >= SOLID:
-            share = np.linspace(0, 1, 12)[:, None]
-            points = (z[:-1] + share * (z[1:] - z[:-1])).ravel()
-            self.taken.append(points[np.isfinite(points)])
+            z = z[np.isfinite(z)]
+            run = np.append(0, np.cumsum(np.abs(np.diff(z))))
+            at = np.linspace(0, run[-1], 2 + int(run[-1] / (2 * self.point)))
+            self.taken.append(np.interp(at, run, z.real) + 1j * np.interp(at, run, z.imag))
 
     def name(self, z: complex, text: str, gid: str, colour: str) -> None:
         """Write a name beside the point z where there is room."""
@@ -76,7 +77,7 @@ class Pen:
 
         def room(at: complex) -> float:
             clear = float(np.abs(at + extent[:, None] - taken).min()) / self.point
-            return min(clear, 8) - 0.1 * abs(at - z) / self.point
+            return min(clear, 7.5) - 0.12 * abs(at - z) / self.point
 
         at = max((z + far * self.point * way for far in (14, 18, 22, 27, 33) for way in ways), key=room)
         self.axes.text(

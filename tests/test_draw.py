@@ -1,0 +1,286 @@
+"""Drawings of all six families, lines and arcs: what they show, what they are written to, what they leave alone."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from catalogue.draw import draw
+from catalogue.draw.scene import POINTS, scene
+from catalogue.draw.symbols import rounded
+from catalogue.errors import InvalidRequest, MissingExtra
+from catalogue.guide.measures import measure
+from catalogue.guide.place import at_stroke, placed
+from catalogue.guide.span import span
+from catalogue.guide.trace import trace
+from catalogue.linkage import FAMILIES, PR, RP, RR, Linkage
+from catalogue.query.found import Candidate
+
+
+def normal(degrees: float) -> list[float]:
+    return [float(np.cos(np.radians(degrees))), float(np.sin(np.radians(degrees))), 0.0]
+
+
+def candidate(pivots: list[list[list[float]]], point: complex, half: float, *, circle: bool = False) -> Candidate:
+    """Return the guide of a coupler point, laid over a stroke of 100."""
+    guides = span(Linkage(pivots), np.array([point]))
+    linkage, guided = placed(guides, trace(guides, np.array([half]), circle=circle, split=False), 100.0)
+    guides = span(linkage, guided)
+    traced = at_stroke(guides, 100.0, circle=circle)
+    m = measure(guides, traced)
+    return Candidate(
+        id=1,
+        family=str(linkage.family[0]),
+        series="general",
+        configuration="made",
+        order=3,
+        stroke=100.0,
+        deviation=float(traced.fit.deviation[0]),
+        radius=float(1 / abs(traced.fit.curvature[0])) if circle else None,
+        size=float(m.size[0]),
+        max_link=None,
+        max_ground=None,
+        max_arm=None,
+        min_transmission=float(m.min_transmission[0]),
+        rotates=[],
+        pivots=linkage.pivots[0].tolist(),
+        guided=[float(guided[0].real), float(guided[0].imag)],
+    )
+
+
+MADE = {
+    "four-bar": candidate([[[0, 0, 1], [0.7, 2, 1]], [[3, 0, 1], [2.3, 2.2, 1]]], 1.5 + 0.3j, 0.6),
+    "slider-crank": candidate([[[0, 0, 1], [0.7, 0.9, 1]], [normal(80), [2.5, 0.2, 1]]], 1.6 - 2.8j, 0.8),
+    "inverted-slider-crank": candidate([[[0, 0, 1], [0.7, 0.9, 1]], [[2, 0.2, 1], normal(62)]], 1.4 - 0.7j, 0.8),
+    "swinging-block": candidate([[normal(90), [0, 0, 1]], [[1.5, 0.8, 1], normal(100)]], 3 - 0.6j, 0.8),
+    "elliptic-trammel": candidate([[normal(0), [0, 1.2, 1]], [normal(90), [1, 0, 1]]], 0.2 - 0.1j, 0.4),
+    "oldham": candidate([[[-1, 0, 1], normal(45)], [[1, 0, 1], normal(135)]], 0.1 + 2.5j, 1.2),
+}
+ARC = candidate([[[0, 0, 1], [0.7, 0.9, 1]], [[2, 0.2, 1], normal(20)]], 0.7 + 2.4j, 0.7, circle=True)
+EXACT = candidate([[normal(0), [0, 1, 1]], [normal(90), [1, 0, 1]]], 1 + 0j, 0.3)  # the point of a slider
+EVERY = [*MADE.values(), ARC, EXACT]
+NAMES = [*MADE, "arc", "exact"]
+every = pytest.mark.parametrize("made", EVERY, ids=NAMES)
+
+
+def elements(file: Path) -> dict[str, ET.Element]:
+    """Return the elements of an SVG that have a name."""
+    return {e.attrib["id"]: e for e in ET.parse(file).iter() if "id" in e.attrib}
+
+
+def line(figure, gid: str):
+    """Return the coordinates of a drawn line."""
+    (found,) = [line for axes in figure.axes for line in axes.lines if line.get_gid() == gid]
+    return found.get_xydata()
+
+
+def test_the_samples_are_of_all_families() -> None:
+    assert {m.family for m in MADE.values()} == set(FAMILIES)
+    assert [m.family for m in MADE.values()] == list(MADE)
+
+
+@every
+def test_drawn_path_is_the_path_of_the_candidate(made: Candidate) -> None:
+    np.testing.assert_array_equal(line(draw(made), "path"), made.path(POINTS))
+
+
+@every
+def test_path_goes_on_smoothly_beyond_the_stroke(made: Candidate) -> None:
+    shown = scene(made)
+    ends = sorted([shown.path[0], shown.path[-1]], key=lambda z: z.real)
+    assert abs(ends[0].real) < 1e-2 * made.stroke
+    assert abs(ends[1].real - made.stroke) < 1e-2 * made.stroke
+    inner = (shown.path[0], shown.path[-1])
+    assert len(shown.before) > 1
+    assert len(shown.after) > 1
+    for tail, end, inside in zip((shown.before, shown.after), inner, (shown.path[1], shown.path[-2]), strict=True):
+        assert abs(tail[0] - end) < 1e-6 * made.stroke
+        assert ((tail[1] - tail[0]) * (end - inside).conjugate()).real > 0
+        assert np.abs(np.diff(tail)).sum() < made.stroke
+
+
+@every
+def test_dyads_keep_their_constraints_in_every_pose(made: Candidate) -> None:
+    shown = scene(made)
+    for i, kind in enumerate(shown.kinds):
+        fixed, moving = shown.fixed[i], shown.moving[:, i]
+        if kind == RR:
+            held = np.abs(moving - fixed)
+        elif kind == PR:
+            held = (moving * fixed.conj()).real
+        else:
+            held = np.abs(((shown.rods[i] - fixed) * moving.conj()[:, None]).real).max(1)
+            assert held.max() < 1e-9 * made.size
+            along = ((shown.rods[i] - fixed) * (1j * moving).conj()[:, None]).real
+            assert (along.min(1) <= 1e-9).all()  # the line reaches the block in every pose
+            assert (along.max(1) >= -1e-9).all()
+        assert np.ptp(held) < 1e-9 * made.size
+    sides = np.abs(shown.coupler - np.roll(shown.coupler, 1, axis=1))
+    np.testing.assert_allclose(sides - sides[0], 0, atol=1e-9 * made.size)
+    np.testing.assert_allclose(shown.coupler[shown.middle, 2], complex(*made.guided), atol=1e-9 * made.size)
+    np.testing.assert_allclose(shown.coupler[[0, -1], 2], shown.path[[0, -1]], atol=1e-6 * made.stroke)
+
+
+@every
+def test_drawn_deviation_fills_its_band(made: Candidate) -> None:
+    shown = scene(made)
+    assert (np.diff(shown.position) > 0).all()
+    np.testing.assert_allclose(shown.position[[0, -1]], [0, made.stroke], atol=1e-5 * made.stroke)
+    if made is not EXACT:
+        np.testing.assert_allclose([shown.error.max(), -shown.error.min()], made.deviation, rtol=2e-3)
+
+
+def test_deviation_is_positive_where_the_path_is_above() -> None:
+    for made in (MADE["four-bar"], ARC):
+        shown = scene(made)
+        u, v = shown.path.real, shown.path.imag
+        smooth = np.polyval(np.polyfit(u, v, 1 if made.radius is None else 2), u)
+        seen = np.interp(u, shown.position, shown.error)
+        assert np.corrcoef(v - smooth, seen)[0, 1] > 0.5
+
+
+def test_deviation_of_a_nearly_exact_arc_is_not_rounding() -> None:
+    four_bar = MADE["four-bar"]
+    made = candidate(four_bar.pivots, complex(*four_bar.guided), 0.005, circle=True)
+    assert 1e-12 < made.deviation / made.stroke < 1e-11
+    error = scene(made).error
+    np.testing.assert_allclose([error.max(), -error.min()], made.deviation, rtol=2e-3)
+    assert np.abs(np.diff(error, 2)).max() < 0.01 * made.deviation  # and smooth
+
+
+def expected(made: Candidate) -> set[str]:
+    names = {"series", "family", "facts", "path", "coupler", "guided", "start-coupler", "end-coupler", "error", "scale"}
+    for i, kind in enumerate(made.linkage.dyads[0]):
+        symbols = {RR: ("crank", "ground", "fixed-pivot"), PR: ("slider", "guide"), RP: ("slide", "line", "ground")}
+        names |= {f"{symbol}-{i + 1}" for symbol in symbols[kind]}
+        names |= {
+            f"{end}-{dict(zip((RR, PR, RP), ('crank', 'slider', 'line'), strict=True))[kind]}-{i + 1}"
+            for end in ("start", "end")
+        }
+    return names
+
+
+@every
+def test_svg_holds_every_part(made: Candidate, tmp_path: Path) -> None:
+    draw(made, tmp_path / "guide.svg")
+    found = elements(tmp_path / "guide.svg")
+    assert expected(made) <= set(found)
+    assert ("band" in found) == (made is not EXACT)
+    assert found["path"].find("{http://www.w3.org/2000/svg}path") is not None
+
+
+@every
+def test_nothing_is_cut_off(made: Candidate) -> None:
+    figure = draw(made)
+    sheet = figure.bbox
+    for axes in figure.axes:
+        for artist in (*axes.lines, *axes.patches, *axes.texts, *figure.texts):
+            box = artist.get_window_extent()
+            assert box.x0 >= sheet.x0, artist.get_gid()
+            assert box.x1 <= sheet.x1, artist.get_gid()
+            assert box.y0 >= sheet.y0, artist.get_gid()
+            assert box.y1 <= sheet.y1, artist.get_gid()
+
+
+@every
+def test_lengths_are_drawn_to_one_scale(made: Candidate) -> None:
+    figure = draw(made)
+    figure.draw_without_rendering()
+    a, b, c = figure.axes[0].transData.transform([(0, 0), (1, 0), (0, 1)])
+    np.testing.assert_allclose(b - a, (c - a)[::-1], atol=1e-9)
+
+
+def test_title_says_what_the_candidate_is() -> None:
+    said = " ".join(text.get_text() for text in draw(ARC).texts)
+    for part in ("general", "inverted slider-crank", "configuration made", "stroke 100", "radius ", "deviation 0.2"):
+        assert part in said
+    assert f"least transmission angle {ARC.min_transmission:.0f}°" in said
+    assert "exact" in " ".join(text.get_text() for text in draw(EXACT).texts)
+    tiny = replace(MADE["four-bar"], deviation=3.2e-7)
+    assert r"$3.20\times 10^{-7}$" in " ".join(text.get_text() for text in draw(tiny).texts)
+
+
+@pytest.mark.parametrize(
+    ("suffix", "start"), [("png", b"\x89PNG\r\n\x1a\n"), ("PNG", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
+)
+def test_same_candidate_gives_same_file(suffix: str, start: bytes, tmp_path: Path) -> None:
+    files = [tmp_path / f"{name}.{suffix}" for name in "ab"]
+    for file in files:
+        draw(MADE["four-bar"], str(file))
+    one, two = (file.read_bytes() for file in files)
+    assert one == two
+    assert one.startswith(start)
+    assert len(one) > 10_000
+    assert not any(word in one for word in (b"dc:date", b"CreationDate"))
+
+
+@pytest.mark.parametrize("name", ["guide.jpg", "guide", "guide.svg.gz"])
+def test_unknown_suffix_is_refused_with_the_possible_ones(name: str, tmp_path: Path) -> None:
+    with pytest.raises(InvalidRequest, match=r"\.png, \.svg or \.pdf"):
+        draw(ARC, tmp_path / name)
+    assert not list(tmp_path.iterdir())
+
+
+def test_missing_folder_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidRequest, match="there is no folder"):
+        draw(ARC, tmp_path / "no" / "guide.png")
+
+
+def test_file_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    (tmp_path / "guide.png").mkdir()
+    with pytest.raises(InvalidRequest, match="cannot write"):
+        draw(ARC, tmp_path / "guide.png")
+
+
+def test_guide_that_does_not_reach_is_refused() -> None:
+    with pytest.raises(InvalidRequest, match="does not lead"):
+        draw(replace(MADE["four-bar"], stroke=1e4))
+
+
+def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) -> None:
+    for module in ("matplotlib.figure", "matplotlib.backends.backend_agg"):
+        monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(MissingExtra, match=r'pip install "mechanism-catalogue\[plot\]"'):
+        draw(ARC)
+
+
+def test_a_notebook_is_given_a_picture() -> None:
+    assert draw(ARC)._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+
+
+def run(code: str) -> None:
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1])
+
+
+def test_importing_does_not_import_matplotlib() -> None:
+    run("import catalogue.draw, sys; assert not [m for m in sys.modules if m.startswith('matplotlib')]")
+
+
+def test_drawing_leaves_pyplot_and_settings_alone() -> None:
+    run(f"""
+import sys, matplotlib
+from catalogue.draw import draw
+from catalogue.query.found import Candidate
+before = matplotlib.rcParams.copy()
+draw(Candidate(**{ARC.to_dict()!r}))
+assert 'matplotlib.pyplot' not in sys.modules
+assert matplotlib.rcParams.copy() == before
+""")
+
+
+@pytest.mark.parametrize(
+    "corners", [[0j], [0j, 0j], [0j, 3 + 1j], [0j, 1j, 3j], [0j, 4 + 0j, 1 + 2j], [0j, 1 + 2j, 4 + 0j]]
+)
+def test_border_of_a_link_keeps_its_distance(corners: list[complex]) -> None:
+    border = rounded(np.array(corners), 0.5)
+    closed = np.append(corners, corners[0])
+    share = np.linspace(0, 1, 401)[:, None]
+    inside = (closed[:-1] + share * np.diff(closed)).ravel()
+    distance = np.abs(border[:, None] - inside).min(1)
+    np.testing.assert_allclose(distance, 0.5, atol=1e-4)
