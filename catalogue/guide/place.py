@@ -53,10 +53,10 @@ def mirrored(linkage: Linkage, point: Array, stroke: float, reverse: Array, over
     return linkage.moved(factor, shift, flip), factor * np.where(flip, np.conj(point), point) + shift
 
 
-def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int = 32) -> Traced:
+def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int = 32, extend: bool = True) -> Traced:
     """Trace each guide, its point as it is, over the window about its reference position that has exactly this stroke.
 
-    NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended precision.
+    NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended precision if `extend`.
     """
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
     half = 0.5 * stroke
@@ -65,7 +65,7 @@ def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int =
         with np.errstate(all="ignore"):
             half = half * stroke / rough.fit.stroke
     found = trace(guides, half, circle=circle, split=False, nodes=nodes)
-    fine = found.relative < FINE
+    fine = (found.relative < FINE) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
         again = trace(extended(guides[fine]), half[fine].astype(np.longdouble), circle=circle, split=False, nodes=nodes)
         found = found.replaced(fine, again)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from sqlalchemy import select
@@ -86,7 +86,13 @@ def answer(
         return None
     found, good = measured
     order = np.flatnonzero(good)[np.argsort(price(found, request, rank)[good], kind="stable")]
-    return found[_varied(found.rows["series"][order], order, limit, per_series)]
+    return _final(found[_varied(found.rows["series"][order], order, limit, per_series)], request)
+
+
+def _final(found: Answers, request: Request) -> Answers:
+    """Return what is shown, its deviation measured in extended precision where double does not resolve it."""
+    traced = at_stroke(span(found.linkage, found.point), request.stroke, circle=request.kind == "circle")
+    return replace(found, traced=traced)
 
 
 def price(found: Answers, request: Request, rank: dict[str, float]) -> Array:
@@ -179,7 +185,7 @@ def _laid(
     reverse, over, inside = _orientation(request, wanted, linkage)
     linkage, point = mirrored(linkage, point, request.stroke, reverse, over)
     here = span(linkage, point)
-    now = at_stroke(here, request.stroke, circle=circle)
+    now = at_stroke(here, request.stroke, circle=circle, extend=False)
     m = measure(here, now)
     with np.errstate(invalid="ignore"):
         held = np.abs(now.fit.stroke - request.stroke) <= 1e-6 * request.stroke

@@ -80,7 +80,7 @@ class Candidate:
         from ..guide.span import span
 
         here = span(self.linkage, np.array([complex(*self.guided)]))
-        traced = at_stroke(here, self.stroke, circle=self.radius is not None)
+        traced = at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
         share = np.linspace(-1, 1, points)
         u, v = here.path.window(traced.low.astype(float), traced.high.astype(float), share)
         z = here.point + (u + 1j * v)[:, 0] * here.tangent
