@@ -6,7 +6,9 @@ Remez exchange over all paths at once; the signed distance from a circle of curv
 
     (2 v - c (u^2 + v^2)) / (1 + |(c u, 1 - c v)|),
 
-is the distance from a line for c = 0 and loses no digits on the way there.
+is the distance from a line for c = 0 and loses no digits on the way there.  To first order a change of the circle
+adds to it  p(X) / (1 + (c X / 2)^2):  p a polynomial of degree 2 in X = 2 tan(theta/2) / c, theta the angle about its
+centre.
 
 How the accuracy is known: (1) `Fit.unresolved` bounds the part of the path that the interpolant misses by its last two
 Chebyshev coefficients; (2) the extremes are read on four points per node and corrected by a parabola, an error below
@@ -46,15 +48,16 @@ class Grid:
 
 
 @lru_cache
-def grid(count: int) -> Grid:
-    """Return the grid of `count` + 1 nodes."""
+def grid(count: int, kind: Any = float) -> Grid:
+    """Return the grid of `count` + 1 nodes, in the precision of the paths that it is for."""
+    pi = 4 * np.arctan(np.longdouble(1))
     j = np.arange(count + 1)
     weight = np.where((j == 0) | (j == count), 0.5, 1.0)
-    to = 2.0 / count * weight[:, None] * np.cos(np.pi * np.outer(j, count - j) / count) * weight
-    angle = np.pi * (1 - np.arange(4 * count + 1) / (4 * count))
+    to = 2 * weight[:, None] * np.cos(pi * np.outer(j, count - j) / count) * weight / count
+    angle = pi * (1 - np.arange(4 * count + 1) / np.longdouble(4 * count))
     fine = np.cos(np.outer(angle, j)) @ to
     fine[::4] = np.eye(count + 1)
-    return Grid(-np.cos(np.pi * j / count), fine, to)
+    return Grid(*(matrix.astype(kind) for matrix in (-np.cos(pi * j / count), fine, to)))
 
 
 @dataclass(frozen=True)
@@ -91,20 +94,18 @@ def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
     NaN paths give NaN.  An annulus is sought near the circle through the ends and the middle of the path; the arc must
     stay below a half circle, else NaN.
     """
-    kind = u.dtype
-    ends = nodes.coefficients[-2:].astype(kind)
+    ends = nodes.coefficients[-2:]
     unresolved = np.abs(ends @ v).sum(0) + (np.abs(ends @ u).sum(0) if circle else 0)
     middle = len(u) // 2
     first, last, origin = (u[i] + 1j * v[i] for i in (0, -1, middle))
     with np.errstate(all="ignore"):
         heading = chord = (last - first) / np.abs(last - first)
-        fine = nodes.fine.astype(kind)
-        u, v = fine @ (u - u[middle]), fine @ (v - v[middle])
+        u, v = nodes.fine @ (u - u[middle]), nodes.fine @ (v - v[middle])
         curvature = np.zeros_like(u[0])
         if circle:
             sagitta, half = ((origin - 0.5 * (first + last)) * chord.conj()).imag, 0.5 * np.abs(last - first)
             curvature = -2 * sagitta / (sagitta**2 + half**2)
-            curvature = np.where(np.abs(curvature * half) < 1, curvature, np.nan)
+            curvature = np.where(np.abs(sagitta) < half, curvature, np.nan)
         size = 4 if circle else 3
         where = np.rint((len(u) - 1) / 2 * (1 - np.cos(np.pi * np.arange(size) / (size - 1)))).astype(int)
         index = np.repeat(where[:, None], u.shape[1], axis=1)
@@ -112,11 +113,15 @@ def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
         for _ in range(5 if circle else 2):
             x = (u - centre.real) * heading.real + (v - centre.imag) * heading.imag
             y = (v - centre.imag) * heading.real - (u - centre.real) * heading.imag
-            c, deviation, index = _exchange(x, _distance(x, y, curvature), index)
+            if circle:
+                g, x, weight = _polar(x, y, curvature)
+                c, deviation, index = _exchange(x, g, index, weight)
+            else:
+                c, deviation, index = _exchange(x, y, index)
             centre = centre + 1j * c[0] * heading
             heading = heading * (1 + 1j * c[1]) / np.hypot(1, c[1])
             if circle:
-                curvature = curvature + 2 * c[2]
+                curvature = curvature + 2 * c[2] + 0.5 * c[0] * curvature**2
         if circle:
             return Fit(deviation, np.abs(last - first), first, chord, curvature, unresolved)
         stroke = ((last - first) * heading.conj()).real
@@ -124,16 +129,15 @@ def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
     return Fit(deviation, stroke, foot, heading, curvature, unresolved)
 
 
-def _distance(x: Array, y: Array, curvature: Array) -> Array:
-    if not curvature.any():
-        return y
-    square = x * x + y * y
-    out: Array = (2 * y - curvature * square) / (1 + np.sqrt((curvature * x) ** 2 + (1 - curvature * y) ** 2))
-    return out
+def _polar(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
+    """Return the signed distance from the circle, X, and 1 + (c X / 2)^2; see the head of the module."""
+    root = np.sqrt((curvature * x) ** 2 + (1 - curvature * y) ** 2)
+    at = 2 * x / (root + 1 - curvature * y)
+    return (2 * y - curvature * (x * x + y * y)) / (1 + root), at, 1 + (0.5 * curvature * at) ** 2
 
 
-def _exchange(x: Array, g: Array, index: Array) -> tuple[list[Array], Array, Array]:
-    """Best uniform approximation of g by a polynomial in x of degree len(index) - 2, by Remez exchange.
+def _exchange(x: Array, g: Array, index: Array, by: Array | None = None) -> tuple[list[Array], Array, Array]:
+    """Best uniform approximation of g by a polynomial in x of degree len(index) - 2, over `by`, by Remez exchange.
 
     Returns the coefficients, the largest error, and the reference (indices of the alternating extremes, (k, n)).
     """
@@ -143,21 +147,29 @@ def _exchange(x: Array, g: Array, index: Array) -> tuple[list[Array], Array, Arr
     c: list[Array] = []
     last = x.shape[0] - 1
     for _ in range(12):
-        xs, gs = np.take_along_axis(x, index, 0), np.take_along_axis(g, index, 0)
-        weight = np.stack([1 / _product_of_gaps(xs, i) for i in range(size)])
-        level = (weight * gs).sum(0) / np.abs(weight).sum(0) * np.sign(weight[0])
-        c = _interpolate(xs, gs - sign * level)
-        residual = g - ((c[2] * x + c[1]) * x + c[0] if size == 4 else c[1] * x + c[0])
+        c, level = _level(x, np.take_along_axis(g, index, 0), index, sign, by)
+        found = (c[2] * x + c[1]) * x + c[0] if size == 4 else c[1] * x + c[0]
+        residual = g - (found if by is None else found / by)
         worst = np.argmax(np.abs(residual), axis=0)
         value = np.take_along_axis(residual, worst[None], 0)[0]
         better = np.abs(value) > np.abs(level) * (1 + 1e-9)
         if not better.any():
             break
         index = np.where(better, _replace(index, worst, np.sign(value) == np.sign(level), last), index)
-    xs, rest = np.take_along_axis(x, index, 0), _peaks(residual, index)
-    weight = np.stack([1 / _product_of_gaps(xs, i) for i in range(size)])
-    level = (weight * rest).sum(0) / np.abs(weight).sum(0) * np.sign(weight[0])
-    return [a + b for a, b in zip(c, _interpolate(xs, rest - sign * level), strict=True)], np.abs(level), index
+    more, level = _level(x, _peaks(residual, index), index, sign, by)
+    return [a + b for a, b in zip(c, more, strict=True)], np.abs(level), index
+
+
+def _level(x: Array, gs: Array, index: Array, sign: Array, by: Array | None) -> tuple[list[Array], Array]:
+    """Polynomial (over `by`) whose errors at the reference are equal but for their alternating sign, and that error."""
+    xs = np.take_along_axis(x, index, 0)
+    weight = np.stack([1 / _product_of_gaps(xs, i) for i in range(len(index))])
+    if by is None:
+        level = (weight * gs).sum(0) / np.abs(weight).sum(0) * np.sign(weight[0])
+        return _interpolate(xs, gs - sign * level), level
+    bs = np.take_along_axis(by, index, 0)
+    level = (weight * bs * gs).sum(0) / (np.abs(weight) * bs).sum(0) * np.sign(weight[0])
+    return _interpolate(xs, bs * (gs - sign * level)), level
 
 
 def _product_of_gaps(xs: Array, i: int) -> Array:

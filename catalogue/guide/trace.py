@@ -104,13 +104,13 @@ def trace(
 
 
 def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, split: bool, nodes: int) -> Traced:
-    points = grid(nodes)
-    u, v = guides.path.window(low, high, points.nodes.astype(half.dtype))
+    points = grid(nodes, half.dtype)
+    u, v = guides.path.window(low, high, points.nodes)
     shift = np.zeros_like(guides.tangent)
     if split:
-        cos, sin = guides.turn.window(low, high, points.nodes.astype(half.dtype))
+        cos, sin = guides.turn.window(low, high, points.nodes)
         for _ in range(ROUNDS):
-            a, b = _split(u, v, cos, sin, half, circle, points.coefficients.astype(half.dtype))
+            a, b = _split(u, v, cos, sin, half, circle, points.coefficients)
             shift = shift + (a + 1j * b)
             u, v = u + cos * a - sin * b, v + cos * b + sin * a
         shift = shift * guides.tangent
@@ -136,7 +136,8 @@ def _split(
     held by a leash so that an ill-determined direction is not followed.
     """
     along = u[-1] - u[0] + 1j * (v[-1] - v[0])
-    along = along / np.abs(along)
+    with np.errstate(all="ignore"):
+        along = along / np.abs(along)
     u, v = u * along.real + v * along.imag, v * along.real - u * along.imag
     known = [np.ones_like(u), u / half] + ([(u * u + v * v) / (half * half)] if circle else [])
     columns = np.stack([to_chebyshev @ f for f in (*known, sin, cos, v)])  # (k, m, n)

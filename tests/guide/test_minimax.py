@@ -1,0 +1,218 @@
+"""Narrowest strip and annulus against slow searches that share nothing with them."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import mpmath as mp  # type: ignore[import-untyped]
+import numpy as np
+import pytest
+from numpy.polynomial import chebyshev
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
+
+from catalogue.guide.minimax import Fit, fit, grid, resolved
+from catalogue.linkage import Array
+
+NODES = 32
+DENSE = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 3001))
+
+
+def waves(count: int, seed: int, share: float = 0.4) -> Array:
+    """Return Chebyshev coefficients of an error with `count` oscillations and a mixture of fewer ones."""
+    draw = np.random.default_rng([count, seed])
+    c = share * draw.normal(size=count + 2) / np.arange(1, count + 3)
+    c[:2] = 0
+    c[-1] = 1
+    return np.asarray(c)
+
+
+def run(seed: int, t: Array) -> Array:
+    """Return a run along the line that is not uniform in the parameter."""
+    a, b = np.random.default_rng([7, seed]).uniform(-0.1, 0.1, 2)
+    return np.asarray(t + a * t * t + b * t**3)
+
+
+def placed(u: Array, v: Array, angle: float = 0.0, shift: complex = 0.0, scale: float = 1.0) -> tuple[Array, Array]:
+    c, s = (np.asarray(f(u.dtype.type(angle))) for f in (np.cos, np.sin))
+    return scale * (c * u - s * v) + shift.real, scale * (s * u + c * v) + shift.imag
+
+
+def one(u: Array, v: Array, circle: bool, nodes: int = NODES) -> Fit:
+    return fit(u[:, None], v[:, None], circle, grid(nodes, u.dtype))
+
+
+def narrowest_strip(u: Array, v: Array, amplitude: float) -> float:
+    """Return half the width of the narrowest strip that holds the points (u, amplitude v): one side on a hull edge."""
+    hull = ConvexHull(np.stack([u, v], 1))
+    best = math.inf
+    for a, b, _ in hull.equations:  # an edge lies along a u + b v = const; in true proportions b becomes b / amplitude
+        offset = a * u + b * v
+        best = min(best, np.ptp(offset) / math.hypot(a, b / amplitude))
+    return 0.5 * best
+
+
+def narrowest_annulus(x: list[Any], y: list[Any]) -> tuple[float, float]:
+    """Return half the width and the curvature of the narrowest annulus near a circular path, in 40 digits.
+
+    Newton on centre and radius; each step is a linear programme that makes the largest distance least.
+    """
+    with mp.workdps(40):
+        n = len(x)
+        (xa, ya), (xb, yb), (xc, yc) = ((x[i], y[i]) for i in (0, n // 2, n - 1))
+        # centre of the circle through both ends and the middle
+        d = 2 * (xa * (yb - yc) + xb * (yc - ya) + xc * (ya - yb))
+        a2, b2, c2 = xa**2 + ya**2, xb**2 + yb**2, xc**2 + yc**2
+        cx = (a2 * (yb - yc) + b2 * (yc - ya) + c2 * (ya - yb)) / d
+        cy = (a2 * (xc - xb) + b2 * (xa - xc) + c2 * (xb - xa)) / d
+        radius = mp.hypot(xb - cx, yb - cy)
+        for _ in range(4):
+            far = [mp.hypot(p - cx, q - cy) for p, q in zip(x, y, strict=True)]
+            rest = [f - radius for f in far]
+            scale = max(abs(r) for r in rest)
+            g = np.array([float(r / scale) for r in rest])
+            columns = np.array(
+                [[float((p - cx) / f), float((q - cy) / f), 1.0] for p, q, f in zip(x, y, far, strict=True)]
+            )
+            basis, upper = np.linalg.qr(columns)  # the columns are nearly dependent for a short arc
+            basis *= math.sqrt(n)
+            bound = np.ones((n, 1))
+            step = linprog(
+                [0, 0, 0, 1],
+                A_ub=np.block([[-basis, -bound], [basis, -bound]]),
+                b_ub=np.concatenate([-g, g]),
+                bounds=[(None, None)] * 4,
+                method="highs",
+            ).x[:3]
+            # rest - basis step = 0 in the mean: columns move = basis step
+            move = mp.lu_solve(mp.matrix(upper.tolist()), mp.matrix((step * math.sqrt(n)).tolist())) * scale
+            cx, cy, radius = cx + move[0], cy + move[1], radius + move[2]
+        far = [mp.hypot(p - cx, q - cy) for p, q in zip(x, y, strict=True)]
+        return float((max(far) - min(far)) / 2), float(1 / radius)
+
+
+@pytest.mark.parametrize("exponent", [-2, -4, -6, -8, -10, -11, -12, -13])
+@pytest.mark.parametrize("count", range(2, 9))
+def test_strip_is_the_narrowest(count: int, exponent: int) -> None:
+    kind = np.longdouble if exponent < -10 else np.float64
+    amplitude = 10.0**exponent
+    for seed in range(4):
+        c = waves(count, seed)
+        t = grid(NODES, np.dtype(kind)).nodes
+        u, v = run(seed, t), kind(amplitude) * chebyshev.chebval(t, c.astype(kind))
+        found = one(*placed(u, v, 0.3 * seed, complex(0.1 * seed, -0.2)), circle=False)
+        expected = narrowest_strip(run(seed, DENSE), chebyshev.chebval(DENSE, c), amplitude)
+        assert float(found.deviation[0]) == pytest.approx(expected, rel=1e-3)
+        assert float(found.stroke[0]) == pytest.approx(np.ptp(run(seed, DENSE)), rel=amplitude)
+
+
+@pytest.mark.parametrize("angle", [1e-3, 0.03, 0.3, 1.0, 2.0, 2.9])
+@pytest.mark.parametrize(("count", "exponent"), [(3, -3), (4, -5), (5, -8), (6, -9), (8, -10), (3, -12), (6, -13)])
+def test_annulus_is_the_narrowest(count: int, exponent: int, angle: float) -> None:
+    """The path lies on an arc of that central angle and unit chord, displaced along the normal."""
+    kind = np.longdouble
+    amplitude, seed = 10.0**exponent, count
+    c = waves(count, seed)
+
+    def arc(t: Any, sine: Any, cosine: Any, radius: Any, wave: Any) -> tuple[Any, Any]:
+        turn = run(seed, t) * 0.5 * angle
+        return (radius + wave) * sine(turn), (radius + wave) * cosine(turn) - radius
+
+    t = grid(NODES, np.dtype(kind)).nodes
+    radius = kind(0.5) / np.sin(kind(0.5) * kind(angle))
+    x, y = arc(t, np.sin, np.cos, radius, kind(amplitude) * chebyshev.chebval(t, c.astype(kind)))
+    found = one(*placed(x, y, 0.7, 1 + 2j), circle=True)
+    with mp.workdps(40):
+        exact = [
+            arc(mp.mpf(float(s)), mp.sin, mp.cos, 1 / (2 * mp.sin(mp.mpf(angle) / 2)), amplitude * mp.mpf(float(w)))
+            for s, w in zip(DENSE[::4], chebyshev.chebval(DENSE[::4], c), strict=True)
+        ]
+    expected, curvature = narrowest_annulus([p for p, _ in exact], [q for _, q in exact])
+    assert float(found.deviation[0]) == pytest.approx(expected, rel=1e-3)
+    assert float(found.curvature[0]) == pytest.approx(-curvature, rel=1e-3, abs=30 * amplitude)
+
+
+@pytest.mark.parametrize("circle", [False, True])
+def test_fit_does_not_depend_on_place_scale_and_sense(circle: bool) -> None:
+    for count in range(2, 9):
+        t = grid(NODES).nodes
+        u, v = run(count, t), 1e-5 * chebyshev.chebval(t, waves(count, count)) - (0.2 * t * t if circle else 0)
+        here = one(u, v, circle)
+        for angle, shift, scale in ((2.0, 0.5 - 3j, 1.0), (-1.0, 0j, 1e6), (0.0, 1e-9j, 1e-7)):
+            there = one(*placed(u, v, angle, shift, scale), circle)
+            # what is left is the rounding of the moved coordinates
+            lost = 20 * np.finfo(float).eps * (1 + abs(shift) / scale) / 1e-5
+            turn = np.exp(1j * angle) * scale
+            assert there.deviation[0] == pytest.approx(scale * here.deviation[0], rel=lost)
+            assert there.stroke[0] == pytest.approx(scale * here.stroke[0], rel=1e-9)
+            assert abs(there.start[0] - (turn * here.start[0] + shift)) < 1e-9 * scale
+            assert abs(there.along[0] - here.along[0] * turn / scale) < 1e-9
+            assert there.curvature[0] * scale == pytest.approx(here.curvature[0], rel=1e-8, abs=0)
+        back = one(u[::-1], v[::-1], circle)
+        assert back.deviation[0] == pytest.approx(here.deviation[0], rel=1e-8)
+        assert abs(back.along[0] + here.along[0]) < 1e-9
+        assert back.curvature[0] == pytest.approx(-here.curvature[0], rel=1e-9)
+        over = one(u, -v, circle)
+        assert over.deviation[0] == pytest.approx(here.deviation[0], rel=1e-8)
+        assert over.curvature[0] == pytest.approx(-here.curvature[0], rel=1e-9)
+
+
+def test_strip_line_holds_the_path_within_its_deviation() -> None:
+    """Start and direction are those of the middle line of the strip, not only its width."""
+    for count in range(2, 9):
+        t = grid(NODES).nodes
+        c = waves(count, count)
+        u, v = placed(run(count, t), 1e-3 * chebyshev.chebval(t, c), 0.4, 2 - 1j)
+        found = one(u, v, circle=False)
+        x, y = placed(run(count, DENSE), 1e-3 * chebyshev.chebval(DENSE, c), 0.4, 2 - 1j)
+        offset = ((x + 1j * y - found.start[0]) * found.along[0].conj()).imag
+        assert np.abs(offset).max() == pytest.approx(found.deviation[0], rel=1e-3)
+        assert abs(((u[0] + 1j * v[0] - found.start[0]) * found.along[0].conj()).real) < 1e-12
+
+
+def test_nan_paths_stay_nan_and_leave_the_others_alone() -> None:
+    t = grid(NODES).nodes
+    u, v = np.repeat(t[:, None], 3, 1), np.repeat((0.1 * t**2 + 1e-4 * t**4)[:, None], 3, 1)
+    alone = {circle: fit(u, v, circle, grid(NODES)).deviation for circle in (False, True)}
+    v[5, 1] = np.nan
+    for circle in (False, True):
+        found = fit(u, v, circle, grid(NODES))
+        assert np.isnan(found.deviation).tolist() == [False, True, False]
+        np.testing.assert_array_equal(found.deviation[[0, 2]], alone[circle][[0, 2]])
+
+
+def test_arc_beyond_a_half_circle_is_refused() -> None:
+    turn = np.multiply.outer(grid(NODES).nodes, np.array([3.1, 3.2]) / 2)
+    found = fit(np.sin(turn), np.cos(turn), True, grid(NODES))
+    assert np.isnan(found.deviation).tolist() == [False, True]
+
+
+def test_perfect_lines_and_arcs_deviate_by_rounding() -> None:
+    t = grid(NODES).nodes
+    line = one(*placed(t, 0 * t, 0.3, 5 + 1j), circle=False)
+    assert line.deviation[0] < 1e-14
+    arc = one(np.sin(t), np.cos(t), circle=True)
+    assert arc.deviation[0] < 1e-14
+    assert arc.curvature[0] == pytest.approx(-1, rel=1e-12)
+
+
+@pytest.mark.parametrize("circle", [False, True])
+@pytest.mark.parametrize("nodes", [16, 32])
+def test_unresolved_bounds_what_a_grid_misses(nodes: int, circle: bool) -> None:
+    """Paths with a pole of the parameter beside the window, as near a turning point, and beyond its end."""
+    draw = np.random.default_rng(3)
+    near, side = draw.uniform(0.7, 4, 500), draw.uniform(-0.7, 0.7, 500)
+
+    def path(t: Array) -> tuple[Array, Array]:
+        bump = 1 / ((t[:, None] - side) ** 2 + near**2) - 0.4 * np.sqrt(near + 1 + t[:, None])
+        return t[:, None] + 0.05 * bump, 0.1 * bump
+
+    coarse, fine = (fit(*path(grid(n).nodes), circle, grid(n)) for n in (nodes, 128))
+    missed = np.abs(coarse.deviation - fine.deviation)
+    assert np.all(missed <= coarse.unresolved + 1e-3 * fine.deviation + 1e-15)
+    assert (fine.unresolved < 1e-12).all()
+    accepted = resolved(coarse)
+    assert np.all(missed[accepted] < 1e-3 * fine.deviation[accepted] + 1e-15)
+    assert accepted.any()
+    assert not accepted.all() or nodes == 32
