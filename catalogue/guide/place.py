@@ -80,9 +80,11 @@ def at_sweep(guides: Span, half: Array, centre: Array, sweep: float, nodes: int 
     half : ndarray, shape (n,)
         First guess [length].
     """
-    traced = trace(guides, half, circle=True, split=True, centre=centre, nodes=nodes)
-    for _ in range(3):
-        with np.errstate(all="ignore"):
-            half = half * sweep / (traced.fit.stroke * np.abs(traced.fit.curvature))
+    for _ in range(8):
         traced = trace(guides, half, circle=True, split=True, centre=centre, nodes=nodes)
+        with np.errstate(all="ignore"):
+            error = sweep / (traced.fit.stroke * np.abs(traced.fit.curvature))
+        if not (np.abs(error - 1) > 1e-6).any():
+            break
+        half = half * np.clip(error, 0.5, 2.0)
     return half, traced

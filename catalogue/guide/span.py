@@ -19,6 +19,8 @@ from ..motion import CHARTS, COUPLER, Motion, Path, motion
 STEPS = 16
 #: No window goes beyond this parameter, a rotation of 166 degrees either way.
 FARTHEST = 8.0
+#: Part of the extent to which windows are solved.
+EXACT = 1e-13
 #: Worst conditioning of a chart that is still used.
 SINGULAR = 1e-4
 
@@ -81,24 +83,24 @@ class Span:
     def window(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Return the parameters at which u is `low` and `high`, each (n,) -> (n,), NaN beyond the extent.
 
-        Interpolated in the table, then corrected by two secant steps: exact to about 1e-9 of the window.
+        Bracketed in the table, then solved by regula falsi (Illinois) to `EXACT` of the extent.
         """
         wanted = np.stack([low, high])
         k = np.clip((self.u[:, None] < wanted).sum(0), 1, len(self.u) - 1)
         t0, t1 = (np.take_along_axis(self.t, k + j, 0) for j in (-1, 0))
-        u0, u1 = (np.take_along_axis(self.u, k + j, 0) for j in (-1, 0))
         extent = self.extent
         with np.errstate(all="ignore"):
             outside = (wanted < -extent[0] * (1 + 1e-9)) | (wanted > extent[1] * (1 + 1e-9))
-            for _ in range(2):
-                t = t0 + (wanted - u0) * (t1 - t0) / (u1 - u0)
-                u, _ = self.path(t)
-                nearer_low = np.abs(u0 - wanted) < np.abs(u1 - wanted)
-                t0, u0 = np.where(nearer_low, t0, t1), np.where(nearer_low, u0, u1)
-                t1, u1 = t, u
-                exact = np.abs(u0 - wanted) <= 0
-                t0, u0 = np.where(exact, t0 - 1e-9, t0), np.where(exact, u0 - 1e-9, u0)
-            t = t1 + (wanted - u1) * (t1 - t0) / np.where(u1 == u0, np.inf, u1 - u0)
+            f0, f1 = (np.take_along_axis(self.u, k + j, 0) - wanted for j in (-1, 0))
+            t = t1
+            for _ in range(12):
+                t = t1 - f1 * (t1 - t0) / np.where(f1 == f0, 1, f1 - f0)
+                f = self.path(t)[0] - wanted
+                crossed = (f < 0) != (f1 < 0)
+                t0, f0 = np.where(crossed, t1, t0), np.where(crossed, f1, 0.5 * f0)
+                t1, f1 = t, f
+                if not (np.abs(f) > EXACT * extent.sum(0)).any():
+                    break
         t = np.where(outside | ~np.isfinite(t), np.nan, t)
         return t[0], t[1]
 

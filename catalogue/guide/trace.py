@@ -109,8 +109,9 @@ def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, s
     shift = np.zeros_like(guides.tangent)
     if split:
         cos, sin = guides.turn.window(low, high, points.nodes)
+        curvature = _bend(u, v) if circle else np.zeros_like(half)
         for _ in range(ROUNDS):
-            a, b = _split(u, v, cos, sin, half, circle, points.coefficients)
+            a, b = _split(u, v, cos, sin, half, curvature, points.coefficients)
             shift = shift + (a + 1j * b)
             u, v = u + cos * a - sin * b, v + cos * b + sin * a
         shift = shift * guides.tangent
@@ -128,22 +129,26 @@ def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, s
 
 
 def _split(
-    u: Array, v: Array, cos: Array, sin: Array, half: Array, circle: bool, to_chebyshev: Array
+    u: Array, v: Array, cos: Array, sin: Array, half: Array, curvature: Array, to_chebyshev: Array
 ) -> tuple[Array, Array]:
-    """Return the shift (a, b) of the guided point, along and across the tangent, that leaves the straightest path.
+    """Return the shift (a, b) of the guided point, along and across the tangent, that leaves the straightest path, or
+    the one nearest to a circle of the given curvature.
 
-    Least squares over the Chebyshev coefficients of  v + b cos + a sin - c0 - c1 u (- c2 (u^2 + v^2)),  with the shift
+    Least squares over the Chebyshev coefficients of the distance from the nominal, which may move and turn; the shift is
     held by a leash so that an ill-determined direction is not followed.
     """
     along = u[-1] - u[0] + 1j * (v[-1] - v[0])
     with np.errstate(all="ignore"):
         along = along / np.abs(along)
-    u, v = u * along.real + v * along.imag, v * along.real - u * along.imag
-    known = [np.ones_like(u), u / half] + ([(u * u + v * v) / (half * half)] if circle else [])
-    columns = np.stack([to_chebyshev @ f for f in (*known, sin, cos, v)])  # (k, m, n)
-    basis, target = columns[:-3], columns[-1]
-    free = columns[-3:-1]
-    with np.errstate(all="ignore"):
+        middle = len(u) // 2
+        u, v = u - u[middle], v - v[middle]
+        u, v = u * along.real + v * along.imag, v * along.real - u * along.imag
+        x, y = -curvature * u, 1 - curvature * v  # normal of the nominal, once divided by its length
+        length = np.hypot(x, y)
+        distance = (2 * v - curvature * (u * u + v * v)) / (1 + length)
+        rows = (y / length, u / (half * length), (cos * x + sin * y) / length, (cos * y - sin * x) / length, distance)
+        columns = np.stack([to_chebyshev @ f for f in rows])
+        basis, free, target = columns[:2], columns[2:4], columns[4]
         for i in range(len(basis)):  # orthogonalise against the known part, which is well conditioned
             e = basis[i] / np.sqrt((basis[i] ** 2).sum(0))
             for group in (basis[i + 1 :], free):
@@ -158,6 +163,16 @@ def _split(
         straight = (target**2).sum(0) <= (STRAIGHT * half) ** 2
     step = np.where(np.isfinite(step) & ~straight, step, 0)
     return step.real, step.imag
+
+
+def _bend(u: Array, v: Array) -> Array:
+    """Curvature of the circle through the ends and the middle of a path, positive to the left, shape (n,)."""
+    chord = u[-1] - u[0] + 1j * (v[-1] - v[0])
+    middle = len(u) // 2
+    with np.errstate(all="ignore"):
+        offset = u[middle] - 0.5 * (u[0] + u[-1]) + 1j * (v[middle] - 0.5 * (v[0] + v[-1]))
+        sagitta, half = (offset * chord.conj()).imag / np.abs(chord), 0.5 * np.abs(chord)
+        return np.asarray(-2 * sagitta / (sagitta**2 + half**2))
 
 
 def extended(guides: Span) -> Span:

@@ -189,7 +189,9 @@ def _laid(
     m = measure(here, now)
     with np.errstate(invalid="ignore"):
         held = np.abs(now.fit.stroke - request.stroke) <= 1e-6 * request.stroke
-        checks = {"stroke": held, "deviation": now.fit.deviation.astype(float) <= request.deviation}
+        checks = {"stroke": held, "deviation": now.fit.deviation <= request.deviation}
+        if circle:
+            checks["radius"] = np.abs(1 / np.abs(now.fit.curvature) - request.radius) <= 1e-3 * request.radius
         for name in ("max_size", "max_link", "max_ground", "max_arm"):
             bound = getattr(wanted, name)
             if bound is not None:

@@ -84,6 +84,7 @@ class Candidate:
         share = np.linspace(-1, 1, points)
         u, v = here.path.window(traced.low.astype(float), traced.high.astype(float), share)
         z = here.point + (u + 1j * v)[:, 0] * here.tangent
+        z = z if z[0].real < z[-1].real else z[::-1]
         return np.stack([z.real, z.imag], axis=-1)
 
     def to_dict(self) -> dict[str, Any]:
