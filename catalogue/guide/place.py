@@ -27,19 +27,22 @@ def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage
     -------
     linkage : Linkage of n
     point : complex ndarray, shape (n,)
-        Guided points in mid-stroke.
+        Guided points in mid-stroke.  A guide that was not traced stays where it is.
     """
+    there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
     moving, linkage = guides.motion, guides.linkage
     point = guides.point + traced.shift
-    t = middle_of_stroke(moving, point, traced)
+    point = np.where(there, point, guides.point)
+    t = np.where(there, middle_of_stroke(moving, point, traced), 0.0)
     d, x = (p[0] for p in moving.pose(t[None]))
     z = linkage.points.copy()
     for i in (0, 1):
         finite = linkage.finite[:, i, 1]
         z[:, i, 1] = np.where(finite, z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin), z[:, i, 1] * (1 + x))
     now = Linkage._trusted(np.stack([z.real, z.imag, linkage.pivots[..., 2]], axis=-1))
-    scale = stroke / traced.fit.stroke * traced.fit.along.conj()
-    shift = -scale * traced.fit.start
+    with np.errstate(all="ignore"):
+        scale = np.where(there, stroke / traced.fit.stroke * traced.fit.along.conj(), 1.0)
+        shift = np.where(there, -scale * traced.fit.start, 0.0)
     here = point + d + x * (point - moving.origin)
     return now.moved(scale, shift), scale * here + shift
 

@@ -23,6 +23,8 @@ FARTHEST = 8.0
 EXACT = 1e-13
 #: Worst conditioning of a chart that is still used.
 SINGULAR = 1e-4
+#: No point is followed farther than so many sizes of its linkage: coupler points of slides and sliders run to infinity.
+FAR = 100.0
 
 
 @dataclass(frozen=True)
@@ -153,8 +155,9 @@ def _table(moving: Motion, point: Array) -> tuple[Array, Array, Array, Array]:
         u, _ = moving.point(point, tangent)(t)
         u[STEPS] = 0.0
         rising = np.diff(u, axis=0) > 0
-    up = np.logical_and.accumulate(rising[STEPS:], axis=0)
-    down = np.logical_and.accumulate(rising[STEPS - 1 :: -1], axis=0)[::-1]
+        near = np.abs(u) <= FAR * moving.linkage.size
+    up = np.logical_and.accumulate(rising[STEPS:] & near[STEPS + 1 :], axis=0)
+    down = np.logical_and.accumulate((rising[:STEPS] & near[:STEPS])[::-1], axis=0)[::-1]
     inside = np.concatenate([down, np.ones_like(up[:1]), up]) & ~still & (moving.conditioning > SINGULAR)
     limit = np.where(np.stack([inside[0], inside[-1]]), "linkage turns", "path turns")
     sign = np.where(np.arange(2 * STEPS + 1) < STEPS, -np.inf, np.inf)[:, None]

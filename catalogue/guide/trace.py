@@ -9,7 +9,7 @@ vanish, in the sense of least squares, so that what remains is nearly a single C
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +25,8 @@ ROUNDS = 2
 STRAIGHT = 1e-11
 #: Part of the half stroke by which the stroke of a guide with three inflections lies off the singular point.
 OFF_CENTRE = 8**-0.5
+#: What the finest grid may miss, of the deviation and of the stroke.
+LEAST_SURE = (1e-2, 1e-13)
 
 
 @dataclass(frozen=True)
@@ -90,7 +92,8 @@ def trace(
     Returns
     -------
     Traced
-        NaN where the window leaves the extent of the guide.
+        NaN where the window leaves the extent of the guide, where the point runs backwards within it, and where the
+        finest grid leaves a hundredth of the deviation open.
     """
     low, high = guides.window((centre - 1) * half, (centre + 1) * half)
     found = _measure(guides, low, high, half, circle, split, nodes)
@@ -100,7 +103,10 @@ def trace(
             break
         part = _measure(guides[again], low[again], high[again], half[again], circle, split, more * nodes)
         found = found.replaced(again, part)
-    return found
+    with np.errstate(all="ignore"):
+        sure = resolved(found.fit, *LEAST_SURE)
+        deviation = np.where(sure, found.fit.deviation, np.nan)
+    return replace(found, fit=replace(found.fit, deviation=deviation))
 
 
 def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, split: bool, nodes: int) -> Traced:
@@ -115,6 +121,8 @@ def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, s
             shift = shift + (a + 1j * b)
             u, v = u + cos * a - sin * b, v + cos * b + sin * a
         shift = shift * guides.tangent
+    backwards = (np.diff(u, axis=0) <= 0).any(0)
+    v = np.where(backwards, np.nan, v)
     found = fit(u, v, circle, points)
     base = guides.point + shift
     placed = Fit(

@@ -47,7 +47,7 @@ class Relaxation:
 def relaxations(database: Database, request: Request, wanted: Constraints) -> tuple[int, list[Relaxation]]:
     """Return how many stored guides could serve without constraints, and what relaxing each constraint would bring."""
     level = loosest(request)
-    tests = conditions(request, wanted, level)
+    tests = conditions(request, wanted, level, {})
     columns: list[Any] = [func.count().label("all")]
     for name, test in tests.items():
         others = and_(true(), *(t for n, t in tests.items() if n != name))

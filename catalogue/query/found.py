@@ -17,7 +17,7 @@ from .request import CircularArc, Request, StraightLine
 if TYPE_CHECKING:
     import pandas as pd
 
-    from .find import Answers
+    from .lay import Answers
 
 
 @dataclass(frozen=True, eq=False)

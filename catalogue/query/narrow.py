@@ -22,6 +22,13 @@ from .request import Constraints, Region, Request
 
 #: How many levels below the loosest one are searched.
 DEPTH = 3
+#: Bounds on lengths with the column they bound.
+LENGTHS: dict[str, Any] = {
+    "max_size": Reach.size,
+    "max_link": Reach.max_link,
+    "max_ground": Reach.max_ground,
+    "max_arm": Reach.max_arm,
+}
 #: Least number of candidates that a series sends.
 LEAST = 40
 SLIDING = ("slider-crank", "inverted-slider-crank", "swinging-block", "elliptic-trammel", "oldham")
@@ -44,6 +51,9 @@ COLUMNS = (
     Reach.sweep,
     Reach.deviation,
     Reach.size,
+    Reach.max_link,
+    Reach.max_ground,
+    Reach.max_arm,
 )
 
 
@@ -53,17 +63,24 @@ def loosest(request: Request) -> int:
     return int(min(max(level, min(LEVELS)), max(LEVELS)))
 
 
-def stretch(request: Request, level: int) -> float:
-    """Return the factor by which a reach of this level may be stretched at most: three inflections or fewer."""
-    spare = request.relative / 10.0**level
-    return max(1.0, spare) ** (1 / 3) if request.kind == "line" else 1.0
+def stretch(request: Request, level: int, rank: dict[str, float]) -> float:
+    """Return the factor by which a reach of this level may be stretched at most (two inflections).
+
+    When the straightest guide is wanted, only as far as the next looser level.
+    """
+    if request.kind == "circle":
+        return 1.0
+    spare = max(1.0, request.relative / 10.0**level)
+    return math.cbrt(min(spare, 10.0) if "deviation" in rank else spare)
 
 
-def conditions(request: Request, wanted: Constraints, level: int) -> dict[str, ColumnElement[bool]]:
+def conditions(
+    request: Request, wanted: Constraints, level: int, rank: dict[str, float]
+) -> dict[str, ColumnElement[bool]]:
     """Return the SQL condition of each active constraint on reaches of a level, by name."""
     s = request.stroke
     # a stored length times this is the length in the user's unit, at least
-    least: Any = s / stretch(request, level)
+    least: Any = s / stretch(request, level, rank)
     most: Any = s
     if request.kind == "circle":
         least = most = s * Reach.sweep / request.sweep  # type: ignore[union-attr]
@@ -76,8 +93,7 @@ def conditions(request: Request, wanted: Constraints, level: int) -> dict[str, C
         found["pins_only"] = Mechanism.family.not_in(SLIDING)
     if wanted.order:
         found["order"] = Guide.contact_order >= wanted.order
-    for name, column in (("max_size", Reach.size), ("max_link", Reach.max_link), ("max_ground", Reach.max_ground),
-                         ("max_arm", Reach.max_arm)):  # fmt: skip
+    for name, column in LENGTHS.items():
         bound = getattr(wanted, name)
         if bound is not None:
             found[name] = func.coalesce(column * least <= bound, True)
@@ -206,7 +222,7 @@ def narrow(
             for level in levels:
                 rows = (
                     joined(*COLUMNS, order.label("cost"))
-                    .where(basis(request, level, code), *conditions(request, wanted, level).values())
+                    .where(basis(request, level, code), *conditions(request, wanted, level, rank).values())
                     .order_by(order)
                     .limit(room)
                 )

@@ -13,12 +13,12 @@ from ..errors import InvalidRequest
 from ..guide.reach import LEVELS
 from ..linkage import Array, Linkage
 from ..store import Batch, Database, Guide, Mechanism, Reach
-from .find import Answers, lay_stored
 from .found import Candidate, candidates
+from .lay import Answers, lay_stored
 from .narrow import COLUMNS, joined
 from .request import CircularArc, Constraints, Request, StraightLine, positive
 
-LENGTHS = ("stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
+SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
 
 
 @dataclass(frozen=True, eq=False)
@@ -108,20 +108,23 @@ def stored(database: Database, name: int | str) -> StoredGuide:
         test = Guide.id == int(name)
     except ValueError:
         test = Mechanism.name == str(name)
-    extra = (Guide.kind, Guide.curvature, Guide.inflections, Mechanism.id.label("mechanism"), Mechanism.parameters)
+    extra = (
+        Reach.min_transmission, Guide.kind, Guide.curvature, Guide.inflections, Mechanism.parameters,
+        Mechanism.id.label("mechanism"),
+    )  # fmt: skip
     found = database.read(joined(*COLUMNS, *extra).where(test).order_by(Guide.id, Reach.level))
     if not len(found["id"]):
         raise InvalidRequest(f"the database holds no guide {name}; `catalogue find` lists guides with their ids")
     found = {k: v[found["id"] == found["id"][0]] for k, v in found.items()}
     one = {k: v[0].item() if isinstance(v[0], np.generic) else v[0] for k, v in found.items()}
-    extra_columns = (Reach.max_link, Reach.max_ground, Reach.max_arm, Reach.min_transmission)
-    more = database.read(select(*extra_columns).where(Reach.guide_id == one["id"]).order_by(Reach.level))
-    reaches = {"level": found["level"], **{k: {**found, **more}[k] for k in LENGTHS}}
+    reaches = {k: found[k] for k in SHOWN}
     mechanism = database.read(
         select(
             Mechanism.name, Mechanism.rho0, Mechanism.kappa, Mechanism.kappa_star, Mechanism.s, Batch.plugin,
             Batch.plugin_version, Batch.plan, Batch.seed, Batch.number,
-        ).outerjoin(Batch, Batch.id == Mechanism.batch_id).where(Mechanism.id == one["mechanism"], Batch.id.is_not(None))
+        )
+        .outerjoin(Batch, Batch.id == Mechanism.batch_id)
+        .where(Mechanism.id == one["mechanism"], Batch.id.is_not(None))
     )  # fmt: skip
     about = {k: v[0] for k, v in mechanism.items() if len(v)}
 

@@ -1,0 +1,111 @@
+"""Lay traced guides along the path that is asked for, measure them there, and check them against the constraints."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..guide.measures import Measures, measure
+from ..guide.place import at_stroke, mirrored, placed
+from ..guide.span import Span, span
+from ..guide.trace import Traced, trace
+from ..linkage import Array, Linkage
+from .narrow import flips
+from .request import Constraints, Region, Request
+
+
+@dataclass(frozen=True)
+class Answers:
+    """Placed guides with what was measured of them, best first; arrays over the n answers."""
+
+    rows: dict[str, Array]
+    linkage: Linkage
+    point: Array
+    traced: Traced
+    measures: Measures
+
+    def __getitem__(self, index: Array) -> Answers:
+        rows = {k: v[index] for k, v in self.rows.items()}
+        return Answers(rows, self.linkage[index], self.point[index], self.traced[index], self.measures[index])
+
+
+def final(found: Answers, request: Request) -> Answers:
+    """Return answers with their deviation measured in extended precision where double does not resolve it."""
+    traced = at_stroke(span(found.linkage, found.point), request.stroke, circle=request.kind == "circle")
+    return replace(found, traced=traced)
+
+
+def lay_stored(request: Request, wanted: Constraints, rows: dict[str, Array]) -> Answers:
+    """Return stored reaches laid along the path of a request, at the strokes that are stored."""
+    guides = span(Linkage._trusted(np.array(rows["pivots"]).reshape(-1, 2, 2, 3)), rows["x"] + 1j * rows["y"])
+    circle = request.kind == "circle"
+    traced = trace(guides, rows["half"], circle=circle, split=True, centre=rows["centre"], nodes=16)
+    return laid(request, wanted, rows, guides, traced)[0]
+
+
+def laid(
+    request: Request, wanted: Constraints, rows: dict[str, Array], guides: Span, traced: Traced
+) -> tuple[Answers, dict[str, Array]]:
+    """Lay traced guides along the path, measure them there, and return which satisfy each constraint."""
+    circle = request.kind == "circle"
+    there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
+    linkage, point = placed(guides, traced, request.stroke)
+    n = len(point)
+    if circle:  # the arc is to bulge to +y
+        linkage, point = mirrored(linkage, point, request.stroke, np.zeros(n, bool), traced.fit.curvature > 0)
+    reverse, over, inside = _orientation(request, wanted, linkage)
+    linkage, point = mirrored(linkage, point, request.stroke, reverse, over)
+    here = span(linkage, point)
+    now = at_stroke(here, request.stroke, circle=circle, extend=False)
+    m = measure(here, now)
+    with np.errstate(invalid="ignore"):
+        held = np.abs(now.fit.stroke - request.stroke) <= 1e-6 * request.stroke
+        checks = {"stroke": held, "deviation": there & (now.fit.deviation <= request.deviation)}
+        if circle:
+            checks["radius"] = np.abs(1 / np.abs(now.fit.curvature) - request.radius) <= 1e-3 * request.radius
+        for name in ("max_size", "max_link", "max_ground", "max_arm"):
+            bound = getattr(wanted, name)
+            if bound is not None:
+                checks[name] = ~(getattr(m, name.replace("max_size", "size")) > bound)
+        if wanted.min_link is not None:
+            checks["min_link"] = ~(m.min_link < wanted.min_link)
+        checks["min_transmission"] = m.min_transmission >= wanted.min_transmission
+        if wanted.full_rotation:
+            checks["full_rotation"] = m.rotates > 0
+        if wanted.fixed_pivots_in is not None or wanted.pivots_in is not None:
+            checks["pivots inside"] = inside
+    return Answers(rows, linkage, point, now, m), checks
+
+
+def _orientation(request: Request, wanted: Constraints, linkage: Linkage) -> tuple[Array, Array, Array]:
+    """Return how to lay each guide so that its pivots stand inside the regions: reverse, over, and whether they do."""
+    n = len(linkage)
+    reverse, over, inside = np.zeros(n, bool), np.zeros(n, bool), np.zeros(n, bool)
+    for flip in flips(request):
+        laid, _ = mirrored(linkage, np.zeros(n, complex), request.stroke, np.full(n, flip[0]), np.full(n, flip[1]))
+        good = _inside(wanted.fixed_pivots_in, laid, (0,)) & _inside(wanted.pivots_in, laid, (0, 1))
+        new = good & ~inside
+        reverse, over, inside = np.where(new, flip[0], reverse), np.where(new, flip[1], over), inside | good
+    return reverse, over, inside
+
+
+def _inside(region: Region | None, linkage: Linkage, planes: tuple[int, ...]) -> Array:
+    if region is None:
+        return np.ones(len(linkage), bool)
+    z, finite = linkage.points[:, :, planes], linkage.finite[:, :, planes]
+    return np.asarray((region.holds(z) | ~finite).all(axis=(1, 2)))
+
+
+def merged(one: Answers, two: Answers, where: Array) -> Answers:
+    """Return `one` with the entries `where` (a mask) from `two`, which holds just those."""
+
+    def put(values: Array, by: Array) -> Array:
+        out = values.copy()
+        out[where] = by
+        return out
+
+    pivots = put(one.linkage.pivots, two.linkage.pivots)
+    measures = {name: put(value, getattr(two.measures, name)) for name, value in vars(one.measures).items()}
+    traced = one.traced.replaced(where, two.traced)
+    return Answers(one.rows, Linkage._trusted(pivots), put(one.point, two.point), traced, Measures(**measures))
