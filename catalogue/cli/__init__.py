@@ -5,6 +5,10 @@ from __future__ import annotations
 import sys
 
 
+#: Exit code after Ctrl-C.
+INTERRUPTED = 130
+
+
 def main() -> None:
     """Run the command line; every expected error is one line on standard error and a documented exit code."""
     from ..errors import CatalogueError
@@ -14,12 +18,14 @@ def main() -> None:
         from .app import app, run
 
         code = run(app)
+        if code == INTERRUPTED:  # made of Ctrl-C by typer, without a word
+            raise KeyboardInterrupt
     except CatalogueError as error:
         print(f"catalogue: {error}", file=sys.stderr)
         code = error.exit_code
     except KeyboardInterrupt:
         print("catalogue: interrupted; what was finished is kept", file=sys.stderr)
-        code = 130
+        code = INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone
         sys.stderr.close()
         code = 141
