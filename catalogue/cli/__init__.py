@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 
-
 #: Exit code after Ctrl-C.
 INTERRUPTED = 130
 
