@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+import runpy
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import mpmath as mp  # type: ignore[import-untyped]
@@ -27,6 +29,12 @@ def golden() -> list[dict[str, Any]]:
     """
     cases: list[dict[str, Any]] = json.loads(GOLDEN.read_text("utf-8"))
     return cases
+
+
+@pytest.fixture(scope="session")
+def naive() -> SimpleNamespace:
+    """Return the slow and obvious ways of `naive.py`."""
+    return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("naive.py"))))
 
 
 @pytest.fixture(scope="session")

@@ -15,12 +15,14 @@ from typing import Any
 import numpy as np
 
 from ..linkage import Array
-from .minimax import Fit, fit, grid, resolved
+from .minimax import Fit, Grid, fit, grid, resolved
 from .span import Span, span
 
 #: The guided point may move by about this part of the half stroke when its inflections are split.
 LEASH = 20
 ROUNDS = 2
+#: A splitting that leaves more than this part of the error is tried again on a shorter leash: the long step was wrong.
+HELPS, SHORT_LEASH = 0.6, 0.5
 #: A path whose error is below this part of the half stroke is exact but for rounding, and is left as it is.
 STRAIGHT = 1e-11
 #: Part of the half stroke by which the stroke of a guide with three inflections lies off the singular point.
@@ -60,9 +62,8 @@ class Traced:
 
     def replaced(self, where: Array, by: Traced) -> Traced:
         """Return this with the entries `where` (a mask) taken from `by`, which holds just those."""
-        pairs = {f.name: _put(getattr(self.fit, f.name), where, getattr(by.fit, f.name)) for f in fields(Fit)}
         return Traced(
-            Fit(**pairs),
+            _replaced(self.fit, where, by.fit),
             _put(self.shift, where, by.shift),
             _put(self.low, where, by.low),
             _put(self.high, where, by.high),
@@ -112,41 +113,71 @@ def trace(
 def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, split: bool, nodes: int) -> Traced:
     points = grid(nodes, half.dtype)
     u, v = guides.path.window(low, high, points.nodes)
-    shift = np.zeros_like(guides.tangent)
     if split:
         cos, sin = guides.turn.window(low, high, points.nodes)
-        curvature = _bend(u, v) if circle else np.zeros_like(half)
-        for _ in range(ROUNDS):
-            a, b = _split(u, v, cos, sin, half, curvature, points.coefficients)
-            shift = shift + (a + 1j * b)
-            u, v = u + cos * a - sin * b, v + cos * b + sin * a
+        found, shift, plain = _split(u, v, cos, sin, half, circle, points, LEASH)
+        poor = np.isfinite(plain) & ~(found.deviation < HELPS * plain)
+        if poor.any():
+            found, shift = _split_again(found, shift, poor, (u, v, cos, sin), half, circle, points)
         shift = shift * guides.tangent
-    backwards = (np.diff(u, axis=0) <= 0).any(0)
-    v = np.where(backwards, np.nan, v)
-    found = fit(u, v, circle, points)
-    base = guides.point + shift
-    placed = Fit(
-        found.deviation,
-        found.stroke,
-        base + found.start * guides.tangent,
-        found.along * guides.tangent,
-        found.curvature,
-        found.unresolved,
+    else:
+        found, shift = _fit(u, v, circle, points), np.zeros_like(guides.tangent)
+    placed = replace(
+        found,
+        start=guides.point + shift + found.start * guides.tangent,
+        along=found.along * guides.tangent,
     )
     return Traced(placed, shift, low, high)
 
 
-def _split(
-    u: Array, v: Array, cos: Array, sin: Array, half: Array, curvature: Array, to_chebyshev: Array
-) -> tuple[Array, Array]:
-    """Return the shift (a, b) of the guided point, along and across the tangent, that leaves the straightest path, or
-    the one nearest to a circle of the given curvature.
+def _fit(u: Array, v: Array, circle: bool, points: Grid) -> Fit:
+    """Fit the paths that run forward all the way."""
+    return fit(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points)
 
-    Least squares over the Chebyshev coefficients of the distance from the nominal, which may move and turn; the shift is
-    held by a leash so that an ill-determined direction is not followed.
+
+def _split_again(
+    found: Fit, shift: Array, poor: Array, paths: tuple[Array, ...], half: Array, circle: bool, points: Grid
+) -> tuple[Fit, Array]:
+    """Split those that a long step did not make straighter on a short leash, or not at all."""
+    u, v, cos, sin = (p[:, poor] for p in paths)
+    shift = shift.copy()
+    short, step, _ = _split(u, v, cos, sin, half[poor], circle, points, SHORT_LEASH)
+    for other, by in ((short, step), (_fit(u, v, circle, points), np.zeros_like(step))):
+        better = np.zeros_like(poor)
+        better[poor] = ~(found.deviation[poor] <= other.deviation)
+        chosen = better[poor]
+        found = _replaced(found, better, Fit(*(getattr(other, f.name)[chosen] for f in fields(Fit))))
+        shift[better] = by[chosen]
+    return found, shift
+
+
+def _split(
+    u: Array, v: Array, cos: Array, sin: Array, half: Array, circle: bool, points: Grid, leash: float
+) -> tuple[Fit, Array, Array]:
+    """Return the fit of the split paths, the shift along and across the tangent, and about what it was before."""
+    shift = np.zeros(len(half), dtype=(u[:1] + 0j).dtype)
+    curvature = _bend(u, v) if circle else np.zeros_like(half)
+    before = None
+    for _ in range(ROUNDS):
+        step, error = _step(u, v, cos, sin, half, curvature, points.coefficients, leash)
+        before = error if before is None else before
+        shift = shift + step
+        u, v = u + cos * step.real - sin * step.imag, v + cos * step.imag + sin * step.real
+    assert before is not None
+    return _fit(u, v, circle, points), shift, before
+
+
+def _step(
+    u: Array, v: Array, cos: Array, sin: Array, half: Array, curvature: Array, to_chebyshev: Array, leash: float
+) -> tuple[Array, Array]:
+    """Return the shift of the guided point that leaves the straightest path, or the one nearest to a circle of the
+    given curvature; and the size of the error without it.
+
+    Least squares over the Chebyshev coefficients of the distance from the nominal, which may move and turn; the shift
+    is held by a leash so that an ill-determined direction is not followed.
     """
-    along = u[-1] - u[0] + 1j * (v[-1] - v[0])
     with np.errstate(all="ignore"):
+        along = u[-1] - u[0] + 1j * (v[-1] - v[0])
         along = along / np.abs(along)
         middle = len(u) // 2
         u, v = u - u[middle], v - v[middle]
@@ -162,15 +193,14 @@ def _split(
             for group in (basis[i + 1 :], free):
                 group -= (group * e).sum(1)[:, None] * e
             target = target - (target * e).sum(0) * e
-        leash = (target**2).sum(0) / (LEASH * half) ** 2
-        g11, g12, g22 = (free[0] ** 2).sum(0) + leash, (free[0] * free[1]).sum(0), (free[1] ** 2).sum(0) + leash
+        error = np.sqrt((target**2).sum(0))
+        held = (error / (leash * half)) ** 2
+        g11, g12, g22 = (free[0] ** 2).sum(0) + held, (free[0] * free[1]).sum(0), (free[1] ** 2).sum(0) + held
         r1, r2 = -(free[0] * target).sum(0), -(free[1] * target).sum(0)
         det = g11 * g22 - g12 * g12
         a, b = (r1 * g22 - r2 * g12) / det, (r2 * g11 - r1 * g12) / det
         step = (a + 1j * b) * along
-        straight = (target**2).sum(0) <= (STRAIGHT * half) ** 2
-    step = np.where(np.isfinite(step) & ~straight, step, 0)
-    return step.real, step.imag
+        return np.where(np.isfinite(step) & ~(error <= STRAIGHT * half), step, 0), error
 
 
 def _bend(u: Array, v: Array) -> Array:
@@ -186,6 +216,10 @@ def _bend(u: Array, v: Array) -> Array:
 def extended(guides: Span) -> Span:
     """Return the same guides in extended precision (where the platform has it)."""
     return span(guides.linkage, guides.point, np.longdouble)
+
+
+def _replaced(fit: Fit, where: Array, by: Fit) -> Fit:
+    return Fit(**{f.name: _put(getattr(fit, f.name), where, getattr(by, f.name)) for f in fields(Fit)})
 
 
 def _put(values: Array, where: Array, by: Array) -> Array:

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import math
 from typing import Any
 
 import mpmath as mp  # type: ignore[import-untyped]
 import numpy as np
 import pytest
 from numpy.polynomial import chebyshev
-from scipy.optimize import linprog
-from scipy.spatial import ConvexHull
 
 from catalogue.guide.minimax import Fit, fit, grid, resolved
 from catalogue.linkage import Array
@@ -43,58 +40,9 @@ def one(u: Array, v: Array, circle: bool, nodes: int = NODES) -> Fit:
     return fit(u[:, None], v[:, None], circle, grid(nodes, u.dtype))
 
 
-def narrowest_strip(u: Array, v: Array, amplitude: float) -> float:
-    """Return half the width of the narrowest strip that holds the points (u, amplitude v): one side on a hull edge."""
-    hull = ConvexHull(np.stack([u, v], 1))
-    best = math.inf
-    for a, b, _ in hull.equations:  # an edge lies along a u + b v = const; in true proportions b becomes b / amplitude
-        offset = a * u + b * v
-        best = min(best, np.ptp(offset) / math.hypot(a, b / amplitude))
-    return 0.5 * best
-
-
-def narrowest_annulus(x: list[Any], y: list[Any]) -> tuple[float, float]:
-    """Return half the width and the curvature of the narrowest annulus near a circular path, in 40 digits.
-
-    Newton on centre and radius; each step is a linear programme that makes the largest distance least.
-    """
-    with mp.workdps(40):
-        n = len(x)
-        (xa, ya), (xb, yb), (xc, yc) = ((x[i], y[i]) for i in (0, n // 2, n - 1))
-        # centre of the circle through both ends and the middle
-        d = 2 * (xa * (yb - yc) + xb * (yc - ya) + xc * (ya - yb))
-        a2, b2, c2 = xa**2 + ya**2, xb**2 + yb**2, xc**2 + yc**2
-        cx = (a2 * (yb - yc) + b2 * (yc - ya) + c2 * (ya - yb)) / d
-        cy = (a2 * (xc - xb) + b2 * (xa - xc) + c2 * (xb - xa)) / d
-        radius = mp.hypot(xb - cx, yb - cy)
-        for _ in range(4):
-            far = [mp.hypot(p - cx, q - cy) for p, q in zip(x, y, strict=True)]
-            rest = [f - radius for f in far]
-            scale = max(abs(r) for r in rest)
-            g = np.array([float(r / scale) for r in rest])
-            columns = np.array(
-                [[float((p - cx) / f), float((q - cy) / f), 1.0] for p, q, f in zip(x, y, far, strict=True)]
-            )
-            basis, upper = np.linalg.qr(columns)  # the columns are nearly dependent for a short arc
-            basis *= math.sqrt(n)
-            bound = np.ones((n, 1))
-            step = linprog(
-                [0, 0, 0, 1],
-                A_ub=np.block([[-basis, -bound], [basis, -bound]]),
-                b_ub=np.concatenate([-g, g]),
-                bounds=[(None, None)] * 4,
-                method="highs",
-            ).x[:3]
-            # rest - basis step = 0 in the mean: columns move = basis step
-            move = mp.lu_solve(mp.matrix(upper.tolist()), mp.matrix((step * math.sqrt(n)).tolist())) * scale
-            cx, cy, radius = cx + move[0], cy + move[1], radius + move[2]
-        far = [mp.hypot(p - cx, q - cy) for p, q in zip(x, y, strict=True)]
-        return float((max(far) - min(far)) / 2), float(1 / radius)
-
-
 @pytest.mark.parametrize("exponent", [-2, -4, -6, -8, -10, -11, -12, -13])
 @pytest.mark.parametrize("count", range(2, 9))
-def test_strip_is_the_narrowest(count: int, exponent: int) -> None:
+def test_strip_is_the_narrowest(naive: Any, count: int, exponent: int) -> None:
     kind = np.longdouble if exponent < -10 else np.float64
     amplitude = 10.0**exponent
     for seed in range(4):
@@ -102,14 +50,14 @@ def test_strip_is_the_narrowest(count: int, exponent: int) -> None:
         t = grid(NODES, np.dtype(kind)).nodes
         u, v = run(seed, t), kind(amplitude) * chebyshev.chebval(t, c.astype(kind))
         found = one(*placed(u, v, 0.3 * seed, complex(0.1 * seed, -0.2)), circle=False)
-        expected = narrowest_strip(run(seed, DENSE), chebyshev.chebval(DENSE, c), amplitude)
+        expected = naive.narrowest_strip(run(seed, DENSE), chebyshev.chebval(DENSE, c), amplitude)
         assert float(found.deviation[0]) == pytest.approx(expected, rel=1e-3)
         assert float(found.stroke[0]) == pytest.approx(np.ptp(run(seed, DENSE)), rel=amplitude)
 
 
 @pytest.mark.parametrize("angle", [1e-3, 0.03, 0.3, 1.0, 2.0, 2.9])
 @pytest.mark.parametrize(("count", "exponent"), [(3, -3), (4, -5), (5, -8), (6, -9), (8, -10), (3, -12), (6, -13)])
-def test_annulus_is_the_narrowest(count: int, exponent: int, angle: float) -> None:
+def test_annulus_is_the_narrowest(naive: Any, count: int, exponent: int, angle: float) -> None:
     """The path lies on an arc of that central angle and unit chord, displaced along the normal."""
     kind = np.longdouble
     amplitude, seed = 10.0**exponent, count
@@ -128,7 +76,7 @@ def test_annulus_is_the_narrowest(count: int, exponent: int, angle: float) -> No
             arc(mp.mpf(float(s)), mp.sin, mp.cos, 1 / (2 * mp.sin(mp.mpf(angle) / 2)), amplitude * mp.mpf(float(w)))
             for s, w in zip(DENSE[::4], chebyshev.chebval(DENSE[::4], c), strict=True)
         ]
-    expected, curvature = narrowest_annulus([p for p, _ in exact], [q for _, q in exact])
+    expected, curvature = naive.narrowest_annulus([mp.mpc(*p) for p in exact])
     assert float(found.deviation[0]) == pytest.approx(expected, rel=1e-3)
     assert float(found.curvature[0]) == pytest.approx(-curvature, rel=1e-3, abs=30 * amplitude)
 

@@ -1,0 +1,251 @@
+"""The slow and obvious ways: loops closed by circles and lines, narrowest strip and annulus by search.
+
+They share no formula with the catalogue.  Closures work on numpy arrays (of `longdouble`) and on single numbers of
+mpmath alike.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import mpmath as mp  # type: ignore[import-untyped]
+import numpy as np
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull
+
+Array = Any
+#: exp(i angle) and square root.
+FAST = (lambda a: np.exp(1j * a), np.sqrt)
+EXACT = (mp.expj, mp.sqrt)
+
+
+# -- closing the loop -----------------------------------------------------------------------------------------------
+def dot(a: Any, b: Any) -> Any:
+    return (a.conjugate() * b).real
+
+
+def circle_circle(c: Any, r: Any, c2: Any, r2: Any, side: int, root: Any) -> Any:
+    """Return a common point of two circles."""
+    apart = c2 - c
+    square = dot(apart, apart)
+    along = (square + r * r - r2 * r2) / (2 * square)
+    return c + apart * (along + 1j * side * root(r * r / square - along * along))
+
+
+def circle_line(c: Any, r: Any, normal: Any, offset: Any, side: int, root: Any) -> Any:
+    """Return a common point of a circle and the line of all z with normal . z = offset; |normal| = 1."""
+    away = offset - dot(normal, c)
+    return c + normal * (away + 1j * side * root(r * r - away * away))
+
+
+class Loop:
+    """One linkage, closed for a given angle of a crank or the coupler, or a given way of a slider.
+
+    Parameters
+    ----------
+    pivots : (2, 2, 3) numbers
+    point : complex
+        Guided point.
+    exact : bool
+        50 digits instead of extended precision.
+    """
+
+    def __init__(self, pivots: Any, point: complex, exact: bool = False) -> None:
+        self.expj, self.root = EXACT if exact else FAST
+        number: Any = (
+            (lambda x, y: mp.mpc(float(x), float(y))) if exact else (lambda x, y: np.clongdouble(complex(x, y)))
+        )
+        dyads = [[(number(x, y), w != 0) for x, y, w in pair] for pair in pivots]
+        kinds = ["RR" if f[1] and m[1] else "PR" if m[1] else "RP" for f, m in dyads]
+        if (kinds[0] != "RR" and kinds[1] == "RR") or kinds == ["RP", "PR"]:
+            dyads, kinds = dyads[::-1], kinds[::-1]
+        self.kind = ".".join(kinds)
+        (self.a, _), (self.a_star, _) = dyads[0]
+        (self.b, _), (self.b_star, _) = dyads[1]
+        if kinds[0] == "PR":
+            self.a = self.a / abs(self.a)
+        if kinds[1] == "PR":
+            self.b = self.b / abs(self.b)
+        if kinds[1] == "RP":
+            self.b_star = self.b_star / abs(self.b_star)
+        self.point = number(point.real, point.imag)
+
+    @property
+    def drives(self) -> list[str]:
+        """Ways to drive it."""
+        return {
+            "RR.RR": ["coupler", "crank", "other crank"],
+            "RR.PR": ["coupler", "crank", "slider"],
+            "RR.RP": ["coupler", "crank"],
+            "PR.PR": ["coupler"],
+        }[self.kind]
+
+    def close(self, drive: str, t: Any) -> Any:
+        """Return the guided point at a parameter (an angle, or a way) that is 0 in the reference position."""
+        zero = 0 * t[:1] if isinstance(t, np.ndarray) else 0 * t
+        side = min((1, -1), key=lambda s: self._off(self._pose(drive, zero, s)))
+        first, turn = self._pose(drive, t, side)
+        return first + turn * (self.point - self.a_star)
+
+    def _off(self, pose: tuple[Any, Any]) -> float:
+        """Return how far a pose is from the reference position."""
+        first, turn = pose
+        gap = abs(first - self.a_star) + abs(turn - 1) * abs(self.point - self.a_star)
+        return float(gap if isinstance(gap, mp.mpf) else np.nan_to_num(np.atleast_1d(gap)[0], nan=1e300))
+
+    def _pose(self, drive: str, t: Any, side: int) -> tuple[Any, Any]:
+        """Return the position of moving pivot 1 and the turn of the coupler."""
+        a, b, a_star, b_star = self.a, self.b, self.a_star, self.b_star
+        turn = self.expj(t)
+        bar = b_star - a_star
+        if self.kind == "PR.PR":
+            # moving pivots on their lines: two linear equations for pivot 1
+            p, q = dot(a, a_star), dot(b, b_star) - dot(b, turn * bar)
+            area = (a.conjugate() * b).imag
+            return 1j * (b * p - a * q) / area, turn
+        r = abs(a_star - a)
+        if drive == "coupler":
+            if self.kind == "RR.RR":
+                return circle_circle(a, r, b - turn * bar, abs(b_star - b), side, self.root), turn
+            if self.kind == "RR.PR":
+                return circle_line(a, r, b, dot(b, b_star) - dot(b, turn * bar), side, self.root), turn
+            normal = turn * b_star
+            return circle_line(a, r, normal, dot(normal, b) - dot(b_star, b - a_star), side, self.root), turn
+        if drive == "crank":
+            first = a + turn * (a_star - a)
+            if self.kind == "RR.RR":
+                second = circle_circle(first, abs(bar), b, abs(b_star - b), side, self.root)
+            elif self.kind == "RR.PR":
+                second = circle_line(first, abs(bar), b, dot(b, b_star), side, self.root)
+            else:  # the normal of the slide, of which b keeps its distance from moving pivot 1
+                away = b - first
+                share = dot(b_star, b - a_star) / abs(away)
+                normal = away / abs(away) * (share + 1j * side * self.root(1 - share * share))
+                return first, normal / b_star
+            return first, (second - first) / bar
+        second = b + turn * (b_star - b) if drive == "other crank" else b_star + 1j * b * t
+        first = circle_circle(second, abs(bar), a, r, side, self.root)
+        return first, (second - first) / bar
+
+    def over(self, stroke: float, points: int) -> Array | None:
+        """Return points of the path from x = 0 to x = stroke, or None if no drive leads through all of it.
+
+        The reference position must lie in between.
+        """
+        for drive in self.drives:
+            ends = [self._end(drive, x) for x in (0.0, stroke)]
+            if all(e is not None for e in ends):
+                share = 0.5 - 0.5 * np.cos(np.pi * np.arange(points, dtype=np.longdouble) / (points - 1))
+                low, high = ends
+                return self.close(drive, low + (high - low) * share)
+        return None
+
+    def _end(self, drive: str, x: float) -> Any:
+        """Return the first parameter, to either side of the reference position, at which the path is at x."""
+        scale = abs(self.b_star - self.a_star) if drive == "slider" else 1.0
+        steps = scale * np.linspace(0, 3, 3001, dtype=np.longdouble)
+        for sign in (1, -1):
+            with np.errstate(all="ignore"):
+                way = (self.close(drive, sign * steps).real - x) * math.copysign(1, x - float(self.point.real))
+            beyond = np.flatnonzero(~(way < 0))  # reached, or the loop is open
+            if not beyond.size or not way[beyond[0]] >= 0:
+                continue
+            if not (np.diff(way[: beyond[0] + 1]) > 0).all():
+                continue  # turned back
+            low, high = steps[max(beyond[0] - 1, 0)], steps[beyond[0]]
+            for _ in range(70):
+                middle = (low + high) / 2
+                ahead = (self.close(drive, np.array([sign * middle])).real[0] - x) * math.copysign(
+                    1, x - float(self.point.real)
+                )
+                low, high = (middle, high) if ahead < 0 else (low, middle)
+            return sign * low
+        return None
+
+
+# -- the narrowest strip and annulus ----------------------------------------------------------------------------------
+def narrowest_strip(u: Array, v: Array, amplitude: float = 1.0) -> float:
+    """Return half the width of the narrowest strip that holds the points (u, amplitude v): one side on a hull edge."""
+    hull = ConvexHull(np.stack([u, v], 1))
+    best = math.inf
+    for a, b, _ in hull.equations:  # an edge lies along a u + b v = const; in true proportions b becomes b / amplitude
+        offset = a * u + b * v
+        best = min(best, np.ptp(offset) / math.hypot(a, b / amplitude))
+    return 0.5 * best
+
+
+def strip_of(path: Array) -> float:
+    """Return half the width of the narrowest strip that holds a path of complex numbers, of any precision."""
+    path = np.asarray(path)
+    chord = (path[-1] - path[0]) / abs(path[-1] - path[0])
+    w = (path - path[0]) * chord.conjugate()
+    u, v = (np.array([p.real for p in w]), np.array([p.imag for p in w]))
+    scale = max(abs(v)) or 1
+    return narrowest_strip(u.astype(float), (v / scale).astype(float), float(scale))
+
+
+def narrowest_annulus(path: Any) -> tuple[float, float]:
+    """Return half the width and the curvature of the narrowest annulus near a circular path, in 40 digits.
+
+    Newton on centre and radius; each step is a linear programme that makes the largest distance least.
+    """
+    with mp.workdps(40):
+        z = [mp.mpc(mpf(p.real), mpf(p.imag)) for p in path]
+        n = len(z)
+        first, middle, last = z[0], z[n // 2], z[-1]
+        # centre of the circle through both ends and the middle
+        p, q = middle - first, last - first
+        centre = first + 1j * (abs(p) ** 2 * q - abs(q) ** 2 * p) / (2 * (p * mp.conj(q)).imag)
+        radius = abs(middle - centre)
+        for _ in range(4):
+            far = [abs(p - centre) for p in z]
+            rest = [f - radius for f in far]
+            scale = max(abs(r) for r in rest)
+            g = np.array([float(r / scale) for r in rest])
+            rays = [(p - centre) / f for p, f in zip(z, far, strict=True)]
+            columns = np.array([[float(r.real), float(r.imag), 1.0] for r in rays])
+            basis, upper = np.linalg.qr(columns)  # the columns are nearly dependent for a short arc
+            basis *= math.sqrt(n)
+            bound = np.ones((n, 1))
+            step = linprog(
+                [0, 0, 0, 1],
+                A_ub=np.block([[-basis, -bound], [basis, -bound]]),
+                b_ub=np.concatenate([-g, g]),
+                bounds=[(None, None)] * 4,
+                method="highs",
+            ).x[:3]
+            move = mp.lu_solve(mp.matrix(upper.tolist()), mp.matrix((step * math.sqrt(n)).tolist())) * scale
+            centre, radius = centre + mp.mpc(move[0], move[1]), radius + move[2]
+        far = [abs(p - centre) for p in z]
+        return float((max(far) - min(far)) / 2), float(1 / radius)
+
+
+def mpf(value: Any) -> Any:
+    """Return a number of any precision as one of mpmath, without loss."""
+    if isinstance(value, mp.mpf):
+        return value
+    high = float(value)
+    return mp.mpf(high) + mp.mpf(float(value - type(value)(high)))
+
+
+def narrowest(path: Any, circle: bool) -> float:
+    """Return half the width of the narrowest annulus or strip that holds a path."""
+    return narrowest_annulus(path)[0] if circle else strip_of(path)
+
+
+# -- measures ---------------------------------------------------------------------------------------------------------
+def inside(polygon: Any, x: float, y: float) -> bool:
+    """Return whether a point lies in a polygon: the angles under which it sees the sides add up to a full turn."""
+    corners = [complex(a - x, b - y) for a, b in polygon]
+    turned = sum(math.atan2((p.conjugate() * q).imag, (p.conjugate() * q).real) for p, q in around(corners))
+    return abs(turned) > 3
+
+
+def around(items: list[Any]) -> Iterator[tuple[Any, Any]]:
+    return zip(items, items[1:] + items[:1], strict=True)
+
+
+def diameter(points: list[complex]) -> float:
+    return max(abs(p - q) for p in points for q in points)
