@@ -18,12 +18,15 @@ and the root that is continuous with it is kept.  A chart ends where circle and 
 hi - E for one more linear form E: the turning points of the parameter (coupler: the cranks are parallel or the
 linkage is at a dead point; crank: a dead point of that crank).
 
+At a change point, where all pivots lie on one line and two branches cross, K and the discriminant vanish like t and
+t^2.  Both are divided out in the coupler chart, and the branch with the wanted pole is kept on both sides.
+
 Arrays of positions have shape (m, n): positions first, so that every numpy pass runs along the linkages.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -35,6 +38,8 @@ COUPLER, CRANK_1, CRANK_2 = 0, 1, 2
 CHARTS = (COUPLER, CRANK_1, CRANK_2)
 #: Positions evaluated at once: the temporaries of one block stay in the second-level cache.
 BLOCK = 32768
+#: A linkage with |K| below this part of its scale in all charts is at a change point.
+CHANGE = 1e-9
 #: Rows of `Motion.forms`, each a polynomial c0 + c1 t + c2 t^2: the line's offset H/t, the circle's constant g/t,
 #: N = |B|^2, K = Im(conj(B) b), 2J = 2 Re(conj(b) B), then B itself.  Their common denominator is 1 + t^2.
 H, G, N, K, J2, B_X, B_Y = range(7)
@@ -57,6 +62,8 @@ class Motion:
         The coefficient a of the circle, 0 if it is a line.
     origin, lever : complex ndarray, shape (n,)
         Origin o of the pose; crank vector of the crank charts, 0 in the coupler chart.
+    branch : ndarray, shape (n,)
+        0; at a change point the sign of the root that is taken for t > 0.
     """
 
     linkage: Linkage
@@ -67,6 +74,7 @@ class Motion:
     circle: Array
     origin: Array
     lever: Array
+    branch: Array
 
     def __getitem__(self, index: Any) -> Motion:
         return Motion(
@@ -78,6 +86,7 @@ class Motion:
             self.circle[index],
             self.origin[index],
             self.lever[index],
+            self.branch[index],
         )
 
     def point(self, z: Array, along: Array | None = None) -> Path:
@@ -105,14 +114,20 @@ class Motion:
         """Return  linear xi + factor y  as a path."""
         turned = factor * (self.forms[B_X] + 1j * self.forms[B_Y])
         extra = np.stack([2j * linear, -2 * linear, 0 * linear])
-        return Path(np.concatenate([self.forms[:B_X], [turned.real, turned.imag, extra.real, extra.imag]]), self.circle)
+        rows = np.concatenate([self.forms[:B_X], [turned.real, turned.imag, extra.real, extra.imag]])
+        if self.branch.any():
+            rows = np.concatenate([rows, _divided(self.forms)[None]])
+        return Path(rows, self.circle, self.branch)
 
     @cached_property
     def velocity(self) -> tuple[Array, Array]:
         """(dd/dt, dx/dt) in the reference position, complex, shape (n,) each."""
         h, g, n, k, j2, b_x, b_y = self.forms[:, 0]
         with np.errstate(all="ignore"):
-            y = ((g * n - h * j2) / (2 * k) * (b_y - 1j * b_x) - h * (b_x + 1j * b_y)) / n
+            q = (g * n - h * j2) / (2 * k)
+            if self.branch.any():
+                q = np.where(self.branch == 0, q, _crossing(self.forms, self.circle, self.branch))
+            y = (q * (b_y - 1j * b_x) - h * (b_x + 1j * b_y)) / n
         crank = self.chart != COUPLER
         return np.where(crank, 2j * self.lever, y), np.where(crank, y, 2j)
 
@@ -129,8 +144,9 @@ class Path:
     NaN beyond a turning point of the chart.
     """
 
-    forms: Array  # (9, 3, n)
+    forms: Array  # (9, 3, n), at change points (10, 3, n)
     circle: Array
+    branch: Array
 
     def __call__(self, t: Array) -> tuple[Array, Array]:
         """Return the displacement (u, v), each (m, n), at the parameters t (m, n)."""
@@ -155,8 +171,8 @@ class Path:
         return self._solve(powers @ shifted, middle + half * nodes[:, None])
 
     def _solve(self, forms: Array, t: Array) -> tuple[Array, Array]:
-        """Intersect circle and line; forms (9, m, n), t (m, n).  `forms` is overwritten."""
-        h, g, n, k, j2, b_x, b_y, l_x, l_y = forms
+        """Intersect circle and line; forms (9 or 10, m, n), t (m, n).  `forms` is overwritten."""
+        h, g, n, k, j2, b_x, b_y, l_x, l_y = forms[:9]
         mixed = (self.circle * t * h - j2) * h
         g *= n
         mixed += g
@@ -166,6 +182,8 @@ class Path:
             # where K has changed its sign the other form of the same root; a pair of lines has none there
             if np.fmin.reduce(k, axis=None, initial=np.inf) <= 0:
                 q = np.where(k <= 0, np.where(self.circle > 0, (k - root) / t, np.nan), q)
+            if len(forms) > 9:
+                q = np.where(self.branch == 0, q, _root(h, k, forms[9], self.circle, self.branch))
             n = 1 / n
             scale = t / (1 + t * t)
             q *= n
@@ -183,10 +201,16 @@ class Path:
         return u, l_y
 
     def __getitem__(self, index: Any) -> Path:
-        return replace(self, forms=self.forms[..., index], circle=self.circle[index])
+        return Path(self.forms[..., index], self.circle[index], self.branch[index])
 
 
-def motion(linkage: Linkage, chart: Array | int, origin: Array | None = None, dtype: Any = float) -> Motion:
+def motion(
+    linkage: Linkage,
+    chart: Array | int,
+    origin: Array | None = None,
+    dtype: Any = float,
+    pole: Array | None = None,
+) -> Motion:
     """Return the motion of `linkage` in the given charts.
 
     Parameters
@@ -198,6 +222,8 @@ def motion(linkage: Linkage, chart: Array | int, origin: Array | None = None, dt
         Origin of the coupler chart.  Digits are kept best when it is the guided point.
     dtype : float or numpy.longdouble
         Working precision.  Where the platform has no extended precision longdouble is double.
+    pole : complex ndarray, shape (n,), optional
+        Pole in the reference position: chooses the branch of linkages at a change point.
     """
     chart = np.broadcast_to(np.asarray(chart), len(linkage))
     pivots = linkage.pivots.astype(dtype)
@@ -220,7 +246,60 @@ def motion(linkage: Linkage, chart: Array | int, origin: Array | None = None, dt
     side = np.where(forms[K, 0] < 0, -1, 1)  # the line's two ends exchanged: then the root wanted is always the first
     forms = np.where(np.isin(np.arange(7), (G, N))[:, None, None], forms, side * forms)
     lever = np.where(crank, z[:, 0, 1] - z[:, 0, 0], 0)
-    return Motion(linkage, chart, conditioning, interval, forms, circle, origin, lever)
+    branch = np.zeros(len(linkage), dtype=pivots.dtype)
+    change = ~crank & (conditioning < CHANGE)
+    if pole is not None and change.any():
+        forms, branch = _at_change(forms, circle, origin, np.asarray(pole), change)
+        conditioning = np.where(branch != 0, 1.0, conditioning)
+        for level in (low, high):  # the limit is touched here, without being crossed
+            touched = change & (np.abs(limit[0] - level) <= 1e-6 * np.abs(limit).max(0))
+            limit[:, touched] = np.stack([level, limit[1], np.zeros_like(level)])[:, touched]
+        interval = np.where(change, np.stack([_nearest(limit, low, high, side) for side in (-1, 1)]), interval)
+    return Motion(linkage, chart, conditioning, interval, forms, circle, origin, lever, branch)
+
+
+def _at_change(forms: Array, circle: Array, origin: Array, pole: Array, change: Array) -> tuple[Array, Array]:
+    """Divide K by t where the linkage is at a change point, and return the sign of the root with the wanted pole."""
+    k = forms[K]
+    forms = forms.copy()
+    forms[K] = np.where(change, np.stack([k[1], k[2], np.zeros_like(k[0])]), k)
+    h, _, n, _, _, b_x, b_y = forms[:, 0]
+    best = np.full(len(pole), np.inf)
+    branch = np.zeros(len(pole), dtype=forms.dtype)
+    with np.errstate(all="ignore"):
+        for sign in (1.0, -1.0):
+            q = _crossing(forms, circle, np.full(len(pole), sign, dtype=forms.dtype))
+            y = (q * (b_y - 1j * b_x) - h * (b_x + 1j * b_y)) / n
+            off = np.abs(origin + 0.5j * y - pole)  # the pole is where y + 2 i (z - o) vanishes
+            nearer = change & (off < best)
+            best, branch = np.where(nearer, off, best), np.where(nearer, sign, branch)
+    return forms, branch
+
+
+def _divided(forms: Array) -> Array:
+    """Coefficients of  (g N - 2 J h)/t  at a change point, where it has no constant term, shape (3, n)."""
+    h, g, n, j2 = forms[H], forms[G], forms[N], forms[J2]
+    return np.stack(
+        [
+            g[0] * n[1] + g[1] * n[0] - j2[0] * h[1] - j2[1] * h[0],
+            g[0] * n[2] + g[1] * n[1] - j2[1] * h[1] - j2[2] * h[0],
+            g[1] * n[2] - j2[2] * h[1],
+        ]
+    )
+
+
+def _crossing(forms: Array, circle: Array, branch: Array) -> Array:
+    """Return q at t = 0 of linkages at a change point, shape (n,)."""
+    return _root(forms[H, 0], forms[K, 0], _divided(forms)[0], circle, branch)
+
+
+def _root(h: Array, k: Array, divided: Array, circle: Array, branch: Array) -> Array:
+    """Return q of linkages at a change point, all divided by t as far as it goes."""
+    mixed = circle * h * h + divided
+    with np.errstate(all="ignore"):
+        root = branch * np.sqrt(np.where(circle > 0, k * k - mixed, k * k))
+        other = np.where(circle > 0, k - root, np.nan)
+        return np.asarray(np.where(k * branch < 0, other, mixed / (k + root)))
 
 
 def _coupler_chart(z: Array, w: Array) -> tuple[Array, ...]:

@@ -64,11 +64,11 @@ def block(series: Series, key: str, seed: int, number: int, plugin: str, version
 
 
 def _mechanisms(series: Series, key: str, drawn: Drawn, used: Array) -> Columns:
-    instant = Instant(drawn.linkage[used])
+    instant = Instant(drawn.linkage[used], np.zeros(len(used), complex))
     at = instant.curvature
     finite = np.isfinite(at.rho0)
     names = list(drawn.free)
-    rows = zip(*(drawn.free[name][used].tolist() for name in names), strict=True)
+    rows = zip(*(drawn.free[name][used].tolist() for name in names), strict=True) if names else [()] * len(used)
     return {
         "family": instant.linkage.family,
         "configuration": instant.configuration,

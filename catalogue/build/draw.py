@@ -35,10 +35,12 @@ def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
     from scipy.stats.qmc import Sobol
 
     mixed = np.random.default_rng([seed, crc32(f"{series.code} {member.key}".encode())])
-    sequence = Sobol(len(member.parameters), scramble=True, rng=mixed)
-    if number:
-        sequence.fast_forward(number * BLOCK)
-    shares = sequence.random(BLOCK)
+    shares = np.zeros((BLOCK, 0))
+    if member.parameters:
+        sequence = Sobol(len(member.parameters), scramble=True, rng=mixed)
+        if number:
+            sequence.fast_forward(number * BLOCK)
+        shares = sequence.random(BLOCK)
     free = {p.name: p.spread(shares[:, i]) for i, p in enumerate(member.parameters)}
     complete = member.complete(free)
     linkage, valid = Linkage.valid(member.synthesise(free))

@@ -84,7 +84,8 @@ class _Source:
 
     @property
     def full(self) -> bool:
-        return self.broken or self.guides >= self.target or self.barren >= BARREN
+        single = not self.member.parameters and self.next > 0  # one design, which the first block holds
+        return self.broken or self.guides >= self.target or self.barren >= BARREN or single
 
     def want(self) -> int | None:
         """Return the number of a block that will surely, or very likely, be needed."""

@@ -19,6 +19,25 @@ from .analysis import DEAD_POINT, REGULAR, Curvature, curvature
 from .regular import VANISHING
 
 
+def on_branch(linkage: Linkage, pole: Array) -> Curvature:
+    """Return the instants of linkages, at dead points that of the branch whose pole is nearest to the given one.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    pole : complex ndarray, shape (n,)
+    """
+    found = curvature(linkage)
+    dead = np.flatnonzero(found.state == DEAD_POINT)
+    if dead.size:
+        both = dead_points(linkage[dead])
+        off = np.abs(both.pole[:, 0] + 1j * both.pole[:, 1] - np.repeat(pole[dead], 2)).reshape(-1, 2)
+        chosen = 2 * np.arange(dead.size) + np.argmin(np.where(np.isnan(off), np.inf, off), axis=1)
+        for f in fields(Curvature):
+            getattr(found, f.name)[dead] = getattr(both, f.name)[chosen]
+    return found
+
+
 def dead_points(linkage: Linkage) -> Curvature:
     """Return the instants of both branches of linkages at a dead point.
 

@@ -7,14 +7,23 @@ from functools import cached_property
 
 from ..linkage import Array, Linkage
 from .analysis import Curvature, curvature
+from .dead import on_branch
 from .regions import configuration
 
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """Linkages in their reference position: what a series is given to classify."""
+    """Linkages in their reference position: what a series is given to classify.
+
+    Attributes
+    ----------
+    linkage : Linkage of n
+    pole : complex ndarray, shape (n,), optional
+        Chooses the branch of linkages at a dead point, which without it have no curvature.
+    """
 
     linkage: Linkage
+    pole: Array | None = None
 
     def __len__(self) -> int:
         return len(self.linkage)
@@ -22,7 +31,7 @@ class Instant:
     @cached_property
     def curvature(self) -> Curvature:
         """Pole, axes, cubics of stationary curvature, principal pairs."""
-        return curvature(self.linkage)
+        return curvature(self.linkage) if self.pole is None else on_branch(self.linkage, self.pole)
 
     @cached_property
     def configuration(self) -> Array:
@@ -32,4 +41,4 @@ class Instant:
     @cached_property
     def inverted(self) -> Instant:
         """The instant of the inverse motion: fixed and moving plane exchanged."""
-        return Instant(self.linkage.inverted())
+        return Instant(self.linkage.inverted(), self.pole)

@@ -3,8 +3,9 @@
 A guided pair is a dyad that the linkage does not have: its *gap*, how far the motion violates its constraint, vanishes
 to the order of contact.  The loop is closed by Newton's method on the gaps of the two dyads that the linkage has; the
 position is parametrised by its distance s along the tangent of the motion in (d, angle), which is regular wherever the
-linkage is not at a dead point.  The Taylor coefficients of a gap then come from positions a hair apart: the first that
-does not vanish is that of s^(order + 1).  Slots (moving pivot at infinity) have the gap of the inverse motion.
+linkage is not at a change point; there the branch that turns about the origin is taken, the pole of a canonical
+frame.  The Taylor coefficients of a gap then come from positions a hair apart: the first that does not vanish is that
+of s^(order + 1).  Slots (moving pivot at infinity) have the gap of the inverse motion.
 """
 
 from __future__ import annotations
@@ -63,16 +64,17 @@ def pose(dyads: list[Dyad], s: Any, start: Any = None) -> Any:
     first, second = (dyad.gap([mp.mpf(0)] * 3)[1] for dyad in dyads)
     tangent = [first[i - 2] * second[i - 1] - first[i - 1] * second[i - 2] for i in range(3)]
     speed = mp.sqrt(sum(c * c for c in tangent))
-    if speed < mp.mpf(10) ** -12:
-        raise ArithmeticError("the linkage is at a dead point: its motion has no single tangent")
-    tangent = [c / speed for c in tangent]
+    change = speed < mp.mpf(10) ** -12
+    tangent = [mp.mpf(0), mp.mpf(0), mp.mpf(1)] if change else [c / speed for c in tangent]
+    if change and not s:
+        return [mp.mpf(0)] * 3
     now = start or [s * c for c in tangent]
     for _ in range(40):
         gaps = [dyad.gap(now) for dyad in dyads]
         along = sum(t * c for t, c in zip(tangent, now, strict=True)) - s
         step = mp.lu_solve(mp.matrix([g[1] for g in gaps] + [tangent]), mp.matrix([g[0] for g in gaps] + [along]))
         now = [c - step[i] for i, c in enumerate(now)]
-        if mp.norm(step) < mp.mpf(10) ** (5 - DIGITS):
+        if mp.norm(step) < mp.mpf(10) ** (15 - DIGITS):
             return now
     raise ArithmeticError("the loop does not close")
 

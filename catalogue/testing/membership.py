@@ -43,7 +43,7 @@ class MembershipContract(Contract):
 
     def test_frame_is_canonical(self, member: Member) -> None:
         for sample in self.samples(member):
-            at = Instant(sample.linkage).curvature
+            at = Instant(sample.linkage, np.zeros(len(sample.linkage), complex)).curvature
             regular, parallel = at.state == REGULAR, at.state == PARALLEL
             turned = np.abs(np.abs(at.axes[:, 0, 0]) - 1)
             faults = {
