@@ -1,0 +1,51 @@
+"""Guides to measure: stored series' members, with what they guide."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import cache
+
+import numpy as np
+import pytest
+
+from catalogue.guide.reach import Ladder, scan
+from catalogue.guide.span import Span, span
+from catalogue.linkage import Linkage
+from catalogue.plugins import Registry
+
+
+@pytest.fixture(scope="session")
+def drawn() -> Callable[..., tuple[Span, np.ndarray]]:
+    """Return a maker of guides of all series: those with a straight line, or a circle, and their order of contact."""
+
+    @cache
+    def make(circle: bool) -> tuple[Span, np.ndarray]:
+        from catalogue.build.block import _points
+        from catalogue.build.draw import draw
+
+        linkages, points, orders = [], [], []
+        for series in Registry().series.values():
+            for member in series.members:
+                these = draw(series, member, seed=9, number=0)
+                found = _points(series, these, circle)
+                some = np.arange(len(found["mechanism"]))[::53]
+                linkages.append(these.linkage.pivots[found["mechanism"][some].astype(int)])
+                points.append((found["x"] + 1j * found["y"])[some])
+                orders.append(found["contact_order"][some])
+        guides = span(Linkage(np.concatenate(linkages)), np.concatenate(points))
+        usable = guides.extent.min(0) > 0.01
+        return guides[usable], np.concatenate(orders)[usable]
+
+    return make
+
+
+@pytest.fixture(scope="session")
+def scanned(drawn: Callable[..., tuple[Span, np.ndarray]]) -> Callable[[bool], Ladder]:
+    """Return the ladders of the guides that `drawn` makes."""
+
+    @cache
+    def make(circle: bool) -> Ladder:
+        guides, order = drawn(circle)
+        return scan(guides, circle=circle, three=(order == 4) & (not circle))
+
+    return make
