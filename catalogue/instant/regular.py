@@ -20,7 +20,7 @@ import numpy as np
 
 from ..linkage import PR, RP, Array, Linkage
 
-#: A pivot nearer to the pole than this times its coordinates stands at the pole: rounding cannot tell them apart.
+#: A pivot nearer to the pole than this, times what the pole's rounding grows from, stands at the pole.
 AT_POLE = 4 * np.finfo(float).eps
 #: Rounding allowance of the discriminant of the principal pairs.
 CLAMP = 100 * np.finfo(float).eps
@@ -46,15 +46,26 @@ def pole_of(linkage: Linkage) -> tuple[Array, Array]:
 def distances(linkage: Linkage, pole: Array) -> tuple[Array, Array, Array]:
     """Return r, r* (n, 2) along the rays, infinite for a pivot at infinity and 0 at the pole, and g = r*/(r - r*)."""
     e, kind = linkage.rays[:, :, None], linkage.dyads
-    r = (e.conj() * (linkage.points - pole[:, None, None])).real
-    r = np.where(np.abs(r) <= AT_POLE * np.abs(linkage.points), 0.0, r)
-    length = (e.conj() * (linkage.points[..., :1] - linkage.points[..., 1:])).real[..., 0]
+    z = linkage.points
+    length = (e.conj() * (z[..., :1] - z[..., 1:])).real[..., 0]
+    r = (e.conj() * (z - pole[:, None, None])).real
+    r = np.where(np.abs(r) <= AT_POLE * np.maximum(np.abs(z), _lever(linkage, length)[:, None, None]), 0.0, r)
     with np.errstate(all="ignore"):
         g = np.where(kind == PR, 0.0, np.where(kind == RP, -1.0, r[..., 1] / length))
         # a pivot exactly at the pole: keep r - r* = length
         g = np.where((kind != PR) & (kind != RP) & (r[..., 0] == 0), -1.0, g)
     r = np.where(linkage.finite, r, np.inf)
     return r[..., 0], r[..., 1], g
+
+
+def _lever(linkage: Linkage, length: Array) -> Array:
+    """Return by how much the rounding of the pivots grows in the pole, shape (n,) [length]: the distance of the pivots
+    from which the rays are drawn, times what short cranks add to the error of their directions."""
+    z, e, finite = linkage.points, linkage.rays, linkage.finite
+    apart = np.where(finite[:, 0, :, None] & finite[:, 1, None], np.abs(z[:, 0, :, None] - z[:, 1, None]), np.inf)
+    with np.errstate(all="ignore"):
+        short = np.where(finite.all(-1), np.abs(z).max(-1) / np.abs(length), 1.0).max(-1)
+        return np.asarray(apart.min((1, 2)) * np.maximum(short, 1.0) / np.abs((e[:, 0].conj() * e[:, 1]).imag))
 
 
 def noise(linkage: Linkage) -> Array:

@@ -688,3 +688,14 @@ def test_a_pivot_at_the_pole_is_named_by_its_letter() -> None:
         assert len(found) == 1
         assert found <= names
     assert RP not in linkage.dyads
+
+
+def test_a_pivot_at_the_pole_gives_kappa_exactly_zero_however_short_a_crank() -> None:
+    draw = np.random.default_rng(15)
+    n = 400
+    at, along, crank = (draw.normal(size=n) + 1j * draw.normal(size=n) for _ in range(3))
+    short = along * (1 + 10 ** draw.uniform(-4, 0, n))
+    z = np.stack([np.stack([at + crank, at], -1), np.stack([at + along, at + short], -1)], axis=1)
+    linkage = Linkage(np.stack([z.real, z.imag, np.ones(z.shape)], axis=-1))
+    assert np.all(curvature(linkage).kappa == 0)
+    assert np.all(curvature(linkage.inverted()).kappa_star == 0)
