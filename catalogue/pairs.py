@@ -54,6 +54,44 @@ def slider_pair(x: Array, y: Array) -> Array:
     return pair(point(x, y, 0), point(x * y, y * y))
 
 
+def slide_pair(x: Array, y: Array) -> Array:
+    """Point of the return circle on the ray with direction (x, y), a unit vector, and the straight slot through it."""
+    return pair(point(-x * y, -y * y), point(x, y, 0))
+
+
+def ray_pair(kappa: Array, s: Array, t: Array) -> Array:
+    """Pair of the cubics on the ray with tangent t: 1/r = kappa/sin + s/cos, 1/r* = (kappa + 1)/sin + s/cos (12)."""
+    w, far = kappa + s * t, 1 + t * t
+    return pair(point(t, t * t, w * far), point(t, t * t, (w + 1) * far))
+
+
+def tangent_circle_pair(s: Array, t: Array) -> Array:
+    """Pair of the cubics with kappa = 0 on the ray with tangent t, A on the circle r = cos/s: eq. (44)."""
+    w, far = s * t, 1 + t * t
+    return pair(point(1, t, s * far), point(t, t * t, (w + 1) * far))
+
+
 def parallel_pair(y: Array, k: Array, k_star: Array) -> Array:
     """Pair at the height y of the parallel transformation, A = (-k/y, y), A* = (-k*/y, y): eqs. (57)."""
     return pair(point(-k / y, y), point(-k_star / y, y))
+
+
+def roots(total: Array, product: Array) -> tuple[Array, Array]:
+    """Roots of t^2 - total t + product = 0, the larger one first; NaN where they are imaginary.
+
+    A discriminant that is zero but for rounding is zero."""
+    square = total * total - 4 * product
+    square = np.where(np.abs(square) < 1e-10 * (total * total + np.abs(product)), 0.0, square)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        large = 0.5 * (total + np.copysign(np.sqrt(square), total))
+        return large, np.where(large == 0, 0.0, product / large)
+
+
+def alike(t: Array, u: Array) -> Array:
+    """Return where two tangents, of the sizes met within the domains, are the same but for rounding."""
+    return np.asarray(np.abs(t - u) < 1e-9 * (1 + np.abs(t)))
+
+
+def without(pairs: Array, taken: Array) -> Array:
+    """Return pairs (n, 2, 3) with NaN where they are given elsewhere."""
+    return np.where(taken[:, None, None], np.nan, pairs)

@@ -14,6 +14,7 @@ How to write a plugin that adds a series:
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -136,8 +137,7 @@ class Guided:
 
     def inverted(self) -> Guided:
         """The element seen in the inverse motion, canonical frame."""
-        label = {"undulation": "cuspidation", "cuspidation": "undulation"}.get(self.label, self.label)
-        return replace(self, label=label, pairs=half_turn(self.pairs[:, ::-1]))
+        return replace(self, label=inverse_words(self.label), pairs=half_turn(self.pairs[:, ::-1]))
 
 
 @dataclass(frozen=True)
@@ -207,7 +207,10 @@ class Series:
         def guided(p: Parameters) -> list[Guided]:
             return [g.inverted() for g in self.guided(p)]
 
-        members = [replace(m, family=inverse_family(m.family), pivots=_Inverted(m.pivots)) for m in self.members]
+        members = [
+            replace(m, name=inverse_words(m.name), family=inverse_family(m.family), pivots=_Inverted(m.pivots))
+            for m in self.members
+        ]
         return Series(code, title, self.code, f"inversion of {self.code}", members, classify, guided)
 
 
@@ -224,6 +227,12 @@ def inverse_family(name: str) -> str:
     swap = {0: 0, 1: 2, 2: 1}
     kinds = sorted(swap[k] for k in FAMILIES[name])
     return next(other for other, pair in FAMILIES.items() if sorted(pair) == kinds)
+
+
+def inverse_words(text: str) -> str:
+    """Return a name with undulation and cuspidation exchanged, as inversion does."""
+    swap = {"undulation": "cuspidation", "cuspidation": "undulation"}
+    return re.sub("undulation|cuspidation", lambda found: swap[found[0]], text)
 
 
 def linkages(series: Series, key: str, free: Parameters) -> tuple[Linkage, Array]:

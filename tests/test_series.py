@@ -177,6 +177,12 @@ def test_inversion_exchanges_undulation_and_cuspidation_fixed_and_moving() -> No
     np.testing.assert_array_equal(inverse.pairs, [[[0.0, -1.0, 1.0], [0.0, -1.0, 0.0]]])
 
 
+def test_inversion_exchanges_undulation_and_cuspidation_in_the_names_of_members() -> None:
+    members = [replace(SERIES.members[0], name=name) for name in ("general", "pseudo-undulation", "double cuspidation")]
+    inverse = replace(SERIES, members=members).inversion("V*.test", "inverse")
+    assert [m.name for m in inverse.members] == ["general", "pseudo-cuspidation", "double undulation"]
+
+
 def test_the_inverse_of_a_series_is_in_the_inverse_families_and_names_its_twin() -> None:
     inverse = SERIES.inversion("V*.test", "inverse")
     assert (inverse.code, inverse.inverse, inverse.source) == ("V*.test", "V.test", "inversion of V.test")
