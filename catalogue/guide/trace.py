@@ -22,7 +22,7 @@ from .span import Span, span
 LEASH = 20
 ROUNDS = 2
 #: A splitting that leaves more than this part of the error is tried again on a shorter leash: the long step was wrong.
-HELPS, SHORT_LEASH = 0.6, 0.5
+HELPS, SHORT_LEASH = 0.6, 0.3
 #: A path whose error is below this part of the half stroke is exact but for rounding, and is left as it is.
 STRAIGHT = 1e-11
 #: Part of the half stroke by which the stroke of a guide with three inflections lies off the singular point.
@@ -116,7 +116,7 @@ def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, s
     if split:
         cos, sin = guides.turn.window(low, high, points.nodes)
         found, shift, plain = _split(u, v, cos, sin, half, circle, points, LEASH)
-        poor = np.isfinite(plain) & ~(found.deviation < HELPS * plain)
+        poor = ~(found.deviation < HELPS * plain) & (np.abs(shift) > SHORT_LEASH * half)
         if poor.any():
             found, shift = _split_again(found, shift, poor, (u, v, cos, sin), half, circle, points)
         shift = shift * guides.tangent
