@@ -146,13 +146,14 @@ def _exchange(x: Array, g: Array, index: Array, by: Array | None = None) -> tupl
     residual = g
     c: list[Array] = []
     last = x.shape[0] - 1
+    rounding = 4 * np.finfo(g.dtype).eps * np.abs(x[-1] - x[0])
     for _ in range(12):
         c, level = _level(x, np.take_along_axis(g, index, 0), index, sign, by)
         found = (c[2] * x + c[1]) * x + c[0] if size == 4 else c[1] * x + c[0]
         residual = g - (found if by is None else found / by)
         worst = np.argmax(np.abs(residual), axis=0)
         value = np.take_along_axis(residual, worst[None], 0)[0]
-        better = np.abs(value) > np.abs(level) * (1 + 1e-9)
+        better = np.abs(value) > np.abs(level) * (1 + 1e-6) + rounding
         if not better.any():
             break
         index = np.where(better, _replace(index, worst, np.sign(value) == np.sign(level), last), index)
@@ -163,17 +164,14 @@ def _exchange(x: Array, g: Array, index: Array, by: Array | None = None) -> tupl
 def _level(x: Array, gs: Array, index: Array, sign: Array, by: Array | None) -> tuple[list[Array], Array]:
     """Polynomial (over `by`) whose errors at the reference are equal but for their alternating sign, and that error."""
     xs = np.take_along_axis(x, index, 0)
-    weight = np.stack([1 / _product_of_gaps(xs, i) for i in range(len(index))])
+    gaps = xs[:, None] - xs[None] + np.eye(len(xs))[:, :, None]
+    weight = 1 / np.prod(gaps, axis=1)
     if by is None:
         level = (weight * gs).sum(0) / np.abs(weight).sum(0) * np.sign(weight[0])
         return _interpolate(xs, gs - sign * level), level
     bs = np.take_along_axis(by, index, 0)
     level = (weight * bs * gs).sum(0) / (np.abs(weight) * bs).sum(0) * np.sign(weight[0])
     return _interpolate(xs, bs * (gs - sign * level)), level
-
-
-def _product_of_gaps(xs: Array, i: int) -> Array:
-    return np.asarray(np.prod(xs[i] - np.delete(xs, i, axis=0), axis=0))
 
 
 def _interpolate(xs: Array, gs: Array) -> list[Array]:
