@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import sys
 
 #: Exit code after Ctrl-C.
@@ -13,6 +14,9 @@ def main() -> None:
     from ..errors import CatalogueError
 
     _only_one_catalogue()
+    # The matrices are small: more threads of linear algebra cost more than they bring.  NumPy reads this when imported.
+    for name in ("OMP", "OPENBLAS", "MKL"):
+        os.environ.setdefault(f"{name}_NUM_THREADS", "1")
     try:
         from .app import app, run
 

@@ -194,9 +194,18 @@ def joined(*columns: Any) -> Select[Any]:
 
 
 def held(database: Database, wanted: Constraints) -> list[str]:
-    """Return the codes of the series that the database holds and that are wanted."""
-    codes = database.read(select(Batch.series.label("code")).distinct().order_by(Batch.series))["code"]
-    return [str(code) for code in codes if not wanted.series or code in wanted.series]
+    """Return the codes of the series that the database holds and that are wanted, of a family that is wanted.
+
+    A series without such a family would be searched to its end in vain.
+    """
+    rows = database.read(select(Batch.series.label("code"), Batch.member).distinct().order_by(Batch.series))
+    codes = []
+    for code, member in zip(rows["code"], rows["member"], strict=True):
+        family = member.split()[0]  # a member is named by its family and a name of its own
+        fits = (not wanted.families or family in wanted.families) and not (wanted.pins_only and family in SLIDING)
+        if fits and (not wanted.series or code in wanted.series):
+            codes.append(str(code))
+    return list(dict.fromkeys(codes))
 
 
 def narrow(
