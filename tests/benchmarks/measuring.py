@@ -1,0 +1,49 @@
+"""What the benchmarks share: medians of several runs, and a report in markdown on standard output."""
+
+from __future__ import annotations
+
+import os
+import platform
+import sys
+import time
+from collections.abc import Callable, Sequence
+from datetime import date
+from importlib.metadata import version
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+
+def seconds(run: Callable[[], Any], times: int) -> float:
+    """Return the median time of several runs, after one that is not counted."""
+    run()
+    taken = []
+    for _ in range(times):
+        start = time.perf_counter()
+        run()
+        taken.append(time.perf_counter() - start)
+    return median(taken)
+
+
+def title(text: str) -> None:
+    """Print a heading, the command, and where and when it ran."""
+    name = Path(sys.argv[0]).name
+    words = " ".join([f"python tests/benchmarks/{name}", *(a for a in sys.argv[1:] if not a.startswith("/"))])
+    python = f"Python {platform.python_version()}, numpy {version('numpy')}"
+    print(
+        f"# {text}\n\n`{words}`\n\n{date.today()}, {os.cpu_count()} cores, {platform.machine()}, {python}; load of the machine {os.getloadavg()[0]:.1f}.\n"
+    )
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
+    """Print a table: the first column to the left, the others to the right."""
+    cells = [[str(c) for c in row] for row in (head, *rows)]
+    width = [max(map(len, column)) for column in zip(*cells, strict=True)]
+    lines = [
+        "| "
+        + " | ".join(c.ljust(w) if i == 0 else c.rjust(w) for i, (c, w) in enumerate(zip(row, width, strict=True)))
+        + " |"
+        for row in cells
+    ]
+    rule = "|" + "|".join(("-" * (w + 2)) if i == 0 else "-" * (w + 1) + ":" for i, w in enumerate(width)) + "|"
+    print("\n".join([lines[0], rule, *lines[1:]]) + "\n", flush=True)

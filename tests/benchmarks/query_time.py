@@ -1,0 +1,198 @@
+"""Warm query time against the number of stored guides, cold process time, and import time.
+
+``python tests/benchmarks/query_time.py FOLDER``: the databases are made in FOLDER, once.
+"""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import subprocess
+import sys
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the command does
+
+import numpy as np
+import pandas as pd
+from measuring import seconds, table, title
+
+import catalogue
+from catalogue import CircularArc, StraightLine
+from catalogue.query.narrow import loosest, narrow
+from catalogue.query.request import Constraints, weights
+
+LINE = StraightLine(stroke=150, deviation=0.05)
+QUERIES: dict[str, tuple[Any, dict[str, Any]]] = {
+    "line": (LINE, {}),
+    "line, fixed pivots in a box, 30 degrees": (
+        LINE,
+        {"fixed_pivots_in": (-400, -400, 400, 400), "min_transmission": 30},
+    ),
+    "line, pins only, size below 450": (LINE, {"pins_only": True, "max_size": 450}),
+    "arc": (CircularArc(stroke=100, radius=150, deviation=0.05), {}),
+}
+LENGTHS = ("size", "max_link", "min_link", "max_ground", "max_arm")
+BOXES = tuple(f"{name}_{side}" for name in ("fixed", "all") for side in ("x0", "y0", "x1", "y1"))
+
+
+def databases(folder: Path) -> dict[str, Path]:
+    """Return files with about 1e4, 1e5 and 1e6 guides: a built one, a tenth of it, and ten times its rows."""
+    folder.mkdir(parents=True, exist_ok=True)
+    tenth, whole, tenfold = (folder / f"1e{k}.db" for k in (4, 5, 6))
+    if not whole.exists():
+        print("building 1e5 guides", file=sys.stderr)
+        with catalogue.open(folder / "part.db", quiet=True) as cat:
+            cat.build(count=100_000)
+        (folder / "part.db").rename(whole)
+    for path in (tenth, tenfold):
+        if not path.exists():
+            print(f"making {path.name}", file=sys.stderr)
+            _derive(whole, path, fewer=path == tenth)
+    return {"1e4": tenth, "1e5": whole, "1e6": tenfold}
+
+
+def _derive(whole: Path, path: Path, *, fewer: bool) -> None:
+    part = path.with_suffix(".part")
+    part.unlink(missing_ok=True)
+    with closing(sqlite3.connect(whole)) as source, closing(sqlite3.connect(part)) as target:
+        source.backup(target)
+        target.execute("PRAGMA synchronous = OFF")
+        made = [sql for (sql,) in target.execute("SELECT sql FROM sqlite_master WHERE type = 'index' AND sql NOT NULL")]
+        names = [n for (n,) in target.execute("SELECT name FROM sqlite_master WHERE type = 'index' AND sql NOT NULL")]
+        for name in names:
+            target.execute(f"DROP INDEX {name}")
+        if fewer:
+            for key, of in (("mechanism_id", "guide"), ("id", "mechanism")):
+                target.execute(f"DELETE FROM {of} WHERE {key} % 10 <> 0")
+            target.execute("DELETE FROM reach WHERE guide_id NOT IN (SELECT id FROM guide)")
+        else:
+            _multiply(target)
+        for sql in made:
+            target.execute(sql)
+        target.commit()
+        target.execute("ANALYZE")
+        target.execute("VACUUM")
+    part.rename(path)
+
+
+def _multiply(target: sqlite3.Connection) -> None:
+    """Add each row nine times, lengths and boxes relative to the stroke scaled a little; the linkages stay the same."""
+    shift = 10 ** len(str(target.execute("SELECT max(id) FROM guide").fetchone()[0]))
+    keys = {"mechanism": {"id"}, "guide": {"id", "mechanism_id"}, "reach": {"guide_id"}}
+    for name, shifted in keys.items():
+        columns = [row[1] for row in target.execute(f"PRAGMA table_info({name})")]
+        for k in range(1, 10):
+            by = 1 + 0.003 * k
+            scaled = {c: f"{c} * {by}" for c in (*LENGTHS, *BOXES)} if name == "reach" else {}
+            scaled |= {"balance": f"size * {by} - min_transmission / 90"} if name == "reach" else {}
+            scaled |= {c: f"{c} + {k * shift}" for c in shifted}
+            chosen = ", ".join(scaled.get(c, c) for c in columns)
+            key = "guide_id" if name == "reach" else "id"
+            target.execute(f"INSERT INTO {name} SELECT {chosen} FROM {name} WHERE {key} < {shift}")
+
+
+def scanned(frame: pd.DataFrame, request: Any, wanted: dict[str, Any]) -> np.ndarray[Any, Any]:
+    """Filter and rank all reaches in memory, as the SQL does; the 400 best."""
+    s = request.stroke
+    line = request.kind == "line"
+    least: Any = (
+        s / max(1.0, request.relative / 10.0 ** loosest(request)) ** (1 / 3)
+        if line
+        else (s * frame["sweep"].to_numpy() / request.sweep)
+    )
+    good = (frame["kind"].to_numpy() == request.kind) & (frame["level"].to_numpy() <= loosest(request))
+    if not line:
+        good &= frame["sweep"].to_numpy() >= request.sweep
+    if wanted.get("pins_only"):
+        good &= frame["family"].to_numpy() == "four-bar"
+    if "max_size" in wanted:
+        good &= frame["size"].to_numpy() * least <= wanted["max_size"]
+    if "min_transmission" in wanted:
+        good &= frame["min_transmission"].to_numpy() >= wanted["min_transmission"]
+    if "fixed_pivots_in" in wanted:
+        x0, y0, x1, y1 = (frame[f"fixed_{side}"].to_numpy() for side in ("x0", "y0", "x1", "y1"))
+        a, b, c, d = wanted["fixed_pivots_in"]
+        either = np.zeros(len(frame), bool)
+        for left, right in ((x0 - 0.5, x1 - 0.5), (0.5 - x1, 0.5 - x0)):
+            for low, high in ((y0, y1), (-y1, -y0)):
+                inside = (left * least >= a - s / 2) & (right * least <= c - s / 2)
+                either |= inside & (low * least >= b) & (high * least <= d)
+        good &= either | np.isnan(x0)
+    k = np.flatnonzero(good)
+    cost = (
+        frame["balance"].to_numpy()[k]
+        if line
+        else (
+            frame["size"].to_numpy()[k] * frame["sweep"].to_numpy()[k] / request.sweep
+            - frame["min_transmission"].to_numpy()[k] / 90
+        )
+    )
+    best = np.argpartition(cost, min(400, len(k) - 1))[:400] if len(k) else np.zeros(0, int)
+    return k[best[np.argsort(cost[best])]]
+
+
+def warm(files: dict[str, Path]) -> None:
+    """Time each query on each file, against reading and scanning the tables."""
+    rows = []
+    for name, path in files.items():
+        columns = ", ".join(
+            f"r.{c}" for c in ("kind", "level", "size", "balance", "sweep", "min_transmission", *BOXES[:4])
+        )
+        query = f"SELECT {columns}, m.family FROM reach r JOIN guide g ON g.id = r.guide_id JOIN mechanism m ON m.id = g.mechanism_id"
+        with closing(sqlite3.connect(path)) as connection:
+            frame = pd.read_sql_query(query, connection)
+            guides = connection.execute("SELECT count(*) FROM guide").fetchone()[0]
+            loading = seconds(lambda c=connection: pd.read_sql_query(query, c), 1) if name != "1e6" else None
+        with catalogue.open(path, build=False) as cat:
+            for label, (request, wanted) in QUERIES.items():
+                full = seconds(lambda r=request, w=wanted, c=cat: c.find(r, **w), 15)
+                chosen = Constraints(**wanted)
+                rank = weights("balance")
+                sql = seconds(lambda r=request, w=chosen, c=cat: narrow(c.database, r, w, rank, 400), 15)  # noqa: B023
+                scan = seconds(lambda r=request, w=wanted, f=frame: scanned(f, r, w), 5)
+                figures = (full, sql, scan, None if loading is None else loading + scan)
+                number = len(cat.find(request, **wanted))
+                rows.append((name, label, guides, number, *("" if f is None else f"{1000 * f:.0f}" for f in figures)))
+        del frame
+    print(
+        "Warm, median of 15, in ms.  1e5 is a built file, 1e4 every tenth mechanism of it, 1e6 its rows ten times with\n"
+        "lengths scaled by up to 3 % (only what SQL sees).  'find' is the whole answer, verified; 'narrow' its SQL part;\n"
+        "'scan' filters and ranks the same columns in numpy once they are in memory, 'read and scan' reads them first.\n"
+    )
+    table(["guides", "query", "exactly", "found", "find", "narrow", "scan", "read and scan"], rows)
+
+
+def cold(path: Path) -> None:
+    """Time whole processes."""
+    environment = {**os.environ, "CATALOGUE_DB": str(path)}
+    python = [sys.executable, "-c"]
+    ways = {
+        "python -c pass": [*python, "pass"],
+        "import numpy": [*python, "import numpy"],
+        "import catalogue": [*python, "import catalogue"],
+        "import catalogue; catalogue.open, StraightLine": [*python, "import catalogue as c; c.open, c.StraightLine"],
+        "catalogue --version": [sys.executable, "-m", "catalogue", "--version"],
+        "catalogue find straight-line (1e5 guides)": [
+            sys.executable, "-m", "catalogue", "find", "straight-line", "--stroke", "150", "--deviation", "0.05",
+        ],
+        "the same with a box, 30 degrees, --format json": [
+            sys.executable, "-m", "catalogue", "find", "straight-line", "--stroke", "150", "--deviation", "0.05",
+            "--fixed-pivots-in", "-400", "-400", "400", "400", "--min-transmission", "30", "--format", "json",
+        ],
+    }  # fmt: skip
+    rows = []
+    for name, words in ways.items():
+        run = seconds(lambda w=words: subprocess.run(w, env=environment, check=True, capture_output=True), 7)
+        rows.append((name, f"{run:.2f}"))
+    print("New processes, median of 7.\n")
+    table(["process", "s"], rows)
+
+
+if __name__ == "__main__":
+    title("Query time")
+    made = databases(Path(sys.argv[1]))
+    cold(made["1e5"])
+    warm(made)
