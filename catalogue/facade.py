@@ -16,7 +16,7 @@ from .linkage import Linkage
 from .query.explain import explain
 from .query.find import Trail, answer, check_names
 from .query.found import Found, candidates
-from .query.request import Constraints, Request, weights
+from .query.request import Constraints, Request, weights, whole
 from .store import Database, get_setting
 
 if TYPE_CHECKING:
@@ -83,8 +83,9 @@ class Catalogue:
         DatabaseError
             If the database cannot be read.
         """
-        if limit < 1 or effort < 1:
-            raise InvalidRequest(f"limit and effort must be at least 1, not {limit} and {effort}")
+        if not isinstance(request, Request):
+            raise InvalidRequest(f"find wants a StraightLine or CircularArc, not {request!r}")
+        limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
         try:
             wanted = Constraints(**constraints)
         except TypeError as error:
@@ -92,7 +93,7 @@ class Catalogue:
         rank = weights(rank_by)
         check_names(self.database, wanted)
         trail = Trail()
-        share = -(-limit // 3) if per_series is None else per_series
+        share = -(-limit // 3) if per_series is None else whole("per_series", per_series, 0)
         found = answer(self.database, request, wanted, rank, limit=limit, per_series=share, effort=effort, trail=trail)
         listed = candidates(found, request) if found is not None else []
         return Found(listed, lambda: explain(self.database, request, wanted, trail, len(listed)))

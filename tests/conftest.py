@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import runpy
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -13,6 +13,7 @@ import mpmath as mp  # type: ignore[import-untyped]
 import numpy as np
 import pytest
 
+import catalogue
 from catalogue.linkage import FAMILIES, PR, RP, RR, Array, Linkage
 
 GOLDEN = Path(__file__).with_name("golden") / "planar.json"
@@ -35,6 +36,22 @@ def golden() -> list[dict[str, Any]]:
 def naive() -> SimpleNamespace:
     """Return the slow and obvious ways of `naive.py`."""
     return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("naive.py"))))
+
+
+@pytest.fixture(scope="session")
+def small_db(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a database with a block or two of each series, built once; do not write to it."""
+    path = tmp_path_factory.mktemp("small") / "small.db"
+    with catalogue.open(path, build=False) as opened:
+        opened.build(count=4000, processes=2)
+    return path
+
+
+@pytest.fixture(scope="session")
+def small(small_db: Path) -> Iterator[catalogue.Catalogue]:
+    """Return the catalogue of `small_db`."""
+    with catalogue.open(small_db, build=False) as opened:
+        yield opened
 
 
 @pytest.fixture(scope="session")

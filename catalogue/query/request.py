@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
+from operator import index
 from typing import Any
 
 import numpy as np
@@ -31,6 +32,23 @@ def positive(name: str, value: Any) -> float:
         raise InvalidRequest(f"{name} must be a number, not {value!r}") from None
     if not math.isfinite(number) or number <= 0:
         raise InvalidRequest(f"{name} must be a finite number above zero, not {number:g}")
+    return number
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """Return `value` as an int.
+
+    Raises
+    ------
+    InvalidRequest
+        Unless it is a whole number of at least `least`.
+    """
+    try:
+        number = index(value)
+    except TypeError:
+        raise InvalidRequest(f"{name} must be a whole number, not {value!r}") from None
+    if number < least:
+        raise InvalidRequest(f"{name} must be at least {least}, not {number}")
     return number
 
 
@@ -219,9 +237,14 @@ class Constraints:
             value = getattr(self, name)
             if value is not None and not isinstance(value, Region):
                 object.__setattr__(self, name, Region.of(name, value))
-        angle = float(self.min_transmission)
+        object.__setattr__(self, "order", whole("order", self.order, 0))
+        try:
+            angle = float(self.min_transmission)
+        except (TypeError, ValueError):
+            angle = math.nan
         if not 0 <= angle < 90:
-            raise InvalidRequest(f"min_transmission must be between 0 and 90 degrees, not {angle:g}")
+            raise InvalidRequest(f"min_transmission must be between 0 and 90 degrees, not {self.min_transmission}")
+        object.__setattr__(self, "min_transmission", angle)
         if self.min_link is not None and self.max_link is not None and self.min_link > self.max_link:
             raise InvalidRequest(
                 f"min_link {self.min_link:g} is above max_link {self.max_link:g}: nothing can be between"
@@ -243,6 +266,8 @@ def weights(rank_by: str | Mapping[str, float]) -> dict[str, float]:
     if isinstance(rank_by, str):
         parts = [part.partition("=") for part in rank_by.split(",")]
         rank_by = {name.strip(): value if equal else 1.0 for name, equal, value in parts}  # type: ignore[misc]
+    if not isinstance(rank_by, Mapping):
+        raise InvalidRequest(f"cannot rank by {rank_by!r}; choose from {', '.join(CRITERIA)}")
     unknown = [name for name in rank_by if name not in CRITERIA]
     if unknown or not rank_by:
         raise InvalidRequest(
