@@ -1,5 +1,6 @@
 """Error against run time of the deviation of a straight guide: work and precision."""
 
+# ruff: noqa: E501  (text is wrapped as it is printed)
 from __future__ import annotations
 
 import os
@@ -94,9 +95,9 @@ def main() -> None:
         rows.append((name, f"{1e6 * taken / len(many):.1f}", *(f"{w:.0e}" for w in worst)))
     counts = [int(((relative >= a) & (relative < b)).sum()) for a, b in LEVELS]
     print(
-        f"Largest relative error of the deviation of {len(here)} straight guides (Ball points of I.GG and II.xy, without\n"
-        "splitting), by their deviation over stroke, against loops closed in 50 digits.  Intervals that do not resolve a\n"
-        "path are doubled and doubled again by `trace` itself.  Time per guide in batches of 1000.\n"
+        f"Largest relative error of the deviation of {len(here)} straight guides (Ball points of I.GG and II.xy,\n"
+        "without splitting), by their deviation over stroke, against loops closed in 50 digits.  Intervals that do not\n"
+        f"resolve a path are doubled and doubled again by `trace` itself.  Time per guide in batches of {len(many)}.\n"
     )
     table(["precision", "us per guide", *(f"{a:.0e} ... {b:.0e}" for a, b in LEVELS)], rows)
     print("Guides in each column: " + ", ".join(map(str, counts)) + ".")

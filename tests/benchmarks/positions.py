@@ -1,5 +1,6 @@
 """Nanoseconds per position of the closed form, against the straightforward ways."""
 
+# ruff: noqa: E501  (text is wrapped as it is printed)
 from __future__ import annotations
 
 import cmath
@@ -166,10 +167,11 @@ def limit() -> None:
     table(["positions", "held KiB", "window ns", "multiply ns", "sqrt ns", "divide ns", "9 forms ns"], rows)
     forms, root, division, passes, whole = parts
     print(
-        f"What sets the limit: of {whole:.1f} ns, the matrix product of the nine forms takes {forms:.1f}, one square root "
-        f"{root:.1f},\nthree divisions {division:.1f}, {PASSES} further passes at least {passes:.1f} (with operands in the "
-        f"first-level cache).  The rest, {whole - sum(parts[:4]):.1f} ns,\nis waiting for the second-level cache: "
-        "memory passes, not arithmetic.  Smaller blocks pay numpy's call overhead,\nlarger ones leave the cache."
+        f"What sets the limit: of {whole:.1f} ns, the matrix product of the nine forms takes {forms:.1f}, one square\n"
+        f"root {root:.1f}, three divisions {division:.1f}, {PASSES} further passes at least {passes:.1f} (so much when\n"
+        f"their operands are in cache already).  The rest, {whole - sum(parts[:4]):.1f} ns, is waiting for the caches:\n"
+        "memory passes set the limit, not arithmetic.  Smaller blocks pay numpy's call overhead, larger ones leave the\n"
+        "cache."
     )
 
 

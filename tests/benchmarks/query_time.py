@@ -3,6 +3,7 @@
 ``python tests/benchmarks/query_time.py FOLDER``: the databases are made in FOLDER, once.
 """
 
+# ruff: noqa: E501  (text is wrapped as it is printed)
 from __future__ import annotations
 
 import os
@@ -141,11 +142,12 @@ def warm(files: dict[str, Path]) -> None:
         columns = ", ".join(
             f"r.{c}" for c in ("kind", "level", "size", "balance", "sweep", "min_transmission", *BOXES[:4])
         )
-        query = f"SELECT {columns}, m.family FROM reach r JOIN guide g ON g.id = r.guide_id JOIN mechanism m ON m.id = g.mechanism_id"
+        joins = "JOIN guide g ON g.id = r.guide_id JOIN mechanism m ON m.id = g.mechanism_id"
+        query = f"SELECT {columns}, m.family FROM reach r {joins}"
         with closing(sqlite3.connect(path)) as connection:
             frame = pd.read_sql_query(query, connection)
             guides = connection.execute("SELECT count(*) FROM guide").fetchone()[0]
-            loading = seconds(lambda c=connection: pd.read_sql_query(query, c), 1) if name != "1e6" else None
+            loading = seconds(lambda c=connection, q=query: pd.read_sql_query(q, c), 1) if name != "1e6" else None
         with catalogue.open(path, build=False) as cat:
             for label, (request, wanted) in QUERIES.items():
                 full = seconds(lambda r=request, w=wanted, c=cat: c.find(r, **w), 15)
@@ -158,9 +160,10 @@ def warm(files: dict[str, Path]) -> None:
                 rows.append((name, label, guides, number, *("" if f is None else f"{1000 * f:.0f}" for f in figures)))
         del frame
     print(
-        "Warm, median of 15, in ms.  1e5 is a built file, 1e4 every tenth mechanism of it, 1e6 its rows ten times with\n"
-        "lengths scaled by up to 3 % (only what SQL sees).  'find' is the whole answer, verified; 'narrow' its SQL part;\n"
-        "'scan' filters and ranks the same columns in numpy once they are in memory, 'read and scan' reads them first.\n"
+        "Warm, median of 15, in ms.  1e5 is a built file, 1e4 every tenth mechanism of it, 1e6 its rows ten times\n"
+        "with lengths scaled by up to 3 % (only what SQL sees, not the pivots).  'find' is the whole answer, verified;\n"
+        "'narrow' its SQL part; 'scan' filters and ranks the same columns in numpy once they are in memory, 'read and\n"
+        "scan' reads them first.\n"
     )
     table(["guides", "query", "exactly", "found", "find", "narrow", "scan", "read and scan"], rows)
 
