@@ -87,7 +87,7 @@ def roots(total: Array, product: Array) -> tuple[Array, Array]:
         return large, np.where(large == 0, 0.0, product / large)
 
 
-def alike(t: Array, u: Array) -> Array:
+def alike(t: Array, u: Any) -> Array:
     """Return where two tangents, of the sizes met within the domains, are the same but for rounding."""
     return np.asarray(np.abs(t - u) < 1e-9 * (1 + np.abs(t)))
 

@@ -61,6 +61,11 @@ class Parameter:
         return np.asarray(np.any([(values >= a) & (values <= b) for a, b in self.domain], axis=0))
 
 
+def angles(*intervals: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    """Return a domain in radians from intervals in degrees."""
+    return tuple((float(np.radians(a)), float(np.radians(b))) for a, b in intervals)
+
+
 @dataclass(frozen=True)
 class Member:
     """A sub-family of a series with a parametrisation of its own, within one linkage family.

@@ -14,7 +14,7 @@ from hypothesis.extra.numpy import arrays
 from catalogue.errors import PluginError
 from catalogue.linkage import FAMILIES
 from catalogue.pairs import linkage_of, normal_pair, slider_pair
-from catalogue.series import EXACT, Guided, Member, Parameter, Series, inverse_family, linkages
+from catalogue.series import EXACT, Guided, Member, Parameter, Series, angles, inverse_family, linkages
 
 A = Parameter("a", ((0.0, 1.0),), "a number")
 Q = Parameter("q", ((-2.0, -1.5), (0.5, 3.0)), "another")
@@ -145,6 +145,10 @@ def test_families_are_listed_once_in_order() -> None:
     names = ["oldham", "four-bar", "oldham"]
     members = [replace(MEMBER, name=str(i), family=name) for i, name in enumerate(names)]
     assert replace(SERIES, members=members).families == ["oldham", "four-bar"]
+
+
+def test_angles_are_given_in_degrees() -> None:
+    assert angles((-90, 0), (45, 90)) == ((-np.pi / 2, 0.0), (np.pi / 4, np.pi / 2))
 
 
 # -- inversion --------------------------------------------------------------------------------------------------------

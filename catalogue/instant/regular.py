@@ -157,9 +157,12 @@ def principal_pairs(
     tiny = np.finfo(float).eps * 16 * np.maximum(np.abs(kappa), np.abs(star))
     none = np.abs(v1) <= tiny  # both pairs on the pole normal with V = 0: their directions would be noise over noise
     v1, v2 = np.where(none, 0.0, v1), np.where(none, 0.0, product / v1)
-    alpha = _pair(s, np.where(none, 1.0, v1), v1, kappa * s / v1, star * s / v1, kappa, star, s)
+    in_pole = none & (np.abs(s) > tiny)  # with kappa = 0 or kappa* = 0: both on the pole tangent, U = U* = 0
+    u, u_star = (np.where(in_pole, 0.0, w * s / v1) for w in (kappa, star))
+    alpha = _pair(s, np.where(none & ~in_pole, 1.0, v1), v1, u, u_star, kappa, star, s)
     sines = h * v1 * sin[:, 0] * sin[:, 1]
     beta = _pair(h * v1, np.where(none & (np.abs(c) <= tiny), 1.0, c), v2, sines / star, sines / kappa, kappa, star, s)
+    beta = np.where(in_pole[:, None, None], alpha, beta)
     return np.where(cyclic[:, None, None, None], np.nan, _unit(np.stack([alpha, beta], axis=1)))
 
 

@@ -15,6 +15,7 @@ from hypothesis import strategies as st
 from catalogue.instant import Curvature, configuration, curvature, dead_points
 from catalogue.instant.analysis import DEAD_POINT, PARALLEL, PARALLEL_SINE, REGULAR
 from catalogue.linkage import FAMILIES, PR, RP, RR, Array, Linkage
+from catalogue.pairs import linkage_of, tangent_circle_pair
 
 Maker = Callable[..., Linkage]
 Follower = Callable[..., tuple[Any, Any]]
@@ -699,3 +700,11 @@ def test_a_pivot_at_the_pole_gives_kappa_exactly_zero_however_short_a_crank() ->
     linkage = Linkage(np.stack([z.real, z.imag, np.ones(z.shape)], axis=-1))
     assert np.all(curvature(linkage).kappa == 0)
     assert np.all(curvature(linkage.inverted()).kappa_star == 0)
+
+
+def test_two_pairs_that_fall_into_the_pole_are_given_there() -> None:
+    one = np.ones(1)
+    linkage = Linkage(linkage_of(*(tangent_circle_pair(0.5 * one, t * one) for t in (0.5, 1.5))))
+    fixed, moving = np.moveaxis(curvature(linkage).principal_pairs[0], 1, 0)
+    np.testing.assert_allclose(fixed, [[2, 0, 1]] * 2, atol=1e-12)
+    np.testing.assert_allclose(moving, [[0, 0, 1]] * 2, atol=1e-12)
