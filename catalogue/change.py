@@ -26,6 +26,12 @@ def at_change(forms: Array, circle: Array, origin: Array, pole: Array, change: A
     return forms, branch
 
 
+def crossed(forms: Array, scale: Array) -> Array:
+    """Return where the circle's constant vanishes too: with K = 0 alone the rays are parallel, not one, shape (n,)."""
+    h, g, n, j2 = forms[H, 0], forms[G, 0], forms[N, 0], forms[J2, 0]
+    return np.asarray(np.abs(g * n - j2 * h) <= 1e-9 * (np.abs(g * n) + np.abs(j2 * h)) + 1e-10 * scale**2)
+
+
 def divided_constant(forms: Array) -> Array:
     """Coefficients of  (g N - 2 J h)/t  at a change point, where it has no constant term, shape (3, n)."""
     h, g, n, j2 = forms[H], forms[G], forms[N], forms[J2]

@@ -32,7 +32,7 @@ from typing import Any
 
 import numpy as np
 
-from .change import at_change, crossing, divided_constant, root_of
+from .change import at_change, crossed, crossing, divided_constant, root_of
 from .charts import B_X, B_Y, G, K, N, coupler_chart, crank_chart, nearest
 from .linkage import RR, Array, Linkage
 
@@ -246,7 +246,7 @@ def motion(
     forms = np.where(np.isin(np.arange(7), (G, N))[:, None, None], forms, side * forms)
     lever = np.where(crank, z[:, 0, 1] - z[:, 0, 0], 0)
     branch = np.zeros(len(linkage), dtype=pivots.dtype)
-    change = ~crank & (conditioning < CHANGE)
+    change = ~crank & (conditioning < CHANGE) & crossed(forms, scale)
     if pole is not None and change.any():
         forms, branch = at_change(forms, circle, origin, np.asarray(pole), change)
         conditioning = np.where(branch != 0, 1.0, conditioning)

@@ -88,7 +88,7 @@ def _traced(series: Series, drawn: Drawn, circle: bool) -> tuple[Columns, Column
     if not len(points["mechanism"]):
         return None
     z = points["x"] + 1j * points["y"]
-    guides = span(drawn.linkage[points["mechanism"]], z)
+    guides = span(drawn.linkage[points["mechanism"]], z, pole=np.zeros_like(z))
     usable = guides.extent.min(0) > 0.01
     guides, points = guides[usable], {k: v[usable] for k, v in points.items()}
     if not len(guides):

@@ -10,7 +10,7 @@ import numpy as np
 from ..errors import InvalidRequest
 from ..guide.minimax import grid
 from ..guide.place import FINE, at_stroke
-from ..guide.span import Span, span
+from ..guide.span import Span
 from ..guide.trace import Traced, extended
 from ..linkage import PR, RP, Array
 
@@ -83,7 +83,7 @@ def scene(candidate: Candidate) -> Scene:
     InvalidRequest
         If the linkage does not lead the guided point over the whole stroke.
     """
-    here = span(candidate.linkage, np.array([complex(*candidate.guided)]))
+    here = candidate.span()
     traced = at_stroke(here, candidate.stroke, circle=candidate.radius is not None)
     low, high = (traced.low.astype(float), traced.high.astype(float))
     if not np.isfinite(traced.fit.deviation).all():

@@ -143,7 +143,7 @@ def _exchange(x: Array, g: Array, index: Array, by: Array | None = None) -> tupl
     """
     size = len(index)
     sign = np.where(np.arange(size) % 2 == 0, 1.0, -1.0)[:, None].astype(g.dtype)
-    residual = g
+    residual, value = g, g[0]
     c: list[Array] = []
     last = x.shape[0] - 1
     rounding = 4 * np.finfo(g.dtype).eps * np.abs(x[-1] - x[0])
@@ -158,7 +158,8 @@ def _exchange(x: Array, g: Array, index: Array, by: Array | None = None) -> tupl
             break
         index = np.where(better, _replace(index, worst, np.sign(value) == np.sign(level), last), index)
     more, level = _level(x, _peaks(residual, index), index, sign, by)
-    return [a + b for a, b in zip(c, more, strict=True)], np.abs(level), index
+    noise = np.where(np.abs(value) <= 4 * rounding, np.abs(value), 0)  # where the exchange stopped short of it
+    return [a + b for a, b in zip(c, more, strict=True)], np.maximum(np.abs(level), noise), index
 
 
 def _level(x: Array, gs: Array, index: Array, sign: Array, by: Array | None) -> tuple[list[Array], Array]:

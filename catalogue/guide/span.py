@@ -50,6 +50,7 @@ class Span:
     t: Array
     u: Array
     limit: Array
+    pole: Array | None = None
 
     @property
     def linkage(self) -> Linkage:
@@ -62,6 +63,7 @@ class Span:
         return Span(
             self.motion[index], self.point[index], self.tangent[index], self.t[:, index], self.u[:, index],
             self.limit[:, index],
+            None if self.pole is None else self.pole[index],
         )  # fmt: skip
 
     @cached_property
@@ -107,7 +109,7 @@ class Span:
         return t[0], t[1]
 
 
-def span(linkage: Linkage, point: Array, dtype: Any = float) -> Span:
+def span(linkage: Linkage, point: Array, dtype: Any = float, pole: Array | None = None) -> Span:
     """Return the span of each guided point in the chart in which it runs farthest to both sides.
 
     Parameters
@@ -116,17 +118,19 @@ def span(linkage: Linkage, point: Array, dtype: Any = float) -> Span:
     point : complex ndarray, shape (n,)
         Guided points in the reference position.
     dtype : float or numpy.longdouble
+    pole : complex ndarray, shape (n,), optional
+        Pole in the reference position: the branch on which linkages at a change point move.
 
     Notes
     -----
     The charts are weighed by the smaller of the two extents times the root of their conditioning.  A point at rest
-    in the reference position (at the pole) and a linkage at a change point, where no chart is regular, have extent 0.
+    in the reference position (at the pole) has extent 0, and so has a linkage at a change point without a pole.
     """
     point = np.asarray(point, dtype=complex)
     best: Array | None = None
     chosen = np.full(len(linkage), COUPLER)
     for chart in CHARTS:
-        moving = motion(linkage, chart, point)
+        moving = motion(linkage, chart, point, pole=pole)
         _, _, u, _ = _table(moving, point)
         finite = np.where(np.isfinite(u), u, 0)
         score = np.minimum(-finite.min(0), finite.max(0)) * np.sqrt(np.minimum(moving.conditioning, 1))
@@ -136,9 +140,9 @@ def span(linkage: Linkage, point: Array, dtype: Any = float) -> Span:
         else:
             chosen = np.where(score > best * (1 + 1e-9), chart, chosen)
             best = np.maximum(score, best)
-    moving = motion(linkage, chosen, point, dtype)
+    moving = motion(linkage, chosen, point, dtype, pole)
     tangent, t, u, limit = _table(moving, point)
-    return Span(moving, point, tangent, t, u, limit)
+    return Span(moving, point, tangent, t, u, limit, pole)
 
 
 def _table(moving: Motion, point: Array) -> tuple[Array, Array, Array, Array]:

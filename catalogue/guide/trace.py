@@ -215,7 +215,7 @@ def _bend(u: Array, v: Array) -> Array:
 
 def extended(guides: Span) -> Span:
     """Return the same guides in extended precision (where the platform has it)."""
-    return span(guides.linkage, guides.point, np.longdouble)
+    return span(guides.linkage, guides.point, np.longdouble, guides.pole)
 
 
 def _replaced(fit: Fit, where: Array, by: Fit) -> Fit:

@@ -10,10 +10,9 @@ import numpy as np
 from sqlalchemy import select
 
 from ..errors import InvalidRequest
-from ..guide.span import span
-from ..linkage import Array, Linkage
+from ..linkage import Array
 from ..store import Database, Mechanism
-from .lay import Answers, final, laid, merged
+from .lay import Answers, canonical, final, laid, merged
 from .narrow import narrow
 from .request import Constraints, Request
 from .strokes import attempts
@@ -99,7 +98,7 @@ def _measured(
     request: Request, wanted: Constraints, rank: dict[str, float], rows: dict[str, Array], trail: Trail
 ) -> tuple[Answers, Array]:
     """Trace and lay the rows; return the answers and which of them meet all constraints."""
-    guides = span(Linkage._trusted(np.array(rows["pivots"]).reshape(-1, 2, 2, 3)), rows["x"] + 1j * rows["y"])
+    guides = canonical(rows)
     first, *others = attempts(request, wanted, rank)
     found, checks = laid(request, wanted, rows, guides, first(rows, guides))
     for attempt in others:

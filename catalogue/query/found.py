@@ -12,11 +12,13 @@ from typing import TYPE_CHECKING, Any, overload
 import numpy as np
 
 from ..linkage import Array, Linkage
+from ..motion import CHANGE, conditioning
 from .request import CircularArc, Request, StraightLine
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from ..guide.span import Span
     from .lay import Answers
 
 
@@ -42,6 +44,8 @@ class Candidate:
         [[A1, A1*], [A2, A2*]], each [x, y, w], with the guided point in mid-stroke.
     guided : list of float
         The guided point at that moment.
+    pole : list of float or None
+        Given where the linkage is at a change point at that moment: the pole of the branch on which it moves.
     """
 
     id: int
@@ -60,6 +64,7 @@ class Candidate:
     rotates: list[int]
     pivots: list[list[list[float]]]
     guided: list[float]
+    pole: list[float] | None = None
 
     @property
     def linkage(self) -> Linkage:
@@ -74,12 +79,18 @@ class Candidate:
             return StraightLine(self.stroke, tolerance)
         return CircularArc(self.stroke, self.radius, tolerance)
 
+    def span(self) -> Span:
+        """Return the guide ready to be traced from mid-stroke."""
+        from ..guide.span import span
+
+        pole = None if self.pole is None else np.array([complex(*self.pole)])
+        return span(self.linkage, np.array([complex(*self.guided)]), pole=pole)
+
     def path(self, points: int = 101) -> Array:
         """Return points of the guided path over the stroke, shape (points, 2)."""
         from ..guide.place import at_stroke
-        from ..guide.span import span
 
-        here = span(self.linkage, np.array([complex(*self.guided)]))
+        here = self.span()
         traced = at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
         share = np.linspace(-1, 1, points)
         u, v = here.path.window(traced.low.astype(float), traced.high.astype(float), share)
@@ -159,6 +170,7 @@ def candidates(answers: Answers, request: Request) -> list[Candidate]:
         return float(value) if math.isfinite(value) else None
 
     rows, m, out = answers.rows, answers.measures, []
+    change = conditioning(answers.linkage).max(0) < CHANGE
     for i, point in enumerate(answers.point):
         pivots = np.where(answers.linkage.pivots[i] == 0, 0.0, answers.linkage.pivots[i])  # no -0.0
         curved = request.kind == "circle"
@@ -180,6 +192,7 @@ def candidates(answers: Answers, request: Request) -> list[Candidate]:
                 rotates=[k + 1 for k in (0, 1) if int(m.rotates[i]) >> k & 1],
                 pivots=pivots.tolist(),
                 guided=[float(point.real), float(point.imag)],
+                pole=[float(answers.pole[i].real), float(answers.pole[i].imag)] if change[i] else None,
             )
         )
     return out

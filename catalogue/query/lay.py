@@ -22,23 +22,32 @@ class Answers:
     rows: dict[str, Array]
     linkage: Linkage
     point: Array
+    pole: Array
     traced: Traced
     measures: Measures
 
     def __getitem__(self, index: Array) -> Answers:
         rows = {k: v[index] for k, v in self.rows.items()}
-        return Answers(rows, self.linkage[index], self.point[index], self.traced[index], self.measures[index])
+        place = self.linkage[index], self.point[index], self.pole[index]
+        return Answers(rows, *place, self.traced[index], self.measures[index])
+
+
+def canonical(rows: dict[str, Array]) -> Span:
+    """Return the stored guides in their canonical frame, whose origin is the pole."""
+    z = rows["x"] + 1j * rows["y"]
+    return span(Linkage._trusted(np.array(rows["pivots"]).reshape(-1, 2, 2, 3)), z, pole=np.zeros_like(z))
 
 
 def final(found: Answers, request: Request) -> Answers:
     """Return answers with their deviation measured in extended precision where double does not resolve it."""
-    traced = at_stroke(span(found.linkage, found.point), request.stroke, circle=request.kind == "circle")
+    here = span(found.linkage, found.point, pole=found.pole)
+    traced = at_stroke(here, request.stroke, circle=request.kind == "circle")
     return replace(found, traced=traced)
 
 
 def lay_stored(request: Request, wanted: Constraints, rows: dict[str, Array]) -> Answers:
     """Return stored reaches laid along the path of a request, at the strokes that are stored."""
-    guides = span(Linkage._trusted(np.array(rows["pivots"]).reshape(-1, 2, 2, 3)), rows["x"] + 1j * rows["y"])
+    guides = canonical(rows)
     circle = request.kind == "circle"
     traced = trace(guides, rows["half"], circle=circle, split=True, centre=rows["centre"], nodes=16)
     return laid(request, wanted, rows, guides, traced)[0]
@@ -51,12 +60,15 @@ def laid(
     circle = request.kind == "circle"
     there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
     linkage, point = placed(guides, traced, request.stroke)
-    n = len(point)
-    if circle:  # the arc is to bulge to +y
-        linkage, point = mirrored(linkage, point, request.stroke, np.zeros(n, bool), traced.fit.curvature > 0)
-    reverse, over, inside = _orientation(request, wanted, linkage)
-    linkage, point = mirrored(linkage, point, request.stroke, reverse, over)
-    here = span(linkage, point)
+    with np.errstate(all="ignore"):  # the pole matters at change points, which are the reference position
+        pole = np.where(there, -request.stroke / traced.fit.stroke * traced.fit.along.conj() * traced.fit.start, 0)
+    turns = [(np.zeros(len(point), bool), circle & (traced.fit.curvature > 0))]  # the arc is to bulge to +y
+    bulging, _ = mirrored(linkage, point, request.stroke, *turns[0])
+    reverse, over, inside = _orientation(request, wanted, bulging)
+    for turn in (*turns, (reverse, over)):
+        _, pole = mirrored(linkage, pole, request.stroke, *turn)
+        linkage, point = mirrored(linkage, point, request.stroke, *turn)
+    here = span(linkage, point, pole=pole)
     now = at_stroke(here, request.stroke, circle=circle, extend=False)
     m = measure(here, now)
     with np.errstate(invalid="ignore"):
@@ -75,7 +87,7 @@ def laid(
             checks["full_rotation"] = m.rotates > 0
         if wanted.fixed_pivots_in is not None or wanted.pivots_in is not None:
             checks["pivots inside"] = inside
-    return Answers(rows, linkage, point, now, m), checks
+    return Answers(rows, linkage, point, pole, now, m), checks
 
 
 def _orientation(request: Request, wanted: Constraints, linkage: Linkage) -> tuple[Array, Array, Array]:
@@ -108,4 +120,5 @@ def merged(one: Answers, two: Answers, where: Array) -> Answers:
     pivots = put(one.linkage.pivots, two.linkage.pivots)
     measures = {name: put(value, getattr(two.measures, name)) for name, value in vars(one.measures).items()}
     traced = one.traced.replaced(where, two.traced)
-    return Answers(one.rows, Linkage._trusted(pivots), put(one.point, two.point), traced, Measures(**measures))
+    place = Linkage._trusted(pivots), put(one.point, two.point), put(one.pole, two.pole)
+    return Answers(one.rows, *place, traced, Measures(**measures))
