@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from .. import __version__
-from . import build, classify, find, plugins, show
+from . import build, census, classify, find, plugins, show
 
 app = typer.Typer(
     name="catalogue",
@@ -23,6 +23,7 @@ app = typer.Typer(
 app.add_typer(find.app, name="find")
 app.command()(build.build)
 app.command()(classify.classify)
+app.command()(census.census)
 app.command()(show.show)
 app.command()(plugins.plugins)
 

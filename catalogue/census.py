@@ -1,0 +1,127 @@
+"""Count the catalogue: series by family by configuration, what is stored of each, and why a cell is empty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from sqlalchemy import func, select
+
+from .build.draw import in_proportion
+from .instant import Instant
+from .linkage import Linkage
+from .plugins import Registry
+from .series import Member, Series
+from .store import Database, Guide, Mechanism, Reach
+
+#: Points of the domain of a member that are looked at.
+LOOK = 2048
+#: Configurations of a linkage in general position by family (Allievi 1895, sec. 3).
+NORMAL = {
+    "four-bar": ("PP", "PX", "PN", "XX", "XN", "NN"),
+    "slider-crank": ("TP", "TX", "TN"),
+    "inverted-slider-crank": ("CP", "CX", "CN"),
+    "swinging-block": ("TC",),
+    "elliptic-trammel": ("TT",),
+    "oldham": ("CC",),
+}
+#: Four-bar configurations of the series I, II, II*, III and III* as Allievi counts them (sec. 22) and as the letters
+#: of the dyads give them.  Which six he has more cannot be told without his figures: he may count II.yy as the six of
+#: I.yy, three of which are impossible.
+ALLIEVI_COUNT, LETTER_COUNT = 54, 48
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One series in one family and configuration.
+
+    Attributes
+    ----------
+    series, family, configuration : str
+    dimension : int
+        Free parameters of its largest member, modulo similarity.
+    mechanisms, guides : int
+        Stored.
+    smallest : dict of float
+        By level: least size over stroke of a stored guide.
+    remark : str
+        Why nothing is stored; empty if something is.
+    """
+
+    series: str
+    family: str
+    configuration: str
+    dimension: int
+    mechanisms: int
+    guides: int
+    smallest: dict[int, float]
+    remark: str
+
+
+def census(database: Database, registry: Registry) -> list[Cell]:
+    """Return the cells of all registered series, in their order."""
+    held = _held(database)
+    cells = []
+    for series in registry.series.values():
+        found: dict[tuple[str, str], tuple[int, int, int]] = {}
+        for member in series.members:
+            for configuration, (drawn, sound) in _configurations(member).items():
+                key = (member.family, configuration)
+                dimension, before, kept = found.get(key, (0, 0, 0))
+                found[key] = (max(dimension, len(member.parameters)), before + drawn, kept + sound)
+        keys = [*found, *(k[1:] for k in held if k[0] == series.code and k[1:] not in found)]
+        for family, configuration in keys:
+            dimension, drawn, sound = found.get((family, configuration), (0, 0, 0))
+            mechanisms, guides, smallest = held.get((series.code, family, configuration), (0, 0, {}))
+            remark = "" if guides else _why(drawn, sound)
+            cells.append(Cell(series.code, family, configuration, dimension, mechanisms, guides, smallest, remark))
+    return cells
+
+
+def impossible(series: Series, cells: list[Cell]) -> list[tuple[str, str]]:
+    """Return the families and normal configurations that no member of a series reaches."""
+    there = {(c.family, c.configuration) for c in cells if c.series == series.code}
+    special = {c for _, c in there if not any(c in names for names in NORMAL.values())}
+    if special:  # the series has configurations of its own, such as a pivot at the pole
+        return []
+    return [(f, c) for f in series.families for c in NORMAL.get(f, ()) if (f, c) not in there]
+
+
+def _why(drawn: int, sound: int) -> str:
+    if not drawn:
+        return "not reached by the domain of any member"
+    if not sound:
+        return f"none of {drawn} drawn is in proportion"
+    return f"{sound} of {drawn} drawn are in proportion, none holds a usable guide"
+
+
+def _configurations(member: Member) -> dict[str, tuple[int, int]]:
+    """Return the configurations in the domain of a member, with how many were drawn and how many are in proportion."""
+    random = np.random.default_rng(1895)
+    free = {p.name: p.spread(random.random(LOOK)) for p in member.parameters}
+    linkage, _ = Linkage.valid(member.synthesise(free))
+    names = Instant(linkage, np.zeros(len(linkage), complex)).configuration
+    sound = in_proportion(linkage)
+    return {str(n): (int((names == n).sum()), int((sound & (names == n)).sum())) for n in np.unique(names)}
+
+
+def _held(database: Database) -> dict[tuple[str, str, str], tuple[int, int, dict[int, float]]]:
+    place = (Mechanism.series, Mechanism.family, Mechanism.configuration)
+    counted = database.read(
+        select(*place, func.count(Mechanism.id.distinct()).label("mechanisms"), func.count(Guide.id).label("guides"))
+        .join(Guide, Guide.mechanism_id == Mechanism.id)
+        .group_by(*place)
+    )
+    best = database.read(
+        select(*place, Reach.level, func.min(Reach.size).label("smallest"))
+        .join(Guide, Guide.mechanism_id == Mechanism.id)
+        .join(Reach, Reach.guide_id == Guide.id)
+        .group_by(*place, Reach.level)
+    )
+    smallest: dict[tuple[str, str, str], dict[int, float]] = {}
+    for *key, level, size in zip(*best.values(), strict=True):
+        smallest.setdefault(tuple(key), {})[int(level)] = float(size)
+    return {
+        tuple(key): (int(mechanisms), int(guides), smallest.get(tuple(key), {}))
+        for *key, mechanisms, guides in zip(*counted.values(), strict=True)
+    }

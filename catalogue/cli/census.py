@@ -1,0 +1,48 @@
+"""``catalogue census``: what the catalogue holds, cell by cell."""
+
+from __future__ import annotations
+
+import json
+import sys
+from dataclasses import asdict
+
+from .options import Db, Format, Output, Plugins
+
+
+def census(format: Output = Format.table, db: Db = None, plugins: Plugins = None) -> None:
+    """Count the stored mechanisms: series by family by configuration, and say why a cell is empty."""
+    from .. import census as counting
+    from ..facade import open
+
+    with open(db, plugins=plugins or ()) as catalogue:
+        cells = counting.census(catalogue.database, catalogue.registry)
+        series = catalogue.registry.series
+    if format is Format.json:
+        print(json.dumps([asdict(c) for c in cells], indent=1))
+        return
+    levels = sorted({level for c in cells for level in c.smallest}, reverse=True)
+    columns = [("series", "left"), ("family", "left"), ("conf.", "left"), ("dim.", "right"), ("mechanisms", "right"),
+               ("guides", "right"), *((f"1e{level}", "right") for level in levels), ("", "left")]  # fmt: skip
+    rows = [
+        [c.series, c.family, c.configuration, str(c.dimension), str(c.mechanisms), str(c.guides),
+         *(f"{c.smallest[level]:.3g}" if level in c.smallest else "-" for level in levels), c.remark]
+        for c in cells
+    ]  # fmt: skip
+    if format is Format.csv:
+        import csv
+
+        csv.writer(sys.stdout, lineterminator="\n").writerows([[name for name, _ in columns], *rows])
+        return
+    from .tables import print_table
+
+    total = sum(c.guides for c in cells)
+    print_table("Census; under each deviation over stroke the least size over stroke", columns, rows)
+    print(f"{len(cells)} cells, {sum(c.mechanisms for c in cells)} mechanisms, {total} guides")
+    for one in series.values():
+        missing = counting.impossible(one, cells)
+        if missing:
+            print(f"{one.code}: impossible are " + ", ".join(f"{family} {name}" for family, name in missing))
+    print(
+        f"Four-bar configurations of the series I, II, II*, III and III*: {counting.LETTER_COUNT} by the letters of the "
+        f"dyads; Allievi counts {counting.ALLIEVI_COUNT}."
+    )
