@@ -28,7 +28,7 @@ def seconds(run: Callable[[], Any], times: int) -> float:
 def title(text: str) -> None:
     """Print a heading, the command, and where and when it ran."""
     name = Path(sys.argv[0]).name
-    words = " ".join([f"python tests/benchmarks/{name}", *(a for a in sys.argv[1:] if not a.startswith("/"))])
+    words = " ".join([f"python tests/benchmarks/{name}", *("FOLDER" if a.startswith("/") else a for a in sys.argv[1:])])
     machine = f"{os.cpu_count()} cores, {platform.machine()}, load {os.getloadavg()[0]:.1f}"
     python = f"Python {platform.python_version()}, numpy {version('numpy')}"
     print(f"# {text}\n\n`{words}`\n\n{date.today()}; {machine}; {python}.\n", flush=True)

@@ -6,6 +6,7 @@ from __future__ import annotations
 import cmath
 import math
 import os
+from importlib.metadata import version
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # one core, for all that is compared
 
@@ -126,7 +127,7 @@ def compiled() -> list[tuple[str, float]]:
 
     assert np.isfinite(run()).all()
     name = "compiled by numba" if HAS_NUMBA else "without numba"
-    return [(f"pylinkage, its step {name}", seconds(run, 15) / steps)]
+    return [(f"pylinkage {version('pylinkage')}, its step {name}", seconds(run, 15) / steps)]
 
 
 def families() -> None:
