@@ -43,6 +43,6 @@ def census(format: Output = Format.table, db: Db = None, plugins: Plugins = None
         if missing:
             print(f"{one.code}: impossible are " + ", ".join(f"{family} {name}" for family, name in missing))
     print(
-        f"Four-bar configurations of the series I, II, II*, III and III*: {counting.LETTER_COUNT} by the letters of the "
-        f"dyads; Allievi counts {counting.ALLIEVI_COUNT}."
+        f"Four-bar configurations of the series I, II, II*, III and III*: {counting.LETTER_COUNT} by the letters of "
+        f"the dyads; Allievi counts {counting.ALLIEVI_COUNT}."
     )
