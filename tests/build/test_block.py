@@ -8,8 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from catalogue.build.block import FARTHEST_POINT, LARGEST, LEAST_TRANSMISSION, NEAREST_PIVOT, RADII, Block, block
+from catalogue.build.block import FARTHEST_POINT, NEAREST_PIVOT, RADII, Block, block
 from catalogue.build.draw import BLOCK, PLAN
+from catalogue.build.rows import LARGEST, LEAST_TRANSMISSION
 from catalogue.guide.measures import Measures, measure
 from catalogue.guide.place import placed
 from catalogue.guide.reach import LEVELS
