@@ -104,7 +104,7 @@ class Loop:
             # moving pivots on their lines: two linear equations for pivot 1
             p, q = dot(a, a_star), dot(b, b_star) - dot(b, turn * bar)
             area = (a.conjugate() * b).imag
-            return 1j * (b * p - a * q) / area, turn
+            return 1j * (a * q - b * p) / area, turn
         r = abs(a_star - a)
         if drive == "coupler":
             if self.kind == "RR.RR":

@@ -9,6 +9,7 @@ import numpy as np
 
 from ..linkage import RP, RR, Array, Linkage
 from ..motion import CRANK_1, CRANK_2, Motion, motion
+from .minimax import grid
 from .span import Span
 from .trace import Traced
 
@@ -94,11 +95,13 @@ def transmission(linkage: Linkage, at: list[Array], x: Array) -> Array:
     Parameters
     ----------
     at : two complex ndarrays, shape (m, n)
-        Positions of the moving pivots (for a slide: anything finite).
+        Positions of the moving pivots (for a slide: anything finite) at Chebyshev points of the stroke, between which
+        the sine of the angle is interpolated.
     x : complex ndarray, shape (m, n)
         exp(i theta) - 1 of the coupler.
     """
     z, kind = linkage.points, linkage.dyads
+    fine = grid(len(x) - 1).fine
     least = []
     for driver in (0, 1):
         other = 1 - driver
@@ -110,8 +113,9 @@ def transmission(linkage: Linkage, at: list[Array], x: Array) -> Array:
         contact = np.where(kind[:, other] == RP, z[:, other, 0], at[other])
         arm = np.where(kind[:, driver] == RP, z[:, driver, 1] * (1 + x), contact - at[driver])
         with np.errstate(all="ignore"):
-            sine = np.abs((arm.conj() * ray).imag) / (np.abs(arm) * np.abs(ray))
-        angle = np.degrees(np.arcsin(np.clip(sine, 0, 1))).min(axis=0)
+            sine = fine @ ((arm.conj() * ray).imag / (np.abs(arm) * np.abs(ray)))
+        through = (sine.min(axis=0) < 0) & (sine.max(axis=0) > 0)  # a dead point lies on the way
+        angle = np.where(through, 0.0, np.degrees(np.arcsin(np.clip(np.abs(sine), 0, 1))).min(axis=0))
         no_crank = (kind != RR).all(1)
         least.append(np.where((kind[:, driver] == RR) | no_crank, angle, -1.0))
     return np.where(np.isnan(least[0] + least[1]), np.nan, np.maximum(*least))

@@ -62,15 +62,22 @@ def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int =
     NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended precision if `extend`.
     """
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
-    half = 0.5 * stroke
+    half, centre = 0.5 * stroke, np.zeros(len(guides))
     for _ in range(3):
-        rough = trace(guides, half, circle=circle, split=False, nodes=nodes)
+        rough = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
         with np.errstate(all="ignore"):
+            if circle:  # the chord is not parallel to the tangent: both ends are to be equally far away
+                low, high = np.hypot(*guides.path(np.stack([rough.low, rough.high])))
+                low, high = (1 - centre) * half * (low + high) / low, (1 + centre) * half * (low + high) / high
+                half, centre = 0.25 * (low + high), (high - low) / (high + low)
             half = half * stroke / rough.fit.stroke
-    found = trace(guides, half, circle=circle, split=False, nodes=nodes)
+    found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
     fine = (found.relative < FINE) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
-        again = trace(extended(guides[fine]), half[fine].astype(np.longdouble), circle=circle, split=False, nodes=nodes)
+        again = trace(
+            extended(guides[fine]), half[fine].astype(np.longdouble), circle=circle, split=False, centre=centre[fine],
+            nodes=nodes,
+        )  # fmt: skip
         found = found.replaced(fine, again)
     return found
 
