@@ -63,14 +63,12 @@ def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int =
     """
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
     half, centre = 0.5 * stroke, np.zeros(len(guides))
-    for _ in range(3):
+    for round_ in range(3):
         rough = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
         with np.errstate(all="ignore"):
-            if circle:  # the chord is not parallel to the tangent: both ends are to be equally far away
-                low, high = np.hypot(*guides.path(np.stack([rough.low, rough.high])))
-                low, high = (1 - centre) * half * (low + high) / low, (1 + centre) * half * (low + high) / high
-                half, centre = 0.25 * (low + high), (high - low) / (high + low)
             half = half * stroke / rough.fit.stroke
+        if circle and round_ == 0:
+            half, centre = _symmetric(guides, rough, stroke)
     found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
     fine = (found.relative < FINE) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
@@ -80,6 +78,23 @@ def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int =
         )  # fmt: skip
         found = found.replaced(fine, again)
     return found
+
+
+def _symmetric(guides: Span, traced: Traced, stroke: Array) -> tuple[Array, Array]:
+    """Return half and centre of the windows whose ends, on the traced circles, are equally far from the guided points.
+
+    The tangent in the guided point is not parallel to the chord, since the path wavers about the circle.
+    """
+    found = traced.fit
+    with np.errstate(all="ignore"):
+        radius = 1 / found.curvature
+        depth = np.sqrt(radius**2 - 0.25 * found.stroke**2)
+        middle = found.start + found.along * (0.5 * found.stroke + 1j * np.copysign(depth, radius))
+        out = guides.point - middle
+        turn = np.exp(1j * np.arcsin(0.5 * stroke / np.abs(radius)))
+        ends = [((out * t - out) * guides.tangent.conj()).real for t in (turn, turn.conj())]
+    low, high = np.minimum(*ends), np.maximum(*ends)
+    return 0.5 * (high - low), (high + low) / (high - low)
 
 
 def at_sweep(guides: Span, half: Array, centre: Array, sweep: float, nodes: int = 16) -> tuple[Array, Traced]:

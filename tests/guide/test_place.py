@@ -43,7 +43,7 @@ def test_path_runs_from_0_to_the_stroke(case: tuple[bool, Span, Traced]) -> None
     assert good.mean() > 0.97  # the others end where their path turns
     path = path_of(linkage[good], point[good], now.low[good], now.high[good])
     first, last = np.where(now.fit.along.real[good] > 0, path[[0, -1]], path[[-1, 0]])
-    slack = (5.0 if circle else 2.0) * now.fit.deviation[good] + 2e-5 * STROKE
+    slack = 2.0 * now.fit.deviation[good] + 1e-6 * STROKE
     assert np.all(np.abs(first) < slack)
     assert np.all(np.abs(last - STROKE) < slack)
     if not circle:
