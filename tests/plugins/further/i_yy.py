@@ -1,0 +1,88 @@
+"""Series I.yy: dead points.  All pivots lie on the pole normal, where two smooth branches of the motion cross.
+
+One linkage at a dead point gives two members, one per branch; each motion is symmetric about the line.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from catalogue.hookspecs import hookimpl
+from catalogue.instant import Instant
+from catalogue.linkage import RR, Array
+from catalogue.pairs import circle_pair, linkage_of, normal_pair
+from catalogue.series import Guided, Member, Parameter, Parameters, Series
+
+Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 3.0)), "rho0/r3 of the first pair on the pole normal")
+Q_4 = Parameter("q4", Q_3.domain, "rho0/r4 of the second pair")
+
+
+def pivots(p: Parameters) -> Array:
+    """Both pairs on the pole normal."""
+    return linkage_of(normal_pair(p["q3"]), normal_pair(p["q4"]))
+
+
+def slider(p: Parameters) -> Parameters:
+    """The second pair is a slider."""
+    return {"q4": np.zeros_like(p["q3"])}
+
+
+def slide(p: Parameters) -> Parameters:
+    """The second pair is a slide."""
+    return {"q4": np.full_like(p["q3"], -1.0)}
+
+
+def both(_: Parameters) -> Parameters:
+    """Slider and slide: nothing is free."""
+    return {"q3": np.array([0.0]), "q4": np.array([-1.0])}
+
+
+def guided(p: Parameters) -> Iterator[Guided]:
+    """Pairs on the circles, symmetric about the normal, by eq. (32): cot^2(phi) = -V3 V4/(kappa kappa*), kappa =
+    (q3 + q4 - 1)/4; real iff that is positive."""
+    q3, q4 = p["q3"], p["q4"]
+    kappa = (q3 + q4 - 1) / 4
+    with np.errstate(invalid="ignore", divide="ignore"):
+        phi = np.arctan2(1.0, np.sqrt(-(q3 - kappa) * (q4 - kappa) / (kappa * (kappa + 1))))
+        near = (np.minimum(np.abs(kappa), np.abs(kappa + 1)) < 0.02)[:, None, None]  # II.yy, II*.yy
+        yield Guided("[1]", np.where(near, np.nan, circle_pair(kappa, phi)), 4)
+        yield Guided("[2]", np.where(near, np.nan, circle_pair(kappa, np.pi - phi)), 4)
+    for label, at in (("undulation", 0.0), ("cuspidation", -1.0)):
+        taken = ((q3 == at) | (q4 == at))[:, None, None]  # the driving slider or slide
+        yield Guided(label, np.where(taken, np.nan, normal_pair(np.full_like(q3, at))), 3)
+
+
+def classify(instant: Instant) -> tuple[Array, Array]:
+    """Residual: distance of the pivots from their common line, and sine of the angle of the rays with it.  Margin: 1,
+    since I.yy holds all dead points."""
+    linkage = instant.linkage
+    ray = linkage.rays
+    z = np.where(linkage.finite, linkage.points, np.nan).reshape(-1, 4)
+    first = np.where(linkage.finite[:, 0, 0], z[:, 0], z[:, 1])
+    off = np.abs(((z - first[:, None]) * ray[:, :1].conj()).imag)
+    sine = np.abs((ray[:, 0].conj() * ray[:, 1]).imag)
+    residual = np.maximum(np.fmax.reduce(off, axis=1) / linkage.size, sine)
+    lines = (linkage.dyads != RR).all(1) & (linkage.dyads[:, 0] == linkage.dyads[:, 1])
+    return np.where(lines, np.nan, residual), np.ones(len(linkage))
+
+
+I_YY = Series(
+    code="I.yy",
+    title="dead points",
+    inverse="I.yy",
+    source="Allievi 1895, secs. 4, 13, eqs. (18), (19), (32)",
+    members=[
+        Member("general", "four-bar", [Q_3, Q_4], pivots, weight=3.0),
+        Member("general", "slider-crank", [Q_3], pivots, slider, weight=0.5),
+        Member("general", "inverted-slider-crank", [Q_3], pivots, slide, weight=0.5),
+        Member("general", "swinging-block", [], pivots, both),
+    ],
+    classify=classify,
+    guided=guided,
+)
+
+
+@hookimpl
+def catalogue_series() -> list[Series]:
+    """Self-inverse."""
+    return [I_YY]

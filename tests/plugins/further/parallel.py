@@ -1,0 +1,76 @@
+"""Series parallel: two parallel cranks of a four-bar, in no other relation; the pole is at infinity.
+
+Axes: x along the cranks, y across, unit of length y1.  Centres lie on the hyperbola x y + k = 0, points of stationary
+curvature on x* y + k* = 0.  The series is its own inverse.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from catalogue.hookspecs import hookimpl
+from catalogue.instant import Instant
+from catalogue.linkage import RR, Array
+from catalogue.pairs import alike, linkage_of, parallel_pair, roots, without
+from catalogue.series import Guided, Member, Parameter, Parameters, Series
+
+K = Parameter("k", ((0.1, 5.0),), "k/y1^2, hyperbola of the fixed points")
+K_STAR = Parameter("k_star", ((-4.9, -0.11), (0.11, 4.9)), "k*/y1^2, hyperbola of the moving points")
+Y_2 = Parameter("y2", ((-3.0, -1.05), (-0.95, -0.1), (0.1, 0.95), (1.05, 3.0)), "y2/y1, heights of the cranks")
+
+
+def pivots(p: Parameters) -> Array:
+    """Cranks at the heights 1 and y2."""
+    return linkage_of(*(parallel_pair(y, p["k"], p["k_star"]) for y in (1 + 0 * p["y2"], p["y2"])))
+
+
+def fifth_order(p: Parameters) -> Parameters:
+    """k* = -k (not in Allievi)."""
+    return {"k_star": -p["k"]}
+
+
+def coincident(p: Parameters) -> Parameters:
+    """[3] and [4] coincide: (y1 + y2)^2 = 4 k k*/(y1 y2)."""
+    return {"k_star": p["y2"] * (1 + p["y2"]) ** 2 / (4 * p["k"])}
+
+
+def guided(p: Parameters) -> Iterator[Guided]:
+    """[3], [4] by y1 + y2 + y3 + y4 = 0 (58) and y1 y2 y3 y4 = k k* (59), of order 5 iff k* = -k."""
+    k, star, y2 = p["k"], p["k_star"], p["y2"]
+    order = np.where(alike(star / k, -1.0), 5, 4)
+    y3, y4 = roots(-(1 + y2), k * star / y2)
+    driving = [alike(y, 1.0) | alike(y, y2) for y in (y3, y4)]
+    yield Guided("[3]", without(parallel_pair(y3, k, star), driving[0]), order)
+    yield Guided("[4]", without(parallel_pair(y4, k, star), driving[1] | alike(y3, y4)), order)
+
+
+def classify(instant: Instant) -> tuple[Array, Array]:
+    """Residual: sine of the angle of the cranks.  Margin: |k/k0| (IV), |k*/k0| (IV*), parallelogram; NaN elsewhere."""
+    linkage, at = instant.linkage, instant.curvature
+    lengths = ((linkage.points[..., 1] - linkage.points[..., 0]) * linkage.rays[:, :1].conj()).real
+    with np.errstate(invalid="ignore", divide="ignore"):
+        unequal = np.abs(lengths[:, 0] - lengths[:, 1]) / np.abs(lengths).max(1)
+        margin = np.min([*(np.abs(c / (at.k_star - at.k)) for c in (at.k, at.k_star)), unequal], axis=0)
+    sine = np.abs((linkage.rays[:, 0].conj() * linkage.rays[:, 1]).imag)
+    return np.where((linkage.dyads == RR).all(1), sine, np.nan), margin
+
+
+PARALLEL = Series(
+    code="parallel",
+    title="two parallel cranks",
+    inverse="parallel",
+    source="Allievi 1895, secs. 17, 18, eqs. (52)-(60)",
+    members=[
+        Member("general", "four-bar", [K, K_STAR, Y_2], pivots, weight=3.0),
+        Member("fifth order", "four-bar", [K, Y_2], pivots, fifth_order),
+        Member("coincident pairs", "four-bar", [K, Y_2], pivots, coincident, weight=0.5),
+    ],
+    classify=classify,
+    guided=guided,
+)
+
+
+@hookimpl
+def catalogue_series() -> list[Series]:
+    """Self-inverse."""
+    return [PARALLEL]

@@ -1,0 +1,35 @@
+"""Series II.xoy and II*.xoy: the contract and the golden cases."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pytest
+
+from catalogue.testing import SeriesContract, load
+
+FURTHER = Path(__file__).with_name("further")
+II_XOY, II_STAR_XOY = load("II.xoy", FURTHER), load("II*.xoy", FURTHER)
+
+
+class TestIIxoy(SeriesContract):
+    """Members lack what is a driving pair of theirs, or falls into a pole."""
+
+    folders = (FURTHER,)
+    series = II_XOY
+    absent: ClassVar = [("slider-crank double cuspidation", "[4]"), ("swinging-block general", "cuspidation")]
+
+
+class TestIIStarxoy(SeriesContract):
+    """Members lack what is a driving pair of theirs, or falls into a pole."""
+
+    folders = (FURTHER,)
+    series = II_STAR_XOY
+    absent: ClassVar = [("inverted-slider-crank double undulation", "[4]"), ("swinging-block general", "undulation")]
+
+
+@pytest.mark.parametrize("series", [II_XOY, II_STAR_XOY])
+def test_golden_members_are_synthesised(golden_members: Callable[[Any], int], series: Any) -> None:
+    assert golden_members(series) >= 5
