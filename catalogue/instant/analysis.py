@@ -13,12 +13,15 @@ import numpy as np
 
 from ..linkage import Array, Linkage
 from .parallel import parallel_cranks
+from .polish import polished
 from .regular import VANISHING, finite_pole, noise
 
 REGULAR, PARALLEL, DEAD_POINT = 0, 1, 2
 #: |sine of the angle between the rays| below which they count as parallel: there the error of neglecting the angle
 #: equals that of a pole 1e8 times as far as the pivots.
 PARALLEL_SINE = 1e-8
+#: From this sine on, up to NEAR_SINE, the principal pairs are improved on the motion itself; below it they are exact.
+SURE_SINE = 1e-15
 #: Below this sine and this collinearity residual the linkage counts as being at a dead point.
 DEAD_SINE = 1e-7
 #: So it does below these, if besides no more than the digits of NOISE are left of kappa.
@@ -130,6 +133,9 @@ def curvature(linkage: Linkage) -> Curvature:
         if chosen.any():
             for name, value in solve(linkage[chosen]).items():
                 out[name][chosen] = value
+    far = (state != DEAD_POINT) & (np.abs(sine) < NEAR_SINE) & (np.abs(sine) > SURE_SINE)
+    if far.any():
+        out["principal_pairs"][far] = polished(linkage[far], out["principal_pairs"][far])
     return Curvature(**out)
 
 

@@ -8,6 +8,7 @@ the motion does: for parallel cranks, pivots at infinity and, on a given branch,
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -56,23 +57,23 @@ def jet(linkage: Linkage, point: Array, pole: Array | None = None) -> Jet:
     for start in range(0, len(linkage), BLOCK):
         rows = np.arange(start, min(start + BLOCK, len(linkage)))
         at = None if pole is None else np.asarray(pole)[rows]
-        for where, moving in _charts(linkage[rows], point[rows], at):
+        for where, moving in charts(linkage[rows], point[rows], at):
             chosen = rows[where]
-            z[:, chosen] = _path(moving.point(point[chosen]))
+            z[:, chosen] = path_series(moving.point(point[chosen]))
             turn[chosen] = moving.velocity[1].imag
     return Jet(z, turn)
 
 
-def _charts(linkage: Linkage, point: Array, pole: Array | None) -> list[tuple[Array, Motion]]:
+def charts(linkage: Linkage, point: Array, pole: Array | None, dtype: Any = float) -> list[tuple[Array, Motion]]:
     """Return indices and motion of the linkages in each of the charts, each linkage in its best one."""
-    coupler = motion(linkage, 0, point, pole=pole)
+    coupler = motion(linkage, 0, point, dtype, pole)
     best = np.nan_to_num(coupler.conditioning)
     chart = np.zeros(len(linkage), dtype=int)
     poor = np.flatnonzero(best < GOOD)
     cranks = {}
     for crank in (CRANK_1, CRANK_2):
         if poor.size:
-            cranks[crank] = motion(linkage[poor], crank)
+            cranks[crank] = motion(linkage[poor], crank, dtype=dtype)
             good = np.nan_to_num(cranks[crank].conditioning)
             better = good > best[poor]
             chart[poor[better]], best[poor[better]] = crank, good[better]
@@ -84,7 +85,7 @@ def _charts(linkage: Linkage, point: Array, pole: Array | None) -> list[tuple[Ar
     return [(where, moving) for where, moving in out if where.size]
 
 
-def _path(path: Path) -> Array:
+def path_series(path: Path) -> Array:
     """Return the series of a path: the closed form of `Path`, on series instead of numbers."""
     forms, circle = path.forms, path.circle
     h, g, n, k, j2, b_x, b_y, l_x, l_y = (_polynomial(f) for f in forms[:9])
