@@ -1,5 +1,6 @@
 """Drawings of guides; matplotlib is imported only when one is made."""
 
-from .sheet import FORMATS, draw
+from .paper import FORMATS
+from .sheet import draw
 
 __all__ = ["FORMATS", "draw"]

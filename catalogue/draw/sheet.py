@@ -2,19 +2,16 @@
 
 from __future__ import annotations
 
-import io
 import math
-import re
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InvalidRequest, MissingExtra
 from .mechanism import drawn
+from .paper import SANS, SERIF, blank, kind_of, write
 from .scene import EXACT, Scene, scene
-from .symbols import FAINT, GREY, INK, PAPER, PATH, Pen
+from .symbols import FAINT, GREY, INK, PATH, Pen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -22,10 +19,6 @@ if TYPE_CHECKING:
 
     from ..query.found import Candidate
 
-#: What can be written, by suffix, with what keeps the time of day out of the file.
-FORMATS: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-#: Resolution of a PNG [dots per inch].
-DPI = 200
 # All in inches: the width of the sheet, its margin, the drawing's least and greatest height and its border, and the
 # heights of the title, the scale under the drawing, the deviation (of an exact guide) and its labels.
 WIDTH, MARGIN, LOW, HIGH, BORDER = 8.0, 0.6, 2.2, 6.4, 0.45
@@ -38,7 +31,6 @@ NAMES = {
     "elliptic-trammel": "elliptic trammel",
     "oldham": "Oldham linkage",
 }
-SANS, SERIF = "DejaVu Sans", "STIXGeneral"  # both come with matplotlib
 
 
 def draw(candidate: Candidate, file: str | Path | None = None) -> Figure:
@@ -63,12 +55,7 @@ def draw(candidate: Candidate, file: str | Path | None = None) -> Figure:
     MissingExtra
         Without matplotlib.
     """
-    kind = None if file is None else _kind(Path(file))
-    try:
-        from matplotlib.backends.backend_agg import FigureCanvasAgg
-        from matplotlib.figure import Figure
-    except ImportError as error:
-        raise MissingExtra('drawing needs matplotlib: pip install "mechanism-catalogue[plot]"') from error
+    kind = None if file is None else kind_of(Path(file))
     shown = scene(candidate)
     x0, y0, x1, y1 = shown.box
     inner = WIDTH - 2 * MARGIN
@@ -76,8 +63,7 @@ def draw(candidate: Candidate, file: str | Path | None = None) -> Figure:
     height = max(LOW, (y1 - y0) / inch + 2 * BORDER)
     strip = EXACTLY if _exact(candidate) else DEVIATION
     total = TITLE + height + SCALE + strip + LABELS
-    figure = Figure(figsize=(WIDTH, total), dpi=100, facecolor=PAPER)
-    FigureCanvasAgg(figure)
+    figure = blank(WIDTH, total)
     _title(figure, candidate, total)
 
     axes = figure.add_axes(
@@ -94,38 +80,9 @@ def draw(candidate: Candidate, file: str | Path | None = None) -> Figure:
 
     inset = figure.add_axes((MARGIN / WIDTH, LABELS / total, inner / WIDTH, strip / total), gid="deviation")
     _deviation(inset, candidate, shown)
-    # a notebook shows the figure without pyplot's help
-    setattr(figure, "_repr_png_", partial(_written, figure, "png"))  # noqa: B010
     if file is not None and kind is not None:
-        try:
-            Path(file).write_bytes(_written(figure, kind))
-        except OSError as error:
-            raise InvalidRequest(f"cannot write {file}: {error.strerror}") from error
+        write(figure, Path(file), kind)
     return figure
-
-
-def _kind(file: Path) -> str:
-    """Return the format that the suffix of a file names, once it is clear that it can be written."""
-    kind = file.suffix.lower().removeprefix(".")
-    if kind not in FORMATS:
-        named = f"the suffix {file.suffix!r}" if kind else "no suffix"
-        raise InvalidRequest(f"cannot draw to {file} with {named}; choose .png, .svg or .pdf")
-    if not file.parent.is_dir():
-        raise InvalidRequest(f"cannot draw to {file}: there is no folder {file.parent}")
-    return kind
-
-
-def _written(figure: Figure, kind: str) -> bytes:
-    """Return the figure as a file."""
-    out = io.BytesIO()
-    figure.savefig(out, format=kind, dpi=DPI, facecolor=PAPER, metadata=FORMATS[kind])
-    if kind != "svg":
-        return out.getvalue()
-    # matplotlib salts the names of shared elements with a random number unless a global setting is changed
-    names: dict[str, str] = {}
-    return re.sub(
-        r"\b[hmp][0-9a-f]{10}\b", lambda m: names.setdefault(m[0], f"{m[0][0]}{len(names)}"), out.getvalue().decode()
-    ).encode()
 
 
 def _title(figure: Figure, candidate: Candidate, total: float) -> None:

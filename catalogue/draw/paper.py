@@ -1,0 +1,66 @@
+"""Paper to draw on, and the files it is written to; the same drawing gives the same file."""
+
+from __future__ import annotations
+
+import io
+import re
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InvalidRequest, MissingExtra
+from .symbols import PAPER
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+#: What can be written, by suffix, with what keeps the time of day out of the file.
+FORMATS: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
+#: Resolution of a PNG [dots per inch].
+DPI = 200
+SANS, SERIF = "DejaVu Sans", "STIXGeneral"  # both come with matplotlib
+
+
+def kind_of(file: Path) -> str:
+    """Return the format that the suffix of a file names, once it is clear that it can be written."""
+    kind = file.suffix.lower().removeprefix(".")
+    if kind not in FORMATS:
+        named = f"the suffix {file.suffix!r}" if kind else "no suffix"
+        raise InvalidRequest(f"cannot draw to {file} with {named}; choose .png, .svg or .pdf")
+    if not file.parent.is_dir():
+        raise InvalidRequest(f"cannot draw to {file}: there is no folder {file.parent}")
+    return kind
+
+
+def blank(width: float, height: float) -> Figure:
+    """Return an empty figure of a size in inches; pyplot does not know it, and a notebook shows it."""
+    try:
+        from matplotlib.backends.backend_agg import FigureCanvasAgg
+        from matplotlib.figure import Figure
+    except ImportError as error:
+        raise MissingExtra('drawing needs matplotlib: pip install "mechanism-catalogue[plot]"') from error
+    figure = Figure(figsize=(width, height), dpi=100, facecolor=PAPER)
+    FigureCanvasAgg(figure)
+    setattr(figure, "_repr_png_", partial(_written, figure, "png"))  # noqa: B010
+    return figure
+
+
+def write(figure: Figure, file: Path, kind: str) -> None:
+    """Write a figure to a file of a kind."""
+    try:
+        file.write_bytes(_written(figure, kind))
+    except OSError as error:
+        raise InvalidRequest(f"cannot write {file}: {error.strerror}") from error
+
+
+def _written(figure: Figure, kind: str) -> bytes:
+    """Return the figure as a file."""
+    out = io.BytesIO()
+    figure.savefig(out, format=kind, dpi=DPI, facecolor=PAPER, metadata=FORMATS[kind])
+    if kind != "svg":
+        return out.getvalue()
+    # matplotlib salts the names of shared elements with a random number unless a global setting is changed
+    names: dict[str, str] = {}
+    return re.sub(
+        r"\b[hmp][0-9a-f]{10}\b", lambda m: names.setdefault(m[0], f"{m[0][0]}{len(names)}"), out.getvalue().decode()
+    ).encode()
