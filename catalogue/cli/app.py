@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from .. import __version__
-from . import build, census, classify, find, plugins, show
+from . import build, census, classify, find, plate, plugins, show
 
 app = typer.Typer(
     name="catalogue",
@@ -25,6 +25,8 @@ app.command()(build.build)
 app.command()(classify.classify)
 app.command()(census.census)
 app.command()(show.show)
+app.command()(plate.plate)
+app.command()(plate.atlas)
 app.command()(plugins.plugins)
 
 

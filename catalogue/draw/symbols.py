@@ -45,9 +45,9 @@ class Pen:
         """Draw a line through the points z."""
         from matplotlib.lines import Line2D
 
-        style = {"solid_capstyle": "round", "solid_joinstyle": "round", **style}
+        style = {"solid_capstyle": "round", "solid_joinstyle": "round", "clip_on": False, **style}
         self._taken(z, style["zorder"])
-        self.axes.add_line(Line2D(z.real, z.imag, gid=gid, clip_on=False, **style))
+        self.axes.add_line(Line2D(z.real, z.imag, gid=gid, **style))
 
     def strokes(self, pairs: Array, gid: str, **style: Any) -> None:
         """Draw separate strokes, pairs of points (n, 2), as one element."""

@@ -1,0 +1,119 @@
+"""``catalogue plate`` and ``catalogue atlas``: series as plates to look at, and to hang on a wall."""
+
+from __future__ import annotations
+
+import sys
+from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+from urllib.parse import quote
+
+import typer
+
+from ..errors import InvalidRequest
+from .options import Plugins
+
+if TYPE_CHECKING:
+    from ..series import Series
+
+
+def plate(
+    series: Annotated[str, typer.Argument(metavar="SERIES", help="Code of a series, such as II.xy or 'III*.KK'.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(metavar="FILE", help="PNG, SVG or PDF by the suffix.", show_default="CODE.svg, here"),
+    ] = None,
+    plugins: Plugins = None,
+) -> None:
+    """Draw a series: each family and configuration with its circles, cubics, linkage and guided pairs."""
+    from ..draw.plate import file_name
+    from ..draw.plate import plate as draw
+    from ..plugins import Registry
+
+    chosen = Registry(plugins or ()).get(series)
+    file = Path(f"{file_name(chosen.code)}.svg") if out is None else out
+    draw(chosen, file)
+    print(f"drawn: {file}", file=sys.stderr)
+
+
+def atlas(
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the plates, made if it is not there.")],
+    plugins: Plugins = None,
+) -> None:
+    """Draw the plates of all series as SVG, with index.html to leaf through them."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+
+    from ..draw.plate import plate as draw
+    from ..plugins import Registry
+
+    every = list(Registry(plugins or ()).series.values())
+    files = _files(every)
+    try:
+        out.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InvalidRequest(f"cannot write to {out}: {error.strerror}") from error
+    console = Console(stderr=True)
+    columns = (TextColumn("drawing the plates"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"),
+               TimeElapsedColumn())  # fmt: skip
+    with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
+        task = bar.add_task("", total=len(every))
+        for series, file in zip(every, files, strict=True):
+            bar.update(task, description=series.code)
+            draw(series, out / file)
+            bar.advance(task)
+    index = out / "index.html"
+    try:
+        index.write_text(_index(every, files), encoding="utf-8")
+    except OSError as error:
+        raise InvalidRequest(f"cannot write {index}: {error.strerror}") from error
+    print(f"drawn: {len(every)} plates; open {index}", file=sys.stderr)
+
+
+def _files(every: list[Series]) -> list[str]:
+    """Return a name of its own for each plate, also where letters of both cases are the same."""
+    from ..draw.plate import file_name
+
+    names: list[str] = []
+    for series in every:
+        plain = file_name(series.code)
+        name, count = plain, 1
+        while name.casefold() in (other.casefold() for other in names):
+            count += 1
+            name = f"{plain}-{count}"
+        names.append(name)
+    return [f"{name}.svg" for name in names]
+
+
+def _index(every: list[Series], files: list[str]) -> str:
+    plates = "\n".join(
+        f'<a href="{quote(file)}"><img src="{quote(file)}" alt="" loading="lazy">'
+        f"<b>{escape(series.code)}</b> <i>{escape(series.title)}</i></a>"
+        for series, file in zip(every, files, strict=True)
+    )
+    return f"""<!DOCTYPE html>
+<html lang="en">
+<head>
+<meta charset="utf-8">
+<meta name="viewport" content="width=device-width">
+<title>Guide mechanisms: the plates</title>
+<style>
+body {{ margin: 3rem auto; max-width: 80rem; padding: 0 1.5rem; background: #f3f1ea; color: #26323d;
+  font-family: STIXGeneral, "Times New Roman", serif; }}
+h1, p {{ text-align: center; }}
+main {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(17rem, 1fr)); gap: 2.5rem; align-items: end; }}
+a {{ color: inherit; text-decoration: none; text-align: center; }}
+img {{ display: block; width: 100%; margin-bottom: .7rem; background: #fdfcf9; box-shadow: 0 1px 6px #0004; }}
+a:hover img, a:focus img {{ box-shadow: 0 3px 18px #0007; }}
+b {{ font-size: 1.25rem; }}
+</style>
+</head>
+<body>
+<h1>Guide mechanisms</h1>
+<p>{len(every)} series, each with its families and configurations</p>
+<main>
+{plates}
+</main>
+</body>
+</html>
+"""

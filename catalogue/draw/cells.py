@@ -1,0 +1,151 @@
+"""Which linkages a plate shows: of each family and configuration the best-proportioned of an even sample."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..build.draw import draw as sample
+from ..instant import Curvature, Instant
+from ..linkage import Array, Linkage
+from ..series import Guided, Member, Series
+
+#: Cells of a plate; members with special conditions take those that the configurations leave.
+ROOM = 20
+#: Block of the sequence that is looked at, the same every time.
+SEED, NUMBER = 0, 0
+#: Guided points farther from the pole than this are not waited for (units of rho0).
+FAR = 3.0
+ORDER = "DVTCPXN"
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A linkage at its instant in the canonical frame, with what it guides.
+
+    Attributes
+    ----------
+    family, configuration : str
+    member : str
+        Name of the member of the series.
+    parameters : dict
+        Free parameters, by name.
+    linkage : Linkage of 1
+    curvature : Curvature of 1
+    guided : list of Guided
+        Of one linkage, none imaginary; points with w = 1, or w = 0 and a unit direction.
+    """
+
+    family: str
+    configuration: str
+    member: str
+    parameters: dict[str, float]
+    linkage: Linkage
+    curvature: Curvature
+    guided: list[Guided]
+
+
+@dataclass(frozen=True)
+class _Sampled:
+    member: Member
+    free: dict[str, Array]
+    instant: Instant
+    guided: list[Guided]
+    cost: Array
+
+    def cell(self, i: int) -> Cell:
+        guided = [
+            Guided(g.label, g.pairs[i : i + 1], int(np.broadcast_to(g.order, len(self.cost))[i]))
+            for g in self.guided
+            if not np.isnan(g.pairs[i]).any()
+        ]
+        free = {name: float(values[i]) for name, values in self.free.items()}
+        return Cell(
+            self.member.family, str(self.instant.configuration[i]), self.member.name, free, self.instant.linkage[i],
+            self.instant.curvature[i], guided,
+        )  # fmt: skip
+
+
+def cells(series: Series) -> list[Cell]:
+    """Return a cell for each family and configuration that a sample of the series meets, then for each member with a
+    condition of its own, as far as there is room."""
+    sampled = [one for member in series.members if len((one := _sampled(series, member)).cost)]
+    found: list[Cell] = []
+    for family in series.families:
+        mine = [one for one in sampled if one.member.family == family]
+        names = {str(name) for one in mine for name in one.instant.configuration}
+        for name in sorted(names, key=_place):
+            # a member without a condition of its own stands for the configuration, if it has it
+            found.append(min((_best(one, name) for one in mine if name in one.instant.configuration), key=_general)[0])
+    shown = {(cell.family, cell.member) for cell in found}
+    special = [one for one in sampled if (one.member.family, one.member.name) not in shown]
+    return found + [_best(one)[0] for one in _varied(special)][: max(0, ROOM - len(found))]
+
+
+def _general(choice: tuple[Cell, float]) -> tuple[bool, float]:
+    cell, cost = choice
+    return cell.member != "general", cost
+
+
+def _varied(special: list[_Sampled]) -> Iterator[_Sampled]:
+    """Give one member of each name before a second one of any."""
+    names = [one.member.name for one in special]
+    order = sorted(range(len(special)), key=lambda i: (names[:i].count(names[i]), i))
+    yield from (special[i] for i in order)
+
+
+def _place(name: str) -> list[tuple[int, str]]:
+    return [(ORDER.find(letter), letter) for letter in name]
+
+
+def _best(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]:
+    """Return the cell of the linkage with the least cost, and that cost."""
+    cost = one.cost
+    if configuration is not None:
+        cost = np.where(one.instant.configuration == configuration, cost, np.inf)
+    i = int(np.argmin(cost))
+    return one.cell(i), float(cost[i])
+
+
+def _sampled(series: Series, member: Member) -> _Sampled:
+    drawn = sample(series, member, SEED, NUMBER)
+    n = len(drawn.linkage)
+    instant = Instant(drawn.linkage, np.zeros(n, complex))
+    with np.errstate(all="ignore"):
+        guided = [replace(g, pairs=_finite(g.pairs)) for g in series.guided(drawn.complete)] if n else []
+        cost = _cost(drawn.linkage, guided) if n else np.zeros(0)
+    return _Sampled(member, drawn.free, instant, guided, cost)
+
+
+def _finite(pairs: Array) -> Array:
+    """Scale homogeneous points to w = 1, at infinity to a unit direction; beyond 1e6 rho0 is at infinity."""
+    length, w = np.hypot(pairs[..., 0], pairs[..., 1]), pairs[..., 2]
+    far = np.abs(w) < 1e-6 * length
+    scaled = pairs / np.where(far, length, w)[..., None]
+    scaled[..., 2] = np.where(np.isnan(scaled[..., 0]), np.nan, ~far)
+    return np.asarray(scaled)
+
+
+def _cost(linkage: Linkage, guided: list[Guided]) -> Array:
+    """Return how ill each linkage would look: large, uneven, crowded, or with guided points far off or imaginary."""
+    n = len(linkage)
+    pivots = np.where(linkage.finite, linkage.points, np.nan).reshape(n, 4)
+    pairs = np.array([g.pairs for g in guided]).reshape(len(guided), n, 2, 3)
+    point = np.where(pairs[..., 2] != 0, pairs[..., 0] + 1j * pairs[..., 1], np.nan)
+    reach = np.where(np.abs(point) <= FAR, point, np.nan)
+    points = np.concatenate([pivots, np.moveaxis(reach, 1, 0).reshape(n, -1)], axis=1)
+    z = np.concatenate([points, np.broadcast_to([0, 1j, -1j, 0.5 + 0.5j, -0.5 - 0.5j], (n, 5))], axis=1)
+    size = np.maximum(np.nanmax(z.real, 1) - np.nanmin(z.real, 1), np.nanmax(z.imag, 1) - np.nanmin(z.imag, 1))
+    lengths = np.abs(pivots[:, [0, 2, 1, 0]] - pivots[:, [1, 3, 3, 2]])
+    uneven = np.log(np.fmax.reduce(lengths, 1) / np.fmin.reduce(lengths, 1))
+    apart = np.abs(points[:, :, None] - points[:, None, :])[:, *np.triu_indices(points.shape[1], 1)]
+    # two points in one place stay so whichever linkage is taken
+    crowded = np.nansum(np.where(apart < 1e-9, 0, np.clip(0.1 - apart / size[:, None], 0, None)), axis=1)
+    near_pole = np.nansum(np.clip(0.08 - np.abs(points) / size[:, None], 0, None), axis=1)
+    sine = np.abs((linkage.rays[:, 0].conj() * linkage.rays[:, 1]).imag)
+    lost = np.isnan(pairs).any((-1, -2)).sum(0) + 0.7 * ((np.abs(point[..., 1]) > FAR).sum(0))
+    lost = lost + 0.25 * (np.abs(point[..., 0]) > FAR).sum(0)
+    cost = 0.6 * size + 0.35 * uneven + 14 * crowded + 9 * near_pole + 2 * np.clip(0.4 - sine, 0, None) + 0.9 * lost
+    return np.asarray(np.nan_to_num(cost, nan=np.inf, posinf=1e9))

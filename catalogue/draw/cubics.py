@@ -1,0 +1,80 @@
+"""Curves of an instant in its canonical frame: pole at the origin, rho0 = 1, inflection pole at (0, 1).
+
+On the ray phi a point of either cubic of stationary curvature has  1/r = kappa/sin(phi) + s/cos(phi), or as a
+polynomial  (x^2 + y^2)(kappa x + s y) = x y.  With s = 0 it splits into the circle r = sin(phi)/kappa and the pole
+normal, with kappa = 0 into the circle r = cos(phi)/s and the pole tangent, with both into the two axes.  Each part is
+drawn by itself: as a limit of the undivided curve it would have a gap or a spike.
+
+Source: Allievi 1895, secs. 6, 17, eqs. (12), (57).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..linkage import Array
+
+#: Below this, in units of rho0, kappa and s count as zero.
+ZERO = 1e-9
+#: Points of a circle, and of half a turn of the ray.
+ROUND = 361
+
+
+def circle(diameter: complex) -> Array:
+    """Return the circle on the diameter from the pole to the given point."""
+    return np.asarray(0.5 * diameter * (1 + np.exp(2j * np.pi * np.linspace(0, 1, ROUND))))
+
+
+def line(direction: complex, reach: float) -> Array:
+    """Return the line through the pole in a direction."""
+    return np.asarray(direction * np.array([-reach, 0.0, reach]))
+
+
+def cubic(kappa: float, s: float, reach: float) -> list[Array]:
+    """Return the parts of the curve of stationary curvature as far as `reach` from the pole.
+
+    Parameters
+    ----------
+    kappa, s : float
+        rho0/R and rho0/S of the centring-point curve; rho0/R* and rho0/S give the circling-point curve.
+    reach : float
+        Points beyond are NaN.
+
+    Returns
+    -------
+    list of complex ndarrays
+    """
+    if not np.isfinite(kappa + s):
+        return []
+    if abs(s) < ZERO and abs(kappa) < ZERO:
+        return [line(1.0, reach), line(1j, reach)]
+    if abs(s) < ZERO:
+        return [circle(1j / kappa), line(1j, reach)]
+    if abs(kappa) < ZERO:
+        return [circle(1 / s), line(1.0, reach)]
+    away = np.arctan2(-kappa, s)  # of the asymptote
+    turn = _turns((np.array([0.0, np.pi / 2]) - away) % np.pi)
+    with np.errstate(divide="ignore", over="ignore"):
+        ray = np.exp(1j * (away + turn))
+        r = ray.real * ray.imag / (np.hypot(kappa, s) * np.sin(turn))
+    return [np.where(np.abs(r) <= reach, r * ray, complex(np.nan, np.nan))]
+
+
+def _turns(pole: Array) -> Array:
+    """Return angles in (0, pi), the closer together the nearer to the asymptote and to the passages of the pole."""
+    near = np.geomspace(1e-9, 0.3, 240)
+    all_of_them = [np.linspace(0, np.pi, 2 * ROUND)[1:-1], near, np.pi - near]
+    all_of_them += [at + side * np.append(0.0, near) for at in pole for side in (-1, 1)]
+    turn = np.unique(np.concatenate(all_of_them))
+    return np.asarray(turn[(turn > 0) & (turn < np.pi)])
+
+
+def hyperbola(k: float, reach: float) -> list[Array]:
+    """Return the curve x y + k = 0 of the parallel transformation; the two axes for k = 0."""
+    if not np.isfinite(k):
+        return []
+    if abs(k) < ZERO:
+        return [line(1.0, reach), line(1j, reach)]
+    grow = np.linspace(-1, 1, ROUND) * np.log(max(2.0, reach / np.sqrt(abs(k))))
+    branch = np.sqrt(abs(k)) * (np.exp(grow) - np.copysign(1.0, k) * 1j * np.exp(-grow))
+    return [branch, -branch]

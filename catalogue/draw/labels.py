@@ -1,0 +1,82 @@
+"""Words beside points of a small figure, where they cover neither parts nor one another."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from ..linkage import Array
+from .symbols import PAPER, Pen
+
+#: Distances at which a word may stand, and how much worse it is to cover a part of a linkage than to cross a curve.
+STEPS = (7.0, 9.5, 12.5, 16.0, 20.0, 25.0, 31.0)
+SOLID, CURVE = 8.0, 0.35
+#: Room about a word [point].
+SPARE = 2.0
+
+
+@dataclass
+class Labels:
+    """Chooses places in a square figure.
+
+    Attributes
+    ----------
+    pen : Pen
+    centre, half : complex, float
+        The square.
+    point : float
+        Length in the drawing of a true point on paper, whatever the pen's symbols are scaled to.
+    """
+
+    pen: Pen
+    centre: complex
+    half: float
+    point: float
+    _places: list[Array] = field(default_factory=list)
+    _weights: list[float] = field(default_factory=list)
+
+    def avoid(self, z: Array, weight: float) -> None:
+        """Keep off a line through the points z, or off a single one."""
+        z = np.atleast_1d(z)
+        step = 2 * self.point
+        for a, b in pairwise(z):
+            if np.isfinite(a) and np.isfinite(b) and max(self._out(a), self._out(b)) < 2 * self.half:
+                self._add(a + (b - a) * np.linspace(0, 1, 2 + int(abs(b - a) / step)), weight)
+        if len(z) == 1:
+            self._add(z, weight)
+
+    def _add(self, z: Array, weight: float) -> None:
+        self._places.append(z)
+        self._weights += [weight] * len(z)
+
+    def _out(self, z: complex) -> float:
+        return max(abs((z - self.centre).real), abs((z - self.centre).imag)) - self.half
+
+    def write(self, z: complex, text: str, gid: str, size: float, width: float, **style: Any) -> None:
+        """Write a word, `width` times its size wide, beside the point z, as near as there is room."""
+        from matplotlib.patheffects import withStroke
+
+        a, b = 0.5 * width * size + SPARE, 0.45 * size + SPARE
+        taken, weight = np.concatenate(self._places), np.array(self._weights)
+        least, best = np.inf, z
+        for far in STEPS:
+            for way in np.exp(2j * np.pi * np.arange(32) / 32):
+                # the word's edge, not its middle, is at that distance
+                at = z + way * (far + min(a / max(abs(way.real), 1e-9), b / max(abs(way.imag), 1e-9)) - b) * self.point
+                off = (taken - at) / self.point
+                covered = weight[(np.abs(off.real) < a) & (np.abs(off.imag) < b)].sum()
+                edge = np.maximum(np.abs((at - self.centre).real) + a * self.point,
+                                  np.abs((at - self.centre).imag) + b * self.point)  # fmt: skip
+                cost = covered + 0.16 * far + (1e6 if edge > self.half else 0)
+                if cost < least:
+                    least, best = cost, at
+        halo = [withStroke(linewidth=2.2, foreground=PAPER)]
+        self.pen.axes.text(
+            best.real, best.imag, text, gid=gid, size=size, ha="center", va="center", zorder=14, path_effects=halo,
+            **style,
+        )  # fmt: skip
+        box = np.linspace(-1, 1, 9)
+        self._add((best + self.point * (a * box[:, None] + 1j * b * box)).ravel(), SOLID)

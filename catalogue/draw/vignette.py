@@ -1,0 +1,245 @@
+"""One cell of a plate: axes, circles, cubics, the linkage and what it guides, clipped to a square."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..instant.analysis import PARALLEL
+from ..linkage import PR, RP, RR, Array
+from .cells import FAR, Cell
+from .cubics import circle, cubic, hyperbola
+from .labels import CURVE, SOLID, Labels
+from .mechanism import DOWN
+from .paper import SERIF
+from .symbols import BLOCK, COUPLER, CRANK, GREY, INK, PAPER, PATH, ROD, Pen
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: What belongs to the fixed plane; the colour of the coupler is that of the moving one.
+FIXED = "#00805e"
+#: Symbols are smaller than on a sheet of their own.
+SMALL = 0.62
+#: Room about the figure, and half the length of a guided path [point].
+BORDER, PATH_LENGTH = 19.0, 17.0
+DASHED = (0, (4, 2.6))
+
+
+class Vignette:
+    """Draws a cell in axes of its own.
+
+    Parameters
+    ----------
+    axes : Axes
+        Square.
+    cell : Cell
+    points : float
+        Side of the square on paper [point].
+    prefix : str
+        Of the names of all elements.
+    """
+
+    def __init__(self, axes: Axes, cell: Cell, points: float, prefix: str) -> None:
+        self.cell, self.prefix = cell, prefix
+        self.parallel = bool(cell.curvature.state[0] == PARALLEL)
+        self.kinds = cell.linkage.dyads[0]
+        self.z = cell.linkage.points[0]
+        self.joint = self._joints()
+        self.centre, half = self._square()
+        self.half = half / (1 - 2 * BORDER / points)
+        self.point = 2 * self.half / points
+        self.pen = Pen(axes, SMALL * self.point)
+        self.labels = Labels(self.pen, self.centre, self.half, self.point)
+        axes.set_xlim(self.centre.real - self.half, self.centre.real + self.half)
+        axes.set_ylim(self.centre.imag - self.half, self.centre.imag + self.half)
+
+    # -- what is to be seen -------------------------------------------------------------------------------------
+    def _joints(self) -> Array:
+        """Return the two ends of the coupler: moving pivots, and the feet on the lines of slides."""
+        z, kinds = self.z, self.kinds
+        ends = z[:, 1].copy()
+        if (kinds == RP).all():  # where the two lines meet
+            (n1, n2), (c1, c2) = z[:, 1], (z[:, 0] * z[:, 1].conj()).real
+            return np.full(2, 1j * (n1 * c2 - n2 * c1) / (n1.conjugate() * n2).imag)
+        for i in np.flatnonzero(kinds == RP):
+            ends[i] = z[1 - i, 1] - ((z[1 - i, 1] - z[i, 0]) * z[i, 1].conjugate()).real * z[i, 1]
+        return np.asarray(ends)
+
+    def _square(self) -> tuple[complex, float]:
+        """Return the middle and half the side of the least square that holds circles, linkage and near guides."""
+        guided = np.concatenate([g.pairs[0] for g in self.cell.guided] or [np.zeros((0, 3))])
+        guided = (guided[:, 0] + 1j * guided[:, 1])[guided[:, 2] != 0]
+        held = [self.z[self.cell.linkage.finite[0]], self.joint, guided[np.abs(guided) <= FAR], np.zeros(1)]
+        if not self.parallel:
+            held.append(np.array([0.5 + 1j, -0.5 - 1j]))
+        z = np.concatenate(held)
+        low, high = complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
+        return 0.5 * (low + high), 0.5 * max((high - low).real, (high - low).imag)
+
+    # -- drawing ------------------------------------------------------------------------------------------------
+    def draw(self) -> None:
+        """Draw everything, the names last."""
+        self._axes()
+        self._loci()
+        self._rays()
+        self._linkage()
+        names = [self._guided(number) for number in range(len(self.cell.guided))]
+        self.pen.dot(0j, self.prefix + "pole", INK, zorder=11)
+        for z in self.pen.taken:
+            self.labels.avoid(z, SOLID)
+        style = {"family": SERIF, "math_fontfamily": "stix"}
+        for at, text, gid in names:
+            width = 0.5 * len(text)
+            self.labels.write(
+                at, text, gid, 7.8, width, color=PATH, style="normal" if "[" in text else "italic", **style
+            )
+        end = self.centre + (1 + 1j) * (self.half - 7 * self.point)
+        for at, text, gid in ((complex(end.real, 0), "x", "tangent"), (complex(0, end.imag), "y", "normal")):
+            self.labels.write(at, text, f"{self.prefix}name-{gid}", 7.5, 0.5, color=GREY, style="italic", **style)
+        if not self.parallel:
+            self.labels.write(0j, "Q", self.prefix + "name-pole", 7.8, 0.7, color=INK, style="italic", **style)
+
+    def _line(self, z: Array, gid: str, colour: str, width: float, zorder: float, dash: object = "-") -> None:
+        self.pen.line(z, self.prefix + gid, color=colour, linewidth=width, zorder=zorder, linestyle=dash, clip_on=True)
+        self.labels.avoid(z, CURVE)
+
+    def _axes(self) -> None:
+        end, tip = self.centre + (1 + 1j) * self.half, 4.5 * self.point
+        start = self.centre - (1 + 1j) * self.half
+        for gid, a, b in (
+            ("tangent", complex(start.real, 0), complex(end.real, 0)),
+            ("normal", complex(0, start.imag), complex(0, end.imag)),
+        ):
+            along = (b - a) / abs(b - a)
+            self._line(np.array([a, b]), gid, GREY, 0.5, 0.5)
+            self.pen.line(
+                b + tip * np.array([-along + 0.3j * along, 0, -along - 0.3j * along]), self.prefix + gid + "-tip",
+                color=GREY, linewidth=0.6, zorder=0.5,
+            )  # fmt: skip
+
+    def _loci(self) -> None:
+        """Draw the two circles and the two cubics; what is of the fixed plane lies under what is of the moving one."""
+        at = self.cell.curvature
+        reach = 2 * (abs(self.centre) + 2 * self.half)
+        if self.parallel:
+            curves = [hyperbola(float(k[0]), reach) for k in (at.k, at.k_star)]
+        else:
+            unit, s = float(at.rho0[0]), float(at.s[0])
+            curves = [cubic(float(k[0]) * unit, s * unit, reach) for k in (at.kappa, at.kappa_star)]
+            self._line(circle(-1j), "return-circle", FIXED, 0.8, 1.0, DASHED)
+            self._line(circle(1j), "inflection-circle", COUPLER, 0.8, 1.0, DASHED)
+        for gid, parts, colour, width, level in (
+            ("centring", curves[0], FIXED, 2.0, 1.2),
+            ("circling", curves[1], COUPLER, 1.0, 1.4),
+        ):
+            for i, part in enumerate(parts):
+                self._line(part, f"{gid}-{i + 1}", colour, width, level)
+
+    def _rays(self) -> None:
+        """Draw the lines on which fixed pivot, moving pivot and pole stand."""
+        for i, ray in enumerate(self.cell.linkage.rays[0]):
+            pivots = self.z[i][self.cell.linkage.finite[0, i]]
+            if not self.parallel:
+                ends = np.array([0j, *pivots]) * ray.conjugate()
+                z = ray * np.array([ends.real.min(), ends.real.max()])
+                self._line(z, f"ray-{i + 1}", GREY, 0.6, 1.6, (0, (1, 2)))
+
+    # -- linkage ------------------------------------------------------------------------------------------------
+    def _linkage(self) -> None:
+        pen, joint = self.pen, self.joint
+        pen.link(joint, self.prefix + "coupler", COUPLER, zorder=4)
+        for i, kind in enumerate(self.kinds):
+            (fixed, moving), name = self.z[i], f"{self.prefix}%s-{i + 1}"
+            if kind == RR:
+                pen.link(np.array([fixed, moving]), name % "crank", CRANK, zorder=5)
+            elif kind == PR:
+                pen.block(moving, name % "slider", 1j * fixed, CRANK, zorder=4.5)
+                self._track(moving, fixed, name % "guide")
+            else:
+                along, foot = 1j * moving, joint[i]
+                ends = np.array([((fixed - foot) * along.conjugate()).real, 0])
+                spare = (BLOCK[0] + 10) * pen.point * np.array([-1, 1])
+                both = foot + along * (np.sort(ends) + spare)
+                pen.link(both, name % "line", COUPLER, width=ROD, zorder=4.2)
+                pen.block(fixed, name % "slide", along, CRANK, zorder=5.5)
+            if kind != PR:
+                pen.ground(fixed, name % "ground", self._down(i))
+                pen.pivot(fixed, name % "fixed-pivot")
+            if kind != RP:
+                pen.pivot(moving, name % "moving-pivot")
+
+    def _track(self, at: complex, normal: complex, gid: str) -> None:
+        """Draw the line of a slider, on the side where the rest of the linkage is not."""
+        others = np.append(self.z[self.cell.linkage.finite[0]], 0) - at
+        side = -1.0 if (others * normal.conjugate()).real.sum() > 0 else 1.0
+        foot = at + side * BLOCK[1] * self.pen.point * normal
+        run = 2.1 * BLOCK[0] * self.pen.point * 1j * normal
+        self.pen.hatched(foot - run, foot + run, side * normal, gid)
+
+    def _down(self, i: int) -> complex:
+        """Return the way for a bracket to point in which the least of the linkage lies."""
+        fixed, share = self.z[i, 0], np.linspace(0, 1, 101)
+        links = [self.joint, *(self.z[j] for j in (0, 1) if self.kinds[j] == RR)]
+        parts = np.concatenate([a + share * (b - a) for a, b in links]) - fixed
+        near = (np.abs(parts) > 3 * self.pen.point) & (np.abs(parts) < 26 * self.pen.point)
+        ways = parts[near] / np.abs(parts[near])
+        if self.kinds[i] == RP:
+            ways = np.append(ways, [1j * self.z[i, 1], -1j * self.z[i, 1]])
+
+        def hidden(down: complex) -> float:
+            return max(0.6, float((ways * down.conjugate()).real.max(initial=0)))
+
+        return min(DOWN, key=hidden)
+
+    # -- guided pairs -------------------------------------------------------------------------------------------
+    def _guided(self, number: int) -> tuple[complex, str, str]:
+        """Draw a guided pair; return where its name belongs, the name and what the element is called."""
+        guided = self.cell.guided[number]
+        gid = f"guided-{number + 1}"
+        (fixed, moving), finite = guided.pairs[0, :, 0] + 1j * guided.pairs[0, :, 1], guided.pairs[0, :, 2] != 0
+        seen = [bool(f) and self._inside(z) for z, f in zip((fixed, moving), finite, strict=True)]
+        # along the ray as far as both points, or the frame
+        ends = [z for z, f in zip((fixed, moving), finite, strict=True) if f]
+        ends += [] if self.parallel or not finite.all() else [0j]
+        if len(ends) > 1:
+            far = max(ends, key=lambda end: abs(end - ends[-1]))
+            way = (far - ends[-1]) / abs(far - ends[-1])
+            along = (np.array(ends) * way.conjugate()).real
+            z = ends[0] + way * (np.array([along.min(), along.max()]) - along[0])
+            self._line(z, gid + "-ray", PATH, 0.6, 1.8, (0, (5, 2)))
+        if finite[1] and seen[1]:
+            self._path(moving, fixed if finite[0] else None, fixed, gid)
+            self.pen.dot(moving, self.prefix + gid + "-moving", PATH, zorder=10.5)
+        elif not finite[1]:
+            across = 1j * moving * PATH_LENGTH * self.point
+            for side in (-1, 1):
+                z = fixed + side * 1.7 * self.point * moving + np.array([-across, across])
+                self._line(z, f"{gid}-slot-{side + 2}", PATH, 1.0, 7)
+        if finite[0] and seen[0]:
+            self.pen.pivot(fixed, self.prefix + gid + "-fixed", PATH, zorder=10)
+        at = moving if seen[1] else fixed if seen[0] else self._border(moving if finite[1] else fixed)
+        return at, guided.label, self.prefix + gid
+
+    def _path(self, moving: complex, centre: complex | None, normal: complex, gid: str) -> None:
+        """Draw the circle or straight line of a guided point, on both sides of it."""
+        run = PATH_LENGTH * self.point * np.linspace(-1, 1, 41)
+        if centre is None:
+            z = moving + 1j * normal * run
+        else:
+            arm = moving - centre
+            z = centre + arm * np.exp(1j * np.clip(run / abs(arm), -1.2, 1.2))
+        self.pen.line(z, self.prefix + gid + "-path", color=PATH, linewidth=1.7, zorder=7)
+
+    def _inside(self, z: complex) -> bool:
+        off = z - self.centre
+        return max(abs(off.real), abs(off.imag)) < self.half
+
+    def _border(self, z: complex) -> complex:
+        """Return the place in the frame next to a point outside, seen from the pole."""
+        off = z - self.centre
+        return self.centre + off * 0.93 * self.half / max(abs(off.real), abs(off.imag))
+
+
+__all__ = ["FIXED", "PAPER", "Vignette"]

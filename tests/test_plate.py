@@ -1,0 +1,318 @@
+"""Plates: curves satisfy their equations, every configuration has its cell, files hold what they should."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+import xml.etree.ElementTree as ET
+from functools import cache
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from catalogue.build.draw import draw as sample
+from catalogue.cli.app import app, run
+from catalogue.cli.plate import _files
+from catalogue.draw.cells import ROOM, Cell, cells
+from catalogue.draw.cubics import cubic, hyperbola
+from catalogue.draw.plate import file_name, plate
+from catalogue.errors import CatalogueError, InvalidRequest, MissingExtra, PluginError
+from catalogue.instant import Instant
+from catalogue.instant.analysis import PARALLEL
+from catalogue.plugins import Registry
+
+SERIES = Registry().series
+OLDHAM = SERIES["II.ooo"].inversion("II*.ooo", "inverse cyclic motion")  # of a family that few series have
+EVERY = {**SERIES, OLDHAM.code: OLDHAM}
+every = pytest.mark.parametrize("code", EVERY)
+
+
+@cache
+def shown(code: str) -> list[Cell]:
+    return cells(EVERY[code])
+
+
+@cache
+def drawn(code: str) -> Figure:
+    return plate(EVERY[code])
+
+
+SVG = "{http://www.w3.org/2000/svg}"
+PARAMETERS = [(0.7, 0.4), (-1.4, 2.0), (3.0, -0.1), (1e-5, 1.0), (1.0, 1e-5), (-1.0, 1e-8), (1e3, 0.5)]
+SPLIT = [(0.7, 0.0), (0.0, -0.4), (0.0, 0.0), (1e-12, 0.3), (0.3, -1e-12)]
+
+
+# -- curves -------------------------------------------------------------------------------------------------------
+def remainder(z, kappa: float, s: float):
+    """Return the polynomial of the cubic at the points z, relative to the size of its terms."""
+    x, y = z.real, z.imag
+    return np.abs((x * x + y * y) * (kappa * x + s * y) - x * y) / (1 + np.abs(z) ** 3 * np.hypot(kappa, s))
+
+
+@pytest.mark.parametrize(("kappa", "s"), PARAMETERS + SPLIT)
+def test_points_satisfy_the_cubic_equation(kappa: float, s: float) -> None:
+    for part in cubic(kappa, s, 10.0):
+        z = part[np.isfinite(part)]
+        assert len(z) > 2
+        assert remainder(z, kappa, s).max() < 1e-11
+
+
+@pytest.mark.parametrize(("kappa", "s"), PARAMETERS)
+def test_undivided_curve_runs_without_gaps_to_the_reach(kappa: float, s: float) -> None:
+    (part,) = cubic(kappa, s, 10.0)
+    step = np.abs(np.diff(part)) / (1 + np.abs(part[1:]))
+    assert np.nanmax(step) < 0.1
+    assert np.nanmax(np.abs(part)) > 9
+    assert np.nanmin(np.abs(part)) < 1e-9  # through the pole
+
+
+@pytest.mark.parametrize(("kappa", "s"), SPLIT)
+def test_degenerate_cubic_is_a_circle_and_an_axis_or_two_axes(kappa: float, s: float) -> None:
+    found = cubic(kappa, s, 10.0)
+    assert len(found) == 2
+    straight = [np.abs(part.real * part.imag).max() == 0 for part in found]
+    assert sum(straight) == (2 if max(abs(kappa), abs(s)) < 1e-9 else 1)
+    for part in found:
+        if len(part) > 3:
+            centre = 0.5 * (part[0] + part[180])
+            np.testing.assert_allclose(np.abs(part - centre), abs(centre), atol=1e-12)
+
+
+@pytest.mark.parametrize(("kappa", "s"), [*PARAMETERS[:3], (0.7, 0.0), (-0.4, 0.0), (0.0, 0.6)])
+def test_euler_and_savary_carry_one_curve_to_the_other(kappa: float, s: float) -> None:
+    part = cubic(kappa, s, 10.0)[0]
+    z = part[np.isfinite(part) & (np.abs(part) > 1e-3)]
+    with np.errstate(all="ignore"):
+        moving = z * z.imag / (z.imag + np.abs(z) ** 2)
+    z, moving = z[np.abs(moving) < 10], moving[np.abs(moving) < 10]
+    assert len(z) > 50
+    assert remainder(moving, kappa + 1, s).max() < 1e-9
+
+
+@pytest.mark.parametrize("k", [0.3, -2.0])
+def test_hyperbola_of_parallel_cranks(k: float) -> None:
+    for branch in hyperbola(k, 8.0):
+        np.testing.assert_allclose(branch.real * branch.imag, -k, rtol=1e-12)
+        assert np.abs(branch).max() >= 7.9
+    assert all((axis.real * axis.imag == 0).all() for axis in hyperbola(0.0, 8.0))
+    assert cubic(np.nan, 0.0, 1.0) == hyperbola(np.nan, 1.0) == []
+
+
+# -- cells --------------------------------------------------------------------------------------------------------
+@every
+def test_every_configuration_of_the_sample_has_a_cell(code: str) -> None:
+    met, series = set(), EVERY[code]
+    for member in series.members:
+        block = sample(series, member, 0, 0)
+        instant = Instant(block.linkage, np.zeros(len(block.linkage), complex))
+        met |= {(member.family, str(name)) for name in instant.configuration}
+    found = shown(code)
+    assert {(cell.family, cell.configuration) for cell in found} == met
+    special = {(m.family, m.name) for m in series.members}
+    if len(met) + len(series.members) <= ROOM:
+        assert {(cell.family, cell.member) for cell in found} == special
+    assert len(found) <= max(ROOM, len(met))
+
+
+@every
+def test_cells_hold_pivots_and_guided_pairs_of_their_curves(code: str) -> None:
+    for cell in shown(code):
+        at = cell.curvature
+        driving = cell.linkage.pivots[0]
+        # what is drawn as a principal pair lies on the cubics, as the pivots do
+        pairs = [driving[0], driving[1], *(g.pairs[0] for g in cell.guided if g.label.startswith("["))]
+        for fixed, moving in pairs:
+            for point, k, kappa in ((fixed, at.k, at.kappa), (moving, at.k_star, at.kappa_star)):
+                if point[2] == 0:
+                    continue
+                z = np.array([complex(*point[:2])])
+                if at.state[0] == PARALLEL:
+                    assert abs(z.real * z.imag + k)[0] < 1e-8 * (1 + abs(k[0]))
+                else:
+                    x, y = z.real, z.imag
+                    cubed = (x * x + y * y) * (kappa * at.rho0 * x + at.s * at.rho0 * y) - x * y
+                    assert abs(cubed[0]) < 1e-6 * (1 + abs(z[0]) ** 3)
+            if at.state[0] != PARALLEL and fixed[2] and moving[2]:
+                a, b = complex(*fixed[:2]), complex(*moving[:2])
+                assert abs((a * b.conjugate()).imag) < 1e-8 * (1 + abs(a * b))  # on one ray
+                # Euler-Savary without denominators: A* (y + |A|^2) = A y
+                assert abs(b * (a.imag + abs(a) ** 2) - a * a.imag) < 1e-7 * (1 + abs(a) ** 3)
+
+
+# -- plates -------------------------------------------------------------------------------------------------------
+@every
+def test_svg_holds_every_part(code: str, tmp_path: Path) -> None:
+    series = EVERY[code]
+    plate(series, tmp_path / "plate.svg")
+    text = (tmp_path / "plate.svg").read_text(encoding="utf-8")
+    found = {e.attrib["id"]: e for e in ET.fromstring(text).iter() if "id" in e.attrib}
+    assert {"code", "title", "facts", "legend-1", "rule-outer"} <= set(found)
+    for words in (series.code, series.title.split("(")[0].strip()):
+        assert f"<!-- {words}" in text
+    for i, cell in enumerate(shown(code), 1):
+        wanted = {f"cell-{i}-{part}" for part in ("configuration", "parameters", "orders", "coupler", "circling-1")}
+        wanted |= {f"cell-{i}-guided-{j + 1}" for j in range(len(cell.guided))}
+        if cell.curvature.state[0] != PARALLEL:
+            wanted |= {f"cell-{i}-inflection-circle", f"cell-{i}-return-circle"}
+        assert wanted <= set(found)
+        (orders,) = re.findall(rf'<g id="cell-{i}-orders">\s*<!-- (.*?) -->', text)
+        for g in cell.guided:
+            assert g.label.removeprefix("ray ") in orders
+
+
+@every
+def test_nothing_is_cut_off_and_captions_keep_their_width(code: str) -> None:
+    figure = drawn(code)
+    sheet = figure.bbox
+    boxes = []
+    for text in figure.texts:
+        box = text.get_window_extent()
+        assert box.x0 >= sheet.x0, text.get_gid()
+        assert box.x1 <= sheet.x1, text.get_gid()
+        boxes.append((text, box))
+    for axes in figure.axes:
+        frame = axes.get_window_extent()
+        for artist in (*axes.texts, *axes.patches, *(line for line in axes.lines if not line.get_clip_on())):
+            box = artist.get_window_extent()
+            for low, high, a, b in ((frame.x0, frame.x1, box.x0, box.x1), (frame.y0, frame.y1, box.y0, box.y1)):
+                assert a >= low - 1, artist.get_gid()
+                assert b <= high + 1, artist.get_gid()
+    for i, (one, a) in enumerate(boxes):
+        for other, b in boxes[:i]:
+            assert not a.overlaps(b), (one.get_text(), other.get_text())
+
+
+@every
+def test_names_of_points_do_not_cover_one_another(code: str) -> None:
+    for axes in drawn(code).axes:
+        boxes = [text.get_window_extent() for text in axes.texts]
+        for i, box in enumerate(boxes):
+            assert not any(box.overlaps(other) for other in boxes[:i])
+
+
+def test_circles_touch_the_tangent_in_the_pole() -> None:
+    axes = drawn("II.xy").axes[0]
+    (line,) = [line for line in axes.lines if line.get_gid() == "cell-1-inflection-circle"]
+    z = line.get_xydata() @ np.array([1, 1j])
+    np.testing.assert_allclose(np.abs(z - 0.5j), 0.5, atol=1e-12)
+
+
+@pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
+def test_same_series_gives_same_file(suffix: str, start: bytes, tmp_path: Path) -> None:
+    files = [tmp_path / f"{name}.{suffix}" for name in "ab"]
+    for file in files:
+        plate(SERIES["II.ooo"], str(file))
+    one, two = (file.read_bytes() for file in files)
+    assert one == two
+    assert one.startswith(start)
+
+
+def test_file_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InvalidRequest, match=r"\.png, \.svg or \.pdf"):
+        plate(SERIES["II.ooo"], tmp_path / "plate.jpg")
+    with pytest.raises(InvalidRequest, match="there is no folder"):
+        plate(SERIES["II.ooo"], tmp_path / "no" / "plate.png")
+    (tmp_path / "plate.png").mkdir()
+    with pytest.raises(InvalidRequest, match="cannot write"):
+        plate(SERIES["II.ooo"], tmp_path / "plate.png")
+
+
+@pytest.mark.parametrize(
+    ("code", "name"),
+    [("II*.xy", "II-star.xy"), ("I.GG", "I.GG"), ("../a b", "a-b"), ("**", "star-star"), ("/", "series")],
+)
+def test_names_of_files_are_safe(code: str, name: str) -> None:
+    assert file_name(code) == name
+
+
+def test_every_series_has_a_file_of_its_own() -> None:
+    from dataclasses import replace
+
+    codes = ["III.Kx", "iii.kx", "III.KX", "II*.x0", "II-star.x0"]
+    files = _files([replace(SERIES["II.ooo"], code=code) for code in codes])
+    assert len({file.casefold() for file in files}) == len(codes)
+
+
+# -- command ------------------------------------------------------------------------------------------------------
+def command(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
+    monkeypatch.setattr(sys, "argv", ["catalogue", *map(str, words)])
+    return run(app)
+
+
+def test_plate_is_named_after_its_series(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert command(monkeypatch, "plate", "IV*.l") == 0
+    assert [file.name for file in tmp_path.iterdir()] == ["IV-star.l.svg"]
+    assert command(monkeypatch, "plate", "IV*.l", "--out", "watt.pdf") == 0
+    assert (tmp_path / "watt.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_unknown_series_is_answered_with_those_there_are(monkeypatch: pytest.MonkeyPatch) -> None:
+    with pytest.raises(PluginError, match=r"no plugin provides series II\.zz; there are .*I\.GG"):
+        command(monkeypatch, "plate", "II.zz")
+
+
+def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    for module in ("matplotlib.figure", "matplotlib.backends.backend_agg"):
+        monkeypatch.setitem(sys.modules, module, None)
+    monkeypatch.chdir(tmp_path)
+    for words in (["plate", "I.GG"], ["atlas", "--out", tmp_path]):
+        with pytest.raises(MissingExtra, match=r"mechanism-catalogue\[plot\]") as caught:
+            command(monkeypatch, *words)
+        assert caught.value.exit_code == 6
+
+
+def test_atlas_links_every_plate(
+    monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert command(monkeypatch, "atlas", "--out", tmp_path / "new" / "atlas") == 0
+    folder = tmp_path / "new" / "atlas"
+    page = (folder / "index.html").read_text(encoding="utf-8")
+    links = [part.split('"')[0] for part in page.split('href="')[1:]]
+    assert len(links) == len(SERIES)
+    assert sorted(links) == sorted(file.name for file in folder.glob("*.svg"))
+    for series in SERIES.values():
+        assert f"<b>{series.code}</b> <i>{series.title}" in page
+    written = capsys.readouterr()
+    assert written.out == ""
+    assert written.err.count("\n") == 1
+
+
+@pytest.mark.parametrize("where", ["file", "file/below"])
+def test_folder_that_cannot_be_made_is_refused_in_one_line(
+    where: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(CatalogueError, match="cannot write to") as caught:
+        command(monkeypatch, "atlas", "--out", tmp_path / where)
+    assert "\n" not in str(caught.value)
+
+
+def test_folder_that_cannot_be_written_is_refused_in_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    (tmp_path / f"{file_name(next(iter(SERIES)))}.svg").mkdir()
+    with pytest.raises(InvalidRequest, match="cannot write"):
+        command(monkeypatch, "atlas", "--out", tmp_path)
+
+
+def test_commands_import_matplotlib_only_to_draw() -> None:
+    code = (
+        "import catalogue.cli.app, catalogue.draw.plate, sys; assert not [m for m in sys.modules if 'matplotlib' in m]"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1], env={**os.environ})
+
+
+def test_drawing_leaves_pyplot_and_settings_alone() -> None:
+    code = """
+import sys, matplotlib
+from catalogue.draw.plate import plate
+from catalogue.plugins import Registry
+before = matplotlib.rcParams.copy()
+plate(Registry().get('II.ooo'))
+assert 'matplotlib.pyplot' not in sys.modules
+assert matplotlib.rcParams.copy() == before
+"""
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1])
