@@ -120,8 +120,13 @@ def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
                 c, deviation, index = _exchange(x, y, index)
             centre = centre + 1j * c[0] * heading
             heading = heading * (1 + 1j * c[1]) / np.hypot(1, c[1])
+            moved = np.abs(c[1])  # a line is linear but for its tilt; a circle has to come to rest
             if circle:
                 curvature = curvature + 2 * c[2] + 0.5 * c[0] * curvature**2
+                reach = 0.5 * np.abs(last - first)
+                moved = (np.abs(c[0]) + (moved + np.abs(c[2]) * reach) * reach) / (1e-1 * deviation + 1e-12 * reach)
+            if not (moved > 1e-4).any():
+                break
         if circle:
             return Fit(deviation, np.abs(last - first), first, chord, curvature, unresolved)
         stroke = ((last - first) * heading.conj()).real
