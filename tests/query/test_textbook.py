@@ -1,0 +1,67 @@
+"""Watt's, Roberts' and Evans' linkages by their textbook proportions: recognised, and no straighter than ours."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import catalogue
+from catalogue import Catalogue, Linkage, StraightLine
+from catalogue.guide.measures import measure
+from catalogue.guide.place import at_stroke
+from catalogue.guide.span import span
+
+HEIGHT = float(np.sqrt(1.2**2 - 0.5**2))
+#: Series, pivots, guided point, strokes over which it is used.
+TEXTBOOK: dict[str, tuple[str, Any, complex, tuple[float, ...]]] = {
+    # equal cranks of length 1 on opposite sides of a coupler of 1.2, in mid position; its middle is guided
+    "Watt": ("IV*.l", [[[0, 0, 1], [1, 0, 1]], [[2, -1.2, 1], [1, -1.2, 1]]], 1 - 0.6j, (0.6, 1.0, 1.4)),
+    # base 2, coupler 1, cranks and sides of the coupler triangle 1.2; its apex runs along the base
+    "Roberts": ("I.GG", [[[-1, 0, 1], [-0.5, HEIGHT, 1]], [[1, 0, 1], [0.5, HEIGHT, 1]]], 0j, (0.5, 1.0, 1.5, 2.0)),
+    # grasshopper: beam of 2, bridle of 1 to its middle, its end on a rocker of 2.5; the other end is guided
+    "Evans": ("II.xy", [[[0, 0, 1], [1, 0, 1]], [[2, 2.5, 1], [2, 0, 1]]], 0j, (0.5, 1.0, 1.5)),
+}
+each = pytest.mark.parametrize("name", TEXTBOOK)
+
+
+@each
+def test_textbook_linkage_is_recognised(name: str) -> None:
+    series, pivots, *_ = TEXTBOOK[name]
+    (one,) = catalogue.classify(pivots)
+    assert one.series == [series]
+    assert one.nearest is not None
+    assert one.nearest.series == series
+    assert one.nearest.holds
+    assert one.nearest.residual < 1e-12
+
+
+@each
+def test_a_linkage_off_its_proportions_is_still_nearest_to_its_series(name: str) -> None:
+    series, pivots, *_ = TEXTBOOK[name]
+    draw = np.random.default_rng(8)
+    moved = np.array(pivots, dtype=float) + draw.normal(scale=0.01, size=(20, 2, 2, 3)) * [1, 1, 0]
+    found = catalogue.classify(moved)
+    assert [one.nearest.series for one in found if one.nearest] == [series] * 20
+    assert not any(one.nearest.holds for one in found if one.nearest)
+    frame = found.to_pandas()
+    assert list(frame["nearest"]) == [series] * 20
+    assert set(frame["family"]) == {"four-bar"}
+
+
+@each
+def test_the_catalogue_holds_one_at_least_as_straight(small: Catalogue, name: str) -> None:
+    """At the same stroke, of the same series, no larger."""
+    series, pivots, point, strokes = TEXTBOOK[name]
+    guides = span(Linkage(pivots), np.array([point]))
+    for stroke in strokes:
+        traced = at_stroke(guides, stroke, circle=False)
+        size, deviation = float(measure(guides, traced).size[0]), float(traced.fit.deviation[0])
+        assert np.isfinite(deviation)
+        found = small.find(
+            StraightLine(stroke, deviation), series=[series], max_size=size, rank_by="deviation", limit=1
+        )
+        assert found, (name, stroke, deviation, size)
+        assert found[0].deviation <= deviation
+        assert found[0].size <= size
