@@ -46,7 +46,7 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Array]:
         alike = np.abs(xi[:, 0] - xi[:, 1]) <= PARALLELOGRAM * np.abs(xi).max(axis=1)
         bad = alike & crank | (kind[:, 0] != RR) | ~np.isfinite(origin)
         pairs = _pairs(y, k, k_star, first)
-        out = origin + 1j * centre
+        out = np.where(bad, 0.0, origin + 1j * centre)  # not to warn of what is discarded
     base = linkage.rays[:, 0]
     point = pairs[..., 0] + 1j * pairs[..., 1]
     point = np.where(pairs[..., 2] != 0, point + out[:, None, None], point) * base[:, None, None]
