@@ -110,12 +110,14 @@ def _held(database: Database) -> dict[tuple[str, str, str], tuple[int, int, dict
     counted = database.read(
         select(*place, func.count(Mechanism.id.distinct()).label("mechanisms"), func.count(Guide.id).label("guides"))
         .join(Guide, Guide.mechanism_id == Mechanism.id)
+        .where(Mechanism.batch_id.is_not(None))  # named guides are no part of the count
         .group_by(*place)
     )
     best = database.read(
         select(*place, Reach.level, func.min(Reach.size).label("smallest"))
         .join(Guide, Guide.mechanism_id == Mechanism.id)
         .join(Reach, Reach.guide_id == Guide.id)
+        .where(Mechanism.batch_id.is_not(None))
         .group_by(*place, Reach.level)
     )
     smallest: dict[tuple[str, str, str], dict[int, float]] = {}

@@ -19,6 +19,10 @@ class InvalidLinkage(CatalogueError, ValueError):
     exit_code = 3
 
 
+class InvalidDesign(CatalogueError, ValueError):
+    """A named guide that contradicts itself: no source, an impossible linkage, a stroke that cannot be traced."""
+
+
 class InvalidRequest(CatalogueError, ValueError):
     """A request that cannot be meant: negative stroke, empty box, unknown family or series."""
 

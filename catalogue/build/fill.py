@@ -18,6 +18,7 @@ from ..series import Member, Series
 from ..store import Batch, Database, drop_indexes, finish, is_indexed, make_indexes, prepare, set_setting, write_batch
 from .block import Block
 from .draw import PLAN
+from .named import write_designs
 from .workers import Workers
 
 #: Guides in the default database.
@@ -112,7 +113,8 @@ def fill(
     """Fill a database up to a number of guides.
 
     The blocks that are already there count; a build that was interrupted goes on where it stopped and ends with the
-    content of one that was not.  Same seed and count, same content.
+    content of one that was not.  Same seed and count, same content.  The named guides are there from the
+    start, whichever series are chosen.
 
     Parameters
     ----------
@@ -155,6 +157,7 @@ def fill(
     with database.engine.connect() as connection, Workers(workers, registry.folders) as pool:
         if any(not s.full for s in sources) and count > 2 * before:
             drop_indexes(connection)
+        write_designs(database, connection, registry)
         for source, block in _blocks(sources, registry, pool, seed, failed):
             try:
                 write_batch(connection, block.batch, block.mechanisms, block.guides, block.reaches)

@@ -9,7 +9,7 @@ import numpy as np
 from ..guide.measures import Measures, measure
 from ..guide.reach import LEVELS, reach, scan
 from ..guide.span import Span, span
-from ..guide.trace import Traced
+from ..guide.trace import Traced, trace
 from ..instant import Instant
 from ..linkage import Array, Linkage
 from ..series import EXACT
@@ -43,7 +43,9 @@ def together(parts: list[tuple[Columns, Columns]]) -> tuple[Columns, Columns]:
     return guides, reaches
 
 
-def guide_columns(linkage: Linkage, points: Columns, circle: bool) -> tuple[Columns, Columns] | None:
+def guide_columns(
+    linkage: Linkage, points: Columns, circle: bool, usual: Array | None = None
+) -> tuple[Columns, Columns] | None:
     """Trace guided points of linkages in their canonical frame; None if there is no guide among them.
 
     Parameters
@@ -54,6 +56,8 @@ def guide_columns(linkage: Linkage, points: Columns, circle: bool) -> tuple[Colu
         ``centre``, that of a circle as a complex number.
     circle : bool
         Their nominal; else a straight line.
+    usual : ndarray, shape (n,), optional
+        Half strokes to fall back to at levels for which the longest stroke cannot be stored.
 
     Returns
     -------
@@ -68,11 +72,20 @@ def guide_columns(linkage: Linkage, points: Columns, circle: bool) -> tuple[Colu
     guides, points = guides[usable], {k: v[usable] for k, v in points.items()}
     if not len(guides):
         return None
+    known = None
+    if usual is not None:
+        usual, middle = usual[usable], np.zeros(len(guides))
+        known = trace(guides, usual, circle=circle, split=True, nodes=16)
+        costs = measure(guides, known)
     ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle))
     rows: list[Columns] = []
     for level in sorted(LEVELS):
         half, traced = reach(guides, ladder, 10.0**level, circle=circle)
         row, good = _reaches(guides, traced, measure(guides, traced), half, ladder.centre, level, circle)
+        if usual is not None and known is not None:
+            other, fits = _reaches(guides, known, costs, usual, middle, level, circle)
+            row = {k: np.where(good, v, other[k]) for k, v in row.items()}
+            good = good | fits
         if rows:  # where the longest stroke runs into a dead point, a shorter one that is straighter still serves
             row = {k: np.where(good, v, rows[-1][k]) if k != "level" else v for k, v in row.items()}
             good = good | rows[-1]["good"]
@@ -106,7 +119,8 @@ def _reaches(
         relative = traced.relative
         size = measured.size / stroke
         good = (relative <= 10.0**level) & (size <= LARGEST) & (measured.min_transmission >= LEAST_TRANSMISSION)
-        good &= np.isfinite(measured.max_arm)
+        no_arm = ~guides.linkage.finite[:, :, 1].any(1)  # two slides
+        good &= np.isfinite(measured.max_arm) | no_arm
         sweep = np.abs(traced.fit.curvature) * stroke if circle else np.zeros(len(stroke))
         good &= (sweep > 0) if circle else good
         # the path runs from (0, 0) to (1, 0)
@@ -116,6 +130,7 @@ def _reaches(
             for i, side in enumerate(("x0", "y0", "x1", "y1"))
         }
         lengths = {k: getattr(measured, k) / stroke for k in ("size", "max_link", "min_link", "max_ground", "max_arm")}
+        lengths["max_arm"] = np.where(no_arm, 0.0, lengths["max_arm"])
     columns = {
         "guide": np.arange(len(guides)), "level": np.full(len(guides), level), "stroke": stroke, "half": half,
         "centre": centre, "deviation": relative, "sweep": sweep, **lengths,

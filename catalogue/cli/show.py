@@ -4,13 +4,60 @@ from __future__ import annotations
 
 import json
 import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from ..series import EXACT
 from .options import Db, Format, Output, Plugins
+
+if TYPE_CHECKING:
+    from ..classification import Memberships
+    from ..designs import Design
+    from ..query.found import Candidate
+
+
+@dataclass(frozen=True)
+class About:
+    """What is said of a named design besides its guide."""
+
+    design: Design
+    memberships: Memberships
+    published: Candidate
+    best: Candidate | None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the design's own words and its comparison, for JSON."""
+        words = {k: getattr(self.design, k) for k in ("name", "title", "source", "proportions", "place")}
+        best = None if self.best is None else {"id": self.best.id, "deviation": self.best.deviation}
+        return {"design": {**words, "deviation": self.published.deviation, "best_of_series": best}}
+
+    def lines(self) -> list[str]:
+        """Return the text for a terminal."""
+        d, p = self.design, self.published
+        near = self.memberships.nearest
+        member = "no registered series has its family"
+        if self.memberships.series:
+            member = "series " + ", ".join(f"{m.series} (residual {m.residual:.1g})" for m in self.memberships)
+        elif near:
+            member = f"in no registered series; the nearest is {near.series} (residual {near.residual:.2g})"
+        usual = f"over its usual stroke of {d.stroke:.4g}, {d.share:.0%} of what the path offers"
+        compared = f"the straightest {p.series} of no more than its size"
+        if self.best is not None:
+            times = p.deviation / self.best.deviation if self.best.deviation else float("inf")
+            compared += f": {self.best.deviation / p.stroke:.3g} (guide {self.best.id}), {times:.3g} times as straight"
+        else:
+            compared = "exact" if d.order == EXACT else f"{compared} in the catalogue is not straighter"
+        return [
+            f"{d.name}: {d.title}",
+            f"source: {d.source}",
+            f"proportions: {d.proportions}",
+            d.place,
+            f"classification: {member}; {p.family}, {p.configuration}",
+            f"deviation/stroke {usual}: {p.deviation / p.stroke:.3g}, size/stroke {p.size / p.stroke:.3g}; {compared}",
+        ]
 
 
 def show(
@@ -31,24 +78,43 @@ def show(
     db: Db = None,
     plugins: Plugins = None,
 ) -> None:
-    """Show a stored guide: parameters, pivots, how far it holds which deviation; draw it with --plot."""
+    """Show a stored guide or a named design: parameters, pivots, how far it holds which deviation; draw it with --plot.
+
+    A design is laid as published, over its usual stroke and not split, unless --level is given; the best guide of its
+    series on the same stroke, no larger, is named beside it.
+    """
+    from ..designs import designs
     from ..facade import open
 
     with open(db, plugins=plugins or ()) as catalogue:
         guide = catalogue.guide(name)
-    laid = guide.at(stroke, level)
+        design = designs().get(guide.name or "")
+        about = None
+        if design is None or level is not None:
+            laid = guide.at(stroke, level)
+        if design is not None:
+            from ..query.textbook import as_published, best_of_series
+
+            published = as_published(design, guide, stroke)
+            laid = published if level is None else laid
+            about = About(
+                design, catalogue.classify(design.linkage)[0], published, best_of_series(catalogue, published)
+            )
     if plot is not None:
         laid.plot(plot)
         print(f"drawn: {plot}", file=sys.stderr)
     if format is not Format.table:
-        print(json.dumps(laid.to_dict(), indent=1, allow_nan=False))
+        print(json.dumps({**laid.to_dict(), **(about.to_dict() if about else {})}, indent=1, allow_nan=False))
         return
+    if about:
+        print("\n".join(about.lines()))
     from .tables import print_table
 
     order = "exact" if guide.order == EXACT else f"order {guide.order}"
     what = "straight line" if guide.kind == "line" else f"circle of radius {1 / abs(guide.curvature):.4g}"
     print(f"guide {guide.id}: {guide.series} {guide.family} {guide.configuration}, {guide.member}, point {guide.label}")
-    print(f"{what}, {order}; parameters " + ", ".join(f"{k} = {v:.6g}" for k, v in guide.parameters.items()))
+    free = ", ".join(f"{k} = {v:.6g}" for k, v in guide.parameters.items())
+    print(f"{what}, {order}" + f"; parameters {free}" * bool(free))
     if guide.kappa is not None:
         print(f"rho0 = {guide.rho0:.6g}, kappa = {guide.kappa:.6g}, kappa* = {guide.kappa_star:.6g}, s = {guide.s:.6g}")
     else:

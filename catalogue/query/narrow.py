@@ -196,7 +196,8 @@ def joined(*columns: Any) -> Select[Any]:
 def held(database: Database, wanted: Constraints) -> list[str]:
     """Return the codes of the series that the database holds and that are wanted, of a family that is wanted.
 
-    A series without such a family would be searched to its end in vain.
+    A series without such a family would be searched to its end in vain.  One of which the database holds only named
+    guides counts if it is asked for by its code.
     """
     rows = database.read(select(Batch.series.label("code"), Batch.member).distinct().order_by(Batch.series))
     codes = []
@@ -205,6 +206,9 @@ def held(database: Database, wanted: Constraints) -> list[str]:
         fits = (not wanted.families or family in wanted.families) and not (wanted.pins_only and family in SLIDING)
         if fits and (not wanted.series or code in wanted.series):
             codes.append(str(code))
+    if wanted.series:
+        named = select(Mechanism.series.label("code")).where(Mechanism.batch_id.is_(None)).distinct()
+        codes += sorted(str(code) for code in database.read(named)["code"] if code in wanted.series)
     return list(dict.fromkeys(codes))
 
 

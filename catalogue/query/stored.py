@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from difflib import get_close_matches
 from typing import Any
 
 import numpy as np
-from sqlalchemy import select
+from sqlalchemy import func, select
 
+from ..designs import designs
 from ..errors import InvalidRequest
 from ..guide.reach import LEVELS
 from ..linkage import Array, Linkage
@@ -105,7 +107,7 @@ class StoredGuide:
 def stored(database: Database, name: int | str) -> StoredGuide:
     """Return the guide with an id, or the first guide of a named design; see `Catalogue.guide`."""
     try:
-        test = Guide.id == int(name)
+        test = Guide.id == min(int(name), 2**63 - 1)
     except ValueError:
         test = Mechanism.name == str(name)
     extra = (
@@ -114,27 +116,31 @@ def stored(database: Database, name: int | str) -> StoredGuide:
     )  # fmt: skip
     found = database.read(joined(*COLUMNS, *extra).where(test).order_by(Guide.id, Reach.level))
     if not len(found["id"]):
-        raise InvalidRequest(f"the database holds no guide {name}; `catalogue find` lists guides with their ids")
+        raise InvalidRequest(f"the database holds no guide {name}; {_instead(database, str(name))}")
     found = {k: v[found["id"] == found["id"][0]] for k, v in found.items()}
     one = {k: v[0].item() if isinstance(v[0], np.generic) else v[0] for k, v in found.items()}
     reaches = {k: found[k] for k in SHOWN}
-    mechanism = database.read(
-        select(
-            Mechanism.name, Mechanism.rho0, Mechanism.kappa, Mechanism.kappa_star, Mechanism.s, Batch.plugin,
-            Batch.plugin_version, Batch.plan, Batch.seed, Batch.number,
-        )
-        .outerjoin(Batch, Batch.id == Mechanism.batch_id)
-        .where(Mechanism.id == one["mechanism"], Batch.id.is_not(None))
+    about = {
+        k: v[0]
+        for k, v in database.read(
+            select(
+                Mechanism.name, Mechanism.rho0, Mechanism.kappa, Mechanism.kappa_star, Mechanism.s,
+                func.coalesce(Mechanism.batch_id, 0).label("batch"),
+            ).where(Mechanism.id == one["mechanism"])
+        ).items()
+    }  # fmt: skip
+    drawn = database.read(
+        select(Batch.plugin, Batch.plugin_version, Batch.plan, Batch.seed, Batch.number)
+        .where(Batch.id == int(about["batch"]))
     )  # fmt: skip
-    about = {k: v[0] for k, v in mechanism.items() if len(v)}
 
     def number(key: str) -> float | None:
-        value = about.get(key)
-        return float(value) if value is not None and np.isfinite(value) else None
+        value = float(about[key])
+        return value if np.isfinite(value) else None
 
     return StoredGuide(
         id=int(one["id"]),
-        name=about.get("name"),
+        name=about["name"],
         family=one["family"],
         series=one["series"],
         member=one["member"],
@@ -148,14 +154,21 @@ def stored(database: Database, name: int | str) -> StoredGuide:
         point=complex(one["x"], one["y"]),
         curvature=float(one["curvature"]),
         **{k: number(k) for k in ("rho0", "kappa", "kappa_star", "s")},
-        provenance={
-            k: v if isinstance(v, str) else int(v)
-            for k, v in about.items()
-            if k in ("plugin", "plugin_version", "plan", "seed", "number")
-        },
+        provenance={k: v[0] if isinstance(v[0], str) else int(v[0]) for k, v in drawn.items() if len(v)},
         reaches=reaches,
         rows={
             int(level): {k: found[k][i : i + 1] for k in found} for i, level in enumerate(found["level"])
             if level in LEVELS
         },
     )  # fmt: skip
+
+
+def _instead(database: Database, name: str) -> str:
+    """Say what to ask for instead of a name that the database does not hold."""
+    if name in designs():
+        return "`catalogue build` adds the named guides"
+    held = [str(n) for n in database.read(select(Mechanism.name).where(Mechanism.batch_id.is_(None)))["name"] if n]
+    near = get_close_matches(name.lower(), held, n=5, cutoff=0.4) or [n for n in held if name.lower() in n]
+    if near:
+        return f"near names are {', '.join(near)}"
+    return "`catalogue find` lists guides with their ids"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .bulk import drop_indexes, finish, is_indexed, make_indexes, prepare, write_batch
+from .bulk import drop_indexes, finish, is_indexed, make_indexes, prepare, remove_designs, write_batch
 from .database import Database
 from .models import Base, Batch, Guide, Mechanism, Reach, Setting
 from .settings import get_setting, set_setting
@@ -21,6 +21,7 @@ __all__ = [
     "is_indexed",
     "make_indexes",
     "prepare",
+    "remove_designs",
     "set_setting",
     "write_batch",
 ]

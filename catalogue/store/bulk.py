@@ -13,12 +13,12 @@ from pathlib import Path
 from typing import Any, cast
 
 import numpy as np
-from sqlalchemy import Connection, Index
+from sqlalchemy import Connection, Index, delete
 
 from ..errors import DatabaseError
 from .connecting import connect
 from .database import Database
-from .models import Base
+from .models import Base, Mechanism
 from .trouble import plainly
 
 Columns = Mapping[str, Any]
@@ -72,6 +72,13 @@ def write_batch(
         guide_id = _insert(connection, "guide", len(parents), linked)
         linked = {"guide_id": guide_id + owners, "kind": kinds, "series": codes[owners], **_without(reaches, "guide")}
         _insert(connection, "reach", len(owners), linked)
+
+
+def remove_designs(connection: Connection, names: Sequence[str]) -> None:
+    """Remove the designs of these names, with what they guide."""
+    with _writing(connection):
+        gone = delete(Mechanism).where(Mechanism.batch_id.is_(None), Mechanism.name.in_(names))
+        connection.execute(gone)
 
 
 def drop_indexes(connection: Connection) -> None:

@@ -1,0 +1,118 @@
+"""Put the named guides into the database: classified and measured like what is drawn."""
+
+from __future__ import annotations
+
+import sqlite3
+from contextlib import suppress
+
+import numpy as np
+from sqlalchemy import Connection, select
+
+from ..classification import classify
+from ..designs import Design, designs
+from ..errors import DatabaseError
+from ..linkage import Array, Linkage
+from ..plugins import Registry
+from ..series import Series
+from ..store import Database, Guide, Mechanism, remove_designs, write_batch
+from .rows import Columns, guide_columns, mechanism_columns, together
+
+#: The member of its series that a design is: itself.
+MEMBER = "design"
+#: Series of a design that no registered series can be held against.
+UNKNOWN = "none"
+
+
+def write_designs(database: Database, connection: Connection, registry: Registry) -> int:
+    """Write the designs that the database does not hold, or holds otherwise, and return how many.
+
+    Raises
+    ------
+    DatabaseError
+        If the file cannot be written, or another process is filling it.
+    """
+    wanted = list(designs().values())
+    placed = [design.canonical() for design in wanted]
+    linkage = Linkage(np.concatenate([one.pivots for one, *_ in placed]))
+    point, centre, half = (np.array([p[i] for p in placed]) for i in (1, 2, 3))
+    series = nearest_series(linkage, registry)
+    held = _held(database)
+    mine = zip(series, linkage.pivots.reshape(-1, 12), point, strict=True)
+    now = [(code, pivots.tobytes(), complex(z)) for code, pivots, z in mine]
+    new = np.array([held.get(d.name) != entry for d, entry in zip(wanted, now, strict=True)])
+    if not new.any():
+        return 0
+    chosen = [d for d, is_new in zip(wanted, new, strict=True) if is_new]
+    remove_designs(connection, [d.name for d in chosen])
+    mechanisms, guides, reaches = columns(chosen, linkage[new], point[new], centre[new], half[new])
+    mechanisms["series"] = series[new]
+    try:
+        write_batch(connection, None, mechanisms, guides, reaches)
+    except sqlite3.IntegrityError as error:
+        if "mechanism.name" not in str(error):
+            raise
+        raise DatabaseError(
+            f"{database.path} is being filled by another process: wait until that has finished"
+        ) from error
+    return len(chosen)
+
+
+def columns(
+    chosen: list[Design], linkage: Linkage, point: Array, centre: Array, half: Array
+) -> tuple[Columns, Columns, Columns]:
+    """Return the columns of mechanisms, but for their series, of guides and of reaches.
+
+    Parameters
+    ----------
+    chosen : list of n Design
+    linkage : Linkage of n
+        In the canonical frame, as all that follows.
+    point, centre : complex ndarray, shape (n,)
+    half : ndarray, shape (n,)
+        Half the usual strokes.
+    """
+    circle = np.array([d.circle for d in chosen])
+    points = {
+        "mechanism": np.arange(len(chosen)),
+        "label": np.full(len(chosen), "guided", dtype=object),
+        "x": point.real,
+        "y": point.imag,
+        "contact_order": np.array([d.order for d in chosen]),
+        "centre": centre,
+    }
+    parts = []
+    for kind in (False, True):
+        some = {k: v[circle == kind] for k, v in points.items()}
+        parts.append(guide_columns(linkage, some, kind, half[circle == kind]))
+    guides, reaches = together([part for part in parts if part is not None])
+    mechanisms = {
+        **mechanism_columns(linkage),
+        "member": MEMBER,
+        "name": [d.name for d in chosen],
+        "parameters": "{}",
+    }
+    return mechanisms, guides, reaches
+
+
+def nearest_series(linkage: Linkage, registry: Registry) -> Array:
+    """Return the code of the series that each linkage belongs to, else of the nearest one, shape (n,)."""
+    sound: dict[str, Series] = {}
+    for code, one in registry.series.items():
+        with suppress(Exception):  # a plugin that fails is left out, here as in the blocks, where it is named
+            classify(linkage[:1], {code: one})
+            sound[code] = one
+    found = [one.nearest for one in classify(linkage, sound)]
+    return np.array([one.series if one else UNKNOWN for one in found], dtype=object)
+
+
+def _held(database: Database) -> dict[str, tuple[str, bytes, complex]]:
+    """Return series, pivots and guided point of each design in the database, by name."""
+    rows = database.read(
+        select(Mechanism.name, Mechanism.series, Mechanism.pivots, Guide.x, Guide.y)
+        .join(Guide, Guide.mechanism_id == Mechanism.id)
+        .where(Mechanism.batch_id.is_(None), Mechanism.name.in_(list(designs())))
+    )
+    return {
+        str(name): (str(code), pivots.tobytes(), complex(x, y)) for name, code, pivots, x, y in
+        zip(*rows.values(), strict=True)
+    }  # fmt: skip
