@@ -142,13 +142,12 @@ def test_indexes_are_dropped_and_made_any_number_of_times(connection: Connection
     assert {"ix_reach_size", "ix_reach_balance", "ix_guide_mechanism"} <= set(statistics)
 
 
-@pytest.mark.parametrize(
-    ("column", "index"), [("size", "ix_reach_size"), ("balance", "ix_reach_balance")]
-)
+@pytest.mark.parametrize(("column", "index"), [("size", "ix_reach_size"), ("balance", "ix_reach_balance")])
 def test_usual_filter_is_served_by_its_index(connection: Connection, sample: Sample, column: str, index: str) -> None:
     write_batch(connection, *sample(0, 100))
     make_indexes(connection)
-    query = f"SELECT * FROM reach WHERE kind = 'line' AND series = 'I.GG' AND level = -3 AND {column} < 0.6 ORDER BY {column}"
+    where = f"kind = 'line' AND series = 'I.GG' AND level = -3 AND {column} < 0.6"
+    query = f"SELECT * FROM reach WHERE {where} ORDER BY {column}"
     plan = [row[-1] for row in connection.exec_driver_sql(f"EXPLAIN QUERY PLAN {query}")]
     assert plan == [f"SEARCH reach USING INDEX {index} (kind=? AND series=? AND level=? AND {column}<?)"]
 
