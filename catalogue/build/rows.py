@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..guide.measures import Measures, measure
+from ..guide.measures import Measures, measure, transmission
 from ..guide.reach import LEVELS, reach, scan
 from ..guide.span import Span, span
 from ..guide.trace import Traced, trace
@@ -15,7 +15,8 @@ from ..linkage import Array, Linkage
 from ..series import EXACT
 
 Columns = dict[str, Any]
-#: A reach is stored while the mechanism is smaller than this many strokes and this transmission angle is held.
+#: A reach is stored while the mechanism is smaller than this many strokes and this transmission angle is held.  No crank
+#: can drive a linkage whose design position is a dead point; of such a one the transmission angle is stored as it is, 0.
 LARGEST, LEAST_TRANSMISSION = 12.5, 2.0
 
 
@@ -77,16 +78,18 @@ def guide_columns(
         usual, middle = usual[usable], np.zeros(len(guides))
         known = trace(guides, usual, circle=circle, split=True, nodes=16)
         costs = measure(guides, known)
+    least = np.where(_at_design(guides.linkage) >= LEAST_TRANSMISSION, LEAST_TRANSMISSION, 0.0)
     ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle))
     rows: list[Columns] = []
     for level in sorted(LEVELS):
         half, traced = reach(guides, ladder, 10.0**level, circle=circle)
-        row, good = _reaches(guides, traced, measure(guides, traced), half, ladder.centre, level, circle)
+        row, good = _reaches(guides, traced, measure(guides, traced), half, ladder.centre, level, circle, least)
         if usual is not None and known is not None:
-            other, fits = _reaches(guides, known, costs, usual, middle, level, circle)
+            other, fits = _reaches(guides, known, costs, usual, middle, level, circle, least)
             row = {k: np.where(good, v, other[k]) for k, v in row.items()}
             good = good | fits
-        if rows:  # where the longest stroke runs into a dead point, a shorter one that is straighter still serves
+        if rows:  # where the longest window runs into a dead point, or its path is shorter, a straighter one serves
+            good &= ~(rows[-1]["good"] & (rows[-1]["stroke"] > row["stroke"]))
             row = {k: np.where(good, v, rows[-1][k]) if k != "level" else v for k, v in row.items()}
             good = good | rows[-1]["good"]
         rows.append({**row, "good": good})
@@ -110,15 +113,28 @@ def guide_columns(
     return columns, {k: v[order] for k, v in reaches.items()}
 
 
+def _at_design(linkage: Linkage) -> Array:
+    """Return the transmission angle in the design position, shape (n,) [deg]."""
+    z = linkage.points
+    return transmission(linkage, [np.stack([z[:, i, 1]] * 2) for i in (0, 1)], np.zeros((2, len(linkage)), complex))
+
+
 def _reaches(
-    guides: Span, traced: Traced, measured: Measures, half: Array, centre: Array, level: int, circle: bool
+    guides: Span,
+    traced: Traced,
+    measured: Measures,
+    half: Array,
+    centre: Array,
+    level: int,
+    circle: bool,
+    least: Array,
 ) -> tuple[Columns, Array]:
     """Return the columns of one level, and where they may be stored, shape (n,)."""
     stroke = traced.fit.stroke
     with np.errstate(all="ignore"):
         relative = traced.relative
         size = measured.size / stroke
-        good = (relative <= 10.0**level) & (size <= LARGEST) & (measured.min_transmission >= LEAST_TRANSMISSION)
+        good = (relative <= 10.0**level) & (size <= LARGEST) & (measured.min_transmission >= least)
         no_arm = ~guides.linkage.finite[:, :, 1].any(1)  # two slides
         good &= np.isfinite(measured.max_arm) | no_arm
         sweep = np.abs(traced.fit.curvature) * stroke if circle else np.zeros(len(stroke))

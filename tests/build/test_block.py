@@ -22,11 +22,11 @@ from catalogue.plugins import Registry
 from catalogue.series import EXACT
 
 SERIES = Registry().series
-#: One member per family, with lines, circles, exact guides and links at infinity among them.
+#: One member of several families, with lines, circles, exact guides and links at infinity among them.
 MEMBERS = [
     ("I.GG", "four-bar general"),
     ("II.ooo", "elliptic-trammel general"),
-    ("II.xy", "inverted-slider-crank general"),
+    ("II.xy", "four-bar general"),
     ("II*.xy", "slider-crank general"),
     ("IV*.l", "four-bar equal cranks"),
 ]
