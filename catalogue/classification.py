@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
@@ -161,13 +162,19 @@ def classify(linkage: Linkage, series: Mapping[str, Series]) -> Classification:
     ----------
     linkage : Linkage of n
     series : mapping of Series
-        By code.
+        By code.  One that raises is left out, with a `PluginWarning`.
     """
+    from .plugins import PluginWarning, one_line
+
     instant = Instant(linkage)
     n, codes = len(linkage), list(series)
     residual, margin = np.full((n, len(codes)), np.nan), np.full((n, len(codes)), np.nan)
     for k, one in enumerate(series.values()):
-        residual[:, k], margin[:, k] = one.classify(instant)
+        try:
+            residual[:, k], margin[:, k] = one.classify(instant)
+        except Exception as error:  # a plugin may raise anything
+            residual[:, k] = margin[:, k] = np.nan
+            warnings.warn(f"series {one.code} is left out: {one_line(error)}", PluginWarning, stacklevel=3)
     return Classification(
         linkage.family, instant.configuration, codes, residual, margin, np.asarray(instant.curvature.reason)
     )

@@ -15,8 +15,8 @@ from ..linkage import Array, Linkage
 from ..series import EXACT
 
 Columns = dict[str, Any]
-#: A reach is stored while the mechanism is smaller than this many strokes and this transmission angle is held.  No crank
-#: can drive a linkage whose design position is a dead point; of such a one the transmission angle is stored as it is, 0.
+#: A reach is stored while the mechanism is smaller than this many strokes and this transmission angle is held.  Where
+#: the design position is a dead point no crank can drive; then the angle is stored as it is, 0.
 LARGEST, LEAST_TRANSMISSION = 12.5, 2.0
 
 

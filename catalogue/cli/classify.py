@@ -81,7 +81,7 @@ def _pivots(text: str, name: str) -> list[Any]:
         if isinstance(given, dict):
             given = [given]
         if given and isinstance(given[0], dict):
-            missing = [i for i, one in enumerate(given) if "pivots" not in one]
+            missing = [i for i, one in enumerate(given) if not isinstance(one, dict) or "pivots" not in one]
             if missing:
                 raise InvalidRequest(f"{name}: object {missing[0]} has no key `pivots`")
             given = [one["pivots"] for one in given]

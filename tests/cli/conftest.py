@@ -1,0 +1,81 @@
+"""The command, called in this process or in one of its own."""
+
+from __future__ import annotations
+
+import io
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import catalogue
+from catalogue.cli import main
+
+
+@dataclass
+class Ran:
+    """What a command did."""
+
+    code: int
+    out: str
+    err: str
+
+    @property
+    def line(self) -> str:
+        """The one line of an expected error."""
+        lines = self.err.strip().splitlines()
+        assert len(lines) == 1, self.err
+        assert lines[0].startswith("catalogue: ")
+        assert self.out == ""
+        return lines[0]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Ran]:
+    """Return the command as a function; warnings are shown as they are to a user."""
+    monkeypatch.setattr("warnings.showwarning", None)
+    for name in ("CATALOGUE_DB", "CATALOGUE_PLUGINS"):
+        monkeypatch.delenv(name, raising=False)
+    for name in ("OMP", "OPENBLAS", "MKL"):  # the command sets them: that is to end with the test
+        monkeypatch.setenv(f"{name}_NUM_THREADS", "1")
+
+    def call(*arguments: Any, stdin: str = "") -> Ran:
+        monkeypatch.setattr(sys, "argv", ["catalogue", *map(str, arguments)])
+        monkeypatch.setattr(sys, "stdin", io.StringIO(stdin))
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as end:
+            main()
+        out, err = capsys.readouterr()
+        assert "Traceback" not in out + err
+        return Ran(int(end.value.code or 0), out, err)
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Return an environment in which a new process imports the catalogue that is tested here, at home nowhere."""
+    kept = {k: v for k, v in os.environ.items() if not k.startswith("CATALOGUE_")}
+    home = str(tmp_path_factory.mktemp("home"))
+    root = str(Path(catalogue.__file__).parents[1])
+    return {**kept, "PYTHONPATH": root, "XDG_DATA_HOME": home, "HOME": home, "COLUMNS": "120", "NO_COLOR": "1"}
+
+
+@pytest.fixture(scope="session")
+def process(environment: dict[str, str]) -> Callable[..., Ran]:
+    """Return the command as a process."""
+
+    def call(*arguments: Any, stdin: str = "", **extra: str) -> Ran:
+        done = subprocess.run(
+            [sys.executable, "-m", "catalogue", *map(str, arguments)],
+            env={**environment, **extra}, input=stdin, capture_output=True, text=True, timeout=120,
+        )  # fmt: skip
+        assert "Traceback" not in done.stdout + done.stderr, done.stderr
+        return Ran(done.returncode, done.stdout, done.stderr)
+
+    return call

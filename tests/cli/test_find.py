@@ -1,0 +1,255 @@
+"""``catalogue find``: clean output, one clear line for what cannot be answered."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from catalogue import Candidate, Catalogue, StraightLine
+
+Run = Callable[..., Any]
+LINE = ("find", "straight-line", "--stroke", 150, "--deviation", 0.05)
+ARC = ("find", "circular-arc", "--stroke", 100, "--radius", 120, "--deviation", 0.05)
+
+
+def test_json_is_what_the_library_finds(run: Run, small_db: Path, small: Catalogue) -> None:
+    done = run(*LINE, "--fixed-pivots-in", -400, -400, 400, 400, "--min-transmission", 30, "--format", "json",
+               "--db", small_db)  # fmt: skip
+    assert done.code == 0
+    assert done.err == ""
+    found = small.find(StraightLine(150, 0.05), fixed_pivots_in=(-400, -400, 400, 400), min_transmission=30)
+    assert json.loads(done.out) == json.loads(found.to_json())
+
+
+def test_every_option_reaches_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
+    done = run(
+        *LINE, "--family", "four-bar", "--family", "slider-crank", "--series", "I.GG", "--series", "II*.xy",
+        "--configuration", "XX", "--configuration", "NN", "--order", 3, "--fixed-pivots-in", -900, -900, 900, 900,
+        "--pivots-in", -1000, -1000, 1000, 1000, "--max-size", 2000, "--max-link", 900, "--min-link", 5,
+        "--max-ground", 900, "--max-arm", 800, "--min-transmission", 11, "--rank-by", "size=2,deviation=1",
+        "--per-series", 3, "--effort", 2, "--limit", 5, "--pins-only", "--format", "json", "--db", small_db,
+    )  # fmt: skip
+    found = small.find(
+        StraightLine(150, 0.05), families=["four-bar", "slider-crank"], series=["I.GG", "II*.xy"],
+        configurations=["XX", "NN"], order=3, fixed_pivots_in=(-900, -900, 900, 900),
+        pivots_in=(-1000, -1000, 1000, 1000), max_size=2000, max_link=900, min_link=5, max_ground=900, max_arm=800,
+        min_transmission=11, rank_by={"size": 2, "deviation": 1}, per_series=3, effort=2, limit=5, pins_only=True,
+    )  # fmt: skip
+    assert len(found) == 5
+    assert json.loads(done.out) == json.loads(found.to_json())
+    turning = json.loads(run(*LINE, "--full-rotation", "--limit", 3, "--format", "json", "--db", small_db).out)
+    assert len(turning) == 3
+    assert all(row["rotates"] for row in turning)
+
+
+def test_csv_holds_the_same_rows(run: Run, small_db: Path) -> None:
+    rows = json.loads(run(*ARC, "--limit", 4, "--format", "json", "--db", small_db).out)
+    done = run(*ARC, "--limit", 4, "--format", "csv", "--db", small_db)
+    assert done.err == ""
+    read = list(csv.DictReader(io.StringIO(done.out)))
+    assert list(read[0]) == list(Candidate.__dataclass_fields__)
+    assert [int(r["id"]) for r in read] == [r["id"] for r in rows]
+    assert [json.loads(r["pivots"]) for r in read] == [r["pivots"] for r in rows]
+    assert [float(r["deviation"]) for r in read] == [r["deviation"] for r in rows]
+    assert "\r" not in done.out
+
+
+def test_table_is_readable_and_complete(process: Run, small_db: Path) -> None:
+    done = process(*LINE, "--db", small_db)
+    assert done.code == 0
+    assert done.err == ""
+    lines = done.out.splitlines()
+    assert "Guides for a straight line of 150" in done.out
+    assert sum("°" in line for line in lines) == 12
+    for heading in ("id", "series", "family", "conf.", "order", "deviation", "size", "transmission"):
+        assert heading in done.out
+    assert "…" not in done.out
+    assert "`catalogue show ID --plot FILE`" in done.out
+    assert "\x1b" not in done.out
+
+
+def test_explain_goes_to_standard_error(run: Run, small_db: Path) -> None:
+    done = run(*LINE, "--explain", "--max-size", 500, "--format", "json", "--db", small_db)
+    assert json.loads(done.out)
+    assert "max_size alone excludes" in done.err
+    assert "no plugin was needed" in done.err
+
+
+@pytest.mark.parametrize("output", ["json", "csv", "table"])
+def test_an_empty_answer_is_exit_code_1_and_advice(run: Run, small_db: Path, output: str) -> None:
+    done = run(*LINE, "--max-size", 10, "--format", output, "--db", small_db)
+    assert done.code == 1
+    assert {"json": "[]\n", "table": ""}.get(output, ",".join(Candidate.__dataclass_fields__) + "\n") == done.out
+    assert done.err.startswith("catalogue: no guide found: relax max_size 10")
+    assert len(done.err.splitlines()) == 1
+
+
+BAD: list[tuple[tuple[Any, ...], str]] = [
+    (("--stroke", "-150"), "stroke must be a finite number above zero, not -150"),
+    (("--stroke", "nan"), "stroke must be a finite number above zero, not nan"),
+    (("--deviation", "inf"), "deviation must be a finite number above zero, not inf"),
+    (("--deviation", "50"), "a deviation of 50 over a stroke of 150 is no guidance"),
+    (("--fixed-pivots-in", 0, 0, 0, 5), "fixed_pivots_in is empty"),
+    (("--pivots-in", 0, 0, "nan", 5), "pivots_in has a coordinate that is not finite"),
+    (("--min-transmission", 95), "min_transmission must be between 0 and 90 degrees, not 95"),
+    (("--max-size", 0), "max_size must be a finite number above zero, not 0"),
+    (("--min-link", 9, "--max-link", 3), "min_link 9 is above max_link 3"),
+    (("--rank-by", "beauty"), "cannot rank by beauty; choose from balance, size"),
+    (("--family", "five-bar"), "the database holds no family 'five-bar'; it holds"),
+    (("--series", "V.zz"), "the database holds no series 'V.zz'; it holds"),
+    (("--configuration", "Q"), "the database holds no configuration 'Q'"),
+    (("--limit", 0), "limit must be at least 1, not 0"),
+    (("--order", -1), "order must be at least 0, not -1"),
+    (("--per-series", -2), "per_series must be at least 0, not -2"),
+]
+
+
+@pytest.mark.parametrize(("options", "message"), BAD, ids=lambda v: str(v) if isinstance(v, tuple) else "")
+def test_a_request_that_cannot_be_meant_is_exit_code_2(
+    run: Run, small_db: Path, options: tuple[Any, ...], message: str
+) -> None:
+    done = run(*LINE, *options, "--db", small_db)
+    assert done.code == 2
+    assert message in done.line
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("find", "straight-line"), "--stroke"),
+        ((*LINE[:4],), "--deviation"),
+        ((*LINE, "--stroke", "long"), "--stroke"),
+        ((*LINE, "--bolts", 3), "--bolts"),
+        ((*LINE, "--format", "xml"), "xml"),
+        ((*LINE, "--fixed-pivots-in", 1, 2), "--fixed-pivots-in"),
+        (("find", "parabola"), "parabola"),
+        (("fnid",), "fnid"),
+    ],
+    ids=str,
+)
+def test_wrong_usage_is_exit_code_2_and_names_what_is_wrong(run: Run, arguments: Any, message: str) -> None:
+    done = run(*arguments)
+    assert done.code == 2
+    assert done.out == ""
+    assert message in done.err
+
+
+def test_an_arc_beyond_a_half_circle(run: Run, small_db: Path) -> None:
+    done = run("find", "circular-arc", "--stroke", 210, "--radius", 100, "--deviation", 0.1, "--db", small_db)
+    assert done.code == 2
+    assert "is a half circle or impossible" in done.line
+
+
+@pytest.mark.parametrize("arguments", [LINE, ("show", 1), ("build",)], ids=["find", "show", "build"])
+class TestDatabaseTrouble:
+    """Exit code 4 and one line with a remedy."""
+
+    def test_not_a_database(self, run: Run, tmp_path: Path, arguments: Any) -> None:
+        file = tmp_path / "notes.txt"
+        file.write_text("not a database, but long enough to be one " * 200)
+        done = run(*arguments, "--db", file)
+        assert done.code == 4
+        assert f"{file} is not a database: " in done.line
+        assert "--db" in done.line
+
+    def test_damaged(self, run: Run, small_db: Path, tmp_path: Path, arguments: Any) -> None:
+        file = tmp_path / "damaged.db"
+        whole = bytearray(small_db.read_bytes())
+        whole[4096 * 2 :] = b"\xff" * (len(whole) - 4096 * 2)
+        file.write_bytes(whole)
+        done = run(*arguments, "--db", file)
+        assert done.code == 4
+        assert "is damaged" in done.line
+
+    def test_folder(self, run: Run, tmp_path: Path, arguments: Any) -> None:
+        done = run(*arguments, "--db", tmp_path)
+        assert done.code == 4
+        assert f"{tmp_path} is a folder: name a file with --db" in done.line
+
+    def test_newer(self, run: Run, tmp_path: Path, arguments: Any) -> None:
+        import sqlite3
+
+        from catalogue.store import Database
+
+        file = tmp_path / "newer.db"
+        Database.open(file).close()
+        with sqlite3.connect(file) as connection:
+            connection.execute("UPDATE alembic_version SET version_num = '9999'")
+        connection.close()
+        done = run(*arguments, "--db", file)
+        assert done.code == 4
+        assert "was written by a newer version of the catalogue (revision 9999" in done.line
+
+    def test_of_something_else(self, run: Run, tmp_path: Path, arguments: Any) -> None:
+        import sqlite3
+
+        file = tmp_path / "songs.db"
+        with sqlite3.connect(file) as connection:
+            connection.execute("CREATE TABLE songs (title)")
+        connection.close()
+        done = run(*arguments, "--db", file)
+        assert done.code == 4
+        assert "is a database, but not one of the catalogue" in done.line
+
+    def test_no_such_folder_can_be_made(self, run: Run, tmp_path: Path, arguments: Any) -> None:
+        (tmp_path / "file").write_text("")
+        done = run(*arguments, "--db", tmp_path / "file" / "some.db")
+        assert done.code == 4
+        assert "cannot be used" in done.line
+
+
+def test_database_is_named_by_the_environment(process: Run, small_db: Path) -> None:
+    done = process(*LINE, "--limit", 1, "--format", "json", CATALOGUE_DB=str(small_db))
+    assert done.code == 0
+    assert len(json.loads(done.out)) == 1
+
+
+def test_a_reader_that_goes_away_is_no_error(environment: dict[str, str], small_db: Path) -> None:
+    """As in ``catalogue find ... | head -1``."""
+    options = (*LINE, "--limit", 300, "--format", "json", "--db", small_db)
+    command = [sys.executable, "-m", "catalogue", *map(str, options)]
+    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline() == b"[\n"
+        process.stdout.close()
+        err = process.stderr.read()
+        code = process.wait(60)
+    assert err == b""
+    assert code in (1, 141)
+
+
+def test_find_imports_only_what_it_needs(environment: dict[str, str], small_db: Path) -> None:
+    arguments = [*map(str, LINE), "--db", str(small_db)]
+    code = (
+        f"import sys; sys.argv = ['catalogue', *{arguments!r}]\n"
+        "from catalogue.cli import main\n"
+        "try: main()\n"
+        "except SystemExit as end: assert not end.code, end.code\n"
+        "heavy = ('pandas', 'matplotlib', 'scipy', 'alembic', 'pluggy', 'catalogue.plugins', 'catalogue.build')\n"
+        "print([m for m in heavy if m in sys.modules] + [m for m in sys.modules if m.startswith('catalogue_plugin')],"
+        " file=sys.stderr)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
+    assert done.stderr == "[]\n"
+
+
+def test_importing_the_package_imports_nothing_heavy(environment: dict[str, str]) -> None:
+    code = (
+        "import sys; import catalogue\n"
+        "heavy = ('pandas', 'matplotlib', 'scipy', 'sqlalchemy', 'alembic', 'typer', 'rich', 'pluggy')\n"
+        "assert not [m for m in heavy if m in sys.modules], [m for m in heavy if m in sys.modules]\n"
+        "assert set(catalogue.__all__) <= set(dir(catalogue))\n"
+        "for name in catalogue.__all__: getattr(catalogue, name)\n"
+        "assert 'scipy.optimize' not in sys.modules and 'matplotlib' not in sys.modules and 'pandas' not in sys.modules"
+    )
+    done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
+    assert done.stderr == ""

@@ -1,0 +1,383 @@
+"""``classify``, ``show``, ``plugins``, ``build`` and help."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import resource
+import shutil
+import sqlite3
+import subprocess
+import sys
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from catalogue import Catalogue, StraightLine
+
+Run = Callable[..., Any]
+WATT = [[[0, 0], [1, 0]], [[2, -1.2], [1, -1.2]]]
+EVANS = [[[0, 0, 1], [1, 0, 1]], [[2, 2.5, 1], [2, 0, 1]]]
+TRAMMEL = [[[0, 1, 0], [2, 0, 1]], [[1, 0, 0], [0, 1, 1]]]
+
+
+# -- help ---------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("command", "teaches"),
+    [
+        ((), ["find", "build", "classify", "show", "plugins", "Exit codes: 0 answered, 1 nothing found, 2 bad"]),
+        (("find",), ["straight-line", "circular-arc", "(0, 0)"]),
+        (("find", "straight-line"), ["catalogue find straight-line --stroke 150 --deviation 0.05", "--stroke",
+                                     "--fixed-pivots-in", "X0 Y0 X1 Y1", "--min-transmission", "transmission angle",
+                                     "--rank-by", "balance", "--db", "CATALOGUE_DB"]),
+        (("find", "circular-arc"), ["--radius", "bulges to +y", "catalogue find circular-arc --stroke 100"]),
+        (("build",), ["--count", "--seed", "--series", "Same seed and count, same content", "goes on"]),
+        (("classify",), ["[[A1, A1*], [A2, A2*]]", "w = 0 at infinity", "standard input", "CSV"]),
+        (("show",), ["--plot", "PNG, SVG", "--stroke", "--level"]),
+        (("plugins",), ["--plugins", "CATALOGUE_PLUGINS", "left out"]),
+    ],
+    ids=lambda v: " ".join(v) if isinstance(v, tuple) else "",
+)  # fmt: skip
+def test_help_teaches(run: Run, monkeypatch: pytest.MonkeyPatch, command: tuple[str, ...], teaches: list[str]) -> None:
+    monkeypatch.setenv("COLUMNS", "200")
+    monkeypatch.setattr("rich.console.Console.width", 200, raising=False)
+    done = run(*command, "--help")
+    assert done.code == 0
+    assert done.err == ""
+    plain = " ".join(done.out.replace("│", " ").split())
+    for words in teaches:
+        assert words in plain
+
+
+def test_version(run: Run) -> None:
+    import catalogue
+
+    assert run("--version").out == f"mechanism-catalogue {catalogue.__version__}\n"
+
+
+def test_no_command_is_help(process: Run) -> None:
+    done = process()
+    assert done.code in (0, 2)
+    assert "straight line or an arc" in done.out + done.err
+
+
+# -- classify -----------------------------------------------------------------------------------------------------
+def classified(done: Any) -> list[dict[str, Any]]:
+    assert done.code == 0
+    assert done.err == ""
+    rows: list[dict[str, Any]] = json.loads(done.out)
+    return rows
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        (WATT, [["IV*.l"]]),
+        ([WATT, WATT], [["IV*.l"], ["IV*.l"]]),
+        ({"pivots": EVANS}, [["II.xy"]]),
+        ([{"pivots": EVANS}, {"pivots": WATT, "id": 7}], [["II.xy"], ["IV*.l"]]),
+        ([TRAMMEL], [["II.ooo"]]),
+        ([[[[0, 0], [1, 0.3]], [[3, 0.2], [2.4, 1.7]]]], [[]]),
+    ],
+    ids=["one", "two", "object", "objects", "at infinity", "none"],
+)
+def test_classify_reads_json(run: Run, tmp_path: Path, given: Any, expected: list[list[str]]) -> None:
+    file = tmp_path / "given.json"
+    file.write_text(json.dumps(given))
+    for source, stdin in ((file, ""), ("-", file.read_text())):
+        rows = classified(run("classify", source, "--format", "json", stdin=stdin))
+        assert [r["series"] for r in rows] == expected
+        assert set(rows[0]) == {"family", "configuration", "series", "nearest", "residual", "margin", "remark"}
+
+
+def test_classify_reads_what_find_prints(run: Run, small_db: Path) -> None:
+    found = run("find", "straight-line", "--stroke", 1, "--deviation", 1e-3, "--format", "json", "--db", small_db)
+    rows = classified(run("classify", "-", "--format", "json", stdin=found.out))
+    candidates = json.loads(found.out)
+    assert [r["family"] for r in rows] == [c["family"] for c in candidates]
+
+
+@pytest.mark.parametrize("heading", ["", "x1,y1,x1*,y1*,x2,y2,x2*,y2*\n"])
+def test_classify_reads_csv(run: Run, heading: str) -> None:
+    rows = classified(
+        run("classify", "-", "--format", "json", stdin=f"{heading}0,0,1,0,2,-1.2,1,-1.2\n\n0,0,1,0,2,2.5,2,0\n")
+    )
+    assert [r["nearest"] for r in rows] == ["IV*.l", "II.xy"]
+    twelve = "0,1,0,2,0,1,1,0,0,0,1,1\n"
+    assert [r["family"] for r in classified(run("classify", "-", "--format", "json", stdin=twelve))] == [
+        "elliptic-trammel"
+    ]
+
+
+def test_classify_prints_tables_and_csv(run: Run) -> None:
+    text = json.dumps([WATT, EVANS])
+    done = run("classify", "-", stdin=text)
+    assert done.code == 0
+    assert "IV*.l" in done.out
+    assert "four-bar" in done.out
+    read = list(csv.DictReader(io.StringIO(run("classify", "-", "--format", "csv", stdin=text).out)))
+    assert [r["series"] for r in read] == ["IV*.l", "II.xy"]
+
+
+@pytest.mark.parametrize(
+    ("text", "code", "message"),
+    [
+        ("", 2, "- holds no linkage"),
+        ("[]", 2, "- holds no linkage"),
+        ("{}", 2, "object 0 has no key `pivots`"),
+        ("[1, 2", 2, "- is no valid JSON: "),
+        ("[1, 2, 3]", 3, "a linkage is [[A1, A1*], [A2, A2*]]"),
+        ('["a"]', 3, "a linkage is|pivots must"),
+        ("[[[[0, 0], [1, 0]]]]", 3, "pivots must have shape"),
+        ("[[[[0, 0, 1, 1], [1, 0]], [[2, 0], [1, 1]]]]", 3, "pivots must"),
+        ("[[[0, 0], [0, 0]], [[2, 0], [1, 1]]]", 3, "linkage 0: the two pivots of a crank coincide"),
+        ("[[[0, 0], [1, NaN]], [[2, 0], [1, 1]]]", 3, "linkage 0: a pivot has a NaN or infinite coordinate"),
+        ("[[[0, 0], [1, null]], [[2, 0], [1, 1]]]", 3, "pivot"),
+        ("[[[0, 1, 0], [1, 0, 0]], [[2, 0], [1, 1]]]", 3, "linkage 0: a dyad has both pivots at infinity"),
+        ('[{"pivots": 3}]', 3, "a linkage is"),
+        ('[{"pivots": [[[0,0],[1,0]],[[2,0],[1,1]]]}, 7]', 2, "- is|object 1|- holds"),
+        ("1,2,3\n", 2, "line 1: 3 numbers; 8 (x, y) or 12 (x, y, w) are wanted"),
+        ("a,b\n1,2,3,4,5,6,7,eight\n", 2, "line 2: '1,2,3,4,5,6,7,eight' is not all numbers"),
+        ("nonsense", 2, "- holds no linkage"),
+        ("nan,0,1,0,2,0,1,1\n", 3, "NaN or infinite"),
+    ],
+)
+def test_classify_refuses(run: Run, text: str, code: int, message: str) -> None:
+    done = run("classify", "-", "--format", "json", stdin=text)
+    assert any(part in done.line for part in message.split("|")), done.line
+    assert done.code == code
+
+
+def test_classify_refuses_files_that_cannot_be_read(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "binary").write_bytes(b"\xff\xfe\x00\x01")
+    for file in (tmp_path / "absent.json", tmp_path, tmp_path / "binary"):
+        done = run("classify", file)
+        assert done.code == 2
+        assert f"cannot read {file}: " in done.line
+
+
+# -- show ---------------------------------------------------------------------------------------------------------
+def test_show_a_guide(run: Run, small_db: Path, small: Catalogue, tmp_path: Path) -> None:
+    found = small.find(StraightLine(150, 0.05), families=["four-bar"], limit=1)[0]
+    done = run("show", found.id, "--db", small_db)
+    assert done.code == 0
+    assert done.err == ""
+    for words in (f"guide {found.id}: {found.series} four-bar", "straight line", "parameters", "Reach", "guided"):
+        assert words in done.out
+    laid = json.loads(run("show", found.id, "--stroke", 150, "--format", "json", "--db", small_db).out)
+    assert laid["stroke"] == 150
+    assert laid["id"] == found.id
+    picture = tmp_path / "guide.svg"
+    done = run("show", found.id, "--plot", picture, "--db", small_db)
+    assert done.code == 0
+    assert "<svg" in picture.read_text()
+    assert str(picture) in done.err
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (("999999999",), "the database holds no guide 999999999"),
+        (("9" * 40,), "the database holds no guide 999"),
+        (("nobody",), "the database holds no guide nobody"),
+        (("1", "--level", "5"), "guide 1 has no reach of level 5; it has -"),
+        (("1", "--stroke", "-3"), "stroke must be a finite number above zero, not -3"),
+        (("1", "--plot", "{tmp}/guide.xyz"), "xyz"),
+        (("1", "--plot", "{tmp}/absent/guide.png"), "absent"),
+    ],
+)
+def test_show_refuses(run: Run, small_db: Path, tmp_path: Path, arguments: Any, message: str) -> None:
+    done = run("show", *(a.replace("{tmp}", str(tmp_path)) for a in arguments), "--db", small_db)
+    assert done.code == 2
+    assert message in done.line
+
+
+# -- plugins and build --------------------------------------------------------------------------------------------
+BROKEN = '"""Divides by zero."""\nx = 1 / 0\n'
+RAISING = '''"""Raises when it is asked for pivots."""
+from catalogue.hookspecs import hookimpl
+from catalogue.series import Member, Parameter, Series
+
+def pivots(p):
+    raise RuntimeError("no pivots today")
+
+@hookimpl
+def catalogue_series():
+    member = Member("general", "four-bar", [Parameter("a", ((0.0, 1.0),), "anything")], pivots)
+    return [Series("V.no", "never", "V*.no", "nowhere", [member], lambda i: (1 / 0, 1 / 0), lambda p: [])]
+'''
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A plugin folder with a good series, one that fails at import, one that raises inside `pivots`."""
+    made = tmp_path_factory.mktemp("plugins")
+    shutil.copy(Path(__file__).parents[1] / "plugins" / "dropin" / "ii_x0.py", made)
+    (made / "broken.py").write_text(BROKEN)
+    (made / "raising.py").write_text(RAISING)
+    return made
+
+
+def test_plugins_lists_what_was_left_out(process: Run, folder: Path) -> None:
+    done = process("plugins", "--format", "json", CATALOGUE_PLUGINS=str(folder))
+    assert done.code == 5
+    assert done.err == ""
+    records = {r["name"]: r for r in json.loads(done.out)}
+    assert records["broken"]["error"] == "ZeroDivisionError: division by zero"
+    assert records["ii_x0"]["series"] == ["II.x0"]
+    assert records["iv_l"]["series"] == ["IV.l", "IV*.l"]
+    assert records["iv_l"]["version"]
+    assert all(not r["error"] for name, r in records.items() if name != "broken")
+
+
+def test_plugins_prints_a_table(run: Run, folder: Path) -> None:
+    done = run("plugins")
+    assert done.code == 0
+    assert done.err == ""
+    assert "II*.xy" in done.out
+    done = run("plugins", "--plugins", folder)
+    assert done.code == 5
+    assert (
+        "left out: ZeroDivisionError" in "".join(done.out.split("\n")).replace("  ", " ")
+        or "ZeroDivisionError" in done.out
+    )
+    rows = list(csv.reader(io.StringIO(run("plugins", "--format", "csv").out)))
+    assert rows[0] == ["plugin", "version", "adds", "from"]
+
+
+def test_a_plugin_folder_that_is_not_there(run: Run, tmp_path: Path) -> None:
+    for command in (("plugins",), ("classify", "-"), ("build", "--db", tmp_path / "some.db")):
+        done = run(*command, "--plugins", tmp_path / "absent", stdin=json.dumps(WATT))
+        assert done.code == 5
+        assert f"plugin folder {tmp_path / 'absent'} does not exist" in done.line
+
+
+@pytest.mark.parametrize("text", ["II.xy", "II*.xy"])
+def test_two_plugins_of_one_series(run: Run, tmp_path: Path, text: str) -> None:
+    source = (Path(__file__).parents[1] / "plugins" / "dropin" / "ii_x0.py").read_text()
+    (tmp_path / "again.py").write_text(source.replace('"II.x0"', f'"{text}"'))
+    done = run("plugins", "--plugins", tmp_path)
+    assert done.code == 5
+    assert f"{text} is claimed by two plugins" in done.line
+    assert "again.py" in done.line
+    assert "ii_xy.py" in done.line
+
+
+@pytest.fixture(scope="module")
+def extended(process: Run, folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
+    """A database with the dropped-in series, and how its build went."""
+    file = tmp_path_factory.mktemp("extended") / "extended.db"
+    done = process("build", "--count", 300, "--series", "II.x0", "--series", "V.no", "--series", "IV*.l", "--db", file,
+                   CATALOGUE_PLUGINS=str(folder))  # fmt: skip
+    return file, done
+
+
+def test_build_uses_a_dropped_in_series_and_survives_the_broken_ones(extended: tuple[Path, Any]) -> None:
+    file, done = extended
+    assert done.code == 5
+    assert done.out == ""
+    lines = done.err.strip().splitlines()
+    assert any("plugin broken" in line and "ZeroDivisionError: division by zero" in line for line in lines)
+    assert any("V.no four-bar general is left out: RuntimeError: no pivots today" in line for line in lines)
+    assert any("series V.no is left out: ZeroDivisionError" in line for line in lines)  # named guides are classified
+    assert any("guides" in line and "rows/s" in line for line in lines)
+    assert len(lines) == 4
+    with closing(sqlite3.connect(file)) as connection:
+        (check,) = connection.execute("PRAGMA integrity_check").fetchone()
+        held = dict(connection.execute("SELECT series, count(*) FROM guide GROUP BY series"))
+    assert check == "ok"
+    assert held["II.x0"] > 100
+    assert held["IV*.l"] > 100
+    assert "V.no" not in held
+
+
+def test_find_uses_a_dropped_in_series(run: Run, extended: tuple[Path, Any]) -> None:
+    file, _ = extended
+    with closing(sqlite3.connect(file)) as connection:
+        connection.execute("UPDATE setting SET value = 'yes' WHERE key = 'complete'")
+        connection.commit()
+    # found without the plugin: the database holds all that is needed
+    done = run("find", "circular-arc", "--stroke", 10, "--radius", 12, "--deviation", 0.01, "--series", "II.x0",
+               "--format", "json", "--db", file)  # fmt: skip
+    assert done.code == 0
+    found = json.loads(done.out)
+    assert {c["series"] for c in found} == {"II.x0"}
+    assert {c["family"] for c in found} == {"slider-crank"}
+
+
+@pytest.mark.filterwarnings("default")
+def test_classify_uses_a_dropped_in_series(process: Run, folder: Path) -> None:
+    pivots = [[[-1, 0, 1], [0, 0, 1]], [[0.8, 0.6, 0], [0.48, 0.36, 1]]]  # crank to the pole, coupler along the ray
+    good = folder.parent / "good"
+    good.mkdir(exist_ok=True)
+    shutil.copy(folder / "ii_x0.py", good)
+    done = process("classify", "-", "--format", "json", "--plugins", good, stdin=json.dumps(pivots))
+    (row,) = json.loads(done.out)
+    assert row["nearest"] == "II.x0"
+    assert row["series"] == ["II.x0"]
+    assert done.code == 0
+    # the others only cost a line
+    done = process("classify", "-", "--format", "json", "--plugins", folder, stdin=json.dumps(pivots))
+    assert done.code == 0
+    assert json.loads(done.out)[0]["series"] == ["II.x0"]
+    assert "plugin broken" in done.err
+
+
+def test_build_again_does_nothing_and_more_goes_on(process: Run, tmp_path: Path) -> None:
+    file = tmp_path / "some.db"
+    first = process("build", "--count", 200, "--series", "IV*.l", "--seed", 4, "--db", file)
+    assert first.code == 0
+    assert first.out == ""
+    assert "rows/s" in first.err
+    again = process("build", "--count", 200, "--series", "IV*.l", "--seed", 4, "--db", file)
+    assert again.code == 0
+    assert "nothing to do" in again.err
+    with closing(sqlite3.connect(file)) as connection:
+        assert {s for (s,) in connection.execute("SELECT DISTINCT series FROM guide")} >= {"IV*.l"}
+        assert dict(connection.execute("SELECT key, value FROM setting"))["complete"] == "yes"
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (("--count", 0), "a build needs a count of at least 1"),
+        (("--count", -5), "a build needs a count of at least 1"),
+        (("--seed", -1), "a seed of at least 0"),
+        (("--series", "V.zz"), "unknown series V.zz; there are I.GG"),
+        (("--processes", -1), "at least one process, not -1"),
+    ],
+)
+def test_build_refuses(run: Run, tmp_path: Path, options: tuple[Any, ...], message: str) -> None:
+    done = run("build", *options, "--db", tmp_path / "some.db")
+    assert done.code == 2
+    assert message in done.line
+
+
+def test_a_full_disk_is_one_line_and_the_file_still_opens(environment: dict[str, str], tmp_path: Path) -> None:
+    """A limit on the size of files stands in for the disk."""
+    file = tmp_path / "full.db"
+    limit = 600_000
+
+    def no_larger() -> None:
+        import signal
+
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit))
+
+    command = [sys.executable, "-m", "catalogue", "build", "--count", "500", "--series", "IV*.l", "--db", str(file)]
+    done = subprocess.run(
+        command, env=environment, capture_output=True, text=True, timeout=120, preexec_fn=no_larger
+    )  # fmt: skip
+    assert done.returncode == 4, done.stderr
+    lines = done.stderr.strip().splitlines()
+    assert len(lines) == 1, done.stderr
+    assert str(file) in lines[0]
+    with closing(sqlite3.connect(file)) as connection:
+        assert connection.execute("PRAGMA integrity_check").fetchone() == ("ok",)
+    # with room again it is finished
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr
