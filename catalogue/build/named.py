@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sqlite3
-from contextlib import suppress
 
 import numpy as np
 from sqlalchemy import Connection, select
@@ -13,7 +12,6 @@ from ..designs import Design, designs
 from ..errors import DatabaseError
 from ..linkage import Array, Linkage
 from ..plugins import Registry
-from ..series import Series
 from ..store import Database, Guide, Mechanism, remove_designs, write_batch
 from .rows import Columns, guide_columns, mechanism_columns, together
 
@@ -96,12 +94,7 @@ def columns(
 
 def nearest_series(linkage: Linkage, registry: Registry) -> Array:
     """Return the code of the series that each linkage belongs to, else of the nearest one, shape (n,)."""
-    sound: dict[str, Series] = {}
-    for code, one in registry.series.items():
-        with suppress(Exception):  # a plugin that fails is left out, here as in the blocks, where it is named
-            classify(linkage[:1], {code: one})
-            sound[code] = one
-    found = [one.nearest for one in classify(linkage, sound)]
+    found = [one.nearest for one in classify(linkage, registry.series)]
     return np.array([one.series if one else UNKNOWN for one in found], dtype=object)
 
 

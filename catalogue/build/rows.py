@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ..guide.measures import Measures, measure, transmission
+from ..guide.measures import measure, transmission
 from ..guide.reach import LEVELS, reach, scan
 from ..guide.span import Span, span
 from ..guide.trace import Traced, trace
@@ -58,7 +58,7 @@ def guide_columns(
     circle : bool
         Their nominal; else a straight line.
     usual : ndarray, shape (n,), optional
-        Half strokes to fall back to at levels for which the longest stroke cannot be stored.
+        Half strokes about the reference position that are tried as well.
 
     Returns
     -------
@@ -73,29 +73,21 @@ def guide_columns(
     guides, points = guides[usable], {k: v[usable] for k, v in points.items()}
     if not len(guides):
         return None
-    known = None
-    if usual is not None:
-        usual, middle = usual[usable], np.zeros(len(guides))
-        known = trace(guides, usual, circle=circle, split=True, nodes=16)
-        costs = measure(guides, known)
-    least = np.where(_at_design(guides.linkage) >= LEAST_TRANSMISSION, LEAST_TRANSMISSION, 0.0)
     ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle))
-    rows: list[Columns] = []
-    for level in sorted(LEVELS):
-        half, traced = reach(guides, ladder, 10.0**level, circle=circle)
-        row, good = _reaches(guides, traced, measure(guides, traced), half, ladder.centre, level, circle, least)
-        if usual is not None and known is not None:
-            other, fits = _reaches(guides, known, costs, usual, middle, level, circle, least)
-            row = {k: np.where(good, v, other[k]) for k, v in row.items()}
-            good = good | fits
-        if rows:  # where the longest window runs into a dead point, or its path is shorter, a straighter one serves
-            good &= ~(rows[-1]["good"] & (rows[-1]["stroke"] > row["stroke"]))
-            row = {k: np.where(good, v, rows[-1][k]) if k != "level" else v for k, v in row.items()}
-            good = good | rows[-1]["good"]
-        rows.append({**row, "good": good})
-    reaches = {k: np.concatenate([r[k] for r in rows]) for k in rows[0]}
-    good = reaches.pop("good")
-    reaches = {k: v[good] for k, v in reaches.items()}
+    steps = np.array(sorted(LEVELS))
+    with np.errstate(all="ignore"):
+        step, k = np.nonzero((ladder.relative <= 10.0 ** steps[:, None, None]).any(1))
+    tried, ladder = guides[k], ladder[k]
+    half, traced = reach(tried, ladder, 10.0 ** steps[step], circle=circle)
+    reaches = _reaches(tried, traced, circle) | {"guide": k, "half": half, "centre": ladder.centre}
+    if usual is not None:
+        more = _reaches(guides, trace(guides, usual[usable], circle=circle, split=True, nodes=16), circle)
+        more |= {"guide": np.arange(len(guides)), "half": usual[usable], "centre": np.zeros(len(guides))}
+        reaches = {name: np.concatenate([v, *[more[name]] * len(steps)]) for name, v in reaches.items()}
+        step = np.concatenate([step, np.repeat(np.arange(len(steps)), len(guides))])
+    least = np.where(_at_design(guides.linkage) >= LEAST_TRANSMISSION, LEAST_TRANSMISSION, 0.0)
+    step, row = _longest(reaches, step, steps, least, circle)
+    reaches = {name: v[row] for name, v in reaches.items()} | {"level": steps[step]}
     used, reaches["guide"] = np.unique(reaches["guide"], return_inverse=True)
     if not len(used):
         return None
@@ -119,26 +111,33 @@ def _at_design(linkage: Linkage) -> Array:
     return transmission(linkage, [np.stack([z[:, i, 1]] * 2) for i in (0, 1)], np.zeros((2, len(linkage)), complex))
 
 
-def _reaches(
-    guides: Span,
-    traced: Traced,
-    measured: Measures,
-    half: Array,
-    centre: Array,
-    level: int,
-    circle: bool,
-    least: Array,
-) -> tuple[Columns, Array]:
-    """Return the columns of one level, and where they may be stored, shape (n,)."""
-    stroke = traced.fit.stroke
+def _longest(reaches: Columns, step: Array, steps: Array, least: Array, circle: bool) -> tuple[Array, Array]:
+    """Return the rows to be stored with the step of the ladder that each is for: of a guide the longest that holds it.
+
+    A tighter one serves where the longest window runs into a dead point, or where its path is shorter.
+    """
+    best = np.full((len(steps), len(least)), -1)
+    guide = reaches["guide"]
     with np.errstate(all="ignore"):
-        relative = traced.relative
+        good = (reaches["deviation"] <= 10.0 ** steps[step]) & (reaches["size"] <= LARGEST)
+        good &= (reaches["min_transmission"] >= least[guide]) & np.isfinite(reaches["max_arm"])
+        good &= (reaches["sweep"] > 0) | (not circle)
+        order = np.argsort(reaches["stroke"], kind="stable")
+        order = order[good[order]]
+        for i in range(len(steps)):
+            rows = order[step[order] <= i]
+            best[i, guide[rows]] = rows  # the last one stays
+    some = best >= 0
+    return np.nonzero(some)[0], best[some]
+
+
+def _reaches(guides: Span, traced: Traced, circle: bool) -> Columns:
+    """Return the columns of one reach of each guide."""
+    measured = measure(guides, traced)
+    stroke = traced.fit.stroke
+    no_arm = ~guides.linkage.finite[:, :, 1].any(1)  # two slides
+    with np.errstate(all="ignore"):
         size = measured.size / stroke
-        good = (relative <= 10.0**level) & (size <= LARGEST) & (measured.min_transmission >= least)
-        no_arm = ~guides.linkage.finite[:, :, 1].any(1)  # two slides
-        good &= np.isfinite(measured.max_arm) | no_arm
-        sweep = np.abs(traced.fit.curvature) * stroke if circle else np.zeros(len(stroke))
-        good &= (sweep > 0) if circle else good
         # the path runs from (0, 0) to (1, 0)
         boxes = {
             f"{name}_{side}": box[:, i] / stroke + (0.5 if i % 2 == 0 else 0.0)
@@ -147,10 +146,9 @@ def _reaches(
         }
         lengths = {k: getattr(measured, k) / stroke for k in ("size", "max_link", "min_link", "max_ground", "max_arm")}
         lengths["max_arm"] = np.where(no_arm, 0.0, lengths["max_arm"])
-    columns = {
-        "guide": np.arange(len(guides)), "level": np.full(len(guides), level), "stroke": stroke, "half": half,
-        "centre": centre, "deviation": relative, "sweep": sweep, **lengths,
+        sweep = np.abs(traced.fit.curvature) * stroke if circle else np.zeros(len(stroke))
+    return {
+        "stroke": stroke, "deviation": traced.relative, "sweep": sweep, **lengths,
         "min_transmission": measured.min_transmission, "balance": size - measured.min_transmission / 90,
         "rotates": measured.rotates, **boxes,
     }  # fmt: skip
-    return columns, good

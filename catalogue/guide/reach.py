@@ -3,17 +3,20 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from ..linkage import Array
 from .span import Span
-from .trace import OFF_CENTRE, Traced, trace
+from .trace import OFF_CENTRE, Traced, estimate, trace
 
 #: Ladder of relative deviations, as decimal exponents.
 LEVELS = (-2, -3, -4, -5, -6, -7, -8, -9)
 #: Strokes tried: a geometric sequence down from the longest.
 STROKES, RATIO = 13, 0.7
+#: How many strokes down one is sought when the estimate was too good.
+FALLS = 2
 #: Part of the extent that is used: at its very end the path turns back.
 USABLE = 0.95
 
@@ -27,7 +30,7 @@ class Ladder:
     half : ndarray, shape (STROKES, n)
         Half strokes tried [length].
     relative : ndarray, shape (STROKES, n)
-        Deviation over stroke found there; NaN where the guide could not be traced.
+        Deviation over stroke there, at least about; NaN where the guide could not be traced.
     centre : ndarray, shape (n,)
         Middle of the window in half strokes.
     """
@@ -36,9 +39,12 @@ class Ladder:
     relative: Array
     centre: Array
 
+    def __getitem__(self, index: Any) -> Ladder:
+        return Ladder(self.half[:, index], self.relative[:, index], self.centre[index])
+
 
 def scan(guides: Span, *, circle: bool, three: Array, nodes: int = 16) -> Ladder:
-    """Trace each guide over a sequence of strokes.
+    """Estimate the deviation of each guide over a sequence of strokes.
 
     Parameters
     ----------
@@ -52,24 +58,18 @@ def scan(guides: Span, *, circle: bool, three: Array, nodes: int = 16) -> Ladder
     centre = np.zeros(n)
     if three.any():
         some = guides[three]
-        options = np.array([0.0, OFF_CENTRE, -OFF_CENTRE])
-        best = np.full(three.sum(), np.inf)
-        chosen = np.zeros(three.sum())
         shortest = 0.3 * _longest(some, OFF_CENTRE)
-        for option in options:
-            relative = trace(some, shortest, circle=circle, split=True, centre=option, nodes=nodes).relative
-            better = relative < best
-            best, chosen = np.where(better, relative, best), np.where(better, option, chosen)
-        centre[three] = chosen
+        options = np.array([0.0, OFF_CENTRE, -OFF_CENTRE])
+        relative = np.stack([estimate(some, shortest, circle=circle, centre=c, nodes=nodes) for c in options])
+        centre[three] = options[np.argmin(np.where(np.isnan(relative), np.inf, relative), axis=0)]
     half = _longest(guides, centre) * RATIO ** np.arange(STROKES)[:, None]
-    relative = np.stack(
-        [trace(guides, h, circle=circle, split=True, centre=centre, nodes=nodes).relative for h in half]
-    )
+    each = np.tile(np.arange(n), STROKES)
+    relative = estimate(guides[each], half.ravel(), circle=circle, centre=centre[each], nodes=nodes).reshape(half.shape)
     return Ladder(half, relative, centre)
 
 
 def reach(
-    guides: Span, ladder: Ladder, tolerance: Array | float, *, circle: bool, steps: int = 2, nodes: int = 16
+    guides: Span, ladder: Ladder, tolerance: Array | float, *, circle: bool, steps: int = 3, nodes: int = 16
 ) -> tuple[Array, Traced]:
     """Return the longest half strokes within a relative deviation, NaN where there is none, and what is traced there.
 
@@ -84,33 +84,54 @@ def reach(
         returned was itself traced and holds.
     """
     tolerance = np.broadcast_to(np.asarray(tolerance, dtype=float), len(guides))
+    found = Traced.nothing(len(guides), ladder.half.dtype)
+
+    def traced(where: Array, half: Array) -> tuple[Traced, Array]:
+        now = trace(guides[where], half[where], circle=circle, split=True, centre=ladder.centre[where], nodes=nodes)
+        error = np.full(len(guides), np.nan)
+        error[where] = np.log(now.relative / tolerance[where])
+        return now, error
+
     with np.errstate(all="ignore"):
         holds = ladder.relative <= tolerance
         k = np.argmax(holds, axis=0)
         some = holds.any(axis=0)
-        good = np.take_along_axis(ladder.half, k[None], 0)[0]
-        good_e = np.log(np.take_along_axis(ladder.relative, k[None], 0)[0] / tolerance)
-        before = np.maximum(k - 1, 0)[None]
-        bad = np.take_along_axis(ladder.half, before, 0)[0]
-        bad_e = np.log(np.take_along_axis(ladder.relative, before, 0)[0] / tolerance)
+
+        def tried_before(k: Array) -> tuple[Array, Array]:
+            half, relative = (np.take_along_axis(a, k[None], 0)[0] for a in (ladder.half, ladder.relative))
+            return half, np.log(relative / tolerance)
+
+        good, good_e = tried_before(k)
+        bad, bad_e = tried_before(np.maximum(k - 1, 0))
         good = np.where(some, good, np.nan)
-        for _ in range(steps):
+        for i in range(steps):
             open_ = some & (k > 0) & (bad > good * 1.001)
             if not open_.any():
                 break
             share = np.clip((-0.02 - good_e) / (bad_e - good_e), 0.05, 0.95)
             share = np.where(np.isfinite(share), share, 0.5)
             tried = np.exp(np.log(good) + share * (np.log(bad) - np.log(good)))
-            now = trace(
-                guides[open_], tried[open_], circle=circle, split=True, centre=ladder.centre[open_], nodes=nodes
-            ).relative
-            e = np.full(len(guides), np.nan)
-            e[open_] = np.log(now / tolerance[open_])
+            now, e = traced(open_, tried)
             hit = open_ & (e <= 0)
             miss = open_ & ~hit
+            found = found.replaced(hit, now[hit[open_]])
+            if i == 0:  # by what the estimate was wrong here it is about wrong elsewhere
+                wrong = np.nan_to_num(e - (good_e + share * (bad_e - good_e)))
+                farther = tried_before(np.maximum(k - 2, 0))
+                holds = hit & (bad_e + wrong <= 0)
+                bad, bad_e = np.where(holds, farther[0], bad), np.where(holds, farther[1], bad_e)
+                good_e, bad_e = good_e + wrong, bad_e + wrong
             good, good_e = np.where(hit, tried, good), np.where(hit, e, good_e)
             bad, bad_e = np.where(miss, tried, bad), np.where(miss, e, bad_e)
-    return good, trace(guides, good, circle=circle, split=True, centre=ladder.centre, nodes=nodes)
+        for j in range(FALLS + 1):  # where no step was traced, or what was estimated does not hold
+            rest = some & np.isnan(found.fit.deviation) & (k + j < len(ladder.half))
+            if not rest.any():
+                break
+            good[rest] = ladder.half[k[rest] + j, rest]
+            now, e = traced(rest, good)
+            hit = rest & (e <= 0)
+            found = found.replaced(hit, now[hit[rest]])
+    return np.where(np.isnan(found.fit.deviation), np.nan, good), found
 
 
 def _longest(guides: Span, centre: Array | float) -> Array:

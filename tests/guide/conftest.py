@@ -28,7 +28,7 @@ def drawn() -> Callable[..., tuple[Span, np.ndarray]]:
             for member in series.members:
                 these = draw(series, member, seed=9, number=0)
                 found = _points(series, these, circle)
-                some = np.arange(len(found["mechanism"]))[::53]
+                some = np.arange(len(found["mechanism"]))[::23]
                 linkages.append(these.linkage.pivots[found["mechanism"][some].astype(int)])
                 points.append((found["x"] + 1j * found["y"])[some])
                 orders.append(found["contact_order"][some])

@@ -39,7 +39,7 @@ def test_reach_holds_and_grows_with_the_tolerance(drawn: Drawn, scanned: Scanned
 @both_kinds
 @pytest.mark.parametrize("level", [-3, -5, -7])
 def test_a_little_more_does_not_hold(drawn: Drawn, scanned: Scanned, circle: bool, level: int) -> None:
-    """Unless the mechanism ends there.  With two secant steps most strokes are within 2 %, nearly all within 10 %."""
+    """Unless the mechanism ends there.  With three secant steps most strokes are within 2 %, nearly all within 10 %."""
     guides, _ = drawn(circle)
     ladder = scanned(circle)
     half, _ = reach(guides, ladder, 10.0**level, circle=circle)
@@ -53,7 +53,7 @@ def test_a_little_more_does_not_hold(drawn: Drawn, scanned: Scanned, circle: boo
     assert held[1.1].sum() < 0.03 * some.sum()
     better, _ = reach(guides, ladder, 10.0**level, circle=circle, steps=8)
     longer = trace(guides, better * 1.02, circle=circle, split=True, centre=ladder.centre, nodes=32)
-    assert ((longer.relative <= 10.0**level) & some).sum() < 0.03 * some.sum()
+    assert ((longer.relative <= 10.0**level) & some).sum() < 0.06 * some.sum()
 
 
 def test_scan_stays_within_the_usable_extent(drawn: Drawn, scanned: Scanned) -> None:
