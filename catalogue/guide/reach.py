@@ -102,7 +102,8 @@ def reach(
             return half, np.log(relative / tolerance)
 
         good, good_e = tried_before(k)
-        bad, bad_e = tried_before(np.maximum(k - 1, 0))
+        up, guessed, wrong = np.maximum(k - 1, 0), some.copy(), np.zeros(len(guides))
+        bad, bad_e = tried_before(up)
         good = np.where(some, good, np.nan)
         for i in range(steps):
             open_ = some & (k > 0) & (bad > good * 1.001)
@@ -117,10 +118,12 @@ def reach(
             found = found.replaced(hit, now[hit[open_]])
             if i == 0:  # by what the estimate was wrong here it is about wrong elsewhere
                 wrong = np.nan_to_num(e - (good_e + share * (bad_e - good_e)))
-                farther = tried_before(np.maximum(k - 2, 0))
-                holds = hit & (bad_e + wrong <= 0)
-                bad, bad_e = np.where(holds, farther[0], bad), np.where(holds, farther[1], bad_e)
                 good_e, bad_e = good_e + wrong, bad_e + wrong
+            guessed &= ~miss
+            beyond = guessed & hit & ((bad_e <= 0) | (share >= 0.95)) & (up > 0)
+            up = up - beyond
+            bad, bad_e = (np.where(beyond, new, old) for new, old in zip(tried_before(up), (bad, bad_e), strict=True))
+            bad_e = np.where(beyond, bad_e + wrong, bad_e)
             good, good_e = np.where(hit, tried, good), np.where(hit, e, good_e)
             bad, bad_e = np.where(miss, tried, bad), np.where(miss, e, bad_e)
         for j in range(FALLS + 1):  # where no step was traced, or what was estimated does not hold
