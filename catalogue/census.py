@@ -9,7 +9,7 @@ from sqlalchemy import func, select
 
 from .build.draw import in_proportion
 from .instant import Instant
-from .linkage import Linkage
+from .linkage import Array, Linkage
 from .plugins import Registry
 from .series import Member, Series
 from .store import Database, Guide, Mechanism, Reach
@@ -63,17 +63,17 @@ def census(database: Database, registry: Registry) -> list[Cell]:
     held = _held(database)
     cells = []
     for series in registry.series.values():
-        found: dict[tuple[str, str], tuple[int, int, int]] = {}
+        found: dict[tuple[str, str], tuple[int, Array]] = {}
         for member in series.members:
-            for configuration, (drawn, sound) in _configurations(member).items():
+            for configuration, counts in _configurations(series, member).items():
                 key = (member.family, configuration)
-                dimension, before, kept = found.get(key, (0, 0, 0))
-                found[key] = (max(dimension, len(member.parameters)), before + drawn, kept + sound)
+                dimension, before = found.get(key, (0, 0))
+                found[key] = (max(dimension, len(member.parameters)), before + counts)
         keys = [*found, *(k[1:] for k in held if k[0] == series.code and k[1:] not in found)]
         for family, configuration in keys:
-            dimension, drawn, sound = found.get((family, configuration), (0, 0, 0))
+            dimension, counts = found.get((family, configuration), (0, np.zeros(3, int)))
             mechanisms, guides, smallest = held.get((series.code, family, configuration), (0, 0, {}))
-            remark = "" if guides else _why(drawn, sound)
+            remark = "" if guides else _why(*counts.tolist())
             cells.append(Cell(series.code, family, configuration, dimension, mechanisms, guides, smallest, remark))
     return cells
 
@@ -87,22 +87,28 @@ def impossible(series: Series, cells: list[Cell]) -> list[tuple[str, str]]:
     return [(f, c) for f in series.families for c in NORMAL.get(f, ()) if (f, c) not in there]
 
 
-def _why(drawn: int, sound: int) -> str:
+def _why(drawn: int, sound: int, guiding: int) -> str:
     if not drawn:
         return "not reached by the domain of any member"
+    if not guiding:
+        return "impossible: what it guides is imaginary, or part of the linkage itself"
     if not sound:
         return f"none of {drawn} drawn is in proportion"
     return f"{sound} of {drawn} drawn are in proportion, none holds a usable guide"
 
 
-def _configurations(member: Member) -> dict[str, tuple[int, int]]:
-    """Return the configurations in the domain of a member, with how many were drawn and how many are in proportion."""
+def _configurations(series: Series, member: Member) -> dict[str, Array]:
+    """Return the configurations in the domain of a member: how many were drawn, are in proportion, guide something."""
     random = np.random.default_rng(1895)
     free = {p.name: p.spread(random.random(LOOK)) for p in member.parameters}
-    linkage, _ = Linkage.valid(member.synthesise(free))
+    linkage, valid = Linkage.valid(member.synthesise(free))
+    guides = np.zeros(len(valid), bool)
+    for one in series.guided(member.complete(free)):
+        guides |= np.isfinite(one.pairs).all(axis=(1, 2))
     names = Instant(linkage, np.zeros(len(linkage), complex)).configuration
     sound = in_proportion(linkage)
-    return {str(n): (int((names == n).sum()), int((sound & (names == n)).sum())) for n in np.unique(names)}
+    each = np.stack([np.ones_like(sound), sound, guides[valid]])
+    return {str(n): each[:, names == n].sum(1) for n in np.unique(names)}
 
 
 def _held(database: Database) -> dict[tuple[str, str, str], tuple[int, int, dict[int, float]]]:

@@ -79,5 +79,8 @@ II_OOO = Series(
 
 @hookimpl
 def catalogue_series() -> list[Series]:
-    """The motion and no more; its inversion is a series of slots."""
-    return [II_OOO]
+    """The series and its inversion."""
+    return [
+        II_OOO,
+        II_OOO.inversion("II*.ooo", "inverse cyclic motion: Oldham coupling and isosceles inverted slider-crank"),
+    ]

@@ -16,7 +16,11 @@ from catalogue.errors import DuplicateSeries, PluginError
 from catalogue.folders import folder
 from catalogue.plugins import PluginWarning, Record, Registry
 
-BUILT_IN = ["I.GG", "II.ooo", "II.xy", "II*.xy", "IV.l", "IV*.l"]
+BUILT_IN = [
+    "general", "I.GG", "I.Gy", "I.yy", "II.ooo", "II*.ooo", "II.x0", "II*.x0", "II.xoy", "II*.xoy", "II.xy", "II*.xy",
+    "II.y0", "II*.y0", "II.yy", "II*.yy", "III.KK", "III*.KK", "III.Kx", "III*.Kx", "IV.l", "IV*.l", "IV.x", "IV*.x",
+    "parallel",
+]  # fmt: skip
 PLUGIN = """
     from dataclasses import replace
     from catalogue.families import Family
@@ -146,7 +150,7 @@ def test_a_missing_folder_is_an_error_that_says_where_it_was_named(tmp_path: Pat
 
 
 def test_an_unknown_series_is_an_error_that_lists_the_known_ones() -> None:
-    with pytest.raises(PluginError, match=r"no plugin provides series V\.zz; there are I\.GG, "):
+    with pytest.raises(PluginError, match=r"no plugin provides series V\.zz; there are general, I\.GG, "):
         Registry().get("V.zz")
 
 

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
+from itertools import product
 
 import numpy as np
 
 from ..instant.analysis import PARALLEL_SINE
-from ..linkage import Array
+from ..linkage import Array, Linkage
 from ..series import Series
 from .draw import BLOCK, PLAN, Drawn, draw
 from .rows import Columns, guide_columns, mechanism_columns, together
@@ -16,6 +17,8 @@ from .rows import Columns, guide_columns, mechanism_columns, together
 #: Guided points nearer to the pole than this guide badly; farther ones need an unwieldy coupler (units of rho0).
 NEAREST_POINT, FARTHEST_POINT = 0.15, 6.0
 RADII = (0.1, 50.0)
+#: What the coupler carries, a point or a slot, by its nominal.
+KINDS = (("line", "circle"), ("slot", "arc"))
 #: A guided point nearer than this to a moving pivot is that pivot, which needs no guide.
 NEAREST_PIVOT = 0.03
 
@@ -39,8 +42,14 @@ def block(series: Series, key: str, seed: int, number: int, plugin: str, version
     """Return block `number` of a member of a series."""
     member = series.member(key)
     drawn = draw(series, member, seed, number)
-    parts = [guide_columns(drawn.linkage, _points(series, drawn, circle), circle) for circle in (False, True)]
-    guides, reaches = together([part for part in parts if part is not None])
+    parts = []
+    for slots, circle in product((False, True), (False, True)):
+        linkage = drawn.linkage.inverted() if slots else drawn.linkage
+        part = guide_columns(linkage, points(series, drawn, circle, slots), circle)
+        if part is not None:
+            part[0]["kind"] = np.full(len(part[0]["x"]), KINDS[slots][circle])
+            parts.append(part)
+    guides, reaches = together(parts)
     used, guides["mechanism"] = np.unique(guides["mechanism"], return_inverse=True)
     batch = {
         "series": series.code, "member": key, "plugin": plugin, "plugin_version": version, "plan": PLAN,
@@ -61,34 +70,59 @@ def _mechanisms(series: Series, key: str, drawn: Drawn, used: Array) -> Columns:
     }
 
 
-def _points(series: Series, drawn: Drawn, circle: bool) -> dict[str, Array]:
-    """Return the guided points of all linkages that can be used, with their nominal."""
+def points(series: Series, drawn: Drawn, circle: bool, slots: bool = False) -> Columns:
+    """Return the guided elements of all linkages that can be used: points, or fixed points of slots.
+
+    Every pair is used once: a moving point is guided if it can be; else, as where it is at infinity or at the pole, the
+    coupler carries a slot over the fixed one, which is a guided point of the inverse motion.
+
+    Parameters
+    ----------
+    series : Series
+    drawn : Drawn
+    circle : bool
+        The nominal.
+    slots : bool
+        Which of the two; see `Guide` for the frame.
+    """
     found = []
     n = len(drawn.linkage)
-    rays = drawn.linkage.rays
-    no_pole = np.abs((rays[:, 0].conj() * rays[:, 1]).imag) < PARALLEL_SINE
+    inverse = drawn.linkage.inverted()
     for guided in series.guided(drawn.complete):
         pairs = np.broadcast_to(guided.pairs, (n, 2, 3))
-        fixed, moving = pairs[:, 0], pairs[:, 1]
-        with np.errstate(all="ignore"):
-            z = (moving[:, 0] + 1j * moving[:, 1]) / moving[:, 2]
-            centre = (fixed[:, 0] + 1j * fixed[:, 1]) / fixed[:, 2]
-            far = np.abs(fixed[:, 2]) * RADII[1] < np.hypot(fixed[:, 0], fixed[:, 1])
-            radius = np.abs(z - centre)
-            pivot = np.where(drawn.linkage.finite[:, :, 1], drawn.linkage.points[:, :, 1], np.inf)
-            apart = np.abs(pivot - z[:, None]).min(1)
-            good = np.isfinite(pairs).all(axis=(1, 2)) & (apart >= NEAREST_PIVOT)
-            good &= ((np.abs(z) >= NEAREST_POINT) | no_pole) & (np.abs(z) <= FARTHEST_POINT)
-            good &= ~far & (radius >= RADII[0]) & (radius <= RADII[1]) if circle else fixed[:, 2] == 0
+        good = _usable(drawn.linkage, pairs, circle)
+        if slots:
+            taken = good | _usable(drawn.linkage, pairs, not circle)
+            pairs = pairs[:, ::-1]
+            good = _usable(inverse, pairs, circle) & ~taken
         k = np.flatnonzero(good)
+        with np.errstate(all="ignore"):
+            centre, z = ((pairs[k, i, 0] + 1j * pairs[k, i, 1]) / pairs[k, i, 2] for i in (0, 1))
         found.append(
             {
                 "mechanism": k,
                 "label": np.full(len(k), guided.label, dtype=object),
-                "x": z[k].real,
-                "y": z[k].imag,
+                "x": z.real,
+                "y": z.imag,
                 "contact_order": np.broadcast_to(guided.order, n)[k],
-                "centre": centre[k],
+                "centre": centre,
             }
         )
     return {k: np.concatenate([f[k] for f in found]) for k in found[0]}
+
+
+def _usable(linkage: Linkage, pairs: Array, circle: bool) -> Array:
+    """Return where a moving point is worth guiding along a line or circle, shape (n,)."""
+    fixed, moving = pairs[:, 0], pairs[:, 1]
+    rays = linkage.rays
+    no_pole = np.abs((rays[:, 0].conj() * rays[:, 1]).imag) < PARALLEL_SINE
+    with np.errstate(all="ignore"):
+        z, centre = ((p[:, 0] + 1j * p[:, 1]) / p[:, 2] for p in (moving, fixed))
+        far = np.abs(fixed[:, 2]) * RADII[1] < np.hypot(fixed[:, 0], fixed[:, 1])
+        radius = np.abs(z - centre)
+        pivot = np.where(linkage.finite[:, :, 1], linkage.points[:, :, 1], np.inf)
+        apart = np.abs(pivot - z[:, None]).min(1)
+        good = np.isfinite(pairs).all(axis=(1, 2)) & (moving[:, 2] != 0) & (apart >= NEAREST_PIVOT)
+        good &= ((np.abs(z) >= NEAREST_POINT) | no_pole) & (np.abs(z) <= FARTHEST_POINT)
+        good &= ~far & (radius >= RADII[0]) & (radius <= RADII[1]) if circle else fixed[:, 2] == 0
+    return np.asarray(good)

@@ -22,7 +22,7 @@ from .named import write_designs
 from .workers import Workers
 
 #: Guides in the default database.
-COUNT = 100_000
+COUNT = 200_000
 #: A member that gives no guide in so many blocks in a row gives none.
 BARREN = 8
 

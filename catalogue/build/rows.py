@@ -6,11 +6,12 @@ from typing import Any
 
 import numpy as np
 
-from ..guide.measures import measure, transmission
+from ..guide.measures import LEAST_ARM, measure, transmission
 from ..guide.reach import LEVELS, reach, scan
 from ..guide.span import Span, span
 from ..guide.trace import Traced, trace
 from ..instant import Instant
+from ..instant.error import leading_error
 from ..linkage import Array, Linkage
 from ..series import EXACT
 
@@ -85,9 +86,10 @@ def guide_columns(
         more |= {"guide": np.arange(len(guides)), "half": usual[usable], "centre": np.zeros(len(guides))}
         reaches = {name: np.concatenate([v, *[more[name]] * len(steps)]) for name, v in reaches.items()}
         step = np.concatenate([step, np.repeat(np.arange(len(steps)), len(guides))])
-    least = np.where(_at_design(guides.linkage) >= LEAST_TRANSMISSION, LEAST_TRANSMISSION, 0.0)
+    least = np.where(at_design(guides.linkage) >= LEAST_TRANSMISSION, LEAST_TRANSMISSION, 0.0)
     step, row = _longest(reaches, step, steps, least, circle)
     reaches = {name: v[row] for name, v in reaches.items()} | {"level": steps[step]}
+    reaches["max_arm"] = np.nan_to_num(reaches["max_arm"])  # two slides: there is no arm
     used, reaches["guide"] = np.unique(reaches["guide"], return_inverse=True)
     if not len(used):
         return None
@@ -100,12 +102,19 @@ def guide_columns(
         "tangent_y": tangent.imag,
         "curvature": np.copysign(1 / np.abs(radius), (radius * tangent.conj()).imag) if circle else radius.real,
         "inflections": np.where((columns["contact_order"] == EXACT) | circle, 0, columns["contact_order"] - 1),
+        "leading": _leading(guides[used], circle, columns["contact_order"]),
     }
     order = np.lexsort((-reaches["level"], reaches["guide"]))
     return columns, {k: v[order] for k, v in reaches.items()}
 
 
-def _at_design(linkage: Linkage) -> Array:
+def _leading(guides: Span, circle: bool, order: Array) -> Array:
+    """Return the leading coefficients at the design position, NaN for what is exact, shape (n,)."""
+    found = leading_error(guides.linkage, guides.point, circle=circle, order=order, pole=guides.pole)
+    return np.where(order == EXACT, np.nan, np.abs(found.coefficient))
+
+
+def at_design(linkage: Linkage) -> Array:
     """Return the transmission angle in the design position, shape (n,) [deg]."""
     z = linkage.points
     return transmission(linkage, [np.stack([z[:, i, 1]] * 2) for i in (0, 1)], np.zeros((2, len(linkage)), complex))
@@ -120,7 +129,7 @@ def _longest(reaches: Columns, step: Array, steps: Array, least: Array, circle: 
     guide = reaches["guide"]
     with np.errstate(all="ignore"):
         good = (reaches["deviation"] <= 10.0 ** steps[step]) & (reaches["size"] <= LARGEST)
-        good &= (reaches["min_transmission"] >= least[guide]) & np.isfinite(reaches["max_arm"])
+        good &= (reaches["min_transmission"] >= least[guide]) & ~(reaches["max_arm"] < LEAST_ARM)
         good &= (reaches["sweep"] > 0) | (not circle)
         order = np.argsort(reaches["stroke"], kind="stable")
         order = order[good[order]]
@@ -135,7 +144,6 @@ def _reaches(guides: Span, traced: Traced, circle: bool) -> Columns:
     """Return the columns of one reach of each guide."""
     measured = measure(guides, traced)
     stroke = traced.fit.stroke
-    no_arm = ~guides.linkage.finite[:, :, 1].any(1)  # two slides
     with np.errstate(all="ignore"):
         size = measured.size / stroke
         # the path runs from (0, 0) to (1, 0)
@@ -145,7 +153,6 @@ def _reaches(guides: Span, traced: Traced, circle: bool) -> Columns:
             for i, side in enumerate(("x0", "y0", "x1", "y1"))
         }
         lengths = {k: getattr(measured, k) / stroke for k in ("size", "max_link", "min_link", "max_ground", "max_arm")}
-        lengths["max_arm"] = np.where(no_arm, 0.0, lengths["max_arm"])
         sweep = np.abs(traced.fit.curvature) * stroke if circle else np.zeros(len(stroke))
     return {
         "stroke": stroke, "deviation": traced.relative, "sweep": sweep, **lengths,

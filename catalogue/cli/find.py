@@ -30,6 +30,9 @@ Configurations = Annotated[
     list[str] | None, typer.Option("--configuration", metavar="LETTERS", help="Only this one; may be repeated.")
 ]
 Order = Annotated[int, typer.Option(help="Least order of contact at the design position (99: exact).")]
+Slots = Annotated[
+    bool, typer.Option("--slots", help="Slots that the coupler carries over a fixed point, seen from the coupler.")
+]
 PinsOnly = Annotated[bool, typer.Option("--pins-only", help="No sliding joint.")]
 FixedIn = Annotated[
     Box | None, typer.Option("--fixed-pivots-in", metavar="X0 Y0 X1 Y1", help="Box for the fixed pivots.")
@@ -65,6 +68,7 @@ def _wishes(
     series: Codes = None,
     configuration: Configurations = None,
     order: Order = 0,
+    slots: Slots = False,
     pins_only: PinsOnly = False,
     fixed_pivots_in: FixedIn = None,
     pivots_in: AllIn = None,

@@ -111,7 +111,9 @@ def show(
     from .tables import print_table
 
     order = "exact" if guide.order == EXACT else f"order {guide.order}"
-    what = "straight line" if guide.kind == "line" else f"circle of radius {1 / abs(guide.curvature):.4g}"
+    what = f"circle of radius {1 / abs(guide.curvature):.4g}" if guide.curvature else "straight line"
+    if guide.is_slot:
+        what = f"slot in the coupler over a fixed point, {what}; shown with the coupler held fast"
     print(f"guide {guide.id}: {guide.series} {guide.family} {guide.configuration}, {guide.member}, point {guide.label}")
     free = ", ".join(f"{k} = {v:.6g}" for k, v in guide.parameters.items())
     print(f"{what}, {order}" + f"; parameters {free}" * bool(free))

@@ -15,6 +15,8 @@ from .trace import Traced
 
 #: Positions at which the transmission angle is read.
 POSES = 17
+#: A guided point nearer to a moving pivot than this part of the stroke is that pivot, which needs no guide.
+LEAST_ARM = 0.05
 
 
 @dataclass(frozen=True)

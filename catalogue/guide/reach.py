@@ -9,14 +9,12 @@ import numpy as np
 
 from ..linkage import Array
 from .span import Span
-from .trace import OFF_CENTRE, Traced, estimate, trace
+from .trace import OFF_CENTRE, Traced, trace
 
 #: Ladder of relative deviations, as decimal exponents.
 LEVELS = (-2, -3, -4, -5, -6, -7, -8, -9)
 #: Strokes tried: a geometric sequence down from the longest.
-STROKES, RATIO = 13, 0.7
-#: How many strokes down one is sought when the estimate was too good.
-FALLS = 2
+STROKES, RATIO = 10, 0.62
 #: Part of the extent that is used: at its very end the path turns back.
 USABLE = 0.95
 
@@ -30,7 +28,7 @@ class Ladder:
     half : ndarray, shape (STROKES, n)
         Half strokes tried [length].
     relative : ndarray, shape (STROKES, n)
-        Deviation over stroke there, at least about; NaN where the guide could not be traced.
+        Deviation over stroke found there; NaN where the guide could not be traced.
     centre : ndarray, shape (n,)
         Middle of the window in half strokes.
     """
@@ -44,7 +42,7 @@ class Ladder:
 
 
 def scan(guides: Span, *, circle: bool, three: Array, nodes: int = 16) -> Ladder:
-    """Estimate the deviation of each guide over a sequence of strokes.
+    """Trace each guide over a sequence of strokes.
 
     Parameters
     ----------
@@ -60,16 +58,17 @@ def scan(guides: Span, *, circle: bool, three: Array, nodes: int = 16) -> Ladder
         some = guides[three]
         shortest = 0.3 * _longest(some, OFF_CENTRE)
         options = np.array([0.0, OFF_CENTRE, -OFF_CENTRE])
-        relative = np.stack([estimate(some, shortest, circle=circle, centre=c, nodes=nodes) for c in options])
+        tried = [trace(some, shortest, circle=circle, split=True, centre=c, nodes=nodes) for c in options]
+        relative = np.stack([one.relative for one in tried])
         centre[three] = options[np.argmin(np.where(np.isnan(relative), np.inf, relative), axis=0)]
     half = _longest(guides, centre) * RATIO ** np.arange(STROKES)[:, None]
     each = np.tile(np.arange(n), STROKES)
-    relative = estimate(guides[each], half.ravel(), circle=circle, centre=centre[each], nodes=nodes).reshape(half.shape)
-    return Ladder(half, relative, centre)
+    found = trace(guides[each], half.ravel(), circle=circle, split=True, centre=centre[each], nodes=nodes)
+    return Ladder(half, found.relative.reshape(half.shape), centre)
 
 
 def reach(
-    guides: Span, ladder: Ladder, tolerance: Array | float, *, circle: bool, steps: int = 3, nodes: int = 16
+    guides: Span, ladder: Ladder, tolerance: Array | float, *, circle: bool, steps: int = 2, nodes: int = 16
 ) -> tuple[Array, Traced]:
     """Return the longest half strokes within a relative deviation, NaN where there is none, and what is traced there.
 
@@ -96,16 +95,11 @@ def reach(
         holds = ladder.relative <= tolerance
         k = np.argmax(holds, axis=0)
         some = holds.any(axis=0)
-
-        def tried_before(k: Array) -> tuple[Array, Array]:
-            half, relative = (np.take_along_axis(a, k[None], 0)[0] for a in (ladder.half, ladder.relative))
-            return half, np.log(relative / tolerance)
-
-        good, good_e = tried_before(k)
-        up, guessed, wrong = np.maximum(k - 1, 0), some.copy(), np.zeros(len(guides))
-        bad, bad_e = tried_before(up)
+        ends = (k, np.maximum(k - 1, 0))
+        good, bad = (np.take_along_axis(ladder.half, end[None], 0)[0] for end in ends)
+        good_e, bad_e = (np.log(np.take_along_axis(ladder.relative, end[None], 0)[0] / tolerance) for end in ends)
         good = np.where(some, good, np.nan)
-        for i in range(steps):
+        for _ in range(steps):
             open_ = some & (k > 0) & (bad > good * 1.001)
             if not open_.any():
                 break
@@ -116,25 +110,11 @@ def reach(
             hit = open_ & (e <= 0)
             miss = open_ & ~hit
             found = found.replaced(hit, now[hit[open_]])
-            if i == 0:  # by what the estimate was wrong here it is about wrong elsewhere
-                wrong = np.nan_to_num(e - (good_e + share * (bad_e - good_e)))
-                good_e, bad_e = good_e + wrong, bad_e + wrong
-            guessed &= ~miss
-            beyond = guessed & hit & ((bad_e <= 0) | (share >= 0.95)) & (up > 0)
-            up = up - beyond
-            bad, bad_e = (np.where(beyond, new, old) for new, old in zip(tried_before(up), (bad, bad_e), strict=True))
-            bad_e = np.where(beyond, bad_e + wrong, bad_e)
             good, good_e = np.where(hit, tried, good), np.where(hit, e, good_e)
             bad, bad_e = np.where(miss, tried, bad), np.where(miss, e, bad_e)
-        for j in range(FALLS + 1):  # where no step was traced, or what was estimated does not hold
-            rest = some & np.isnan(found.fit.deviation) & (k + j < len(ladder.half))
-            if not rest.any():
-                break
-            good[rest] = ladder.half[k[rest] + j, rest]
-            now, e = traced(rest, good)
-            hit = rest & (e <= 0)
-            found = found.replaced(hit, now[hit[rest]])
-    return np.where(np.isnan(found.fit.deviation), np.nan, good), found
+        rest = some & np.isnan(found.fit.deviation)
+        found = found.replaced(rest, traced(rest, good)[0])
+    return good, found
 
 
 def _longest(guides: Span, centre: Array | float) -> Array:

@@ -117,36 +117,13 @@ def trace(
     return replace(found, fit=replace(found.fit, deviation=deviation))
 
 
-def estimate(guides: Span, half: Array, *, circle: bool, centre: Array | float = 0.0, nodes: int = 16) -> Array:
-    """Return about the deviation over stroke that `trace` finds with `split`, shape (n,), without an exchange.
-
-    The sum of the Chebyshev coefficients that least squares leave: nearly always more than the deviation, mostly by
-    less than a third.  NaN where `trace` gives NaN, but for windows that it resolves on a finer grid.
-    """
-    low, high = guides.window((centre - 1) * half, (centre + 1) * half)
-    points = grid(nodes, half.dtype)
-    u, v = guides.path.window(low, high, points.nodes)
-    cos, sin = guides.turn.window(low, high, points.nodes)
-    before = _left(u, v, half, circle, points.coefficients)
-    u1, v1, shift, _ = _shifted(u, v, cos, sin, half, circle, points, LEASH)
-    error = _left(u1, v1, half, circle, points.coefficients)
-    poor = _is_poor(error, before, shift, half)
-    if poor.any():
-        paths = u[:, poor], v[:, poor], cos[:, poor], sin[:, poor]
-        u2, v2, _, _ = _shifted(*paths, half[poor], circle, points, SHORT_LEASH)
-        least = np.fmin(before[poor], _left(u2, v2, half[poor], circle, points.coefficients))
-        error[poor] = np.fmin(error[poor], least)
-    with np.errstate(all="ignore"):
-        return np.where((np.diff(u1, axis=0) <= 0).any(0), np.nan, error / np.hypot(u[-1] - u[0], v[-1] - v[0]))
-
-
 def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, split: bool, nodes: int) -> Traced:
     points = grid(nodes, half.dtype)
     u, v = guides.path.window(low, high, points.nodes)
     if split:
         cos, sin = guides.turn.window(low, high, points.nodes)
         found, shift, plain = _split(u, v, cos, sin, half, circle, points, LEASH)
-        poor = _is_poor(found.deviation, plain, shift, half)
+        poor = ~(found.deviation < HELPS * plain) & (np.abs(shift) > SHORT_LEASH * half)
         if poor.any():
             found, shift = _split_again(found, shift, poor, (u, v, cos, sin), half, circle, points)
         shift = shift * guides.tangent
@@ -163,11 +140,6 @@ def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, s
 def _fit(u: Array, v: Array, circle: bool, points: Grid) -> Fit:
     """Fit the paths that run forward all the way."""
     return fit(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points)
-
-
-def _is_poor(error: Array, before: Array, shift: Array, half: Array) -> Array:
-    """Return where a long step did not make the path straighter."""
-    return np.asarray(~(error < HELPS * before) & (np.abs(shift) > SHORT_LEASH * half))
 
 
 def _split_again(
@@ -190,14 +162,6 @@ def _split(
     u: Array, v: Array, cos: Array, sin: Array, half: Array, circle: bool, points: Grid, leash: float
 ) -> tuple[Fit, Array, Array]:
     """Return the fit of the split paths, the shift along and across the tangent, and about what it was before."""
-    u, v, shift, before = _shifted(u, v, cos, sin, half, circle, points, leash)
-    return _fit(u, v, circle, points), shift, before
-
-
-def _shifted(
-    u: Array, v: Array, cos: Array, sin: Array, half: Array, circle: bool, points: Grid, leash: float
-) -> tuple[Array, Array, Array, Array]:
-    """Return the split paths, the shift along and across the tangent, and the size of the error before."""
     shift = np.zeros(len(half), dtype=(u[:1] + 0j).dtype)
     curvature = _bend(u, v) if circle else np.zeros_like(half)
     before = None
@@ -207,7 +171,7 @@ def _shifted(
         shift = shift + step
         u, v = u + cos * step.real - sin * step.imag, v + cos * step.imag + sin * step.real
     assert before is not None
-    return u, v, shift, before
+    return _fit(u, v, circle, points), shift, before
 
 
 def _step(
@@ -220,14 +184,22 @@ def _step(
     is held by a leash so that an ill-determined direction is not followed.
     """
     with np.errstate(all="ignore"):
-        u, v, along = _along(u, v)
+        along = u[-1] - u[0] + 1j * (v[-1] - v[0])
+        along = along / np.abs(along)
+        middle = len(u) // 2
+        u, v = u - u[middle], v - v[middle]
+        u, v = u * along.real + v * along.imag, v * along.real - u * along.imag
         x, y = -curvature * u, 1 - curvature * v  # normal of the nominal, once divided by its length
         length = np.hypot(x, y)
         distance = (2 * v - curvature * (u * u + v * v)) / (1 + length)
         rows = (y / length, u / (half * length), (cos * x + sin * y) / length, (cos * y - sin * x) / length, distance)
         columns = np.stack([to_chebyshev @ f for f in rows])
-        _clear(columns, 2)
-        free, target = columns[2:4], columns[4]
+        basis, free, target = columns[:2], columns[2:4], columns[4]
+        for i in range(len(basis)):  # orthogonalise against the known part, which is well conditioned
+            e = basis[i] / np.sqrt((basis[i] ** 2).sum(0))
+            for group in (basis[i + 1 :], free):
+                group -= (group * e).sum(1)[:, None] * e
+            target = target - (target * e).sum(0) * e
         error = np.sqrt((target**2).sum(0))
         held = (error / (leash * half)) ** 2
         g11, g12, g22 = (free[0] ** 2).sum(0) + held, (free[0] * free[1]).sum(0), (free[1] ** 2).sum(0) + held
@@ -236,37 +208,6 @@ def _step(
         a, b = (r1 * g22 - r2 * g12) / det, (r2 * g11 - r1 * g12) / det
         step = (a + 1j * b) * along
         return np.where(np.isfinite(step) & ~(error <= STRAIGHT * half), step, 0), error
-
-
-def _left(u: Array, v: Array, half: Array, circle: bool, to_chebyshev: Array) -> Array:
-    """Return the sum of the coefficients of the distance from a line or circle got by least squares, shape (n,)."""
-    with np.errstate(all="ignore"):
-        curvature = _bend(u, v) if circle else np.zeros_like(half)
-        u, v, _ = _along(u, v)
-        length = np.hypot(curvature * u, 1 - curvature * v)
-        square = u * u + v * v
-        distance = (2 * v - curvature * square) / (1 + length)
-        rows = [(1 - curvature * v) / length, u / (half * length), square / (half**2 * length)]
-        columns = np.stack([to_chebyshev @ f for f in (*rows[: 3 if circle else 2], distance)])
-        _clear(columns, len(columns) - 1)
-        return np.asarray(np.abs(columns[-1]).sum(0))
-
-
-def _along(u: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Return paths from their middle in the frame of their chord, and its direction."""
-    along = u[-1] - u[0] + 1j * (v[-1] - v[0])
-    along = along / np.abs(along)
-    middle = len(u) // 2
-    u, v = u - u[middle], v - v[middle]
-    return u * along.real + v * along.imag, v * along.real - u * along.imag, along
-
-
-def _clear(columns: Array, known: int) -> None:
-    """Make the columns after the first few orthogonal to those, which are well conditioned, in place."""
-    for i in range(known):
-        e = columns[i] / np.sqrt((columns[i] ** 2).sum(0))
-        rest = columns[i + 1 :]
-        rest -= np.einsum("ijk,jk->ik", rest, e)[:, None] * e
 
 
 def _bend(u: Array, v: Array) -> Array:

@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..guide.measures import Measures, measure
+from ..guide.measures import LEAST_ARM, Measures, measure
 from ..guide.place import at_stroke, mirrored, placed
 from ..guide.span import Span, span
 from ..guide.trace import Traced, trace
 from ..linkage import Array, Linkage
-from .narrow import flips
+from .narrow import SLOTS, flips
 from .request import Constraints, Region, Request
 
 
@@ -33,9 +33,16 @@ class Answers:
 
 
 def canonical(rows: dict[str, Array]) -> Span:
-    """Return the stored guides in their canonical frame, whose origin is the pole."""
+    """Return the stored guides in their canonical frame, whose origin is the pole; those of slots in their motion."""
     z = rows["x"] + 1j * rows["y"]
-    return span(Linkage._trusted(np.array(rows["pivots"]).reshape(-1, 2, 2, 3)), z, pole=np.zeros_like(z))
+    return span(linkages(rows), z, pole=np.zeros_like(z))
+
+
+def linkages(rows: dict[str, Array]) -> Linkage:
+    """Return the linkages of stored guides, of slots the inverse ones."""
+    pivots = np.array(rows["pivots"]).reshape(-1, 2, 2, 3)
+    slot = np.isin(rows["kind"].astype(str), list(SLOTS.values()))[:, None, None, None]
+    return Linkage._trusted(np.where(slot, pivots[:, :, ::-1], pivots))
 
 
 def final(found: Answers, request: Request) -> Answers:
@@ -82,6 +89,7 @@ def laid(
                 checks[name] = ~(getattr(m, name.replace("max_size", "size")) > bound)
         if wanted.min_link is not None:
             checks["min_link"] = ~(m.min_link < wanted.min_link)
+        checks["distance from the moving pivots"] = ~(m.max_arm < LEAST_ARM * request.stroke)
         checks["min_transmission"] = m.min_transmission >= wanted.min_transmission
         if wanted.full_rotation:
             checks["full_rotation"] = m.rotates > 0

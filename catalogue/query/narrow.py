@@ -31,6 +31,8 @@ LENGTHS: dict[str, Any] = {
 }
 #: Least number of candidates that a series sends.
 LEAST = 40
+#: The kind of a guide whose coupler carries the path, by that of one whose coupler carries the point.
+SLOTS = {"line": "slot", "circle": "arc"}
 SLIDING = ("slider-crank", "inverted-slider-crank", "swinging-block", "elliptic-trammel", "oldham")
 
 COLUMNS = (
@@ -42,6 +44,7 @@ COLUMNS = (
     Mechanism.pivots,
     Guide.x,
     Guide.y,
+    Guide.kind,
     Guide.label,
     Guide.contact_order,
     Reach.level,
@@ -154,9 +157,9 @@ def _bounds(
     return func.coalesce(test, True)
 
 
-def basis(request: Request, level: int, series: str | None = None) -> ColumnElement[bool]:
+def basis(request: Request, wanted: Constraints, level: int, series: str | None = None) -> ColumnElement[bool]:
     """Return the condition that no constraint can be traded against: kind, level, and for an arc enough of it."""
-    terms = [Reach.kind == request.kind, Reach.level == level]
+    terms = [Reach.kind == (SLOTS[request.kind] if wanted.slots else request.kind), Reach.level == level]
     if series is not None:
         terms.append(Reach.series == series)
     if request.kind == "circle":
@@ -235,7 +238,7 @@ def narrow(
             for level in levels:
                 rows = (
                     joined(*COLUMNS, order.label("cost"))
-                    .where(basis(request, level, code), *conditions(request, wanted, level, rank).values())
+                    .where(basis(request, wanted, level, code), *conditions(request, wanted, level, rank).values())
                     .order_by(order)
                     .limit(room)
                 )

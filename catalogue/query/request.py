@@ -200,6 +200,10 @@ class Constraints:
         No sliding joint.
     order : int
         Least order of contact at the design position of the ancestor.
+    slots : bool
+        Instead of points that the coupler carries along a path: straight or circular slots that it carries over a fixed
+        point.  An answer shows the inverse motion, in which that point runs along the slot: its fixed pivots are the
+        pivots of the coupler.
     fixed_pivots_in, pivots_in : (x0, y0, x1, y1) or sequence of points, optional
         Where the fixed pivots (all pivots, in mid-stroke) must stand, in the frame in which the path runs from (0, 0)
         to (stroke, 0).  A pivot at infinity stands nowhere.
@@ -216,6 +220,7 @@ class Constraints:
     configurations: Sequence[str] = ()
     pins_only: bool = False
     order: int = 0
+    slots: bool = False
     fixed_pivots_in: Any = None
     pivots_in: Any = None
     max_size: float | None = None

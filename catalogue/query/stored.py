@@ -16,8 +16,8 @@ from ..guide.reach import LEVELS
 from ..linkage import Array, Linkage
 from ..store import Batch, Database, Guide, Mechanism, Reach
 from .found import Candidate, candidates
-from .lay import Answers, lay_stored
-from .narrow import COLUMNS, joined
+from .lay import Answers, lay_stored, linkages
+from .narrow import COLUMNS, SLOTS, joined
 from .request import CircularArc, Constraints, Request, StraightLine, positive
 
 SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
@@ -40,6 +40,7 @@ class StoredGuide:
     parameters : dict of float
         Free parameters of the member.
     linkage : Linkage of 1
+        Of a slot the inverse one, in whose motion the fixed point of the slot is the guided point.
     point : complex
         Guided point.
     curvature : float
@@ -74,6 +75,11 @@ class StoredGuide:
     reaches: dict[str, Array]
     rows: dict[int, dict[str, Array]]
 
+    @property
+    def is_slot(self) -> bool:
+        """Whether the coupler carries a slot over a fixed point, not a point along a path."""
+        return self.kind in SLOTS.values()
+
     def at(self, stroke: float, level: int | None = None) -> Candidate:
         """Return the guide laid along a path of this stroke, split for the reach of a level.
 
@@ -98,7 +104,7 @@ class StoredGuide:
         row = self.rows[level]
         stroke = positive("stroke", stroke)
         request: Request = StraightLine(stroke, 0.1 * stroke)
-        if self.kind == "circle":
+        if self.curvature:
             request = CircularArc(stroke, stroke / float(row["sweep"][0]), 0.1 * stroke)
         laid: Answers = lay_stored(request, Constraints(), row)
         return candidates(laid, request)[0]
@@ -111,7 +117,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
     except ValueError:
         test = Mechanism.name == str(name)
     extra = (
-        Reach.min_transmission, Guide.kind, Guide.curvature, Guide.inflections, Mechanism.parameters,
+        Reach.min_transmission, Guide.curvature, Guide.inflections, Mechanism.parameters,
         Mechanism.id.label("mechanism"),
     )  # fmt: skip
     found = database.read(joined(*COLUMNS, *extra).where(test).order_by(Guide.id, Reach.level))
@@ -150,7 +156,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
         order=int(one["contact_order"]),
         inflections=int(one["inflections"]),
         parameters=json.loads(one["parameters"]),
-        linkage=Linkage(one["pivots"].reshape(2, 2, 3)),
+        linkage=linkages({k: found[k][:1] for k in ("pivots", "kind")}),
         point=complex(one["x"], one["y"]),
         curvature=float(one["curvature"]),
         **{k: number(k) for k in ("rho0", "kappa", "kappa_star", "s")},

@@ -18,7 +18,7 @@ class SeriesContract(MembershipContract, GuidesContract, InverseContract):
     """Tests that every series must pass.
 
     To test yours: 1. subclass this with a name that begins with ``Test``; 2. set `series`, for instance to
-    ``load("II.x0", folder)``; 3. if it has special parameter points, at which orders rise or pairs vanish, add them to
+    ``load("my.x0", folder)``; 3. if it has special parameter points, at which orders rise or pairs vanish, add them to
     `special`; 4. if a member lacks a guided element everywhere, say so in `absent`.
 
     Attributes

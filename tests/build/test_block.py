@@ -10,13 +10,14 @@ import pytest
 
 from catalogue.build.block import FARTHEST_POINT, NEAREST_PIVOT, RADII, Block, block
 from catalogue.build.draw import BLOCK, PLAN
-from catalogue.build.rows import LARGEST, LEAST_TRANSMISSION
+from catalogue.build.rows import LARGEST, LEAST_TRANSMISSION, at_design
 from catalogue.guide.measures import Measures, measure
 from catalogue.guide.place import placed
 from catalogue.guide.reach import LEVELS
 from catalogue.guide.span import Span, span
 from catalogue.guide.trace import Traced, trace
 from catalogue.instant import Instant
+from catalogue.instant.error import CIRCLE, LINE
 from catalogue.linkage import Array, Linkage
 from catalogue.plugins import Registry
 from catalogue.series import EXACT
@@ -46,15 +47,25 @@ class Again:
         return np.asarray(self.block.guides[name])[self.block.reaches["guide"]]
 
 
+def guiding(made: Block) -> Linkage:
+    """Return the linkage of each guide, of a slot the inverse one."""
+    pivots = made.mechanisms["pivots"].reshape(-1, 2, 2, 3)[made.guides["mechanism"]]
+    slot = np.isin(made.guides["kind"], ("slot", "arc"))[:, None, None, None]
+    return Linkage(np.where(slot, pivots[:, :, ::-1], pivots))
+
+
+def curved(made: Block) -> Array:
+    return np.isin(made.guides["kind"], ("circle", "arc"))
+
+
 @pytest.fixture(scope="module", params=MEMBERS, ids=" ".join)
 def again(request: pytest.FixtureRequest) -> Again:
     code, key = request.param
     made = block(SERIES[code], key, 4, 1, "some", "1")
     reaches, guides = made.reaches, made.guides
     owner = reaches["guide"]
-    pivots = made.mechanisms["pivots"].reshape(-1, 2, 2, 3)[guides["mechanism"][owner]]
-    spans = span(Linkage(pivots), (guides["x"] + 1j * guides["y"])[owner])
-    circle = (guides["kind"] == "circle")[owner]
+    spans = span(guiding(made)[owner], (guides["x"] + 1j * guides["y"])[owner])
+    circle = curved(made)[owner]
     kinds = [trace(spans, reaches["half"], circle=c, split=True, centre=reaches["centre"], nodes=16) for c in (0, 1)]
     traced = kinds[0].replaced(circle, kinds[1][circle])
     return Again(made, spans, traced, measure(spans, traced))
@@ -105,7 +116,7 @@ def test_every_reach_traced_again_holds_its_level(again: Again) -> None:
     assert (traced.relative <= 10.0 ** stored["level"] * (1 + 1e-6)).all()
     np.testing.assert_allclose(traced.fit.stroke, stored["stroke"], rtol=1e-8)
     np.testing.assert_allclose(traced.relative, stored["deviation"], rtol=1e-4, atol=1e-14)
-    circle = again.of_guide("kind") == "circle"
+    circle = curved(again.block)[stored["guide"]]
     np.testing.assert_allclose(
         np.where(circle, np.abs(traced.fit.curvature) * traced.fit.stroke, 0), stored["sweep"], rtol=1e-6, atol=1e-12
     )
@@ -127,7 +138,8 @@ def test_measures_are_those_of_the_motion(again: Again) -> None:
     np.testing.assert_array_equal(stored["rotates"], again.measures.rotates)
     np.testing.assert_allclose(stored["balance"], stored["size"] - stored["min_transmission"] / 90, rtol=1e-12)
     assert stored["size"].max() <= LARGEST
-    assert stored["min_transmission"].min() >= LEAST_TRANSMISSION
+    weak = stored["min_transmission"] < LEAST_TRANSMISSION
+    assert (at_design(again.guides.linkage)[weak] < LEAST_TRANSMISSION).all()
 
 
 def test_boxes_hold_the_pivots_when_the_path_lies_from_0_to_1(again: Again) -> None:
@@ -145,7 +157,7 @@ def test_boxes_hold_the_pivots_when_the_path_lies_from_0_to_1(again: Again) -> N
 def test_guided_points_are_neither_pivots_nor_far_away(again: Again) -> None:
     made = again.block
     z = made.guides["x"] + 1j * made.guides["y"]
-    linkage = Linkage(made.mechanisms["pivots"].reshape(-1, 2, 2, 3))[made.guides["mechanism"]]
+    linkage = guiding(made)
     moving = np.where(linkage.finite[:, :, 1], linkage.points[:, :, 1], np.inf)
     assert np.abs(moving - z[:, None]).min() >= NEAREST_PIVOT
     assert np.abs(z).max() <= FARTHEST_POINT
@@ -153,10 +165,7 @@ def test_guided_points_are_neither_pivots_nor_far_away(again: Again) -> None:
 
 def test_guides_have_the_tangent_and_the_nominal_of_their_path(again: Again) -> None:
     made = again.block
-    guides = span(
-        Linkage(made.mechanisms["pivots"].reshape(-1, 2, 2, 3))[made.guides["mechanism"]],
-        made.guides["x"] + 1j * made.guides["y"],
-    )
+    guides = span(guiding(made), made.guides["x"] + 1j * made.guides["y"])
     tangent = made.guides["tangent_x"] + 1j * made.guides["tangent_y"]
     np.testing.assert_allclose(tangent, guides.tangent, atol=1e-9)
     # the nominal is what a short path is nearest to: a line, or the circle with its centre left of the tangent
@@ -164,7 +173,7 @@ def test_guides_have_the_tangent_and_the_nominal_of_their_path(again: Again) -> 
     ahead = np.sign((short.fit.along * tangent.conj()).real)
     curvature = short.fit.curvature * ahead
     np.testing.assert_allclose(made.guides["curvature"], curvature, atol=2e-2 * (1 + np.abs(curvature)).max())
-    circle = made.guides["kind"] == "circle"
+    circle = curved(made)
     assert (made.guides["curvature"][~circle] == 0).all()
     radius = 1 / np.abs(made.guides["curvature"][circle])
     assert ((radius >= RADII[0]) & (radius <= RADII[1])).all()
@@ -172,8 +181,32 @@ def test_guides_have_the_tangent_and_the_nominal_of_their_path(again: Again) -> 
 
 def test_inflections_follow_from_the_order(again: Again) -> None:
     guides = again.block.guides
-    line = (guides["kind"] == "line") & (guides["contact_order"] != EXACT)
+    line = ~curved(again.block) & (guides["contact_order"] != EXACT)
     np.testing.assert_array_equal(guides["inflections"], np.where(line, guides["contact_order"] - 1, 0))
+
+
+def test_leading_coefficient_gives_the_deviation_of_a_short_stroke(again: Again) -> None:
+    """Beside orders 3 and 4, whose laws a double still shows: |c| (L/2)^m times the level of u^m."""
+    made, order = again.block, again.block.guides["contact_order"]
+    exact = order == EXACT
+    assert np.isnan(made.guides["leading"][exact]).all()
+    some = np.flatnonzero((order <= 4) & (made.guides["leading"] > 1e-3))
+    guides = span(guiding(made)[some], (made.guides["x"] + 1j * made.guides["y"])[some])
+    circle, half = curved(made)[some], np.full(len(some), 0.02)
+    kinds = [trace(guides, half, circle=c, split=False) for c in (False, True)]
+    found = np.where(circle, kinds[1].fit.deviation, kinds[0].fit.deviation)
+    m = order[some] + 1
+    level = np.where(circle, [CIRCLE[k] for k in m], [LINE[k] for k in m])
+    ratio = found / (made.guides["leading"][some] * half**m * level)
+    assert exact.all() or np.isfinite(ratio).sum() > 0.5 * len(some) > 0
+    assert exact.all() or abs(np.nanmedian(ratio) - 1) < 0.03
+
+
+def test_every_pair_is_a_point_or_a_slot_but_not_both(again: Again) -> None:
+    """The fixed point of a slot guides the inverse motion; the same label of one mechanism occurs once."""
+    guides = again.block.guides
+    keys = list(zip(guides["mechanism"].tolist(), guides["label"].tolist(), strict=True))
+    assert len(set(keys)) == len(keys)
 
 
 def test_member_that_guides_nothing_gives_an_empty_block() -> None:

@@ -20,15 +20,15 @@ def drawn() -> Callable[..., tuple[Span, np.ndarray]]:
 
     @cache
     def make(circle: bool) -> tuple[Span, np.ndarray]:
-        from catalogue.build.block import _points
+        from catalogue.build.block import points as points_of
         from catalogue.build.draw import draw
 
         linkages, points, orders = [], [], []
         for series in Registry().series.values():
             for member in series.members:
                 these = draw(series, member, seed=9, number=0)
-                found = _points(series, these, circle)
-                some = np.arange(len(found["mechanism"]))[::23]
+                found = points_of(series, these, circle)
+                some = np.arange(len(found["mechanism"]))[::97]
                 linkages.append(these.linkage.pivots[found["mechanism"][some].astype(int)])
                 points.append((found["x"] + 1j * found["y"])[some])
                 orders.append(found["contact_order"][some])

@@ -29,8 +29,10 @@ def test_reach_holds_and_grows_with_the_tolerance(drawn: Drawn, scanned: Scanned
         assert np.all(again.relative[there] <= 10.0**level * 1.001 + 4e-15)
         np.testing.assert_array_equal(traced.relative[there] <= 10.0**level, True)
         # an exact guide is cut short where it could branch off: how close to that place is chance
-        grown = half >= np.where(order == EXACT, RATIO, 0.98) * before
-        assert np.all(grown[there]), "a looser tolerance allows a longer stroke"
+        # and where the deviation jumps from rung to rung, two steps leave some of the way
+        grown = half / np.where(before > 0, before, np.nan)
+        assert not np.any(grown[there] < np.where(order == EXACT, RATIO, 0.75)[there]), "looser, yet shorter"
+        assert not (before > 0).any() or np.nanquantile(grown, 0.01) > 0.95
         assert not np.any(~there & (before > 0))
         before = np.where(there, half, 0)
     assert (before > 0).mean() > 0.9
@@ -39,7 +41,7 @@ def test_reach_holds_and_grows_with_the_tolerance(drawn: Drawn, scanned: Scanned
 @both_kinds
 @pytest.mark.parametrize("level", [-3, -5, -7])
 def test_a_little_more_does_not_hold(drawn: Drawn, scanned: Scanned, circle: bool, level: int) -> None:
-    """Unless the mechanism ends there.  With three secant steps most strokes are within 2 %, nearly all within 10 %."""
+    """Unless the mechanism ends there.  With two secant steps most strokes are within 2 %, nearly all within 10 %."""
     guides, _ = drawn(circle)
     ladder = scanned(circle)
     half, _ = reach(guides, ladder, 10.0**level, circle=circle)

@@ -78,5 +78,5 @@ def test_top_level_holds_only_the_agreed_entries(project_files: list[PurePosixPa
 def test_example_plugin_of_the_readme_is_the_one_that_is_tested(root: Path) -> None:
     _, _, rest = (root / "README.md").read_text().partition("<!-- example-plugin -->\n```python\n")
     shown, _, _ = rest.partition("```")
-    assert shown == (root / "tests/plugins/dropin/ii_x0.py").read_text()
+    assert shown == (root / "tests/plugins/dropin/my_x0.py").read_text()
     assert len(shown.splitlines()) <= 32

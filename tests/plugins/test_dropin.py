@@ -15,52 +15,44 @@ from catalogue.series import EXACT, Guided, Parameters
 from catalogue.testing import SeriesContract, load
 
 FOLDER = Path(__file__).with_name("dropin")
-II_X0 = load("II.x0", FOLDER)
+MY_X0 = load("my.x0", FOLDER)
 
 
 class TestIIx0(SeriesContract):
     """Including a slot, the pseudo-cuspidation of eq. (41)."""
 
-    series = II_X0
+    series = MY_X0
     folders = (FOLDER,)
     special: ClassVar = {"slider-crank general": [{"a1": 2 * np.tan(0.7), "phi2": np.pi - 0.7}]}
 
 
 def test_it_fits_on_a_page() -> None:
-    assert len((FOLDER / "ii_x0.py").read_text("utf-8").splitlines()) <= 32
-
-
-def test_golden_members_are_synthesised(golden_members: Callable[[Any], int]) -> None:
-    assert golden_members(II_X0) == 10
-
-
-def test_residual_is_that_of_the_theory_on_every_golden_slider_crank(golden_residuals: Callable[[Any], int]) -> None:
-    assert golden_residuals(II_X0) > 20
+    assert len((FOLDER / "my_x0.py").read_text("utf-8").splitlines()) <= 32
 
 
 # -- what the contract refuses --------------------------------------------------------------------------------------
 def broken(**changes: Any) -> SeriesContract:
-    """Return the contract of II.x0 with something changed."""
+    """Return the contract of my.x0 with something changed."""
     contract = SeriesContract()
-    contract.series = replace(II_X0, **changes)  # type: ignore[misc]
+    contract.series = replace(MY_X0, **changes)  # type: ignore[misc]
     return contract
 
 
 def with_guides(change: Callable[[list[Guided]], Sequence[Guided]]) -> SeriesContract:
-    return broken(guided=lambda p: change(list(II_X0.guided(p))))
+    return broken(guided=lambda p: change(list(MY_X0.guided(p))))
 
 
 def with_pivots(change: Callable[[Array, Parameters], Array]) -> SeriesContract:
-    (member,) = II_X0.members
+    (member,) = MY_X0.members
     return broken(members=[replace(member, pivots=lambda p: change(member.pivots(p), p))])
 
 
 def with_member(**changes: Any) -> SeriesContract:
-    return broken(members=[replace(II_X0.members[0], **changes)])
+    return broken(members=[replace(MY_X0.members[0], **changes)])
 
 
 def with_classes(change: Callable[[Array, Array], tuple[Array, Array]]) -> SeriesContract:
-    return broken(classify=lambda instant: change(*II_X0.classify(instant)))
+    return broken(classify=lambda instant: change(*MY_X0.classify(instant)))
 
 
 def shifted(guides: list[Guided]) -> list[Guided]:
@@ -123,7 +115,7 @@ def lost_at_the_end(pivots: Array, p: Parameters) -> Array:
         (broken(title=" "), "data_are_complete", "must not be blank"),
         (with_member(weight=0.0), "data_are_complete", "weight must be positive"),
         (with_member(family="gear"), "data_are_complete", "no plugin provides the family"),
-        (broken(inverse="II.x0"), "inverse_has*", "it is its own inverse"),
+        (broken(inverse="my.x0"), "inverse_has*", "it is its own inverse"),
         (broken(inverse="II.xy"), "registered*", "the inverse of II.xy is"),
     ],
 )  # fmt: skip

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,14 +12,12 @@ from catalogue.instant import Instant
 from catalogue.linkage import Linkage
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-GENERAL = load("general", FURTHER)
+GENERAL = load("general")
 
 
 class TestGeneral(SeriesContract):
     """A slider is the undulation, a slide the cuspidation; with the outer two cranks it is the larger root, [3]."""
 
-    folders = (FURTHER,)
     series = GENERAL
     absent: ClassVar = [
         *(

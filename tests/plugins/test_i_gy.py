@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
 
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-I_GY = load("I.Gy", FURTHER)
+I_GY = load("I.Gy")
 
 
 class TestIGy(SeriesContract):
     """Members lack what is a driving pair of theirs, or falls into a pole."""
 
-    folders = (FURTHER,)
     series = I_GY
     absent: ClassVar = [
         ("four-bar pseudo-undulation", "[4]"),

@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
 
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-I_YY = load("I.yy", FURTHER)
+I_YY = load("I.yy")
 
 
 class TestIyy(SeriesContract):
     """Members lack what is a driving pair of theirs, or falls into a pole."""
 
-    folders = (FURTHER,)
     series = I_YY
     absent: ClassVar = [
         ("slider-crank general", "undulation"),

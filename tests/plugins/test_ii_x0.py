@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
 
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-II_X0, II_STAR_X0 = load("II.x0", FURTHER), load("II*.x0", FURTHER)
+II_X0, II_STAR_X0 = load("II.x0"), load("II*.x0")
 
 
 class TestIIx0(SeriesContract):
     """Members lack what is a driving pair of theirs, or falls into a pole."""
 
-    folders = (FURTHER,)
     series = II_X0
     absent: ClassVar = [("slider-crank pseudo-cuspidation", "[4]"), ("slider-crank coincident pairs", "[4]")]
 
@@ -25,7 +22,6 @@ class TestIIx0(SeriesContract):
 class TestIIStarx0(SeriesContract):
     """Members lack what is a driving pair of theirs, or falls into a pole."""
 
-    folders = (FURTHER,)
     series = II_STAR_X0
     absent: ClassVar = [
         ("inverted-slider-crank pseudo-undulation", "[4]"),

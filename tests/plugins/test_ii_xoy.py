@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
 
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-II_XOY, II_STAR_XOY = load("II.xoy", FURTHER), load("II*.xoy", FURTHER)
+II_XOY, II_STAR_XOY = load("II.xoy"), load("II*.xoy")
 
 
 class TestIIxoy(SeriesContract):
     """Members lack what is a driving pair of theirs, or falls into a pole."""
 
-    folders = (FURTHER,)
     series = II_XOY
     absent: ClassVar = [("slider-crank double cuspidation", "[4]"), ("swinging-block general", "cuspidation")]
 
@@ -25,7 +22,6 @@ class TestIIxoy(SeriesContract):
 class TestIIStarxoy(SeriesContract):
     """Members lack what is a driving pair of theirs, or falls into a pole."""
 
-    folders = (FURTHER,)
     series = II_STAR_XOY
     absent: ClassVar = [("inverted-slider-crank double undulation", "[4]"), ("swinging-block general", "undulation")]
 

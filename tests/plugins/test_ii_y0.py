@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
 
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-II_Y0, II_STAR_Y0 = load("II.y0", FURTHER), load("II*.y0", FURTHER)
+II_Y0, II_STAR_Y0 = load("II.y0"), load("II*.y0")
 
 
 class TestIIy0(SeriesContract):
     """Members lack what is a driving pair of theirs, or falls into a pole."""
 
-    folders = (FURTHER,)
     series = II_Y0
     absent: ClassVar = [("slider-crank pseudo-cuspidation", "[4]"), ("swinging-block general", "cuspidation")]
 
@@ -25,7 +22,6 @@ class TestIIy0(SeriesContract):
 class TestIIStary0(SeriesContract):
     """Members lack what is a driving pair of theirs, or falls into a pole."""
 
-    folders = (FURTHER,)
     series = II_STAR_Y0
     absent: ClassVar = [("inverted-slider-crank pseudo-undulation", "[4]"), ("swinging-block general", "undulation")]
 

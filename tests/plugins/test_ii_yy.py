@@ -3,21 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import pytest
 
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-II_YY, II_STAR_YY = load("II.yy", FURTHER), load("II*.yy", FURTHER)
+II_YY, II_STAR_YY = load("II.yy"), load("II*.yy")
 
 
 class TestIIyy(SeriesContract):
     """Members lack what is a driving pair of theirs, or falls into a pole."""
 
-    folders = (FURTHER,)
     series = II_YY
     absent: ClassVar = [("inverted-slider-crank general", "cuspidation")]
 
@@ -25,7 +22,6 @@ class TestIIyy(SeriesContract):
 class TestIIStaryy(SeriesContract):
     """Members lack what is a driving pair of theirs, or falls into a pole."""
 
-    folders = (FURTHER,)
     series = II_STAR_YY
     absent: ClassVar = [("slider-crank general", "undulation")]
 

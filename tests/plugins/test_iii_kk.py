@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,8 +12,7 @@ from catalogue.instant import Instant
 from catalogue.linkage import Linkage
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-III_KK, III_STAR_KK = load("III.KK", FURTHER), load("III*.KK", FURTHER)
+III_KK, III_STAR_KK = load("III.KK"), load("III*.KK")
 #: Perpendicular cranks with (47); [3] in the pole; r1 = S/2; [3] is the driving pair.
 SPECIAL = [
     {"psi": 0.7, "phi2": np.pi / 4 + 0.35, "phi4": 0.35 - np.pi / 4},
@@ -27,7 +25,6 @@ SPECIAL = [
 class TestIIIKK(SeriesContract):
     """The slide of the inverted slider-crank is its cuspidation; with (47) the cuspidation is [3]."""
 
-    folders = (FURTHER,)
     series = III_KK
     special: ClassVar = {"four-bar general": SPECIAL}
     absent: ClassVar = [
@@ -41,7 +38,6 @@ class TestIIIKK(SeriesContract):
 class TestIIIStarKK(SeriesContract):
     """The slider of the slider-crank is its undulation."""
 
-    folders = (FURTHER,)
     series = III_STAR_KK
     special: ClassVar = {"four-bar general": SPECIAL}
     absent: ClassVar = [

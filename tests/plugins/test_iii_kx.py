@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,8 +12,7 @@ from catalogue.instant import Instant
 from catalogue.linkage import Linkage
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-III_KX, III_STAR_KX = load("III.Kx", FURTHER), load("III*.Kx", FURTHER)
+III_KX, III_STAR_KX = load("III.Kx"), load("III*.Kx")
 #: Eq. (49); r1 = S/2; both; r1 = S, where [4] falls into the pole.
 SPECIAL = [
     {"psi": np.arctan(0.8), "phi3": np.arctan(0.5), "a1": (1 + 0.25 - 0.8) / 0.8},
@@ -27,7 +25,6 @@ SPECIAL = [
 class TestIIIKx(SeriesContract):
     """A slide is the cuspidation; of coincident pairs one is given."""
 
-    folders = (FURTHER,)
     series = III_KX
     special: ClassVar = {"four-bar general": SPECIAL}
     absent: ClassVar = [
@@ -41,7 +38,6 @@ class TestIIIKx(SeriesContract):
 class TestIIIStarKx(SeriesContract):
     """A slider is the undulation; of coincident pairs one is given."""
 
-    folders = (FURTHER,)
     series = III_STAR_KX
     special: ClassVar = {"four-bar general": SPECIAL}
     absent: ClassVar = [

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,8 +12,7 @@ from catalogue.instant import Instant
 from catalogue.linkage import Linkage
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-IV_X, IV_STAR_X = load("IV.x", FURTHER), load("IV*.x", FURTHER)
+IV_X, IV_STAR_X = load("IV.x"), load("IV*.x")
 #: [2] is the driving crank; [1] and [2] coincide.
 SPECIAL = [{"k": 0.8, "x4": 2.5}, {"k": 0.5, "x4": -0.5}]
 
@@ -22,7 +20,6 @@ SPECIAL = [{"k": 0.8, "x4": 2.5}, {"k": 0.5, "x4": -0.5}]
 class TestIVx(SeriesContract):
     """With k x4 = 2 the smaller root is the height of the crank, with k x4 = -1/4 the roots coincide."""
 
-    folders = (FURTHER,)
     series = IV_X
     special: ClassVar = {"inverted-slider-crank general": SPECIAL}
     absent: ClassVar = [("inverted-slider-crank coincident pairs", "[2]")]
@@ -31,7 +28,6 @@ class TestIVx(SeriesContract):
 class TestIVStarx(SeriesContract):
     """The same, inverted."""
 
-    folders = (FURTHER,)
     series = IV_STAR_X
     special: ClassVar = {"slider-crank general": SPECIAL}
     absent: ClassVar = [("slider-crank coincident pairs", "[2]")]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,14 +12,12 @@ from catalogue.instant import Instant
 from catalogue.linkage import Linkage
 from catalogue.testing import SeriesContract, load
 
-FURTHER = Path(__file__).with_name("further")
-PARALLEL = load("parallel", FURTHER)
+PARALLEL = load("parallel")
 
 
 class TestParallel(SeriesContract):
     """Including k* = -k, coincident pairs, and [4] that is a driving pair."""
 
-    folders = (FURTHER,)
     series = PARALLEL
     special: ClassVar = {
         "four-bar general": [

@@ -150,7 +150,7 @@ def test_weights_refuse(given: Any, message: str) -> None:
     ("wanted", "message"),
     [
         ({"families": "five-bar"}, "the database holds no family 'five-bar'; it holds .*four-bar.*"),
-        ({"series": ["I.GG", "V.zz"]}, r"the database holds no series 'V\.zz'; it holds I\.GG, II\*\.xy"),
+        ({"series": ["I.GG", "V.zz"]}, r"the database holds no series 'V\.zz'; it holds I\.GG, "),
         ({"configurations": ["Q"]}, "the database holds no configuration 'Q'"),
         ({"bolts": 3}, "unknown constraint: 'bolts'"),
         ({"rank_by": "beauty"}, "cannot rank by beauty"),

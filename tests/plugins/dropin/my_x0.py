@@ -1,4 +1,4 @@
-# Series II.x0: slider-crank with its coupler perpendicular to the line of the slider.
+# Series my.x0: slider-crank with its coupler perpendicular to the line of the slider.
 import numpy as np
 
 from catalogue.hookspecs import hookimpl
@@ -29,4 +29,4 @@ def classify(instant):
 @hookimpl
 def catalogue_series():
     member = Member("general", "slider-crank", [A_1, PHI_2], pivots)
-    return [Series("II.x0", "coupler square to the guide", "II*.x0", "Allievi 1895, (40)", [member], classify, guided)]
+    return [Series("my.x0", "coupler square to the guide", "my*.x0", "Allievi 1895, (40)", [member], classify, guided)]

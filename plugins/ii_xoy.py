@@ -63,9 +63,9 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     turn = np.abs((one.conj() * np.where(swap, ray[:, ::-1], ray)[:, 1]).real)
     length = np.abs(other[:, 0] - at)
     crank, slide_ = second == RR, second == RP
-    residual = np.where(crank, off / linkage.size, np.where(slide_, np.maximum(off / length, turn), np.nan))
     allowed = ((kind == PR).sum(1) == 1) & (crank | slide_)
     with np.errstate(invalid="ignore", divide="ignore"):
+        residual = np.where(crank, off / linkage.size, np.where(slide_, np.maximum(off / length, turn), np.nan))
         r, r_star = length, np.abs(other[:, 1] - at)
         margin = np.where(crank, np.minimum(np.abs(r - 2 * r_star), np.minimum(r, r_star)) / np.maximum(r, r_star), 1.0)
     return np.where(allowed, residual, np.nan), margin
