@@ -12,7 +12,7 @@ from .instant import Instant
 from .linkage import Array, Linkage
 from .plugins import Registry
 from .series import Member, Series
-from .store import Database, Guide, Mechanism, Reach
+from .store import Batch, Database, Guide, Mechanism, Reach
 
 #: Points of the domain of a member that are looked at.
 LOOK = 2048
@@ -61,6 +61,7 @@ class Cell:
 def census(database: Database, registry: Registry) -> list[Cell]:
     """Return the cells of all registered series, in their order."""
     held = _held(database)
+    built = set(database.read(select(Batch.series.label("code")).distinct())["code"])
     cells = []
     for series in registry.series.values():
         found: dict[tuple[str, str], tuple[int, Array]] = {}
@@ -74,6 +75,8 @@ def census(database: Database, registry: Registry) -> list[Cell]:
             dimension, counts = found.get((family, configuration), (0, np.zeros(3, int)))
             mechanisms, guides, smallest = held.get((series.code, family, configuration), (0, 0, {}))
             remark = "" if guides else _why(*counts.tolist())
+            if remark and counts[-1] and series.code not in built:
+                remark = f"not built: `catalogue build --series {series.code}`"
             cells.append(Cell(series.code, family, configuration, dimension, mechanisms, guides, smallest, remark))
     return cells
 

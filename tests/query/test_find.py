@@ -95,6 +95,29 @@ def test_circular_guides_are_what_they_say(
         check(c, request_, again, **wish)
 
 
+@pytest.mark.parametrize(
+    "request_", [StraightLine(150, 0.05), CircularArc(150, 200, 0.05)], ids=["straight slot", "circular slot"]
+)
+def test_slots_run_over_a_fixed_point(small: Catalogue, again: Again, request_: Any) -> None:
+    """Seen from the coupler; the linkage itself is the inverse of what is shown, and of the family that is named."""
+    found = small.find(request_, slots=True, limit=8)
+    assert len(found) >= 4
+    for c in found:
+        m = again(c)
+        assert m.deviation <= request_.deviation * 1.01
+        assert m.deviation == pytest.approx(c.deviation, rel=1e-2, abs=1e-12 * c.stroke)
+        assert m.min_transmission == pytest.approx(c.min_transmission, abs=0.2)
+        assert c.linkage.inverted().family[0] == c.family
+    points = {c.id for c in small.find(request_, limit=50)}
+    assert not points & {c.id for c in found}
+
+
+def test_no_guided_point_is_a_pivot(small: Catalogue) -> None:
+    """The pin of a slider runs straight without being guided."""
+    for c in small.find(StraightLine(150, 0.05), limit=100, per_series=0, rank_by="deviation"):
+        assert c.max_arm is None or c.max_arm >= 0.05 * 150 * (1 - 1e-9)
+
+
 def test_requests_find_what_there_is(small: Catalogue) -> None:
     """The checks above are of something: many answers of many series and families."""
     found = [c for wish in WISHES[:5] for c in small.find(LINE, limit=8, **wish)]
