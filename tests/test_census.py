@@ -13,7 +13,6 @@ from catalogue import Catalogue
 from catalogue.census import ALLIEVI_COUNT, LETTER_COUNT, NORMAL, Cell, _why, census, impossible
 from catalogue.plugins import Registry
 
-
 STORED = ("I.GG", "II.ooo", "II.xy", "II*.xy", "IV.l", "IV*.l")  # in the small database
 
 
