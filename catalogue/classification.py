@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
+from .errors import InvalidRequest
 from .instant import Instant
 from .linkage import Array, Linkage
 from .series import Series
@@ -32,7 +33,7 @@ class Membership:
     margin : float
         Dimensionless distance from where the series meets another one; a residual beside a small margin decides little.
     holds : bool
-        Whether the linkage belongs to the series: residual at most `TOLERANCE` and margin above it.
+        Whether the linkage belongs to the series: residual at most the tolerance and margin above it.
     """
 
     series: str
@@ -45,7 +46,13 @@ class Membership:
 
 @dataclass(frozen=True)
 class Memberships(Sequence[Membership]):
-    """The series that one linkage belongs to, the nearest first; `near` are all that its family allows."""
+    """The series that one linkage belongs to, the nearest first; `near` are all that its family allows.
+
+    Degenerate series come before `general` and `parallel`, which surround them; among those, the ones that hold before
+    the others, of several that hold the one with the fewest free parameters, of the others the one whose residual is
+    the smallest part of its margin (counted up to 1): beside a linkage near two series that meet there are always some
+    of either, with a small residual and a margin that is not much larger.
+    """
 
     near: tuple[Membership, ...]
 
@@ -56,7 +63,7 @@ class Memberships(Sequence[Membership]):
 
     @property
     def nearest(self) -> Membership | None:
-        """The series with the smallest residual, whether it holds or not."""
+        """The first series of `near`, whether it holds or not."""
         return self.near[0] if self.near else None
 
     @property
@@ -85,26 +92,29 @@ class Classification(Sequence[Memberships]):
     Attributes
     ----------
     family, configuration : ndarray, shape (n,)
-    codes : list of str
-        Series tested, k of them.
+    tested : list of Series
+        Those tested, k of them.
     residual, margin : ndarray, shape (n, k)
         NaN where the family is none of the series', or the instant has no curvature (`reason`).
     reason : ndarray of str, shape (n,)
         What is missing of the instant; see `catalogue.instant.Curvature.reason`.
+    tolerance : float
+        Residual up to which a series holds.
     """
 
     family: Array
     configuration: Array
-    codes: list[str]
+    tested: list[Series]
     residual: Array
     margin: Array
     reason: Array
+    tolerance: float = TOLERANCE
 
     @property
     def holds(self) -> Array:
         """Which series hold, shape (n, k)."""
         with np.errstate(invalid="ignore"):
-            return np.asarray((self.residual <= TOLERANCE) & (self.margin > TOLERANCE))
+            return np.asarray((self.residual <= self.tolerance) & (self.margin > self.tolerance))
 
     def __len__(self) -> int:
         return len(self.family)
@@ -116,21 +126,26 @@ class Classification(Sequence[Memberships]):
     def __getitem__(self, index: int | slice) -> Memberships | list[Memberships]:
         if isinstance(index, slice):
             return [self[i] for i in range(*index.indices(len(self)))]
-        order = np.argsort(self.residual[index])  # NaN last
-        holds = self.holds[index]
-        place = sorted(order, key=lambda k: not holds[k])
+        family, residual, holds = str(self.family[index]), self.residual[index], self.holds[index]
+
+        def place(k: int) -> tuple[bool, bool, float]:
+            one = self.tested[k]
+            return not one.degenerate, not holds[k], one.dimension(family) if holds[k] else part[k]
+
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = residual / np.clip(np.nan_to_num(self.margin[index]), 0, 1)
+
         return Memberships(
             tuple(
                 Membership(
-                    self.codes[k],
-                    str(self.family[index]),
+                    self.tested[k].code,
+                    family,
                     str(self.configuration[index]),
-                    float(self.residual[index, k]),
+                    float(residual[k]),
                     float(self.margin[index, k]),
                     bool(holds[k]),
                 )
-                for k in place
-                if np.isfinite(self.residual[index, k])
+                for k in sorted(np.flatnonzero(np.isfinite(residual)).tolist(), key=place)
             )
         )
 
@@ -155,7 +170,7 @@ class Classification(Sequence[Memberships]):
         return frame
 
 
-def classify(linkage: Linkage, series: Mapping[str, Series]) -> Classification:
+def classify(linkage: Linkage, series: Mapping[str, Series], tolerance: float = TOLERANCE) -> Classification:
     """Return the memberships of each linkage in the given series.
 
     Parameters
@@ -163,18 +178,27 @@ def classify(linkage: Linkage, series: Mapping[str, Series]) -> Classification:
     linkage : Linkage of n
     series : mapping of Series
         By code.  One that raises is left out, with a `PluginWarning`.
+    tolerance : float
+        Residual up to which a series holds, if its margin is larger: what the rounding of the pivots makes of zero.
+
+    Raises
+    ------
+    InvalidRequest
+        If the tolerance is not in [0, 1).
     """
     from .plugins import PluginWarning, one_line
 
     instant = Instant(linkage)
-    n, codes = len(linkage), list(series)
-    residual, margin = np.full((n, len(codes)), np.nan), np.full((n, len(codes)), np.nan)
-    for k, one in enumerate(series.values()):
+    if not 0 <= tolerance < 1:
+        raise InvalidRequest(f"the tolerance must be a residual from 0 up to 1, not {tolerance}")
+    tested = list(series.values())
+    residual, margin = (np.full((len(linkage), len(tested)), np.nan) for _ in range(2))
+    for k, one in enumerate(tested):
         try:
             residual[:, k], margin[:, k] = one.classify(instant)
         except Exception as error:  # a plugin may raise anything
             residual[:, k] = margin[:, k] = np.nan
             warnings.warn(f"series {one.code} is left out: {one_line(error)}", PluginWarning, stacklevel=3)
     return Classification(
-        linkage.family, instant.configuration, codes, residual, margin, np.asarray(instant.curvature.reason)
+        linkage.family, instant.configuration, tested, residual, margin, np.asarray(instant.curvature.reason), tolerance
     )

@@ -110,12 +110,9 @@ class Catalogue:
 
         return stored(self.database, name)
 
-    def classify(self, linkage: Linkage | npt.ArrayLike) -> Classification:
-        """Return the memberships of given linkages in all series that are registered."""
-        from .classification import classify
-
-        given = linkage if isinstance(linkage, Linkage) else Linkage(linkage)
-        return classify(given, self.registry.series)
+    def classify(self, linkage: Linkage | npt.ArrayLike, *, tolerance: float | None = None) -> Classification:
+        """Return the memberships of given linkages in all series that are registered; see `catalogue.classify`."""
+        return _classify(linkage, self.registry, tolerance)
 
     def build(
         self,
@@ -168,7 +165,7 @@ def open(
     plugins : sequence of str
         Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
     build : bool
-        Build the database if it is empty, or finish it if a build was interrupted (under a minute on two cores).
+        Build the database if it is empty, or finish it if a build was interrupted (70 s on two cores).
     quiet : bool
         No progress bar while building.
 
@@ -190,20 +187,35 @@ def open(
     return opened
 
 
-def classify(linkage: Linkage | npt.ArrayLike, *, plugins: Sequence[str] = ()) -> Classification:
+def classify(
+    linkage: Linkage | npt.ArrayLike, *, tolerance: float | None = None, plugins: Sequence[str] = ()
+) -> Classification:
     """Return the memberships of given linkages in all series; no database is opened.
 
     Parameters
     ----------
     linkage : Linkage or array_like, shape (2, 2, 3) or (n, 2, 2, 3)
+    tolerance : float, optional
+        Residual up to which a series holds, if its margin is larger; 1e-9, for pivots rounded to double precision, if
+        not given.  Give more for proportions rounded to a few digits.
     plugins : sequence of str
         Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
+
+    Raises
+    ------
+    InvalidLinkage, InvalidRequest
+        If the pivots are no linkage, or the tolerance is not in [0, 1).
     """
-    from .classification import classify
     from .plugins import Registry
 
+    return _classify(linkage, Registry(plugins), tolerance)
+
+
+def _classify(linkage: Linkage | npt.ArrayLike, registry: Registry, tolerance: float | None) -> Classification:
+    from .classification import TOLERANCE, classify
+
     given = linkage if isinstance(linkage, Linkage) else Linkage(linkage)
-    return classify(given, Registry(plugins).series)
+    return classify(given, registry.series, TOLERANCE if tolerance is None else tolerance)
 
 
 __all__ = ["Catalogue", "classify", "open"]

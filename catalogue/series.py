@@ -166,6 +166,9 @@ class Series:
         From the complete parameters of a member to its `Guided` elements, one of each label, NaN where there is none.
     solve : callable, optional
         Closed-form answers to a posed problem: from a request to pivots (n, 2, 2, 3) in the request's frame.
+    degenerate : bool
+        False for a class that degenerate ones bound, such as all linkages with a finite pole: it is nearest to a
+        linkage only where no degenerate series is known.
 
     Raises
     ------
@@ -181,6 +184,7 @@ class Series:
     classify: Callable[[Instant], tuple[Array, Array]]
     guided: Callable[[Parameters], Iterable[Guided]]
     solve: Callable[[Any], Array] | None = None
+    degenerate: bool = True
 
     def __post_init__(self) -> None:
         if not self.code or not self.title or not self.source:
@@ -195,6 +199,10 @@ class Series:
     def families(self) -> list[str]:
         """Linkage families in which the series exists, in order of first mention."""
         return list(dict.fromkeys(m.family for m in self.members))
+
+    def dimension(self, family: str) -> int:
+        """How many free parameters the largest member of a family has; 0 where there is none."""
+        return max((len(m.parameters) for m in self.members if m.family == family), default=0)
 
     def member(self, key: str) -> Member:
         """Return the member with that key."""

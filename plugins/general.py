@@ -208,6 +208,7 @@ GENERAL = Series(
     members=list(members()),
     classify=classify,
     guided=guided,
+    degenerate=False,
 )
 
 

@@ -67,6 +67,7 @@ PARALLEL = Series(
     ],
     classify=classify,
     guided=guided,
+    degenerate=False,
 )
 
 

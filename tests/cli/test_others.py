@@ -81,7 +81,7 @@ def classified(done: Any) -> list[dict[str, Any]]:
         ({"pivots": EVANS}, [["II.xy"]]),
         ([{"pivots": EVANS}, {"pivots": WATT, "id": 7}], [["II.xy"], ["IV*.l"]]),
         ([TRAMMEL], [["II.ooo"]]),
-        ([[[[0, 0], [1, 0.3]], [[3, 0.2], [2.4, 1.7]]]], [[]]),
+        ([[[[0, 0], [1, 0.3]], [[3, 0.2], [2.4, 1.7]]]], [["general"]]),
     ],
     ids=["one", "two", "object", "objects", "at infinity", "none"],
 )
@@ -216,7 +216,7 @@ def catalogue_series():
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A plugin folder with a good series, one that fails at import, one that raises inside `pivots`."""
     made = tmp_path_factory.mktemp("plugins")
-    shutil.copy(Path(__file__).parents[1] / "plugins" / "dropin" / "ii_x0.py", made)
+    shutil.copy(Path(__file__).parents[1] / "plugins" / "dropin" / "my_x0.py", made)
     (made / "broken.py").write_text(BROKEN)
     (made / "raising.py").write_text(RAISING)
     return made
@@ -228,7 +228,7 @@ def test_plugins_lists_what_was_left_out(process: Run, folder: Path) -> None:
     assert done.err == ""
     records = {r["name"]: r for r in json.loads(done.out)}
     assert records["broken"]["error"] == "ZeroDivisionError: division by zero"
-    assert records["ii_x0"]["series"] == ["II.x0"]
+    assert records["my_x0"]["series"] == ["my.x0"]
     assert records["iv_l"]["series"] == ["IV.l", "IV*.l"]
     assert records["iv_l"]["version"]
     assert all(not r["error"] for name, r in records.items() if name != "broken")
@@ -258,8 +258,8 @@ def test_a_plugin_folder_that_is_not_there(run: Run, tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("text", ["II.xy", "II*.xy"])
 def test_two_plugins_of_one_series(run: Run, tmp_path: Path, text: str) -> None:
-    source = (Path(__file__).parents[1] / "plugins" / "dropin" / "ii_x0.py").read_text()
-    (tmp_path / "again.py").write_text(source.replace('"II.x0"', f'"{text}"'))
+    source = (Path(__file__).parents[1] / "plugins" / "dropin" / "my_x0.py").read_text()
+    (tmp_path / "again.py").write_text(source.replace('"my.x0"', f'"{text}"'))
     done = run("plugins", "--plugins", tmp_path)
     assert done.code == 5
     assert f"{text} is claimed by two plugins" in done.line
@@ -271,7 +271,7 @@ def test_two_plugins_of_one_series(run: Run, tmp_path: Path, text: str) -> None:
 def extended(process: Run, folder: Path, tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any]:
     """A database with the dropped-in series, and how its build went."""
     file = tmp_path_factory.mktemp("extended") / "extended.db"
-    done = process("build", "--count", 300, "--series", "II.x0", "--series", "V.no", "--series", "IV*.l", "--db", file,
+    done = process("build", "--count", 300, "--series", "my.x0", "--series", "V.no", "--series", "IV*.l", "--db", file,
                    CATALOGUE_PLUGINS=str(folder))  # fmt: skip
     return file, done
 
@@ -290,7 +290,7 @@ def test_build_uses_a_dropped_in_series_and_survives_the_broken_ones(extended: t
         (check,) = connection.execute("PRAGMA integrity_check").fetchone()
         held = dict(connection.execute("SELECT series, count(*) FROM guide GROUP BY series"))
     assert check == "ok"
-    assert held["II.x0"] > 100
+    assert held["my.x0"] > 100
     assert held["IV*.l"] > 100
     assert "V.no" not in held
 
@@ -301,11 +301,11 @@ def test_find_uses_a_dropped_in_series(run: Run, extended: tuple[Path, Any]) -> 
         connection.execute("UPDATE setting SET value = 'yes' WHERE key = 'complete'")
         connection.commit()
     # found without the plugin: the database holds all that is needed
-    done = run("find", "circular-arc", "--stroke", 10, "--radius", 12, "--deviation", 0.01, "--series", "II.x0",
+    done = run("find", "circular-arc", "--stroke", 10, "--radius", 12, "--deviation", 0.01, "--series", "my.x0",
                "--format", "json", "--db", file)  # fmt: skip
     assert done.code == 0
     found = json.loads(done.out)
-    assert {c["series"] for c in found} == {"II.x0"}
+    assert {c["series"] for c in found} == {"my.x0"}
     assert {c["family"] for c in found} == {"slider-crank"}
 
 
@@ -314,16 +314,15 @@ def test_classify_uses_a_dropped_in_series(process: Run, folder: Path) -> None:
     pivots = [[[-1, 0, 1], [0, 0, 1]], [[0.8, 0.6, 0], [0.48, 0.36, 1]]]  # crank to the pole, coupler along the ray
     good = folder.parent / "good"
     good.mkdir(exist_ok=True)
-    shutil.copy(folder / "ii_x0.py", good)
+    shutil.copy(folder / "my_x0.py", good)
     done = process("classify", "-", "--format", "json", "--plugins", good, stdin=json.dumps(pivots))
     (row,) = json.loads(done.out)
-    assert row["nearest"] == "II.x0"
-    assert row["series"] == ["II.x0"]
+    assert "my.x0" in row["series"]
     assert done.code == 0
     # the others only cost a line
     done = process("classify", "-", "--format", "json", "--plugins", folder, stdin=json.dumps(pivots))
     assert done.code == 0
-    assert json.loads(done.out)[0]["series"] == ["II.x0"]
+    assert "my.x0" in json.loads(done.out)[0]["series"]
     assert "plugin broken" in done.err
 
 
@@ -347,7 +346,7 @@ def test_build_again_does_nothing_and_more_goes_on(process: Run, tmp_path: Path)
         (("--count", 0), "a build needs a count of at least 1"),
         (("--count", -5), "a build needs a count of at least 1"),
         (("--seed", -1), "a seed of at least 0"),
-        (("--series", "V.zz"), "unknown series V.zz; there are I.GG"),
+        (("--series", "V.zz"), "unknown series V.zz; there are general, I.GG"),
         (("--processes", -1), "at least one process, not -1"),
     ],
 )
