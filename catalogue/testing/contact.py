@@ -33,7 +33,7 @@ class Dyad:
     """The constraint of a pair: gap and gradient over a pose z -> d + exp(i angle) z, written out case by case."""
 
     def __init__(self, pair: Array) -> None:
-        (x, y, w), (x_star, y_star, w_star) = ([mp.mpf(float(v)) for v in pivot] for pivot in pair)
+        (x, y, w), (x_star, y_star, w_star) = ([mp.mpf(v) for v in pivot] for pivot in pair)
         self.fixed, self.moving = mp.mpc(x, y) / (w or 1), mp.mpc(x_star, y_star) / (w_star or 1)
         self.slider, self.slide = not w, not w_star
 
