@@ -13,7 +13,7 @@ import math
 from typing import Any
 
 import numpy as np
-from sqlalchemy import ColumnElement, Select, and_, func, not_, or_, select
+from sqlalchemy import ColumnElement, Select, and_, bindparam, func, not_, or_, select
 
 from ..guide.reach import LEVELS
 from ..linkage import Array
@@ -157,11 +157,9 @@ def _bounds(
     return func.coalesce(test, True)
 
 
-def basis(request: Request, wanted: Constraints, level: int, series: str | None = None) -> ColumnElement[bool]:
+def basis(request: Request, wanted: Constraints, level: int) -> ColumnElement[bool]:
     """Return the condition that no constraint can be traded against: kind, level, and for an arc enough of it."""
     terms = [Reach.kind == (SLOTS[request.kind] if wanted.slots else request.kind), Reach.level == level]
-    if series is not None:
-        terms.append(Reach.series == series)
     if request.kind == "circle":
         terms.append(Reach.sweep >= request.sweep)  # type: ignore[union-attr]
     return and_(*terms)
@@ -231,18 +229,20 @@ def narrow(
     codes = held(database, wanted)
     share = max(limit // max(len(codes), 1), LEAST)
     order = cost(request, rank)
+    selects = {
+        level: joined(*COLUMNS, order.label("cost"))
+        .where(basis(request, wanted, level), Reach.series == bindparam("code"))
+        .where(*conditions(request, wanted, level, rank).values())
+        .order_by(order)
+        .limit(bindparam("room"))
+        for level in levels
+    }
     parts = []
     with database.reading() as read:
         for code in codes:
             room = share
             for level in levels:
-                rows = (
-                    joined(*COLUMNS, order.label("cost"))
-                    .where(basis(request, wanted, level, code), *conditions(request, wanted, level, rank).values())
-                    .order_by(order)
-                    .limit(room)
-                )
-                parts.append(read(rows))
+                parts.append(read(selects[level], {"code": code, "room": room}))
                 if only_deviation and (room := room - len(parts[-1]["id"])) <= 0:
                     break
     parts = [p for p in parts if len(p["id"])] or parts[:1]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,9 @@ Array = np.ndarray[Any, Any]
 _CHUNK = 50_000  # rows held as Python objects at a time
 
 
-def read_columns(connection: Connection, select: Select[Any]) -> dict[str, Array]:
+def read_columns(
+    connection: Connection, select: Select[Any], bound: Mapping[str, Any] | None = None
+) -> dict[str, Array]:
     """Return the columns of a Core select, by name.
 
     Parameters
@@ -23,6 +25,8 @@ def read_columns(connection: Connection, select: Select[Any]) -> dict[str, Array
         Where to read.
     select : Select
         What to read, as single columns with distinct names (not as ORM entities).
+    bound : mapping, optional
+        Values of the select's bound parameters: to build a select once costs less than to build it for each value.
 
     Returns
     -------
@@ -38,7 +42,7 @@ def read_columns(connection: Connection, select: Select[Any]) -> dict[str, Array
         If the BLOBs of a column differ in length (families of different kinds in one select).
     """
     types: list[TypeEngine[Any]] = [column.type for column in select.selected_columns]
-    result = connection.execute(select)
+    result = connection.execute(select, bound)
     names, cursor = list(result.keys()), result.cursor
     assert cursor is not None  # a select has rows
     parts: list[list[Array]] = [[_array(kind, ())] for kind in types]

@@ -80,8 +80,8 @@ class Database:
             return read_columns(connection, select)
 
     @contextmanager
-    def reading(self) -> Iterator[Callable[[Select[*tuple[Any, ...]]], dict[str, np.ndarray[Any, Any]]]]:
-        """Yield a function like `read` that keeps one connection, for several reads in a row."""
+    def reading(self) -> Iterator[Callable[..., dict[str, np.ndarray[Any, Any]]]]:
+        """Yield a function like `read_columns` that keeps one connection, for several reads in a row."""
         with plainly(self.path), self.engine.connect() as connection:
             yield partial(read_columns, connection)
 
