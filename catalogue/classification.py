@@ -8,9 +8,10 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
+import numpy.typing as npt
 
 from .errors import InvalidRequest
-from .instant import Instant
+from .instant import Elements, Instant, elements, path_singularity
 from .linkage import Array, Linkage
 from .series import Series
 
@@ -91,24 +92,36 @@ class Classification(Sequence[Memberships]):
 
     Attributes
     ----------
-    family, configuration : ndarray, shape (n,)
+    instant : Instant of n
+        The linkages.
     tested : list of Series
         Those tested, k of them.
     residual, margin : ndarray, shape (n, k)
         NaN where the family is none of the series', or the instant has no curvature (`reason`).
-    reason : ndarray of str, shape (n,)
-        What is missing of the instant; see `catalogue.instant.Curvature.reason`.
     tolerance : float
         Residual up to which a series holds.
     """
 
-    family: Array
-    configuration: Array
+    instant: Instant
     tested: list[Series]
     residual: Array
     margin: Array
-    reason: Array
     tolerance: float = TOLERANCE
+
+    @property
+    def family(self) -> Array:
+        """Family of each linkage, shape (n,)."""
+        return self.instant.linkage.family
+
+    @property
+    def configuration(self) -> Array:
+        """Configuration of each linkage, shape (n,); see `catalogue.instant.configuration`."""
+        return self.instant.configuration
+
+    @property
+    def reason(self) -> Array:
+        """What is missing of each instant, shape (n,); see `catalogue.instant.Curvature.reason`."""
+        return np.asarray(self.instant.curvature.reason)
 
     @property
     def holds(self) -> Array:
@@ -148,6 +161,28 @@ class Classification(Sequence[Memberships]):
                 for k in sorted(np.flatnonzero(np.isfinite(residual)).tolist(), key=place)
             )
         )
+
+    def guided(self, radius: float | None = None) -> Elements:
+        """Return what the linkages guide, and with which order; given a radius [length], circling points too."""
+        return elements(self.instant, radius)
+
+    def singularity(self, point: npt.ArrayLike) -> tuple[Array, Array]:
+        """Return how many cusps and inflections coincide in the paths of coupler points: see `path_singularity`.
+
+        Parameters
+        ----------
+        point : complex or array_like of complex, shape (n,)
+            In the reference position.
+
+        Raises
+        ------
+        InvalidRequest
+            If a coordinate is NaN or infinite.
+        """
+        z = np.asarray(point, dtype=complex)
+        if not np.isfinite(z).all():
+            raise InvalidRequest("the point of which the singularity is asked must have finite coordinates")
+        return path_singularity(self.instant.linkage, z, pole=self.instant.pole)
 
     def to_pandas(self) -> pd.DataFrame:
         """Return one row per linkage: family, configuration, nearest series, its residual and margin, all that hold."""
@@ -199,6 +234,4 @@ def classify(linkage: Linkage, series: Mapping[str, Series], tolerance: float = 
         except Exception as error:  # a plugin may raise anything
             residual[:, k] = margin[:, k] = np.nan
             warnings.warn(f"series {one.code} is left out: {one_line(error)}", PluginWarning, stacklevel=3)
-    return Classification(
-        linkage.family, instant.configuration, tested, residual, margin, np.asarray(instant.curvature.reason), tolerance
-    )
+    return Classification(instant, tested, residual, margin, tolerance)

@@ -49,7 +49,8 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     linkage = instant.linkage
     z, ray = linkage.points, linkage.rays
     base = z[:, 1, 0] - z[:, 0, 0]
-    cosine = np.abs((ray.conj() * (base / np.abs(base))[:, None]).real).max(1)
+    with np.errstate(invalid="ignore"):  # two sliders
+        cosine = np.abs((ray.conj() * (base / np.abs(base))[:, None]).real).max(1)
     sine = np.abs((ray[:, 0].conj() * ray[:, 1]).imag)
     lengths = ((z[..., 1] - z[..., 0]) * ray[:, :1].conj()).real
     margin = np.abs(lengths[:, 0] - lengths[:, 1]) / np.abs(lengths).max(1)

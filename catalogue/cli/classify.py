@@ -1,35 +1,72 @@
-"""``catalogue classify``: to which series given linkages belong."""
+"""``catalogue classify``: to which series given linkages belong, and what they guide."""
 
 from __future__ import annotations
 
 import csv
-import io
 import json
 import sys
-from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..errors import InvalidLinkage, InvalidRequest
+from ..series import EXACT
 from .options import Format, Output, Plugins
+
+if TYPE_CHECKING:
+    from ..classification import Classification
 
 
 def classify(
-    file: Annotated[str, typer.Argument(metavar="FILE|-", help="Pivots in JSON or CSV; - reads standard input.")],
+    file: Annotated[str, typer.Argument(metavar="FILE|-", help="Linkages in JSON or CSV; - reads standard input.")],
+    guided: Annotated[bool, typer.Option("--guided", help="List what each linkage guides, with its order.")] = False,
+    radius: Annotated[
+        float | None,
+        typer.Option(metavar="R", help="List points on circles of this radius too, four positions in common."),
+    ] = None,
+    point: Annotated[
+        tuple[float, float] | None,
+        typer.Option(metavar="X Y", help="Say how singular the path of this coupler point is: cusps, inflections."),
+    ] = None,
+    tolerance: Annotated[
+        float | None,
+        typer.Option(metavar="T", help="Residual up to which a series holds; more for rounded proportions.",
+                     show_default="1e-9"),
+    ] = None,
     format: Output = Format.table,
     plugins: Plugins = None,
-) -> None:
-    """Classify linkages given by their pivots in one position.
+) -> None:  # fmt: skip
+    """Classify linkages given by their pivots, or link lengths and crank angle, in one position.
 
-    JSON: one linkage [[A1, A1*], [A2, A2*]], each pivot [x, y] or [x, y, w] with w = 0 at infinity; or a list of them;
-    or objects with a key "pivots", such as `find` prints. CSV: 8 numbers a line (x, y of A1, A1*, A2, A2*) or 12 (x, y,
-    w of each); a heading line is skipped.
+    JSON: one linkage [[A1, A1*], [A2, A2*]], each pivot a list of x, y or of x, y, w with w = 0 at infinity; or a list
+    of linkages; or objects with a key "pivots", such as `find` prints, or with link lengths: ground, crank, coupler,
+    rocker; or crank, coupler, offset (slider-crank); or ground, crank, offset (inverted); each with angle (of the
+    crank, in degrees) and perhaps branch (1 or -1).
+
+    CSV: 8 numbers a line (x, y of A1, A1*, A2, A2*) or 12 (x, y, w of each), a heading line is skipped; or columns
+    under a heading that names link lengths.
     """
     from ..facade import classify as run
+    from .reading import read_linkages
 
-    text = sys.stdin.read() if file == "-" else _text(Path(file))
-    found = run(_pivots(text, file), plugins=plugins or ())
+    found = run(read_linkages(file), tolerance=tolerance, plugins=plugins or ())
+    rows = _rows(found)
+    if point is not None:
+        for row, p, q in zip(rows, *found.singularity(complex(*point)), strict=True):
+            row["singularity"] = {"cusps": int(p), "inflections": int(q)} if p >= 0 else None
+    if guided or radius is not None:
+        for row, elements in zip(rows, _elements(found, radius), strict=True):
+            row["guided"] = elements
+    if format is Format.json:
+        print(json.dumps(rows, indent=1, allow_nan=False))
+    elif format is Format.csv:
+        writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({k: _cell(v) for k, v in row.items()} for row in rows)
+    else:
+        _print(rows)
+
+
+def _rows(found: Classification) -> list[dict[str, Any]]:
     rows = []
     for one, family, configuration, reason in zip(found, found.family, found.configuration, found.reason, strict=True):
         near = one.nearest
@@ -44,81 +81,67 @@ def classify(
                 "remark": str(reason),
             }
         )
-    if format is Format.json:
-        print(json.dumps(rows, indent=1, allow_nan=False))
-    elif format is Format.csv:
-        writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({**row, "series": " ".join(one.series)} for row, one in zip(rows, found, strict=True))
-    else:
-        from .tables import print_table
-
-        columns = [("", "right"), ("family", "left"), ("conf.", "left"), ("series", "left"), ("nearest", "left"),
-                   ("residual", "right"), ("margin", "right"), ("remark", "left")]  # fmt: skip
-        print_table("Classification", columns, [_row(i, row) for i, row in enumerate(rows)])
+    return rows
 
 
-def _row(i: int, row: dict[str, Any]) -> list[str]:
-    number = ["-" if row[k] is None else f"{row[k]:.3g}" for k in ("residual", "margin")]
-    return [str(i), row["family"], row["configuration"], ", ".join(row["series"]) or "none", row["nearest"] or "-",
-            *number, row["remark"]]  # fmt: skip
+def _elements(found: Classification, radius: float | None) -> list[list[dict[str, Any]]]:
+    """Return what each linkage guides."""
+    all_ = found.guided(radius)
+    return [
+        [
+            {"label": label, "order": int(order), "fixed": pair[0].tolist(), "moving": pair[1].tolist()}
+            for label, pair, order in zip(all_.labels, pairs, orders, strict=True)
+            if order
+        ]
+        for pairs, orders in zip(all_.pairs, all_.order, strict=True)
+    ]
 
 
-def _text(path: Path) -> str:
-    try:
-        return path.read_text(encoding="utf-8")
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidRequest(f"cannot read {path}: {error}") from None
+def _cell(value: Any) -> Any:
+    """Return what stands in a cell of CSV for a list or mapping."""
+    if isinstance(value, list) and all(isinstance(v, str) for v in value):
+        return " ".join(value)
+    return json.dumps(value, allow_nan=False) if isinstance(value, list | dict) else value
 
 
-def _pivots(text: str, name: str) -> list[Any]:
-    """Return pivots (n, 2, 2, 3) as nested lists from JSON or CSV text."""
-    if text.lstrip()[:1] in ("[", "{"):
-        try:
-            given = json.loads(text)
-        except json.JSONDecodeError as error:
-            raise InvalidRequest(f"{name} is no valid JSON: {error}") from None
-        if isinstance(given, dict):
-            given = [given]
-        if given and isinstance(given[0], dict):
-            missing = [i for i, one in enumerate(given) if not isinstance(one, dict) or "pivots" not in one]
-            if missing:
-                raise InvalidRequest(f"{name}: object {missing[0]} has no key `pivots`")
-            given = [one["pivots"] for one in given]
-        elif _depth(given) == 3:
-            given = [given]
-    else:
-        given = [_line(row, name, i) for i, row in enumerate(csv.reader(io.StringIO(text))) if _numbers(row, i)]
-    if not given:
-        raise InvalidRequest(f"{name} holds no linkage")
-    try:
-        return [[[[*p, 1.0] if len(p) == 2 else list(p) for p in dyad] for dyad in one] for one in given]
-    except TypeError:
-        raise InvalidLinkage(f"{name}: a linkage is [[A1, A1*], [A2, A2*]], each pivot [x, y] or [x, y, w]") from None
+def _print(rows: list[dict[str, Any]]) -> None:
+    from .tables import print_table
+
+    columns = [("", "right"), ("family", "left"), ("conf.", "left"), ("series", "left"), ("nearest", "left"),
+               ("residual", "right"), ("margin", "right"), ("remark", "left")]  # fmt: skip
+    cells = []
+    for i, row in enumerate(rows):
+        number = ["-" if row[k] is None else f"{row[k]:.3g}" for k in ("residual", "margin")]
+        names = [row["family"], row["configuration"], ", ".join(row["series"]) or "none", row["nearest"] or "-"]
+        cells.append([str(i), *names, *number, row["remark"]])
+    print_table("Classification", columns, cells)
+    for i, row in enumerate(rows):
+        if "singularity" in row:
+            print(f"{i}: {_singularity(row['singularity'])}")
+    if any("guided" in row for row in rows):
+        columns = [("", "right"), ("element", "left"), ("order", "right"), ("fixed point", "left"),
+                   ("moving point", "left")]  # fmt: skip
+        cells = [
+            [str(i), g["label"], "exact" if g["order"] == EXACT else str(g["order"]),
+             *(_place(g[k]) for k in ("fixed", "moving"))]
+            for i, row in enumerate(rows) for g in row["guided"]
+        ]  # fmt: skip
+        print_table("What they guide", columns, cells)
 
 
-def _depth(given: Any) -> int:
-    return 1 + _depth(given[0]) if isinstance(given, list) and given else 0
+def _place(point: list[float]) -> str:
+    x, y, w = point
+    return f"({x:.6g}, {y:.6g})" if w else f"at infinity, direction ({x:.4g}, {y:.4g})"
 
 
-def _numbers(row: list[str], line: int) -> bool:
-    """Return whether a line holds a linkage; the first line may be a heading, and lines may be empty."""
-    if not any(cell.strip() for cell in row):
-        return False
-    try:
-        [float(cell) for cell in row]
-    except ValueError:
-        return line > 0
-    return True
-
-
-def _line(row: list[str], name: str, line: int) -> list[Any]:
-    try:
-        values = [float(cell) for cell in row]
-    except ValueError:
-        raise InvalidRequest(f"{name}, line {line + 1}: {','.join(row)!r} is not all numbers") from None
-    if len(values) not in (8, 12):
-        raise InvalidRequest(f"{name}, line {line + 1}: {len(values)} numbers; 8 (x, y) or 12 (x, y, w) are wanted")
-    k = len(values) // 4
-    p = [values[i * k : (i + 1) * k] for i in range(4)]
-    return [[p[0], p[1]], [p[2], p[3]]]
+def _singularity(at: dict[str, int] | None) -> str:
+    """Say what a path is like at a point with so many cusps and inflections in one."""
+    if at is None:
+        return "the motion has no series here (change point)"
+    p, q = at["cusps"], at["inflections"]
+    if q == EXACT:
+        return "the point runs along a straight line"
+    names = {(0, 0): "an ordinary point", (0, 1): "an inflection", (0, 2): "an undulation",
+             (0, 3): "a pseudo-undulation", (0, 4): "a double undulation", (1, 0): "a cusp",
+             (1, 1): "a rhamphoid cusp", (1, 2): "a hypercusp"}  # fmt: skip
+    return f"the path has {names.get((p, q), 'a singular point')} there (p = {p}, q = {q})"

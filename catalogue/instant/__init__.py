@@ -1,18 +1,23 @@
 """The instant of a linkage: pole, axes, cubics, principal pairs, configuration, leading errors of guided points."""
 
 from .analysis import Curvature, curvature
+from .circling import circling_points
 from .dead import dead_points
+from .elements import Elements, elements
 from .error import LeadingError, leading_error, leading_error_of_pairs, path_singularity
 from .instant import Instant
 from .regions import configuration
 
 __all__ = [
     "Curvature",
+    "Elements",
     "Instant",
     "LeadingError",
+    "circling_points",
     "configuration",
     "curvature",
     "dead_points",
+    "elements",
     "leading_error",
     "leading_error_of_pairs",
     "path_singularity",

@@ -102,7 +102,9 @@ class Curvature:
             add(none & whole, f"{name} all over the {circle} circle")
             add(none & ~whole, f"no {name}: it falls into the pole")
             mode_2 |= whole
-        no_pairs = ~dead & np.isnan(self.principal_pairs).any(axis=(1, 2, 3)) & ~(parallel & np.isnan(self.k))
+        first, second = (np.isnan(self.principal_pairs[:, i]).any(axis=(1, 2)) for i in (0, 1))
+        no_pairs = ~dead & first & second & ~(parallel & np.isnan(self.k))
+        add(first != second, "the principal pairs coincide")
         add(no_pairs & ~mode_2, "the principal pairs are imaginary")
         add(no_pairs & mode_2, "the principal pairs are imaginary, or undetermined (cyclic motion, dead point)")
         return why

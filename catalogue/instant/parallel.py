@@ -14,6 +14,8 @@ from ..linkage import RR, Array, Linkage
 
 #: Two cranks whose lengths differ by less than this, relatively, make a parallelogram.
 PARALLELOGRAM = 1e-12
+#: Rounding of a height, in units of the largest coordinate.
+ROUNDING = 8 * np.finfo(float).eps
 
 
 def parallel_cranks(linkage: Linkage) -> dict[str, Array]:
@@ -38,6 +40,9 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Array]:
         across = np.where((kind[:, 1] == 2)[:, None], x, x_star)
         origin = (across[:, 0] * y[:, 0] - across[:, 1] * y[:, 1]) / (y[:, 0] - y[:, 1])
         k, k_star = -(x[:, 0] - origin) * y[:, 0], -(x_star[:, 0] - origin) * y[:, 0]
+        lever = np.abs(np.concatenate([x, x_star, z.imag.reshape(len(z), -1)], axis=1))
+        least = ROUNDING * np.where(np.isfinite(lever), lever, 0).max(1)
+        k, k_star = (np.where(np.abs(c) <= least * np.abs(y[:, 0]), 0.0, c) for c in (k, k_star))
         k, k_star = np.where(kind[:, 1] == 2, 0.0, k), np.where(kind[:, 1] == 1, 0.0, k_star)
         # for a slider (slide) the product y1 y2 is 0 and k k*/(y1 y2) becomes x1 x2* (x2 x1*)
         first = np.where(crank, k * k_star / (y[:, 0] * y[:, 1]), 0.0)
@@ -45,7 +50,7 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Array]:
         first = np.where(kind[:, 1] == 2, (x[:, 1] - origin) * (x_star[:, 0] - origin), first)
         alike = np.abs(xi[:, 0] - xi[:, 1]) <= PARALLELOGRAM * np.abs(xi).max(axis=1)
         bad = alike & crank | (kind[:, 0] != RR) | ~np.isfinite(origin)
-        pairs = _pairs(y, k, k_star, first)
+        pairs = _pairs(y, k, k_star, first, least)
         out = np.where(bad, 0.0, origin + 1j * centre)  # not to warn of what is discarded
     base = linkage.rays[:, 0]
     point = pairs[..., 0] + 1j * pairs[..., 1]
@@ -69,9 +74,13 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Array]:
     return found
 
 
-def _pairs(y: Array, k: Array, k_star: Array, product: Array) -> Array:
-    """Roots of y^2 + (y1 + y2) y + product = 0 and their pairs, homogeneous, shape (n, 2, 2, 3)."""
+def _pairs(y: Array, k: Array, k_star: Array, product: Array, least: Array) -> Array:
+    """Roots of y^2 + (y1 + y2) y + product = 0 and their pairs, homogeneous, shape (n, 2, 2, 3).
+
+    What is below `least` is rounding (n,): a root 0 over a k of 0 must be neither.
+    """
     b = -(y[:, 0] + y[:, 1])
+    b = np.where(np.abs(b) <= least, 0.0, b)
     square = b * b - 4 * product
     square = np.where((square < 0) & (square > -1e-13 * (b * b + np.abs(product))), 0.0, square)
     large = 0.5 * (b + np.copysign(np.sqrt(square), b))
@@ -82,7 +91,8 @@ def _pairs(y: Array, k: Array, k_star: Array, product: Array) -> Array:
     for mine, other in ((k, k_star), (k_star, k)):
         one.append(np.stack([-mine, large * large, large], axis=-1))
         usual = np.stack([-mine, small * small, small], axis=-1)
-        limit = np.stack([-tie, small * other, other], axis=-1)
+        infinite = np.where((tie == 0) & (other == 0), 1.0, -tie)  # equal cranks of opposite sense, k or k* zero (Watt)
+        limit = np.stack([infinite, small * other, other], axis=-1)
         vanishing = (np.abs(small) <= 1e-3 * np.abs(large)) & (np.abs(y[:, 0] * y[:, 1]) > 0)
         two.append(np.where(vanishing[:, None], limit, usual))
     pairs = np.stack([np.stack(one, axis=1), np.stack(two, axis=1)], axis=1)

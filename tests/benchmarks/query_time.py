@@ -45,7 +45,7 @@ def databases(folder: Path) -> dict[str, Path]:
     tenth, whole, tenfold = (folder / f"1e{k}.db" for k in (4, 5, 6))
     if not whole.exists():
         print("building 1e5 guides", file=sys.stderr)
-        with catalogue.open(folder / "part.db", quiet=True) as cat:
+        with catalogue.open(folder / "part.db", build=False) as cat:
             cat.build(count=100_000)
         (folder / "part.db").rename(whole)
     for path in (tenth, tenfold):
@@ -89,6 +89,7 @@ def _multiply(target: sqlite3.Connection) -> None:
             by = 1 + 0.003 * k
             scaled = {c: f"{c} * {by}" for c in (*LENGTHS, *BOXES)} if name == "reach" else {}
             scaled |= {"balance": f"size * {by} - min_transmission / 90"} if name == "reach" else {}
+            scaled |= {"name": "NULL"} if name == "mechanism" else {}  # named guides are there once
             scaled |= {c: f"{c} + {k * shift}" for c in shifted}
             chosen = ", ".join(scaled.get(c, c) for c in columns)
             key = "guide_id" if name == "reach" else "id"

@@ -113,6 +113,49 @@ def test_classify_reads_csv(run: Run, heading: str) -> None:
     ]
 
 
+def test_classify_reads_link_lengths(run: Run) -> None:
+    links = [{"ground": 4, "crank": 2.4, "coupler": 2, "rocker": 2.4, "angle": 65.3756815, "name": "Roberts"},
+             {"crank": 1, "coupler": 1, "angle": 40}, {"pivots": EVANS}]  # fmt: skip
+    command = ("classify", "-", "--format", "json", "--tolerance", 1e-6)
+    rows = classified(run(*command, stdin=json.dumps(links)))
+    assert [r["nearest"] for r in rows] == ["I.GG", "II.ooo", "II.xy"]
+    text = "name,ground,crank,offset,angle\na,3,1,0.2,50\nb,3,1,-0.2,50\n"
+    assert [r["family"] for r in classified(run(*command, stdin=text))] == ["inverted-slider-crank"] * 2
+    for wrong, message in (
+        ("crank,coupler,angle\n1,2\n", "line 2: it has not the 3 columns of the heading"),
+        ("crank,coupler,angle\n1,2,x\n", "'x' is no number"),
+        ('{"crank": 1, "coupler": 2}', "link lengths need the `angle` of the first crank"),
+        ('{"crank": 1, "rocker": 2, "angle": 3}', "crank, rocker make no linkage"),
+    ):
+        done = run(*command, stdin=wrong)
+        assert message in done.line
+        assert done.code in (2, 3)
+
+
+def test_classify_lists_what_is_guided(run: Run) -> None:
+    given = json.dumps([WATT, EVANS])
+    command = ("classify", "-", "--radius", 1.5, "--point", 0, 0)
+    watt, evans = classified(run(*command, "--format", "json", stdin=given))
+    assert [g["label"] for g in watt["guided"]] == ["[4]"]  # equal cranks: [3] coincides with it
+    assert {g["order"] for g in watt["guided"]} == {4}
+    assert [g["label"] for g in evans["guided"] if g["label"].startswith("radius")]
+    assert evans["singularity"] == {"cusps": 0, "inflections": 3}
+    done = run(*command, stdin=given)
+    assert "What they guide" in done.out
+    assert "1: the path has a pseudo-undulation there (p = 0, q = 3)" in done.out
+    read = list(csv.DictReader(io.StringIO(run(*command, "--format", "csv", stdin=given).out)))
+    assert json.loads(read[1]["singularity"]) == evans["singularity"]
+    assert json.loads(read[1]["guided"]) == evans["guided"]
+    for option, message in (
+        (("--radius", -1), "radius must be a finite number above zero"),
+        (("--point", "nan", 0), "finite coordinates"),
+        (("--tolerance", 2), "the tolerance must be a residual from 0 up to 1"),
+    ):
+        done = run("classify", "-", *option, stdin=given)
+        assert done.code == 2
+        assert message in done.line
+
+
 def test_classify_prints_tables_and_csv(run: Run) -> None:
     text = json.dumps([WATT, EVANS])
     done = run("classify", "-", stdin=text)
@@ -128,18 +171,18 @@ def test_classify_prints_tables_and_csv(run: Run) -> None:
     [
         ("", 2, "- holds no linkage"),
         ("[]", 2, "- holds no linkage"),
-        ("{}", 2, "object 0 has no key `pivots`"),
+        ("{}", 2, "object 0 has neither `pivots` nor link lengths"),
         ("[1, 2", 2, "- is no valid JSON: "),
         ("[1, 2, 3]", 3, "a linkage is [[A1, A1*], [A2, A2*]]"),
         ('["a"]', 3, "a linkage is|pivots must"),
-        ("[[[[0, 0], [1, 0]]]]", 3, "pivots must have shape"),
-        ("[[[[0, 0, 1, 1], [1, 0]], [[2, 0], [1, 1]]]]", 3, "pivots must"),
+        ("[[[[0, 0], [1, 0]]]]", 3, "a linkage is"),
+        ("[[[[0, 0, 1, 1], [1, 0]], [[2, 0], [1, 1]]]]", 3, "a linkage is"),
         ("[[[0, 0], [0, 0]], [[2, 0], [1, 1]]]", 3, "linkage 0: the two pivots of a crank coincide"),
         ("[[[0, 0], [1, NaN]], [[2, 0], [1, 1]]]", 3, "linkage 0: a pivot has a NaN or infinite coordinate"),
         ("[[[0, 0], [1, null]], [[2, 0], [1, 1]]]", 3, "pivot"),
         ("[[[0, 1, 0], [1, 0, 0]], [[2, 0], [1, 1]]]", 3, "linkage 0: a dyad has both pivots at infinity"),
         ('[{"pivots": 3}]', 3, "a linkage is"),
-        ('[{"pivots": [[[0,0],[1,0]],[[2,0],[1,1]]]}, 7]', 2, "- is|object 1|- holds"),
+        ('[{"pivots": [[[0,0],[1,0]],[[2,0],[1,1]]]}, 7]', 3, "a linkage is"),
         ("1,2,3\n", 2, "line 1: 3 numbers; 8 (x, y) or 12 (x, y, w) are wanted"),
         ("a,b\n1,2,3,4,5,6,7,eight\n", 2, "line 2: '1,2,3,4,5,6,7,eight' is not all numbers"),
         ("nonsense", 2, "- holds no linkage"),
