@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, overload
 
 import numpy as np
@@ -12,7 +13,8 @@ import numpy.typing as npt
 
 from .errors import InvalidRequest
 from .instant import Elements, Instant, elements, path_singularity
-from .linkage import Array, Linkage
+from .linkage import FAMILIES, Array, Linkage
+from .membership import Membership, Memberships
 from .series import Series
 
 if TYPE_CHECKING:
@@ -20,70 +22,6 @@ if TYPE_CHECKING:
 
 #: Residual up to which a linkage whose pivots are rounded to double precision belongs to a series.
 TOLERANCE = 1e-9
-
-
-@dataclass(frozen=True)
-class Membership:
-    """One series against one linkage.
-
-    Attributes
-    ----------
-    series, family, configuration : str
-    residual : float
-        Dimensionless distance from the series, 0 on it.
-    margin : float
-        Dimensionless distance from where the series meets another one; a residual beside a small margin decides little.
-    holds : bool
-        Whether the linkage belongs to the series: residual at most the tolerance and margin above it.
-    """
-
-    series: str
-    family: str
-    configuration: str
-    residual: float
-    margin: float
-    holds: bool
-
-
-@dataclass(frozen=True)
-class Memberships(Sequence[Membership]):
-    """The series that one linkage belongs to, the nearest first; `near` are all that its family allows.
-
-    Degenerate series come before `general` and `parallel`, which surround them; among those, the ones that hold before
-    the others, of several that hold the one with the fewest free parameters, of the others the one whose residual is
-    the smallest part of its margin (counted up to 1): beside a linkage near two series that meet there are always some
-    of either, with a small residual and a margin that is not much larger.
-    """
-
-    near: tuple[Membership, ...]
-
-    @property
-    def holding(self) -> tuple[Membership, ...]:
-        """Those that hold."""
-        return tuple(m for m in self.near if m.holds)
-
-    @property
-    def nearest(self) -> Membership | None:
-        """The first series of `near`, whether it holds or not."""
-        return self.near[0] if self.near else None
-
-    @property
-    def series(self) -> list[str]:
-        """Codes of the series that hold."""
-        return [m.series for m in self.holding]
-
-    def __len__(self) -> int:
-        return len(self.holding)
-
-    def __iter__(self) -> Iterator[Membership]:
-        return iter(self.holding)
-
-    @overload
-    def __getitem__(self, index: int) -> Membership: ...
-    @overload
-    def __getitem__(self, index: slice) -> tuple[Membership, ...]: ...
-    def __getitem__(self, index: int | slice) -> Membership | tuple[Membership, ...]:
-        return self.holding[index]
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,14 +61,28 @@ class Classification(Sequence[Memberships]):
         """What is missing of each instant, shape (n,); see `catalogue.instant.Curvature.reason`."""
         return np.asarray(self.instant.curvature.reason)
 
-    @property
+    @cached_property
     def holds(self) -> Array:
         """Which series hold, shape (n, k)."""
         with np.errstate(invalid="ignore"):
             return np.asarray((self.residual <= self.tolerance) & (self.margin > self.tolerance))
 
+    @cached_property
+    def ranking(self) -> Array:
+        """Numbers of the series, the nearest first as in `Memberships`, shape (n, k); -1 where there is no residual."""
+        names = self.family
+        dimension = np.array([[one.dimension(name) for one in self.tested] for name in FAMILIES])
+        row = np.array([list(FAMILIES).index(name) for name in names.tolist()], dtype=int)
+        around = np.broadcast_to([not one.degenerate for one in self.tested], self.residual.shape)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = self.residual / np.clip(np.nan_to_num(self.margin), 0, 1)
+        third = np.where(self.holds, dimension[row].reshape(part.shape), part)
+        absent = ~np.isfinite(self.residual)
+        order = np.lexsort((third, ~self.holds, around, absent), axis=1)
+        return np.where(np.take_along_axis(absent, order, 1), -1, order)
+
     def __len__(self) -> int:
-        return len(self.family)
+        return len(self.instant)
 
     @overload
     def __getitem__(self, index: int) -> Memberships: ...
@@ -139,26 +91,13 @@ class Classification(Sequence[Memberships]):
     def __getitem__(self, index: int | slice) -> Memberships | list[Memberships]:
         if isinstance(index, slice):
             return [self[i] for i in range(*index.indices(len(self)))]
-        family, residual, holds = str(self.family[index]), self.residual[index], self.holds[index]
-
-        def place(k: int) -> tuple[bool, bool, float]:
-            one = self.tested[k]
-            return not one.degenerate, not holds[k], one.dimension(family) if holds[k] else part[k]
-
-        with np.errstate(divide="ignore", invalid="ignore"):
-            part = residual / np.clip(np.nan_to_num(self.margin[index]), 0, 1)
-
+        family, configuration = str(self.family[index]), str(self.configuration[index])
+        residual, margin, holds = (a[index].tolist() for a in (self.residual, self.margin, self.holds))
         return Memberships(
             tuple(
-                Membership(
-                    self.tested[k].code,
-                    family,
-                    str(self.configuration[index]),
-                    float(residual[k]),
-                    float(self.margin[index, k]),
-                    bool(holds[k]),
-                )
-                for k in sorted(np.flatnonzero(np.isfinite(residual)).tolist(), key=place)
+                Membership(self.tested[k].code, family, configuration, residual[k], margin[k], holds[k])
+                for k in self.ranking[index].tolist()
+                if k >= 0
             )
         )
 
@@ -188,21 +127,24 @@ class Classification(Sequence[Memberships]):
         """Return one row per linkage: family, configuration, nearest series, its residual and margin, all that hold."""
         import pandas as pd
 
-        rows = []
-        for one in self:
-            first = one.nearest
-            rows.append(
-                {
-                    "series": ", ".join(one.series),
-                    "nearest": first.series if first else None,
-                    "residual": first.residual if first else np.nan,
-                    "margin": first.margin if first else np.nan,
-                }
-            )
-        frame = pd.DataFrame(rows, columns=["series", "nearest", "residual", "margin"])
-        frame.insert(0, "configuration", self.configuration)
-        frame.insert(0, "family", self.family)
-        return frame
+        codes = np.array([one.code for one in self.tested] + [None], dtype=object)
+        first = self.ranking[:, :1]
+        kinds, kind = np.unique(np.where(self.holds[np.arange(len(self))[:, None], self.ranking], self.ranking, -1),
+                                axis=0, return_inverse=True)  # fmt: skip
+        names = np.array([", ".join(codes[k] for k in row if k >= 0) for row in kinds], dtype=object)
+        residual, margin = (
+            np.where(first >= 0, np.take_along_axis(a, first, 1), np.nan)[:, 0] for a in (self.residual, self.margin)
+        )
+        return pd.DataFrame(
+            {
+                "family": self.family,
+                "configuration": self.configuration,
+                "series": names[kind.ravel()],
+                "nearest": codes[first[:, 0]],
+                "residual": residual,
+                "margin": margin,
+            }
+        )
 
 
 def classify(linkage: Linkage, series: Mapping[str, Series], tolerance: float = TOLERANCE) -> Classification:

@@ -14,8 +14,8 @@ from ..series import EXACT
 from .options import Db, Format, Output, Plugins
 
 if TYPE_CHECKING:
-    from ..classification import Memberships
     from ..designs import Design
+    from ..membership import Memberships
     from ..query.found import Candidate
 
 

@@ -1,0 +1,71 @@
+"""The series that one linkage belongs to, or is near to."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import overload
+
+
+@dataclass(frozen=True)
+class Membership:
+    """One series against one linkage.
+
+    Attributes
+    ----------
+    series, family, configuration : str
+    residual : float
+        Dimensionless distance from the series, 0 on it.
+    margin : float
+        Dimensionless distance from where the series meets another one; a residual beside a small margin decides little.
+    holds : bool
+        Whether the linkage belongs to the series: residual at most the tolerance and margin above it.
+    """
+
+    series: str
+    family: str
+    configuration: str
+    residual: float
+    margin: float
+    holds: bool
+
+
+@dataclass(frozen=True)
+class Memberships(Sequence[Membership]):
+    """The series that one linkage belongs to, the nearest first; `near` are all that its family allows.
+
+    Degenerate series come before `general` and `parallel`, which surround them; among those, the ones that hold before
+    the others, of several that hold the one with the fewest free parameters, of the others the one whose residual is
+    the smallest part of its margin (counted up to 1): beside a linkage near two series that meet there are always some
+    of either, with a small residual and a margin that is not much larger.
+    """
+
+    near: tuple[Membership, ...]
+
+    @property
+    def holding(self) -> tuple[Membership, ...]:
+        """Those that hold."""
+        return tuple(m for m in self.near if m.holds)
+
+    @property
+    def nearest(self) -> Membership | None:
+        """The first series of `near`, whether it holds or not."""
+        return self.near[0] if self.near else None
+
+    @property
+    def series(self) -> list[str]:
+        """Codes of the series that hold."""
+        return [m.series for m in self.holding]
+
+    def __len__(self) -> int:
+        return len(self.holding)
+
+    def __iter__(self) -> Iterator[Membership]:
+        return iter(self.holding)
+
+    @overload
+    def __getitem__(self, index: int) -> Membership: ...
+    @overload
+    def __getitem__(self, index: slice) -> tuple[Membership, ...]: ...
+    def __getitem__(self, index: int | slice) -> Membership | tuple[Membership, ...]:
+        return self.holding[index]
