@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..linkage import PR, RP, Array, Linkage
-from .analysis import PARALLEL, REGULAR, Curvature
+from .analysis import DEAD_SINE, PARALLEL, REGULAR, Curvature
 from .regular import distances
 
 #: A pivot nearer to the pole than this times the size of the linkage stands at the pole.
@@ -19,7 +19,7 @@ def configuration(linkage: Linkage, instant: Curvature) -> Array:
 
     P: both pivots on the side of the inflection circle; X: the pole between them; N: both on the other side;
     D (V): moving (fixed) pivot at the pole; T: slider; C: slide.  Parallel cranks: ``equal`` or ``opposite`` sense,
-    ``single`` for one crank.  Dead points, where the letters differ from branch to branch: ``dead-point``.
+    ``single`` for one crank.  Dead points, unless the instant is that of one branch: ``dead-point``.
 
     Source: Allievi 1895, sec. 12 and Table of configurations, by the signs of 1/r and 1/r*.
     """
@@ -29,7 +29,7 @@ def configuration(linkage: Linkage, instant: Curvature) -> Array:
         some = linkage[regular]
         pole = instant.pole[regular, 0] + 1j * instant.pole[regular, 1]
         normal = instant.axes[regular, 1, 0] + 1j * instant.axes[regular, 1, 1]
-        r, r_star, _ = distances(some, pole)
+        r, r_star = _along_rays(some, pole)
         up = np.where((some.rays * normal[:, None].conj()).real < 0, -1.0, 1.0)
         letter = np.where(r * up > 0, "P", np.where(r_star * up > 0, "X", "N"))
         near = AT_POLE * some.size[:, None]
@@ -48,3 +48,13 @@ def configuration(linkage: Linkage, instant: Curvature) -> Array:
         cranks = (some.dyads == 0).all(1)
         names[parallel] = np.where(cranks, np.where(height[:, 0] * height[:, 1] > 0, "equal", "opposite"), "single")
     return names
+
+
+def _along_rays(linkage: Linkage, pole: Array) -> tuple[Array, Array]:
+    """Return the signed distances of fixed and moving pivots from the pole, (n, 2) each, infinite at infinity."""
+    r, r_star, _ = distances(linkage, pole)
+    # at a dead point the pole is not where the rays meet, and is as sure as the pivots
+    dead = np.abs((linkage.rays[:, :1].conj() * linkage.rays[:, 1:]).imag) < DEAD_SINE
+    plain = (linkage.rays[:, :, None].conj() * (linkage.points - pole[:, None, None])).real
+    plain = np.where(linkage.finite, plain, np.inf)
+    return np.where(dead, plain[..., 0], r), np.where(dead, plain[..., 1], r_star)
