@@ -23,12 +23,11 @@ from typing import Any
 import numpy as np
 
 from .errors import PluginError
+from .instant import EXACT as EXACT  # plugins state orders with it
 from .instant import Instant
 from .linkage import FAMILIES, Array, Linkage
 from .pairs import half_turn
 
-#: Order of contact of a guide that is exact on the finite motion.
-EXACT = 99
 Parameters = Mapping[str, Array]
 
 

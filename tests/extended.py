@@ -1,7 +1,7 @@
 """The formulas of the series in 100 digits: the same code, given mpmath's numbers instead of numpy's.
 
-A plugin computes with numpy's functions.  `many_digits` exchanges them, as long as it lasts, for functions that work on
-arrays of mpmath's numbers, in the plugins, in `catalogue.pairs` and in `catalogue.series`.
+A plugin computes with numpy's functions.  `Exchanged.many_digits` exchanges them, as long as it lasts, for functions
+that work on arrays of mpmath's numbers, in the plugins, in `catalogue.pairs` and in `catalogue.series`.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
+from catalogue.plugins import Registry
 from catalogue.testing.contact import DIGITS
 
 NUMBERS: Any = mpmath.MPContext()
@@ -75,16 +76,22 @@ class Digits:
         return getattr(np, name)
 
 
-@contextmanager
-def many_digits() -> Iterator[None]:
-    """Have all series that are registered compute with many digits."""
-    plugins = [name for name in sys.modules if name.startswith("catalogue_plugin_")]
-    modules = [sys.modules[name] for name in ("catalogue.pairs", "catalogue.series", *plugins)]
-    modules = [module for module in modules if hasattr(module, "np")]
-    for module in modules:
-        vars(module)["np"] = Digits()
-    try:
-        yield
-    finally:
-        for module in modules:
-            vars(module)["np"] = np
+class Exchanged:
+    """All series, with the means to have them compute with many digits."""
+
+    def __init__(self) -> None:
+        self.registry = Registry()
+        plugins = [name for name in sys.modules if name.startswith("catalogue_plugin_")]  # just loaded
+        modules = [sys.modules[name] for name in ("catalogue.pairs", "catalogue.series", *plugins)]
+        self._modules = [module for module in modules if hasattr(module, "np")]
+
+    @contextmanager
+    def many_digits(self) -> Iterator[None]:
+        """Compute with many digits."""
+        for module in self._modules:
+            vars(module)["np"] = Digits()
+        try:
+            yield
+        finally:
+            for module in self._modules:
+                vars(module)["np"] = np

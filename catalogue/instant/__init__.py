@@ -4,11 +4,12 @@ from .analysis import Curvature, curvature
 from .circling import circling_points
 from .dead import dead_points
 from .elements import Elements, elements
-from .error import LeadingError, leading_error, leading_error_of_pairs, path_singularity
+from .error import EXACT, LeadingError, leading_error, leading_error_of_pairs, path_singularity
 from .instant import Instant
 from .regions import configuration
 
 __all__ = [
+    "EXACT",
     "Curvature",
     "Elements",
     "Instant",

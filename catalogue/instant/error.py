@@ -24,7 +24,7 @@ import numpy as np
 from ..linkage import Array, Linkage
 from .jet import TERMS, Jet, jet, norm_squared
 
-#: Order of contact of a point whose path does not leave its nominal at all.
+#: Order of contact of a guide that is exact on the finite motion.
 EXACT = 99
 #: A coefficient below this part of the path's own terms counts as zero: guided points are given with 16 digits, and
 #: with 8 where two principal pairs coincide.

@@ -11,6 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..linkage import RR, Array, Linkage
+from .regular import INFINITE
 
 #: Two cranks whose lengths differ by less than this, relatively, make a parallelogram.
 PARALLELOGRAM = 1e-12
@@ -98,7 +99,7 @@ def _pairs(y: Array, k: Array, k_star: Array, product: Array, least: Array) -> A
     pairs = np.stack([np.stack(one, axis=1), np.stack(two, axis=1)], axis=1)
     w = pairs[..., 2]
     length = np.hypot(pairs[..., 0], pairs[..., 1])
-    far = np.abs(w) <= 1e-14 * length
+    far = np.abs(w) <= INFINITE * length
     pairs = pairs / np.where(far, length, w)[..., None]
     pairs[..., 2] = np.where(np.isnan(length), np.nan, np.where(far, 0.0, 1.0))
     return pairs

@@ -16,6 +16,7 @@ import numpy as np
 from ..linkage import Array, Linkage
 from ..motion import Motion
 from .jet import charts, norm_squared, path_series, times
+from .regular import INFINITE
 
 #: Charts conditioned worse than this (near change points) have fewer digits than the pairs.
 CONDITIONING = 0.05
@@ -80,7 +81,7 @@ def _newton(forms: Array, moving: Motion, pair: Array) -> Array:
         done |= taken
     xy, w = now[..., :2] * size[..., None], now[..., 2:]
     with np.errstate(all="ignore"):
-        far = np.abs(w) <= 1e-14
+        far = np.abs(w) <= INFINITE
         back = np.concatenate([np.where(far, xy / np.linalg.norm(xy, axis=-1, keepdims=True), xy / w + origin),
                                np.where(far, 0.0, 1.0)], axis=-1)  # fmt: skip
     return np.where(done[:, None, None], back, pair)

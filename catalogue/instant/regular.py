@@ -24,6 +24,8 @@ from ..linkage import PR, RP, Array, Linkage
 AT_POLE = 4 * np.finfo(float).eps
 #: Rounding allowance of the discriminant of the principal pairs.
 CLAMP = 100 * np.finfo(float).eps
+#: A point farther than the reciprocal of this, in the unit of the formula, stands at infinity.
+INFINITE = 2e-15
 #: What is below this in its natural unit counts as zero where only a ratio of such numbers would matter.
 VANISHING = 1e-11
 
@@ -181,10 +183,10 @@ def _pair(x: Array, y: Array, v: Array, u: Array, u_star: Array, kappa: Array, s
 
 
 def _unit(pairs: Array) -> Array:
-    """Scale homogeneous points to w = 1, or to a unit direction where they are beyond 1e14 rho0."""
+    """Scale homogeneous points to w = 1, or to a unit direction where they are beyond rho0/`INFINITE`."""
     w = pairs[..., 2]
     length = np.hypot(pairs[..., 0], pairs[..., 1])
-    far = np.abs(w) <= 1e-14 * length
+    far = np.abs(w) <= INFINITE * length
     out = pairs / np.where(far, length, w)[..., None]
     out[..., 2] = np.where(np.isnan(w) | np.isnan(length), np.nan, np.where(far, 0.0, 1.0))
     return np.where(np.isnan(out).any(axis=(-1, -2), keepdims=True), np.nan, out)

@@ -316,8 +316,8 @@ Taken for the limit: below an angle of 1e-8 rays count as parallel, the pole as 
 the rays, which is off by that angle; near a dead point, where the pivots carry no digit of kappa any more,
 NaN is returned (`dead_points` has the two branches).
 
-Farthest above the inherent loss: {worst[0]:.1f} digits ({worst[3]}, near {worst[1]}, {worst[2]:.0e}).  At 1e-14 a pivot
-farther than 1e14 lengths counts as infinitely far, which is worth up to two digits.
+Farthest above the inherent loss: {worst[0]:.1f} digits ({worst[3]}, near {worst[1]}, {worst[2]:.0e}).  A pivot
+farther than 5e14 lengths counts as infinitely far, which is worth up to one digit at 1e-14.
 
 ![median digits lost](stability.svg)
 

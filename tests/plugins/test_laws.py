@@ -17,13 +17,13 @@ from catalogue.guide.span import span
 from catalogue.guide.trace import trace
 from catalogue.instant import leading_error_of_pairs
 from catalogue.linkage import Linkage
-from catalogue.plugins import Registry
 from catalogue.series import EXACT, Member, Series
 from catalogue.testing.contact import DIGITS, Dyad, pose
 from catalogue.testing.sample import Sample, even
-from tests.extended import NUMBERS, many_digits
+from tests.extended import NUMBERS, Exchanged
 
-REGISTRY = Registry()
+EXCHANGED = Exchanged()
+REGISTRY = EXCHANGED.registry
 MEMBERS = [(series, member) for series in REGISTRY.series.values() for member in series.members]
 #: Distances along the tangent of the motion, in units of rho0; the stroke is about twice as long, or its square.
 STEPS = [mp.mpf(10) ** -k for k in range(3, 8)]
@@ -35,7 +35,7 @@ def synthesised(series: Series, member: Member, sample: Sample) -> tuple[Any, li
     """Return pivots and, for each guided element, label, pairs and order, in 100 digits."""
     n = len(sample.linkage)
     free = {k: np.array([NUMBERS.mpf(float(v)) for v in values], dtype=object) for k, values in sample.free.items()}
-    with many_digits():
+    with EXCHANGED.many_digits():
         complete = member.complete(free)
         guides = [(g.label, np.broadcast_to(g.pairs, (n, 2, 3)), g.order) for g in series.guided(complete)]
         return member.synthesise(free), guides
