@@ -8,6 +8,7 @@ from itertools import product
 
 import numpy as np
 
+from ..guide.kinds import POINTS, RETURNS, SLOTS
 from ..instant.analysis import PARALLEL_SINE
 from ..linkage import Array, Linkage
 from ..series import Series
@@ -17,8 +18,8 @@ from .rows import Columns, guide_columns, mechanism_columns, together
 #: Guided points nearer to the pole than this guide badly; farther ones need an unwieldy coupler (units of rho0).
 NEAREST_POINT, FARTHEST_POINT = 0.15, 6.0
 RADII = (0.1, 50.0)
-#: What the coupler carries, a point or a slot, by its nominal.
-KINDS = (("line", "circle"), ("slot", "arc"))
+#: Points nearer to the pole than this rest there: their paths return.
+AT_POLE = 1e-9
 #: A guided point nearer than this to a moving pivot is that pivot, which needs no guide.
 NEAREST_PIVOT = 0.03
 
@@ -43,11 +44,11 @@ def block(series: Series, key: str, seed: int, number: int, plugin: str, version
     member = series.member(key)
     drawn = draw(series, member, seed, number)
     parts = []
-    for slots, circle in product((False, True), (False, True)):
-        linkage = drawn.linkage.inverted() if slots else drawn.linkage
-        part = guide_columns(linkage, points(series, drawn, circle, slots), circle)
+    for kinds, nominal in product((POINTS, SLOTS, RETURNS), POINTS):
+        linkage, circle = drawn.linkage.inverted() if kinds is SLOTS else drawn.linkage, nominal == "circle"
+        part = guide_columns(linkage, points(series, drawn, kinds[nominal]), circle)
         if part is not None:
-            part[0]["kind"] = np.full(len(part[0]["x"]), KINDS[slots][circle])
+            part[0]["kind"] = np.full(len(part[0]["x"]), kinds[nominal])
             parts.append(part)
     guides, reaches = together(parts)
     used, guides["mechanism"] = np.unique(guides["mechanism"], return_inverse=True)
@@ -70,27 +71,27 @@ def _mechanisms(series: Series, key: str, drawn: Drawn, used: Array) -> Columns:
     }
 
 
-def points(series: Series, drawn: Drawn, circle: bool, slots: bool = False) -> Columns:
+def points(series: Series, drawn: Drawn, kind: str) -> Columns:
     """Return the guided elements of all linkages that can be used: points, or fixed points of slots.
 
-    Every pair is used once: a moving point is guided if it can be; else, as where it is at infinity or at the pole, the
-    coupler carries a slot over the fixed one, which is a guided point of the inverse motion.
+    A moving point is guided if it can be; else, as where it is at infinity or at the pole, the coupler carries a slot
+    over the fixed one, which is a guided point of the inverse motion.  Points at the pole are guided to and fro.
 
     Parameters
     ----------
     series : Series
     drawn : Drawn
-    circle : bool
-        The nominal.
-    slots : bool
-        Which of the two; see `Guide` for the frame.
+    kind : str
+        Which of `catalogue.guide.kinds`; see `Guide` for the frame.
     """
+    circle, slots = kind in (POINTS["circle"], SLOTS["circle"], RETURNS["circle"]), kind in SLOTS.values()
+    usable = _returning if kind in RETURNS.values() else _usable
     found = []
     n = len(drawn.linkage)
     inverse = drawn.linkage.inverted()
     for guided in series.guided(drawn.complete):
         pairs = np.broadcast_to(guided.pairs, (n, 2, 3))
-        good = _usable(drawn.linkage, pairs, circle)
+        good = usable(drawn.linkage, pairs, circle)
         if slots:
             taken = good | _usable(drawn.linkage, pairs, not circle)
             pairs = pairs[:, ::-1]
@@ -113,16 +114,34 @@ def points(series: Series, drawn: Drawn, circle: bool, slots: bool = False) -> C
 
 def _usable(linkage: Linkage, pairs: Array, circle: bool) -> Array:
     """Return where a moving point is worth guiding along a line or circle, shape (n,)."""
+    away = np.abs(_moving(pairs))
+    near = (away >= NEAREST_POINT) | _without_pole(linkage)
+    return _worth(linkage, pairs, circle) & near & (away <= FARTHEST_POINT)
+
+
+def _returning(linkage: Linkage, pairs: Array, circle: bool) -> Array:
+    """Return where a moving point at the pole is worth guiding to and fro along a line or circle, shape (n,)."""
+    return _worth(linkage, pairs, circle) & (np.abs(_moving(pairs)) <= AT_POLE) & ~_without_pole(linkage)
+
+
+def _worth(linkage: Linkage, pairs: Array, circle: bool) -> Array:
+    """Return where a moving point is no pivot and its line is one, its circle neither tiny nor nearly a line."""
     fixed, moving = pairs[:, 0], pairs[:, 1]
-    rays = linkage.rays
-    no_pole = np.abs((rays[:, 0].conj() * rays[:, 1]).imag) < PARALLEL_SINE
     with np.errstate(all="ignore"):
-        z, centre = ((p[:, 0] + 1j * p[:, 1]) / p[:, 2] for p in (moving, fixed))
+        z, centre = _moving(pairs), (fixed[:, 0] + 1j * fixed[:, 1]) / fixed[:, 2]
         far = np.abs(fixed[:, 2]) * RADII[1] < np.hypot(fixed[:, 0], fixed[:, 1])
         radius = np.abs(z - centre)
         pivot = np.where(linkage.finite[:, :, 1], linkage.points[:, :, 1], np.inf)
         apart = np.abs(pivot - z[:, None]).min(1)
         good = np.isfinite(pairs).all(axis=(1, 2)) & (moving[:, 2] != 0) & (apart >= NEAREST_PIVOT)
-        good &= ((np.abs(z) >= NEAREST_POINT) | no_pole) & (np.abs(z) <= FARTHEST_POINT)
         good &= ~far & (radius >= RADII[0]) & (radius <= RADII[1]) if circle else fixed[:, 2] == 0
     return np.asarray(good)
+
+
+def _moving(pairs: Array) -> Array:
+    with np.errstate(all="ignore"):
+        return np.asarray((pairs[:, 1, 0] + 1j * pairs[:, 1, 1]) / pairs[:, 1, 2])
+
+
+def _without_pole(linkage: Linkage) -> Array:
+    return np.asarray(np.abs((linkage.rays[:, 0].conj() * linkage.rays[:, 1]).imag) < PARALLEL_SINE)

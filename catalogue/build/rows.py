@@ -74,7 +74,7 @@ def guide_columns(
     guides, points = guides[usable], {k: v[usable] for k, v in points.items()}
     if not len(guides):
         return None
-    ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle))
+    ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle) & ~guides.cusp)
     steps = np.array(sorted(LEVELS))
     with np.errstate(all="ignore"):
         step, k = np.nonzero((ladder.relative <= 10.0 ** steps[:, None, None]).any(1))
@@ -101,7 +101,9 @@ def guide_columns(
         "tangent_x": tangent.real,
         "tangent_y": tangent.imag,
         "curvature": np.copysign(1 / np.abs(radius), (radius * tangent.conj()).imag) if circle else radius.real,
-        "inflections": np.where((columns["contact_order"] == EXACT) | circle, 0, columns["contact_order"] - 1),
+        "inflections": np.where(
+            (columns["contact_order"] == EXACT) | circle | guides.cusp[used], 0, columns["contact_order"] - 1
+        ),
         "leading": _leading(guides[used], circle, columns["contact_order"]),
     }
     order = np.lexsort((-reaches["level"], reaches["guide"]))

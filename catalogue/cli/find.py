@@ -33,6 +33,10 @@ Order = Annotated[int, typer.Option(help="Least order of contact at the design p
 Slots = Annotated[
     bool, typer.Option("--slots", help="Slots that the coupler carries over a fixed point, seen from the coupler.")
 ]
+Returns = Annotated[
+    bool,
+    typer.Option("--returns", help="Points that run along the path to one of its ends, rest, and run back along it."),
+]
 PinsOnly = Annotated[bool, typer.Option("--pins-only", help="No sliding joint.")]
 FixedIn = Annotated[
     Box | None, typer.Option("--fixed-pivots-in", metavar="X0 Y0 X1 Y1", help="Box for the fixed pivots.")
@@ -69,6 +73,7 @@ def _wishes(
     configuration: Configurations = None,
     order: Order = 0,
     slots: Slots = False,
+    returns: Returns = False,
     pins_only: PinsOnly = False,
     fixed_pivots_in: FixedIn = None,
     pivots_in: AllIn = None,

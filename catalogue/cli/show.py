@@ -114,6 +114,8 @@ def show(
     what = f"circle of radius {1 / abs(guide.curvature):.4g}" if guide.curvature else "straight line"
     if guide.is_slot:
         what = f"slot in the coupler over a fixed point, {what}; shown with the coupler held fast"
+    if guide.returns:
+        what += ", to the pole and back; shown with the point at rest there"
     print(f"guide {guide.id}: {guide.series} {guide.family} {guide.configuration}, {guide.member}, point {guide.label}")
     free = ", ".join(f"{k} = {v:.6g}" for k, v in guide.parameters.items())
     print(f"{what}, {order}" + f"; parameters {free}" * bool(free))

@@ -161,21 +161,22 @@ def _deviation(candidate: Candidate, here: Span, traced: Traced) -> tuple[Array,
         back = traced.fit.along[0].real < 0
         position, error = (candidate.stroke - w.real, -w.imag) if back else (w.real, w.imag)
     else:
-        w = (z - z[0]) * traced.fit.along[0].conj()
+        ends = (guides.point[0], 0.5 * (z[0] + z[-1])) if here.cusp[0] else (z[0], z[-1])
+        w = (z - ends[0]) * traced.fit.along[0].conj()
         position = candidate.stroke - w.real if traced.fit.along[0].real < 0 else w.real
-        error = _from_circle(z, candidate.radius, max(float(traced.fit.deviation[0]), 1e-18 * candidate.stroke))
-    order = np.argsort(position)
+        error = _from_circle(z, ends, candidate.radius, max(float(traced.fit.deviation[0]), 1e-18 * candidate.stroke))
+    order = np.arange(len(z)) if here.cusp[0] else np.argsort(position)  # a path that returns is drawn as it runs
     return position[order].astype(float), error[order].astype(float)
 
 
-def _from_circle(z: Array, radius: float, deviation: float) -> Array:
+def _from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float) -> Array:
     """Return the distances to +y of an arc's points from the circle near this radius that keeps nearest to them all."""
     from scipy.optimize import linprog
 
-    half = 0.5 * np.abs(z[-1] - z[0])
-    along = 0.5 * (z[-1] - z[0]) / half
-    w = (z - 0.5 * (z[0] + z[-1])) * along.conj()
-    side = -np.sign(w.imag[len(w) // 2])
+    half = 0.5 * np.abs(ends[1] - ends[0])
+    along = 0.5 * (ends[1] - ends[0]) / half
+    w = (z - 0.5 * (ends[0] + ends[1])) * along.conj()
+    side = -np.sign(w.imag[np.argmin(np.abs(w.real))])
     # the circle through the ends of the path, seen from the top of its arc; the distance as in `minimax`, which loses
     # no digits on a flat arc
     x, y, c = w.real, w.imag + side * half**2 / (radius + np.sqrt(radius**2 - half**2)), side / radius

@@ -72,8 +72,9 @@ def measure(guides: Span, traced: Traced, poses: int = POSES) -> Measures:
         middle = _middle(path, traced)
         fixed = np.where(linkage.finite[:, :, 0], z[:, :, 0], np.nan)
         now = np.stack([_at(m, middle) for m in at], axis=-1)
+        now = np.where(guides.cusp[:, None], z[:, :, 1], now)  # where the point turns
         now = np.where(linkage.finite[:, :, 1], now, np.nan)
-        every = np.concatenate([fixed, now, path[[0, poses // 2, -1]].T], axis=1)
+        every = np.concatenate([fixed, now, path[[0, poses // 2, -1]].T, point[:, None]], axis=1)
         size = np.nanmax(np.abs(every[:, :, None] - every[:, None, :]), axis=(1, 2))
         links = np.stack(
             [np.where(linkage.dyads[:, i] == RR, np.abs(z[:, i, 1] - z[:, i, 0]), np.nan) for i in (0, 1)]
@@ -130,8 +131,8 @@ def rotates(linkage: Linkage) -> Array:
     return np.asarray(1 * (crank[:, 0] & full[0]) + 2 * (crank[:, 1] & full[1]))
 
 
-def middle_of_stroke(moving: Motion, point: Array, traced: Traced) -> Array:
-    """Return the parameter at which the guided point is in the middle of its stroke, shape (n,)."""
+def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Array) -> Array:
+    """Return the parameter at which the guided point is in the middle of its stroke, or at its cusp, shape (n,)."""
     low, high = traced.low, traced.high
     middle = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
     path = moving.point(point, traced.fit.along)
@@ -142,7 +143,7 @@ def middle_of_stroke(moving: Motion, point: Array, traced: Traced) -> Array:
             u, _ = path(t[None])
             below = u[0] + offset < 0
             low, high = np.where(below, t, low), np.where(below, high, t)
-    return np.asarray(0.5 * (low + high))
+    return np.where(cusp, 0.0, 0.5 * (low + high))
 
 
 def _middle(path: Array, traced: Traced) -> tuple[Array, Array]:

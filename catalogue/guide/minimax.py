@@ -114,10 +114,10 @@ def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
             x = (u - centre.real) * heading.real + (v - centre.imag) * heading.imag
             y = (v - centre.imag) * heading.real - (u - centre.real) * heading.imag
             if circle:
-                g, x, weight = _polar(x, y, curvature)
-                c, deviation, index = _exchange(x, g, index, weight)
+                g, x, weight = polar(x, y, curvature)
+                c, deviation, index = exchange(x, g, index, weight)
             else:
-                c, deviation, index = _exchange(x, y, index)
+                c, deviation, index = exchange(x, y, index)
             centre = centre + 1j * c[0] * heading
             heading = heading * (1 + 1j * c[1]) / np.hypot(1, c[1])
             moved = np.abs(c[1])  # a line is linear but for its tilt; a circle has to come to rest
@@ -134,17 +134,20 @@ def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
     return Fit(deviation, stroke, foot, heading, curvature, unresolved)
 
 
-def _polar(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
+def polar(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
     """Return the signed distance from the circle, X, and 1 + (c X / 2)^2; see the head of the module."""
     root = np.sqrt((curvature * x) ** 2 + (1 - curvature * y) ** 2)
     at = 2 * x / (root + 1 - curvature * y)
     return (2 * y - curvature * (x * x + y * y)) / (1 + root), at, 1 + (0.5 * curvature * at) ** 2
 
 
-def _exchange(x: Array, g: Array, index: Array, by: Array | None = None) -> tuple[list[Array], Array, Array]:
+def exchange(
+    x: Array, g: Array, index: Array, by: Array | None = None, peaks: bool = True
+) -> tuple[list[Array], Array, Array]:
     """Best uniform approximation of g by a polynomial in x of degree len(index) - 2, over `by`, by Remez exchange.
 
-    Returns the coefficients, the largest error, and the reference (indices of the alternating extremes, (k, n)).
+    With `peaks`, extremes between the points are read off parabolas.  Returns the coefficients, the largest error, and
+    the reference (indices of the alternating extremes, (k, n)).
     """
     size = len(index)
     sign = np.where(np.arange(size) % 2 == 0, 1.0, -1.0)[:, None].astype(g.dtype)
@@ -162,7 +165,8 @@ def _exchange(x: Array, g: Array, index: Array, by: Array | None = None) -> tupl
         if not better.any():
             break
         index = np.where(better, _replace(index, worst, np.sign(value) == np.sign(level), last), index)
-    more, level = _level(x, _peaks(residual, index), index, sign, by)
+    at = _peaks(residual, index) if peaks else np.take_along_axis(residual, index, 0)
+    more, level = _level(x, at, index, sign, by)
     noise = np.where(np.abs(value) <= 4 * rounding, np.abs(value), 0)  # where the exchange stopped short of it
     return [a + b for a, b in zip(c, more, strict=True)], np.maximum(np.abs(level), noise), index
 

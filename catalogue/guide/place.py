@@ -11,10 +11,14 @@ from .trace import Traced, extended, trace
 
 #: Below this deviation over stroke a guide is measured again in extended precision.
 FINE = 1e-11
+#: Corrections of a window until its stroke is the one asked for; the chord from a cusp turns as it grows.
+ROUNDS, ROUNDS_AT_CUSP = 3, 10
 
 
 def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage, Array]:
     """Return the linkages in mid-stroke, laid so that their paths run from (0, 0) to (stroke, 0).
+
+    Guides whose paths have a cusp are given as they stand there, at (0, 0).
 
     Parameters
     ----------
@@ -33,7 +37,7 @@ def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage
     moving, linkage = guides.motion, guides.linkage
     point = guides.point + traced.shift
     point = np.where(there, point, guides.point)
-    t = np.where(there, middle_of_stroke(moving, point, traced), 0.0)
+    t = np.where(there, middle_of_stroke(moving, point, traced, guides.cusp), 0.0)
     d, x = (p[0] for p in moving.pose(t[None]))
     z = linkage.points.copy()
     for i in (0, 1):
@@ -62,13 +66,14 @@ def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int =
     NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended precision if `extend`.
     """
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
-    half, centre = 0.5 * stroke, np.zeros(len(guides))
-    for round_ in range(3):
+    half, centre = np.where(guides.cusp, np.minimum(stroke, guides.extent.min(0)), 0.5 * stroke), np.zeros(len(guides))
+    for round_ in range(ROUNDS_AT_CUSP if guides.cusp.any() else ROUNDS):
         rough = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
         with np.errstate(all="ignore"):
             half = half * stroke / rough.fit.stroke
         if circle and round_ == 0:
-            half, centre = _symmetric(guides, rough, stroke)
+            ends = _symmetric(guides, rough, stroke)
+            half, centre = (np.where(guides.cusp, now, end) for now, end in zip((half, centre), ends, strict=True))
     found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
     fine = (found.relative < FINE) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:

@@ -2,6 +2,9 @@
 
 A span holds, per guide, the motion in the chart that carries the point farthest, and a table of the point's
 displacement u along its tangent.  A window of u then gives the window of the parameter that covers it.
+
+The path of a point at the pole has a cusp: it runs in along a tangent, rests, and runs out along it again.  There u is
+counted negative before the reference position.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ from typing import Any
 
 import numpy as np
 
+from ..instant.jet import path_series
 from ..linkage import Array, Linkage
 from ..motion import CHARTS, COUPLER, Motion, Path, motion
 
@@ -23,6 +27,8 @@ FARTHEST = 8.0
 EXACT = 1e-13
 #: Worst conditioning of a chart that is still used.
 SINGULAR = 1e-4
+#: A point slower than this, per turn of its linkage's size, is at rest.
+AT_REST = 1e-9
 #: No point is followed farther than so many sizes of its linkage: coupler points of slides and sliders run to infinity.
 FAR = 100.0
 
@@ -37,11 +43,14 @@ class Span:
     point : complex ndarray, shape (n,)
         Guided point in the reference position.
     tangent : complex ndarray, shape (n,)
-        Unit vector of the point's velocity there; u runs along it and increases with the parameter.
+        Unit vector of the point's velocity there, at a cusp of its acceleration; u runs along it and increases with the
+        parameter.
     t, u : ndarray, shape (2 STEPS + 1, n)
         Table over the part of the path on which u increases; infinite outside it.
     limit : ndarray of str, shape (2, n)
         What ends it below and above: ``path turns`` or ``linkage turns``.
+    cusp : ndarray of bool, shape (n,)
+        Whether the point is at rest in the reference position.
     """
 
     motion: Motion
@@ -50,6 +59,7 @@ class Span:
     t: Array
     u: Array
     limit: Array
+    cusp: Array
     pole: Array | None = None
 
     @property
@@ -62,7 +72,7 @@ class Span:
     def __getitem__(self, index: Any) -> Span:
         return Span(
             self.motion[index], self.point[index], self.tangent[index], self.t[:, index], self.u[:, index],
-            self.limit[:, index],
+            self.limit[:, index], self.cusp[index],
             None if self.pole is None else self.pole[index],
         )  # fmt: skip
 
@@ -99,7 +109,7 @@ class Span:
             t = t1
             for _ in range(12):
                 t = t1 - f1 * (t1 - t0) / np.where(f1 == f0, 1, f1 - f0)
-                f = self.path(t)[0] - wanted
+                f = np.where(self.cusp & (t < 0), -1, 1) * self.path(t)[0] - wanted
                 crossed = (f < 0) != (f1 < 0)
                 t0, f0 = np.where(crossed, t1, t0), np.where(crossed, f1, 0.5 * f0)
                 t1, f1 = t, f
@@ -123,15 +133,15 @@ def span(linkage: Linkage, point: Array, dtype: Any = float, pole: Array | None 
 
     Notes
     -----
-    The charts are weighed by the smaller of the two extents times the root of their conditioning.  A point at rest
-    in the reference position (at the pole) has extent 0, and so has a linkage at a change point without a pole.
+    The charts are weighed by the smaller of the two extents times the root of their conditioning.  A linkage at a
+    change point without a pole has extent 0.
     """
     point = np.asarray(point, dtype=complex)
     best: Array | None = None
     chosen = np.full(len(linkage), COUPLER)
     for chart in CHARTS:
         moving = motion(linkage, chart, point, pole=pole)
-        _, _, u, _ = _table(moving, point)
+        u = _table(moving, point)[2]
         finite = np.where(np.isfinite(u), u, 0)
         score = np.minimum(-finite.min(0), finite.max(0)) * np.sqrt(np.minimum(moving.conditioning, 1))
         score = np.where(moving.conditioning > SINGULAR, score, -1.0)
@@ -141,22 +151,28 @@ def span(linkage: Linkage, point: Array, dtype: Any = float, pole: Array | None 
             chosen = np.where(score > best * (1 + 1e-9), chart, chosen)
             best = np.maximum(score, best)
     moving = motion(linkage, chosen, point, dtype, pole)
-    tangent, t, u, limit = _table(moving, point)
-    return Span(moving, point, tangent, t, u, limit, pole)
+    tangent, t, u, limit, cusp = _table(moving, point)
+    return Span(moving, point, tangent, t, u, limit, cusp, pole)
 
 
-def _table(moving: Motion, point: Array) -> tuple[Array, Array, Array, Array]:
-    """Return tangent, parameters, displacements and limits; see `Span`."""
+def _table(moving: Motion, point: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Return tangent, parameters, displacements, limits and cusps; see `Span`."""
     velocity = moving.velocity_of(point)
     speed = np.abs(velocity)
     with np.errstate(all="ignore"):
-        still = ~(speed > 1e-9 * moving.linkage.size)
+        cusp = ~(speed > AT_REST * moving.linkage.size) & (moving.conditioning > SINGULAR)
+        if cusp.any():
+            velocity = np.array(velocity)
+            velocity[cusp] = path_series(moving[cusp].point(point[cusp]))[2]
+            speed = np.abs(velocity)
+        still = ~(speed > AT_REST * moving.linkage.size)
         tangent = np.where(still, 1.0, velocity / speed)
         angle = np.arctan(np.clip(moving.interval, -FARTHEST, FARTHEST))
         # nodes crowd where the chart ends, because the path runs into a turning point like a square root
         share = np.sin(0.5 * np.pi * np.arange(STEPS + 1) / STEPS)[:, None]
         t = np.tan(np.concatenate([angle[:1] * share[:0:-1], angle[1:] * share]))
         u, _ = moving.point(point, tangent)(t)
+        u[:STEPS] *= np.where(cusp, -1, 1)
         u[STEPS] = 0.0
         rising = np.diff(u, axis=0) > 0
         near = np.abs(u) <= FAR * moving.linkage.size
@@ -165,4 +181,4 @@ def _table(moving: Motion, point: Array) -> tuple[Array, Array, Array, Array]:
     inside = np.concatenate([down, np.ones_like(up[:1]), up]) & ~still & (moving.conditioning > SINGULAR)
     limit = np.where(np.stack([inside[0], inside[-1]]), "linkage turns", "path turns")
     sign = np.where(np.arange(2 * STEPS + 1) < STEPS, -np.inf, np.inf)[:, None]
-    return tangent, t, np.where(inside, u, np.where(np.arange(2 * STEPS + 1)[:, None] == STEPS, 0, sign)), limit
+    return tangent, t, np.where(inside, u, np.where(np.arange(2 * STEPS + 1)[:, None] == STEPS, 0, sign)), limit, cusp

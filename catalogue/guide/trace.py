@@ -16,6 +16,7 @@ import numpy as np
 
 from ..linkage import Array
 from .minimax import Fit, Grid, fit, grid, resolved
+from .returning import fit_returning
 from .span import Span, span
 
 #: The guided point may move by about this part of the half stroke when its inflections are split.
@@ -86,11 +87,11 @@ def trace(
     ----------
     guides : Span of n
     half : ndarray, shape (n,)
-        Half the length of the window along the tangent of the given point [length].
+        Half the length of the window along the tangent of the given point, at a cusp all of it [length].
     circle : bool
         The nominal: circle or straight line.
     split : bool
-        Move the guided point so that its inflections separate.
+        Move the guided point so that its inflections separate; a point at a cusp stays there.
     centre : ndarray, shape (n,)
         Where the middle of the window lies, in half strokes from the reference position.
     nodes : int
@@ -103,6 +104,13 @@ def trace(
         NaN where the window leaves the extent of the guide, where the point runs backwards within it, and where the
         finest grid leaves a hundredth of the deviation open.
     """
+    if guides.cusp.any() and not guides.cusp.all():
+        found = Traced.nothing(len(guides), half.dtype)
+        for which in (guides.cusp, ~guides.cusp):
+            some = np.broadcast_to(centre, len(guides))[which]
+            part = trace(guides[which], half[which], circle=circle, split=split, centre=some, nodes=nodes)
+            found = found.replaced(which, part)
+        return found
     low, high = guides.window((centre - 1) * half, (centre + 1) * half)
     found = _measure(guides, low, high, half, circle, split, nodes)
     for more in (2, 4):
@@ -118,9 +126,12 @@ def trace(
 
 
 def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, split: bool, nodes: int) -> Traced:
-    points = grid(nodes, half.dtype)
+    returning = bool(guides.cusp.any())
+    points = grid(4 * nodes if returning else nodes, half.dtype)
     u, v = guides.path.window(low, high, points.nodes)
-    if split:
+    if returning:
+        found, shift = fit_returning(u, v, circle, points), np.zeros_like(guides.tangent)
+    elif split:
         cos, sin = guides.turn.window(low, high, points.nodes)
         found, shift, plain = _split(u, v, cos, sin, half, circle, points, LEASH)
         poor = ~(found.deviation < HELPS * plain) & (np.abs(shift) > SHORT_LEASH * half)

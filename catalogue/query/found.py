@@ -41,7 +41,7 @@ class Candidate:
     size, max_link, max_ground, max_arm, min_transmission, rotates
         See `catalogue.guide.measures.Measures`; None where there is no such length.  `rotates`: numbers of the cranks.
     pivots : list
-        [[A1, A1*], [A2, A2*]], each [x, y, w], with the guided point in mid-stroke.
+        [[A1, A1*], [A2, A2*]], each [x, y, w], with the guided point in mid-stroke; one that returns at rest.
     guided : list of float
         The guided point at that moment.
     pole : list of float or None

@@ -6,12 +6,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..guide.kinds import SLOTS
 from ..guide.measures import LEAST_ARM, Measures, measure
 from ..guide.place import at_stroke, mirrored, placed
 from ..guide.span import Span, span
 from ..guide.trace import Traced, trace
 from ..linkage import Array, Linkage
-from .narrow import SLOTS, flips
+from .narrow import flips
 from .request import Constraints, Region, Request
 
 

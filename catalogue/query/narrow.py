@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import ColumnElement, Select, and_, bindparam, func, not_, or_, select
 
+from ..guide.kinds import POINTS, RETURNS, SLOTS
 from ..guide.reach import LEVELS
 from ..linkage import Array
 from ..store import Batch, Database, Guide, Mechanism, Reach
@@ -31,8 +32,6 @@ LENGTHS: dict[str, Any] = {
 }
 #: Least number of candidates that a series sends.
 LEAST = 40
-#: The kind of a guide whose coupler carries the path, by that of one whose coupler carries the point.
-SLOTS = {"line": "slot", "circle": "arc"}
 SLIDING = ("slider-crank", "inverted-slider-crank", "swinging-block", "elliptic-trammel", "oldham")
 
 COLUMNS = (
@@ -159,7 +158,8 @@ def _bounds(
 
 def basis(request: Request, wanted: Constraints, level: int) -> ColumnElement[bool]:
     """Return the condition that no constraint can be traded against: kind, level, and for an arc enough of it."""
-    terms = [Reach.kind == (SLOTS[request.kind] if wanted.slots else request.kind), Reach.level == level]
+    kinds = SLOTS if wanted.slots else RETURNS if wanted.returns else POINTS
+    terms = [Reach.kind == kinds[request.kind], Reach.level == level]
     if request.kind == "circle":
         terms.append(Reach.sweep >= request.sweep)  # type: ignore[union-attr]
     return and_(*terms)

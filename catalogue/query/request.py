@@ -204,9 +204,11 @@ class Constraints:
         Instead of points that the coupler carries along a path: straight or circular slots that it carries over a fixed
         point.  An answer shows the inverse motion, in which that point runs along the slot: its fixed pivots are the
         pivots of the coupler.
+    returns : bool
+        Instead: points that run along the path to one of its ends, where they rest, and back along it.
     fixed_pivots_in, pivots_in : (x0, y0, x1, y1) or sequence of points, optional
-        Where the fixed pivots (all pivots, in mid-stroke) must stand, in the frame in which the path runs from (0, 0)
-        to (stroke, 0).  A pivot at infinity stands nowhere.
+        Where the fixed pivots (all pivots, in mid-stroke, of returning points at rest) must stand, in the frame in
+        which the path runs from (0, 0) to (stroke, 0).  A pivot at infinity stands nowhere.
     max_size, max_link, min_link, max_ground, max_arm : float, optional
         See `catalogue.guide.measures.Measures`.
     min_transmission : float
@@ -221,6 +223,7 @@ class Constraints:
     pins_only: bool = False
     order: int = 0
     slots: bool = False
+    returns: bool = False
     fixed_pivots_in: Any = None
     pivots_in: Any = None
     max_size: float | None = None
@@ -250,6 +253,8 @@ class Constraints:
         if not 0 <= angle < 90:
             raise InvalidRequest(f"min_transmission must be between 0 and 90 degrees, not {self.min_transmission}")
         object.__setattr__(self, "min_transmission", angle)
+        if self.slots and self.returns:
+            raise InvalidRequest("slots and returns exclude one another: ask for one of them")
         if self.min_link is not None and self.max_link is not None and self.min_link > self.max_link:
             raise InvalidRequest(
                 f"min_link {self.min_link:g} is above max_link {self.max_link:g}: nothing can be between"

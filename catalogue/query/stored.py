@@ -12,12 +12,13 @@ from sqlalchemy import func, select
 
 from ..designs import designs
 from ..errors import InvalidRequest
+from ..guide.kinds import RETURNS, SLOTS
 from ..guide.reach import LEVELS
 from ..linkage import Array, Linkage
 from ..store import Batch, Database, Guide, Mechanism, Reach
 from .found import Candidate, candidates
 from .lay import Answers, lay_stored, linkages
-from .narrow import COLUMNS, SLOTS, joined
+from .narrow import COLUMNS, joined
 from .request import CircularArc, Constraints, Request, StraightLine, positive
 
 SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
@@ -79,6 +80,11 @@ class StoredGuide:
     def is_slot(self) -> bool:
         """Whether the coupler carries a slot over a fixed point, not a point along a path."""
         return self.kind in SLOTS.values()
+
+    @property
+    def returns(self) -> bool:
+        """Whether the point runs to the pole and back along one line or circle."""
+        return self.kind in RETURNS.values()
 
     def at(self, stroke: float, level: int | None = None) -> Candidate:
         """Return the guide laid along a path of this stroke, split for the reach of a level.

@@ -109,7 +109,8 @@ class Guide(Base):
     """A guided element with its nominal line or circle, at the design position in the canonical frame.
 
     Kinds: the coupler carries a point along a ``line`` or a ``circle``; or it carries a straight ``slot`` or a circular
-    ``arc`` over a fixed point.  A slot is described in the inverse motion: x, y is the fixed point, the tangent that of
+    ``arc`` over a fixed point; or the point runs to the pole and back along one line or circle, ``return-line`` or
+    ``return-circle``.  A slot is described in the inverse motion: x, y is the fixed point, the tangent that of
     its path in the coupler, and so are its reaches.  `leading` is c in v = c u^m, by which it leaves its nominal
     beside order m - 1 (m = contact_order + 1, canonical units); NULL if it never does, or has no series.
     """
@@ -133,10 +134,10 @@ class Guide(Base):
     __table_args__ = (
         ForeignKeyConstraint(["mechanism_id", "series"], ["mechanism.id", "mechanism.series"], ondelete="CASCADE"),
         UniqueConstraint("id", "kind", "series"),  # what a reach refers to, so that the two cannot differ
-        CheckConstraint("kind IN ('line', 'circle', 'slot', 'arc')", name="kind"),
+        CheckConstraint("kind IN ('line', 'circle', 'slot', 'arc', 'return-line', 'return-circle')", name="kind"),
         # The square's error is twice the norm's; sqrt is missing from many builds of SQLite.
         CheckConstraint("abs(tangent_x * tangent_x + tangent_y * tangent_y - 1) < 2e-9", name="tangent"),
-        CheckConstraint("(kind IN ('line', 'slot')) = (curvature = 0)", name="curvature"),
+        CheckConstraint("(kind IN ('line', 'slot', 'return-line')) = (curvature = 0)", name="curvature"),
         CheckConstraint("contact_order >= 2", name="contact_order"),
         CheckConstraint("inflections >= 0", name="inflections"),
         Index("ix_guide_mechanism", "mechanism_id"),
@@ -191,7 +192,7 @@ class Reach(Base):
         CheckConstraint("stroke > 0", name="stroke"),
         CheckConstraint("half > 0 AND abs(centre) < 1", name="window"),
         CheckConstraint("deviation >= 0", name="deviation"),
-        CheckConstraint("sweep >= 0 AND (kind IN ('line', 'slot')) = (sweep = 0)", name="sweep"),
+        CheckConstraint("sweep >= 0 AND (kind IN ('line', 'slot', 'return-line')) = (sweep = 0)", name="sweep"),
         CheckConstraint("size > 0", name="size"),
         CheckConstraint("max_link > 0", name="max_link"),
         CheckConstraint("min_link > 0", name="min_link"),

@@ -27,7 +27,7 @@ def drawn() -> Callable[..., tuple[Span, np.ndarray]]:
         for series in Registry().series.values():
             for member in series.members:
                 these = draw(series, member, seed=9, number=0)
-                found = points_of(series, these, circle)
+                found = points_of(series, these, "circle" if circle else "line")
                 some = np.arange(len(found["mechanism"]))[::97]
                 linkages.append(these.linkage.pivots[found["mechanism"][some].astype(int)])
                 points.append((found["x"] + 1j * found["y"])[some])

@@ -1,0 +1,10 @@
+"""Kinds of guides, by what is guided (a point, a slot, a point that returns) and by the nominal (line, circle)."""
+
+from __future__ import annotations
+
+#: A coupler point runs along a line or circle.
+POINTS = {"line": "line", "circle": "circle"}
+#: The coupler carries a straight or circular slot over a fixed point.
+SLOTS = {"line": "slot", "circle": "arc"}
+#: A coupler point runs along a line or circle to the pole and back.
+RETURNS = {"line": "return-line", "circle": "return-circle"}
