@@ -137,6 +137,11 @@ class Linkage:
         return np.asarray(ray / np.abs(ray))
 
     @cached_property
+    def sine(self) -> Array:
+        """Sine of the angle from ray 1 to ray 2, shape (n,): 0 for parallel cranks and at dead points."""
+        return np.asarray((self.rays[:, 0].conj() * self.rays[:, 1]).imag)
+
+    @cached_property
     def size(self) -> Array:
         """Diameter of the finite pivots, shape (n,) [length]."""
         z = np.where(self.finite, self.points, np.nan).reshape(-1, 4)

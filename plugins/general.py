@@ -170,9 +170,8 @@ def guided(p: Parameters) -> Iterator[Guided]:
 def classify(instant: Instant) -> tuple[Array, Array]:
     """Residual: 0.  Margin: to I (rho0/|S|), II and III (rho0/|R|), their inverses, dead points, parallel cranks."""
     linkage, at = instant.linkage, instant.curvature
-    sine = np.abs((linkage.rays[:, 0].conj() * linkage.rays[:, 1]).imag)
     with np.errstate(invalid="ignore"):
-        margin = np.min([*(np.abs(c) * at.rho0 for c in (at.s, at.kappa, at.kappa_star)), sine], axis=0)
+        margin = np.min([*(np.abs(c) * at.rho0 for c in (at.s, at.kappa, at.kappa_star)), np.abs(linkage.sine)], axis=0)
     cyclic = (linkage.dyads == PR).all(1) | (linkage.dyads == RP).all(1)
     return np.where(cyclic | ~np.isfinite(at.rho0), np.nan, 0.0), margin
 

@@ -70,13 +70,10 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     linkage, at = instant.linkage, instant.curvature
     z = linkage.points
     fixed, moving = z[:, 1, 0] - z[:, 0, 0], z[:, 1, 1] - z[:, 0, 1]
-    ray = linkage.rays
     with np.errstate(invalid="ignore", divide="ignore"):
         residual = np.abs((fixed.conj() * moving).imag) / (np.abs(fixed) * np.abs(moving))
-        across = at.axes[:, 0, 0] + 1j * at.axes[:, 0, 1]
-        away = np.abs((ray * across.conj()[:, None]).real).min(1)
-        sine = np.abs((ray[:, 0].conj() * ray[:, 1]).imag)
-        margin = np.min([np.abs(at.kappa * at.rho0), np.abs(at.kappa_star * at.rho0), away, sine], axis=0)
+        cubics = np.abs(at.kappa * at.rho0), np.abs(at.kappa_star * at.rho0)
+        margin = np.min([*cubics, instant.along_axes[0].min(1), np.abs(linkage.sine)], axis=0)
     return np.where((linkage.dyads == RR).all(1), residual, np.nan), margin
 
 

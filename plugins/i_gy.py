@@ -72,8 +72,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     """Residual: cosine of the angle of the pole normal with the nearer crank (of the slider or slide, if there is one).
     Margin: to II, II*, to I.yy and to dead points."""
     linkage, at = instant.linkage, instant.curvature
-    across = at.axes[:, 0, 0] + 1j * at.axes[:, 0, 1]
-    off = np.abs((linkage.rays * across.conj()[:, None]).real)
+    off, _ = instant.along_axes
     kind = np.sort(linkage.dyads, axis=1)
     line = (linkage.dyads == PR) | (linkage.dyads == RP)
     four_bar, one_line = (kind == RR).all(1), line.sum(1) == 1

@@ -60,8 +60,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     z = np.where(linkage.finite, linkage.points, np.nan).reshape(-1, 4)
     first = np.where(linkage.finite[:, 0, 0], z[:, 0], z[:, 1])
     off = np.abs(((z - first[:, None]) * ray[:, :1].conj()).imag)
-    sine = np.abs((ray[:, 0].conj() * ray[:, 1]).imag)
-    residual = np.maximum(np.fmax.reduce(off, axis=1) / linkage.size, sine)
+    residual = np.maximum(np.fmax.reduce(off, axis=1) / linkage.size, np.abs(linkage.sine))
     lines = (linkage.dyads != RR).all(1) & (linkage.dyads[:, 0] == linkage.dyads[:, 1])
     return np.where(lines, np.nan, residual), np.ones(len(linkage))
 

@@ -53,11 +53,10 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     z = np.where(swap, linkage.points[:, ::-1], linkage.points)
     crank, coupler = np.abs(z[:, 0, 1] - z[:, 0, 0]), np.abs(z[:, 1, 1] - z[:, 0, 1])
     offset = np.abs(((z[:, 0, 0] - z[:, 1, 1]) * z[:, 1, 0].conj()).real)
-    ray = linkage.rays
     with np.errstate(invalid="ignore", divide="ignore"):
         unequal = np.maximum(np.abs(crank - coupler) / (crank + coupler), offset / crank)
     residual = np.where((kind == PR).all(1), 0.0, np.where((np.sort(kind, 1) == [RR, PR]).all(1), unequal, np.nan))
-    return residual, np.abs((ray[:, 0].conj() * ray[:, 1]).imag)
+    return residual, np.abs(linkage.sine)
 
 
 PHI = Parameter("phi1", tuple(np.radians([(12, 168)]).tolist()), "ray of slider 1 [rad]")

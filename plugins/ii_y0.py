@@ -49,9 +49,8 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     linkage, at = instant.linkage, instant.curvature
     slider = linkage.dyads == PR
     other = (linkage.dyads == RR) | (linkage.dyads == RP)
-    across = at.axes[:, 0, 0] + 1j * at.axes[:, 0, 1]
+    cosine, sine = instant.along_axes
     normal = at.axes[:, 1, 0] + 1j * at.axes[:, 1, 1]
-    cosine, sine = (np.abs((linkage.rays * axis.conj()[:, None]).real) for axis in (across, normal))
     allowed = (slider.sum(1) == 1) & (other.sum(1) == 1)
     with np.errstate(invalid="ignore", divide="ignore"):
         pole = at.pole[:, 0] + 1j * at.pole[:, 1]

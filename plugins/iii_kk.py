@@ -78,12 +78,9 @@ def guided(p: Parameters) -> Iterator[Guided]:
 def classify(instant: Instant) -> tuple[Array, Array]:
     """Residual: rho0/|R|.  Margin: to II (rho0/|S|), III.Kx (a pair on the pole tangent), dead points."""
     linkage, at = instant.linkage, instant.curvature
-    y = at.axes[:, 1, 0] + 1j * at.axes[:, 1, 1]
-    sines = np.abs((linkage.rays * y.conj()[:, None]).real).min(1)
-    between = np.abs((linkage.rays[:, 0].conj() * linkage.rays[:, 1]).imag)
     inside = (linkage.dyads != PR).all(1) & (linkage.dyads == RR).any(1) & np.isfinite(at.rho0)
     with np.errstate(invalid="ignore"):
-        margin = np.min([np.abs(at.s) * at.rho0, sines, between], axis=0)
+        margin = np.min([np.abs(at.s) * at.rho0, instant.along_axes[1].min(1), np.abs(linkage.sine)], axis=0)
         return np.where(inside, np.abs(at.kappa) * at.rho0, np.nan), margin
 
 

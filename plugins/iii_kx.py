@@ -100,8 +100,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     allowed = (linkage.dyads != RP) & (linkage.dyads[:, ::-1] != PR) & np.isfinite(at.rho0)[:, None]
     with np.errstate(invalid="ignore"):
         away = np.where(allowed, np.abs(linkage.points[..., 1] - pole[:, None]) / linkage.size[:, None], np.inf).min(1)
-        between = np.abs((linkage.rays[:, 0].conj() * linkage.rays[:, 1]).imag)
-        return np.where(np.isfinite(away), away, np.nan), np.minimum(np.abs(at.s) * at.rho0, between)
+        return np.where(np.isfinite(away), away, np.nan), np.minimum(np.abs(at.s) * at.rho0, np.abs(linkage.sine))
 
 
 III_KX = Series(

@@ -51,10 +51,9 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     base = z[:, 1, 0] - z[:, 0, 0]
     with np.errstate(invalid="ignore"):  # two sliders
         cosine = np.abs((ray.conj() * (base / np.abs(base))[:, None]).real).max(1)
-    sine = np.abs((ray[:, 0].conj() * ray[:, 1]).imag)
     lengths = ((z[..., 1] - z[..., 0]) * ray[:, :1].conj()).real
     margin = np.abs(lengths[:, 0] - lengths[:, 1]) / np.abs(lengths).max(1)
-    return np.where((linkage.dyads == RR).all(1), np.maximum(sine, cosine), np.nan), margin
+    return np.where((linkage.dyads == RR).all(1), np.maximum(np.abs(linkage.sine), cosine), np.nan), margin
 
 
 IV_L = Series(

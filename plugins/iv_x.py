@@ -50,7 +50,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     z, ray, kind = linkage.points, linkage.rays, linkage.dyads
     height = np.abs(((z[:, 0, 0] - z[:, 1, 0]) * np.where(kind == RR, ray.conj(), 0).sum(1)).imag) / linkage.size
     inside = (np.sort(kind, 1) == [RR, RP]).all(1)
-    return np.where(inside, np.abs((ray[:, 0].conj() * ray[:, 1]).imag), np.nan), height
+    return np.where(inside, np.abs(linkage.sine), np.nan), height
 
 
 IV_X = Series(

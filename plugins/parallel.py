@@ -51,8 +51,7 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     with np.errstate(invalid="ignore", divide="ignore"):
         unequal = np.abs(lengths[:, 0] - lengths[:, 1]) / np.abs(lengths).max(1)
         margin = np.min([*(np.abs(c / (at.k_star - at.k)) for c in (at.k, at.k_star)), unequal], axis=0)
-    sine = np.abs((linkage.rays[:, 0].conj() * linkage.rays[:, 1]).imag)
-    return np.where((linkage.dyads == RR).all(1), sine, np.nan), margin
+    return np.where((linkage.dyads == RR).all(1), np.abs(linkage.sine), np.nan), margin
 
 
 PARALLEL = Series(

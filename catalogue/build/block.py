@@ -144,4 +144,4 @@ def _moving(pairs: Array) -> Array:
 
 
 def _without_pole(linkage: Linkage) -> Array:
-    return np.asarray(np.abs((linkage.rays[:, 0].conj() * linkage.rays[:, 1]).imag) < PARALLEL_SINE)
+    return np.asarray(np.abs(linkage.sine) < PARALLEL_SINE)

@@ -14,7 +14,7 @@ from . import build, census, classify, find, plate, plugins, show
 app = typer.Typer(
     name="catalogue",
     help="A design catalogue of guide mechanisms: linkages that carry a point along a straight line or an arc.",
-    epilog="The first `find` builds the database, in under a minute. Exit codes: 0 answered, 1 nothing found, 2 bad "
+    epilog="The first `find` builds the database, in a minute or so. Exit codes: 0 answered, 1 nothing found, 2 bad "
     "request, 3 bad linkage, 4 database, 5 plugin, 6 missing package, 130 interrupted.",
     no_args_is_help=True,
     pretty_exceptions_enable=False,

@@ -144,7 +144,7 @@ def _cost(linkage: Linkage, guided: list[Guided]) -> Array:
     # two points in one place stay so whichever linkage is taken
     crowded = np.nansum(np.where(apart < 1e-9, 0, np.clip(0.1 - apart / size[:, None], 0, None)), axis=1)
     near_pole = np.nansum(np.clip(0.08 - np.abs(points) / size[:, None], 0, None), axis=1)
-    sine = np.abs((linkage.rays[:, 0].conj() * linkage.rays[:, 1]).imag)
+    sine = np.abs(linkage.sine)
     lost = np.isnan(pairs).any((-1, -2)).sum(0) + 0.7 * ((np.abs(point[..., 1]) > FAR).sum(0))
     lost = lost + 0.25 * (np.abs(point[..., 0]) > FAR).sum(0)
     cost = 0.6 * size + 0.35 * uneven + 14 * crowded + 9 * near_pole + 2 * np.clip(0.4 - sine, 0, None) + 0.9 * lost

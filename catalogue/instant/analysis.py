@@ -123,8 +123,7 @@ def curvature(linkage: Linkage) -> Curvature:
         Measured digits: see `regular`.  Towards a dead point three decimal digits of kappa are lost per decade of the
         angle between the rays, because the pivots do not carry the information; where none is left NaN is returned.
     """
-    ray = linkage.rays
-    sine = (ray[:, 0].conj() * ray[:, 1]).imag
+    sine = linkage.sine
     state = np.where(np.abs(sine) < PARALLEL_SINE, PARALLEL, REGULAR)
     state[_collinear(linkage, sine)] = DEAD_POINT
     n = len(linkage)

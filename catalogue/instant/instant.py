@@ -5,6 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from ..linkage import Array, Linkage
 from .analysis import Curvature, curvature
 from .dead import on_branch
@@ -37,6 +39,13 @@ class Instant:
     def configuration(self) -> Array:
         """Configuration of each linkage, shape (n,)."""
         return configuration(self.linkage, self.curvature)
+
+    @cached_property
+    def along_axes(self) -> tuple[Array, Array]:
+        """|cosine| of the angle of each ray with the pole tangent, and with the pole normal, shape (n, 2) each."""
+        axes = self.curvature.axes[..., 0] + 1j * self.curvature.axes[..., 1]
+        x, y = (np.abs((self.linkage.rays * axes[:, i, None].conj()).real) for i in (0, 1))
+        return x, y
 
     @cached_property
     def inverted(self) -> Instant:

@@ -54,7 +54,7 @@ def _along_rays(linkage: Linkage, pole: Array) -> tuple[Array, Array]:
     """Return the signed distances of fixed and moving pivots from the pole, (n, 2) each, infinite at infinity."""
     r, r_star, _ = distances(linkage, pole)
     # at a dead point the pole is not where the rays meet, and is as sure as the pivots
-    dead = np.abs((linkage.rays[:, :1].conj() * linkage.rays[:, 1:]).imag) < DEAD_SINE
+    dead = np.abs(linkage.sine)[:, None] < DEAD_SINE
     plain = (linkage.rays[:, :, None].conj() * (linkage.points - pole[:, None, None])).real
     plain = np.where(linkage.finite, plain, np.inf)
     return np.where(dead, plain[..., 0], r), np.where(dead, plain[..., 1], r_star)

@@ -30,10 +30,9 @@ INFINITE = 2e-15
 VANISHING = 1e-11
 
 
-def pole_of(linkage: Linkage) -> tuple[Array, Array]:
-    """Return the poles, complex (n,), and the sines of the angles between the rays (n,)."""
+def pole_of(linkage: Linkage) -> Array:
+    """Return the poles, complex (n,)."""
     e, z, finite = linkage.rays, linkage.points, linkage.finite
-    sine = (e[:, 0].conj() * e[:, 1]).imag
     best = np.full(len(linkage), np.inf)
     b1, b2 = np.zeros_like(e[:, 0]), np.zeros_like(e[:, 0])
     for i in (0, 1):
@@ -42,7 +41,7 @@ def pole_of(linkage: Linkage) -> tuple[Array, Array]:
             b1, b2 = np.where(apart < best, z[:, 0, i], b1), np.where(apart < best, z[:, 1, j], b2)
             best = np.minimum(best, apart)
     with np.errstate(all="ignore"):
-        return b1 + e[:, 0] * (((b2 - b1).conj() * e[:, 1]).imag / sine), sine
+        return np.asarray(b1 + e[:, 0] * (((b2 - b1).conj() * e[:, 1]).imag / linkage.sine))
 
 
 def distances(linkage: Linkage, pole: Array) -> tuple[Array, Array, Array]:
@@ -63,16 +62,16 @@ def distances(linkage: Linkage, pole: Array) -> tuple[Array, Array, Array]:
 def _lever(linkage: Linkage, length: Array) -> Array:
     """Return by how much the rounding of the pivots grows in the pole, shape (n,) [length]: the distance of the pivots
     from which the rays are drawn, times what short cranks add to the error of their directions."""
-    z, e, finite = linkage.points, linkage.rays, linkage.finite
+    z, finite = linkage.points, linkage.finite
     apart = np.where(finite[:, 0, :, None] & finite[:, 1, None], np.abs(z[:, 0, :, None] - z[:, 1, None]), np.inf)
     with np.errstate(all="ignore"):
         short = np.where(finite.all(-1), np.abs(z).max(-1) / np.abs(length), 1.0).max(-1)
-        return np.asarray(apart.min((1, 2)) * np.maximum(short, 1.0) / np.abs((e[:, 0].conj() * e[:, 1]).imag))
+        return np.asarray(apart.min((1, 2)) * np.maximum(short, 1.0) / np.abs(linkage.sine))
 
 
 def noise(linkage: Linkage) -> Array:
     """Return the relative error that rounding of the pivots leaves in kappa and s, at most about, shape (n,)."""
-    q, sine = pole_of(linkage)
+    q, sine = pole_of(linkage), linkage.sine
     with np.errstate(all="ignore"):
         m = _moments(linkage, *distances(linkage, q))
         left = np.abs(m[:, 1] * linkage.rays[:, 0] - m[:, 0] * linkage.rays[:, 1]) / np.abs(m).sum(-1)
@@ -87,7 +86,7 @@ def _moments(linkage: Linkage, r: Array, r_star: Array, g: Array) -> Array:
 
 def finite_pole(linkage: Linkage) -> dict[str, Array]:
     """Return the fields of `Curvature` for linkages whose rays meet in one point."""
-    q, sine = pole_of(linkage)
+    q, sine = pole_of(linkage), linkage.sine
     r, r_star, g = distances(linkage, q)
     with np.errstate(all="ignore"):
         m = _moments(linkage, r, r_star, g)
