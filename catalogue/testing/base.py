@@ -11,7 +11,7 @@ import pytest
 from ..linkage import Array
 from ..plugins import Registry
 from ..series import Guided, Member, Series
-from .sample import Sample, chosen, even
+from .sample import Sample, chosen, even, rare
 
 #: Largest residual of a linkage that was synthesised as a member.
 MEMBER = 1e-9
@@ -31,12 +31,18 @@ class Contract:
             metafunc.parametrize("member", self.series.members, ids=[m.key for m in self.series.members])
 
     def samples(self, member: Member) -> list[Sample]:
-        """Return the linkages of a member to test: an even sample, and the special points."""
+        """Return the linkages of a member to test: an even sample, one of each configuration that it lacks, and the
+        special points."""
         sample = even(self.series, member)
         share = np.mean(sample.faults == "")
         assert share > 0.5, f"{member.key}: {1 - share:.0%} of the domain gives no linkage: {set(sample.faults)}"
         points = self.special.get(member.key)
-        return [sample.valid, *([chosen(self.series, member, points)] if points else [])]
+        lacking = rare(sample.valid)
+        return [
+            sample.valid,
+            *([lacking] if lacking else []),
+            *([chosen(self.series, member, points)] if points else []),
+        ]
 
     def registry(self) -> Registry:
         """Return what the catalogue loads from the built-in plugins and from `folders`."""

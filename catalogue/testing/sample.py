@@ -9,10 +9,13 @@ from itertools import product
 
 import numpy as np
 
+from ..instant import Instant
 from ..linkage import Array, Linkage, faults
 from ..series import Guided, Member, Series
 
 SIZE = 64
+#: Points among which configurations are sought that an even sample of that size lacks.
+LOOK = 4096
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,11 @@ class Sample:
         """The linkages; all must be valid."""
         return Linkage(self.pivots)
 
+    @cached_property
+    def configuration(self) -> Array:
+        """Configuration of each linkage, at dead points that of the branch that turns about the origin, shape (n,)."""
+        return Instant(self.linkage, np.zeros(len(self.linkage), complex)).configuration
+
     def part(self, index: Array) -> Sample:
         """Return the points with the given numbers."""
         return Sample(self.series, self.member, {name: values[index] for name, values in self.free.items()})
@@ -65,6 +73,14 @@ def even(series: Series, member: Member, size: int = SIZE, seed: int = 1895) -> 
     draw = np.random.default_rng(seed)
     share = {p.name: (draw.permutation(size) + draw.random(size)) / size for p in member.parameters}
     return Sample(series, member, {p.name: p.spread(share[p.name]) for p in member.parameters})
+
+
+def rare(sample: Sample) -> Sample | None:
+    """Return one linkage of each configuration of the member that the sample lacks; None if it lacks none."""
+    many = even(sample.series, sample.member, LOOK).valid
+    names, which = np.unique(many.configuration, return_index=True)
+    lacking = which[~np.isin(names, sample.configuration)]
+    return many.part(lacking) if lacking.size else None
 
 
 def corners(series: Series, member: Member) -> Sample:
