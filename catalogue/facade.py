@@ -58,6 +58,7 @@ class Catalogue:
         rank_by: str | Mapping[str, float] = "balance",
         per_series: int | None = None,
         effort: int = 1,
+        refine: bool = False,
         **constraints: Any,
     ) -> Found:
         """Return the best guides for a request, each verified on its finite motion at the stroke asked for.
@@ -72,7 +73,10 @@ class Catalogue:
         per_series : int, optional
             At most so many of one series as long as there are others; a third of the limit if not given, 0: no bound.
         effort : int
-            How many stored candidates are traced: 400 per unit.
+            How many stored candidates are traced, 400 per unit, and refined, 20 per unit.
+        refine : bool
+            Move the pivots and the guided point of the best candidates so that their deviation becomes least while all
+            constraints hold; `Candidate.unrefined` says what it was.
         **constraints
             See `catalogue.query.request.Constraints`.
 
@@ -94,7 +98,17 @@ class Catalogue:
         check_names(self.database, wanted)
         trail = Trail()
         share = -(-limit // 3) if per_series is None else whole("per_series", per_series, 0)
-        found = answer(self.database, request, wanted, rank, limit=limit, per_series=share, effort=effort, trail=trail)
+        found = answer(
+            self.database,
+            request,
+            wanted,
+            rank,
+            limit=limit,
+            per_series=share,
+            effort=effort,
+            trail=trail,
+            refine=refine,
+        )
         listed = candidates(found, request) if found is not None else []
         return Found(listed, lambda: explain(self.database, request, wanted, trail, len(listed)))
 

@@ -62,7 +62,13 @@ PerSeries = Annotated[
     int | None, typer.Option(metavar="N", help="At most N of one series while there are others; 0: no bound.",
                              show_default="a third of the limit")
 ]  # fmt: skip
-Effort = Annotated[int, typer.Option(metavar="N", help="Stored candidates to trace, in units of 400.")]
+Effort = Annotated[
+    int, typer.Option(metavar="N", help="Stored candidates to trace, in units of 400, and to refine, in units of 20.")
+]
+Refine = Annotated[
+    bool,
+    typer.Option("--refine", help="Move the pivots of the best until their deviation is least within the constraints."),
+]
 Limit = Annotated[int, typer.Option(metavar="N", help="How many guides to list.")]
 Explain = Annotated[bool, typer.Option("--explain", help="Say what each constraint removed and how long it took.")]
 
@@ -87,6 +93,7 @@ def _wishes(
     rank_by: RankBy = "balance",
     per_series: PerSeries = None,
     effort: Effort = 1,
+    refine: Refine = False,
     limit: Limit = 12,
     explain: Explain = False,
     format: Output = Format.table,

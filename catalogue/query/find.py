@@ -19,6 +19,8 @@ from .strokes import attempts
 
 #: Stored guides that are traced for one answer of effort 1.
 CANDIDATES = 400
+#: Answers that are refined, per unit of effort.
+REFINED = 20
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
 
 
@@ -51,8 +53,12 @@ def answer(
     per_series: int,
     effort: int,
     trail: Trail,
+    refine: bool = False,
 ) -> Answers | None:
-    """Return at most `limit` verified answers, best first, or None if there is none."""
+    """Return at most `limit` verified answers, best first, or None if there is none.
+
+    With `refine` the best `REFINED` per unit of effort, at least `limit`, are refined before they are ranked again.
+    """
     stop = trail.timed("narrow in the database")
     rows = narrow(database, request, wanted, rank, max(CANDIDATES * effort, 4 * limit))
     stop()
@@ -64,8 +70,35 @@ def answer(
     stop()
     if not good.any():
         return None
+    if refine:
+        stop = trail.timed("refine")
+        count = max(REFINED * effort, limit)
+        found = _refined(found[_ranked(found, good, request, rank, count, -(-per_series * count // limit))],
+                         request, wanted, rank)  # fmt: skip
+        good = np.ones(len(found.point), bool)
+        stop()
+    return final(found[_ranked(found, good, request, rank, limit, per_series)], request)
+
+
+def _ranked(
+    found: Answers, good: Array, request: Request, rank: dict[str, float], limit: int, per_series: int
+) -> Array:
+    """Return the numbers of the best `limit` good answers, at most `per_series` of a series while there are others."""
     order = np.flatnonzero(good)[np.argsort(price(found, request, rank)[good], kind="stable")]
-    return final(found[_varied(found.rows["series"][order], order, limit, per_series)], request)
+    return _varied(found.rows["series"][order], order, limit, per_series)
+
+
+def _refined(found: Answers, request: Request, wanted: Constraints, rank: dict[str, float]) -> Answers:
+    """Return refined answers; what each had for a deviation stands in the row ``unrefined``."""
+    from ..refine import refined
+
+    others = {name: weight for name, weight in rank.items() if name != "deviation"}
+
+    def besides(some: Answers) -> Array:
+        return price(some, request, others) if others else np.zeros(len(some.point))
+
+    found.rows["unrefined"] = found.traced.fit.deviation.astype(float)
+    return refined(found, request, wanted, besides)
 
 
 def price(found: Answers, request: Request, rank: dict[str, float]) -> Array:

@@ -44,6 +44,8 @@ class Candidate:
         [[A1, A1*], [A2, A2*]], each [x, y, w], with the guided point in mid-stroke; one that returns at rest.
     guided : list of float
         The guided point at that moment.
+    unrefined : float or None
+        Deviation before refinement, if the candidate was refined; series and configuration are those it had then.
     pole : list of float or None
         Given where the linkage is at a change point at that moment: the pole of the branch on which it moves.
     """
@@ -64,6 +66,7 @@ class Candidate:
     rotates: list[int]
     pivots: list[list[list[float]]]
     guided: list[float]
+    unrefined: float | None = None
     pole: list[float] | None = None
 
     @property
@@ -192,6 +195,7 @@ def candidates(answers: Answers, request: Request) -> list[Candidate]:
                 rotates=[k + 1 for k in (0, 1) if int(m.rotates[i]) >> k & 1],
                 pivots=pivots.tolist(),
                 guided=[float(point.real), float(point.imag)],
+                unrefined=float(rows["unrefined"][i]) if "unrefined" in rows else None,
                 pole=[float(answers.pole[i].real), float(answers.pole[i].imag)] if change[i] else None,
             )
         )
