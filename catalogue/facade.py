@@ -59,6 +59,7 @@ class Catalogue:
         per_series: int | None = None,
         effort: int = 1,
         refine: bool = False,
+        cognates: bool = False,
         **constraints: Any,
     ) -> Found:
         """Return the best guides for a request, each verified on its finite motion at the stroke asked for.
@@ -77,6 +78,8 @@ class Catalogue:
         refine : bool
             Move the pivots and the guided point of the best candidates so that their deviation becomes least while all
             constraints hold; `Candidate.unrefined` says what it was.
+        cognates : bool
+            Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see `Candidate.cognate`.
         **constraints
             See `catalogue.query.request.Constraints`.
 
@@ -108,6 +111,7 @@ class Catalogue:
             effort=effort,
             trail=trail,
             refine=refine,
+            cognates=cognates,
         )
         listed = candidates(found, request) if found is not None else []
         return Found(listed, lambda: explain(self.database, request, wanted, trail, len(listed)))

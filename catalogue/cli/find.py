@@ -69,6 +69,10 @@ Refine = Annotated[
     bool,
     typer.Option("--refine", help="Move the pivots of the best until their deviation is least within the constraints."),
 ]
+Cognates = Annotated[
+    bool,
+    typer.Option("--cognates", help="Offer the cognates of four-bars and slider-cranks too: same path, other pivots."),
+]
 Limit = Annotated[int, typer.Option(metavar="N", help="How many guides to list.")]
 Explain = Annotated[bool, typer.Option("--explain", help="Say what each constraint removed and how long it took.")]
 
@@ -94,6 +98,7 @@ def _wishes(
     per_series: PerSeries = None,
     effort: Effort = 1,
     refine: Refine = False,
+    cognates: Cognates = False,
     limit: Limit = 12,
     explain: Explain = False,
     format: Output = Format.table,

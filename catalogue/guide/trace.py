@@ -68,6 +68,12 @@ class Traced:
         part = Fit(*(getattr(self.fit, f.name)[index] for f in fields(Fit)))
         return Traced(part, self.shift[index], self.low[index], self.high[index])
 
+    def followed_by(self, other: Traced) -> Traced:
+        """Return these guides and the other ones after them."""
+        fit = Fit(*(np.concatenate([getattr(self.fit, f.name), getattr(other.fit, f.name)]) for f in fields(Fit)))
+        rest = (np.concatenate([getattr(self, k), getattr(other, k)]) for k in ("shift", "low", "high"))
+        return Traced(fit, *rest)
+
     def replaced(self, where: Array, by: Traced) -> Traced:
         """Return this with the entries `where` (a mask) taken from `by`, which holds just those."""
         return Traced(

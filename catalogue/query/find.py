@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, fields
 
 import numpy as np
 from sqlalchemy import select
 
 from ..errors import InvalidRequest
+from ..guide.place import at_stroke
+from ..guide.span import span
 from ..linkage import Array
 from ..store import Database, Mechanism
-from .lay import Answers, canonical, final, laid, merged
+from .lay import Answers, canonical, final, laid, merged, together
 from .narrow import narrow
 from .request import Constraints, Request
 from .strokes import attempts
@@ -21,6 +23,8 @@ from .strokes import attempts
 CANDIDATES = 400
 #: Answers that are refined, per unit of effort.
 REFINED = 20
+#: Constraints on where the pivots stand and how far apart: cognates have other pivots.
+PLACES = ("fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "max_arm")
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
 
 
@@ -54,19 +58,27 @@ def answer(
     effort: int,
     trail: Trail,
     refine: bool = False,
+    cognates: bool = False,
 ) -> Answers | None:
     """Return at most `limit` verified answers, best first, or None if there is none.
 
+    With `cognates` those of all traced guides are answers too.
     With `refine` the best `REFINED` per unit of effort, at least `limit`, are refined before they are ranked again.
     """
     stop = trail.timed("narrow in the database")
-    rows = narrow(database, request, wanted, rank, max(CANDIDATES * effort, 4 * limit))
+    count = max(CANDIDATES * effort, 4 * limit)
+    rows = narrow(database, request, wanted, rank, count)
+    if cognates:  # of guides too whose own pivots stand elsewhere, or farther apart
+        anywhere = Constraints(**{f.name: getattr(wanted, f.name) for f in fields(wanted) if f.name not in PLACES})
+        rows = _both(rows, narrow(database, request, anywhere, rank, count))
     stop()
     trail.traced = len(rows["id"])
     if not trail.traced:
         return None
     stop = trail.timed("trace and place")
     found, good = _measured(request, wanted, rank, rows, trail)
+    if cognates:
+        found, good = _with_cognates(found, good, request, wanted)
     stop()
     if not good.any():
         return None
@@ -147,6 +159,31 @@ def _measured(
             passed[open_] = second_checks[name][good]
     trail.removed = {name: int((~passed).sum()) for name, passed in checks.items() if not passed.all()}
     return found, np.logical_and.reduce(list(checks.values()))
+
+
+def _both(one: dict[str, Array], two: dict[str, Array]) -> dict[str, Array]:
+    """Return the rows of both, those of `one` first, none twice."""
+    if not len(one["id"]) or not len(two["id"]):
+        return two if len(two["id"]) else one
+    new = ~np.isin(two["id"], one["id"])
+    return {name: np.concatenate([values, two[name][new]]) for name, values in one.items()}
+
+
+def _with_cognates(found: Answers, good: Array, request: Request, wanted: Constraints) -> tuple[Answers, Array]:
+    """Return answers and the cognates of all that are straight enough, and which of them meet all constraints."""
+    from ..cognates import cognates
+
+    straight = np.flatnonzero(found.traced.fit.deviation <= request.deviation)
+    linkage, which, number = cognates(found.linkage[straight], found.point[straight])
+    found.rows["cognate"] = np.zeros(len(found.point), dtype=int)
+    if not len(linkage):
+        return found, good
+    which = straight[which]
+    guides = span(linkage, found.point[which], pole=found.pole[which])
+    traced = at_stroke(guides, request.stroke, circle=request.kind == "circle", nodes=16, extend=False)
+    rows = {name: values[which] for name, values in found.rows.items()} | {"cognate": number}
+    more, checks = laid(request, wanted, rows, guides, traced)
+    return together(found, more), np.concatenate([good, np.logical_and.reduce(list(checks.values()))])
 
 
 def check_names(database: Database, wanted: Constraints) -> None:

@@ -46,6 +46,8 @@ class Candidate:
         The guided point at that moment.
     unrefined : float or None
         Deviation before refinement, if the candidate was refined; series and configuration are those it had then.
+    cognate : int or None
+        1, 2: it is a cognate of the stored guide, the one that shares its first or second fixed pivot.
     pole : list of float or None
         Given where the linkage is at a change point at that moment: the pole of the branch on which it moves.
     """
@@ -67,6 +69,7 @@ class Candidate:
     pivots: list[list[list[float]]]
     guided: list[float]
     unrefined: float | None = None
+    cognate: int | None = None
     pole: list[float] | None = None
 
     @property
@@ -195,6 +198,7 @@ def candidates(answers: Answers, request: Request) -> list[Candidate]:
                 rotates=[k + 1 for k in (0, 1) if int(m.rotates[i]) >> k & 1],
                 pivots=pivots.tolist(),
                 guided=[float(point.real), float(point.imag)],
+                cognate=int(rows["cognate"][i]) or None if "cognate" in rows else None,
                 unrefined=float(rows["unrefined"][i]) if "unrefined" in rows else None,
                 pole=[float(answers.pole[i].real), float(answers.pole[i].imag)] if change[i] else None,
             )

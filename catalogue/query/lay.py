@@ -131,3 +131,19 @@ def merged(one: Answers, two: Answers, where: Array) -> Answers:
     traced = one.traced.replaced(where, two.traced)
     place = Linkage._trusted(pivots), put(one.point, two.point), put(one.pole, two.pole)
     return Answers(one.rows, *place, traced, Measures(**measures))
+
+
+def together(one: Answers, two: Answers) -> Answers:
+    """Return the answers of both, one after the other."""
+
+    def put(a: Array, b: Array) -> Array:
+        return np.concatenate([a, b])
+
+    return Answers(
+        {name: put(values, two.rows[name]) for name, values in one.rows.items()},
+        Linkage._trusted(put(one.linkage.pivots, two.linkage.pivots)),
+        put(one.point, two.point),
+        put(one.pole, two.pole),
+        one.traced.followed_by(two.traced),
+        Measures(**{name: put(value, getattr(two.measures, name)) for name, value in vars(one.measures).items()}),
+    )
