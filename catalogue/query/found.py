@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, overload
 
 import numpy as np
 
+from ..errors import InvalidRequest
 from ..linkage import Array, Linkage
 from ..motion import CHANGE, conditioning
 from .request import CircularArc, Request, StraightLine
@@ -19,6 +20,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from ..guide.span import Span
+    from ..refine.sensitivity import Sensitivity
     from .lay import Answers
 
 
@@ -103,6 +105,22 @@ class Candidate:
         z = here.point + (u + 1j * v)[:, 0] * here.tangent
         z = z if z[0].real < z[-1].real else z[::-1]
         return np.stack([z.real, z.imag], axis=-1)
+
+    def sensitivity(self) -> Sensitivity:
+        """Return what errors of the pivots and play in the joints do to the path; arrays of one entry.
+
+        Raises
+        ------
+        InvalidRequest
+            If the guided point returns: at its rest it follows no error to first order.
+        """
+        from ..guide.place import at_stroke
+        from ..refine.sensitivity import sensitivity
+
+        here = self.span()
+        if here.cusp.any():
+            raise InvalidRequest(f"guide {self.id} returns: its sensitivity is not known")
+        return sensitivity(here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the candidate as plain Python numbers, lists and strings."""
