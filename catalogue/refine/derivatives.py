@@ -60,12 +60,12 @@ def across_nominal(moving: Motion, point: Array, t: Array, tangent: Array) -> Ar
     left[..., 2, :] = np.stack([tangent.real, tangent.imag, (along * spin).real], axis=-1)
     carried = along * turn  # of the point itself
     right[..., 2, 8], right[..., 2, 9] = -carried.real, carried.imag
-    with np.errstate(all="ignore"):
-        pose = _solved(left, right)
     normal = 1j * tangent
     across = np.conj(normal)
-    out = normal.real[..., None] * pose[..., 0, :] + normal.imag[..., None] * pose[..., 1, :]
-    out += (across * spin).real[..., None] * pose[..., 2, :]
+    with np.errstate(all="ignore"):
+        pose = _solved(left, right)
+        out = normal.real[..., None] * pose[..., 0, :] + normal.imag[..., None] * pose[..., 1, :]
+        out += (across * spin).real[..., None] * pose[..., 2, :]
     out[..., 8] += (across * turn).real
     out[..., 9] -= (across * turn).imag
     return _turning_only(linkage, out)

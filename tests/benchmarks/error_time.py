@@ -302,6 +302,7 @@ def plot(found: list[tuple[Job, str, History]], limit: float) -> None:
                 axes.loglog(np.append(at, limit), np.append(best, best[-1]), color=colour, label=name,
                             drawstyle="steps-post")  # fmt: skip
         axes.set_title(f"({job.name}) {job.text}", fontsize=7.5)
+        axes.set_xlim(0.05, max(limit, 10))
         axes.set_xlabel("wall time [s]")
         axes.grid(which="major", alpha=0.25)
     panels[0].set_ylabel("deviation / stroke")
