@@ -18,7 +18,6 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -27,6 +26,7 @@ from .instant import EXACT as EXACT  # plugins state orders with it
 from .instant import Instant
 from .linkage import FAMILIES, Array, Linkage
 from .pairs import half_turn
+from .posed import Posed, Solve, dual
 
 Parameters = Mapping[str, Array]
 
@@ -164,7 +164,8 @@ class Series:
     guided : callable
         From the complete parameters of a member to its `Guided` elements, one of each label, NaN where there is none.
     solve : callable, optional
-        Closed-form answers to a posed problem: from a request to pivots (n, 2, 2, 3) in the request's frame.
+        Closed-form answers to posed problems: from a `Posed` of n problems to pivots (n, k, 2, 2, 3) in its frame, NaN
+        where there are fewer than k; None if it has none for what is given.  Each guides to order 3 at least.
     degenerate : bool
         False for a class that degenerate ones bound, such as all linkages with a finite pole: it is nearest to a
         linkage only where no degenerate series is known.
@@ -182,7 +183,7 @@ class Series:
     members: Sequence[Member]
     classify: Callable[[Instant], tuple[Array, Array]]
     guided: Callable[[Parameters], Iterable[Guided]]
-    solve: Callable[[Any], Array] | None = None
+    solve: Solve | None = None
     degenerate: bool = True
 
     def __post_init__(self) -> None:
@@ -210,6 +211,16 @@ class Series:
                 return m
         raise PluginError(f"series {self.code} has no member {key!r}; it has {', '.join(m.key for m in self.members)}")
 
+    def answers(self, posed: Posed) -> Array:
+        """Return the linkages of posed problems, shape (n, k, 2, 2, 3), NaN where there are fewer than k."""
+        found = None
+        if self.solve:
+            with np.errstate(all="ignore"):
+                found = self.solve(posed)
+                if found is None and self.inverse == self.code:
+                    found = dual(self.solve)(posed)
+        return np.zeros((len(posed.axis), 0, 2, 2, 3)) if found is None else found
+
     def inversion(self, code: str, title: str) -> Series:
         """Return the inverse series: fixed and moving plane exchanged in everything."""
 
@@ -223,7 +234,8 @@ class Series:
             replace(m, name=inverse_words(m.name), family=inverse_family(m.family), pivots=_Inverted(m.pivots))
             for m in self.members
         ]
-        return Series(code, title, self.code, f"inversion of {self.code}", members, classify, guided)
+        solve = dual(self.solve) if self.solve else None
+        return Series(code, title, self.code, f"inversion of {self.code}", members, classify, guided, solve)
 
 
 @dataclass(frozen=True)

@@ -11,8 +11,9 @@ import numpy as np
 
 from catalogue.hookspecs import hookimpl
 from catalogue.instant import Instant
-from catalogue.linkage import PR, RP, Array
+from catalogue.linkage import PR, RP, Array, Linkage
 from catalogue.pairs import alike, linkage_of, ray_pair, roots, slide_pair, slider_pair, without
+from catalogue.posed import Posed
 from catalogue.series import Guided, Member, Parameter, Parameters, Series, angles
 
 Derive = Callable[[Parameters], Parameters]
@@ -199,6 +200,23 @@ def members() -> Iterator[Member]:
             yield Member(name, cc, [KAPPA_REAL, PSI], four_bar, turned(double_undulation(*two)))
 
 
+def solve(posed: Posed) -> Array | None:
+    """One crank given: with the guided pair it makes the law of the instant, whose two principal pairs are the possible
+    other dyads; each guides to order 4."""
+    if posed.given != "crank":
+        return None
+    n = len(posed.axis)
+    pair = [np.where(np.isnan(z), posed.axis, z) for z in (posed.centre, posed.point)]
+    weight = [np.where(np.isnan(z), 0.0, 1.0) for z in (posed.centre, posed.point)]
+    z = np.stack([posed.pivots, np.stack(pair, axis=-1)], axis=1)
+    w = np.stack([np.ones((n, 2)), np.stack(weight, axis=-1)], axis=1)
+    both, valid = Linkage.valid(np.stack([z.real, z.imag, w], axis=-1))
+    out = np.full((n, 2, 2, 2, 3), np.nan)
+    out[valid, :, 0] = both.pivots[:, None, 0]
+    out[valid, :, 1] = Instant(both).curvature.principal_pairs
+    return out
+
+
 GENERAL = Series(
     code="general",
     title="no degeneration",
@@ -207,6 +225,7 @@ GENERAL = Series(
     members=list(members()),
     classify=classify,
     guided=guided,
+    solve=solve,
     degenerate=False,
 )
 

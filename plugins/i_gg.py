@@ -12,6 +12,8 @@ from catalogue.hookspecs import hookimpl
 from catalogue.instant import Instant
 from catalogue.linkage import RR, Array
 from catalogue.pairs import circle_pair, linkage_of, normal_pair
+from catalogue.polynomials import product, real_roots
+from catalogue.posed import Posed, circle_through, dot, equidistant, four_bars, mirror_images
 from catalogue.series import Guided, Member, Parameter, Parameters, Series
 
 KAPPA = Parameter("kappa", ((-3.0, -1.1), (-0.9, -0.1), (0.1, 2.5)), "rho0/R, curvature of the fixed circle")
@@ -77,6 +79,58 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     return np.where((linkage.dyads == RR).all(1), residual, np.nan), margin
 
 
+def solve(posed: Posed) -> Array | None:
+    """Both fixed pivots given.  The pair on the pole normal: two linkages, which guide it to order 3.  A circle, on
+    those of the cubics: one more.  Pivots symmetric to the axis: by symmetry those of order 5 (Roberts)."""
+    if posed.given != "fixed":
+        return None
+    (one, two), axis = posed.pivots.T, posed.axis
+    start = np.where(np.isnan(posed.centre), posed.point, posed.centre)
+    middle = equidistant(start, axis, one, two)
+    poles = [middle + side * np.abs(middle - one) * axis for side in (1, -1)]
+    found = []
+    for pole in poles:
+        r, r_star = posed.reciprocals(pole)
+        found.append((pole, 1 / (1 + 2 * dot(axis, middle - pole) * (r_star - r))))
+    if posed.path == "circle":
+        pole = start + axis * 2 * dot(axis, circle_through(start, one, two) - start)
+        found.append((pole, dot(axis, posed.point - pole) / dot(axis, start - pole)))
+    if posed.path != "slot":
+        found += _by_symmetry(posed, start)
+    return four_bars(posed.pivots, [(q + h * (one - q), q + h * (two - q)) for q, h in found])
+
+
+def _by_symmetry(posed: Posed, start: Array) -> list[tuple[Array, Array]]:
+    """Return poles and ratios of the linkages whose fixed pivots stand symmetric to the axis, at +-w, height 0."""
+    (one, two), axis = posed.pivots.T, posed.axis
+    w, foot = 0.5 * np.abs(one - two), 0.5 * (one + two)
+    both = mirror_images(start, axis, one, two)
+    if posed.path == "line":
+        slope, none, all_ = dot(axis, posed.point - foot) / w, np.zeros_like(w), np.ones_like(w)
+        t = real_roots(np.stack([-all_, -slope, -all_, 3 * slope, 4 * all_ + none], axis=-1)).T
+        q, h = -w * t, 0.5 * (1 / t**2 - 1)
+    else:
+        a, b = dot(axis, posed.centre - foot), dot(axis, posed.point - foot)
+        q = real_roots(_quintic(a, b, w)).T
+        alpha = -q / (w * w + q * q)
+        h = alpha / (alpha + 1 / (b - q) - 1 / (a - q))
+        h = np.where(np.min(np.abs([q, q - a, q - b]), axis=0) > 1e-9 * (w + np.abs(a - b)), h, np.nan)
+    return [(np.where(both, foot + axis * x, np.nan), y) for x, y in zip(q, h, strict=True)]
+
+
+def _quintic(a: Array, b: Array, w: Array) -> Array:
+    """Coefficients, from the constant on, of (26) for cot(phi1) = -cot(phi2) in the height of the pole."""
+    one = np.ones_like(a)
+    q, r, t = (np.stack(c, axis=-1) for c in ((0 * one, one), (a, -one), (b, -one)))
+    d, e = (np.stack([sign * w * w, 0 * one, one], axis=-1) for sign in (1, -1))
+    gap = (a - b)[:, None]
+    parts = [
+        product(q, t, d, d), 4 * product(q, q, r, t, d), -gap * product(q, d, d), 2 * product(q, q, q, r, r, t),
+        product(q, e, r, r, t), -gap * product(e, r, d),
+    ]  # fmt: skip
+    return np.asarray(sum(np.pad(p, ((0, 0), (0, 7 - p.shape[1]))) for p in parts))[:, :6]
+
+
 I_GG = Series(
     code="I.GG",
     title="coupler parallel to the line of fixed pivots",
@@ -90,6 +144,7 @@ I_GG = Series(
     ],
     classify=classify,
     guided=guided,
+    solve=solve,
 )
 
 

@@ -11,6 +11,7 @@ from catalogue.hookspecs import hookimpl
 from catalogue.instant import Instant
 from catalogue.linkage import PR, RP, RR, Array
 from catalogue.pairs import circle_pair, linkage_of, normal_pair
+from catalogue.posed import Posed, dot, four_bars, poles_by_two_cranks
 from catalogue.series import Guided, Member, Parameter, Parameters, Series
 
 KAPPA = Parameter("kappa", ((-3.0, -1.1), (-0.9, -0.1), (0.1, 2.5)), "rho0/R, curvature of the fixed circle")
@@ -83,6 +84,21 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     return residual, margin
 
 
+def solve(posed: Posed) -> Array | None:
+    """Both fixed pivots given, and a circle: up to four linkages that guide the point to order 3."""
+    if posed.given != "fixed" or posed.path != "circle":
+        return None
+    moving = []
+    for pole, y, which in poles_by_two_cranks(posed):
+        one, other = posed.pivots[:, which], posed.pivots[:, 1 - which]
+        q = dot(posed.axis, pole - posed.centre)
+        h = 1 - np.abs(posed.point - posed.centre) / q
+        inverse = (1 / h - 1) * -dot(posed.axis, y) / q  # over the distance of the circle from the pole
+        pair = pole + y / (1 / dot(one - pole, y) + inverse), pole + h * (other - pole)
+        moving.append(pair if which == 0 else pair[::-1])
+    return four_bars(posed.pivots, moving)
+
+
 I_GY = Series(
     code="I.Gy",
     title="one crank perpendicular to the collineation axis",
@@ -99,6 +115,7 @@ I_GY = Series(
     ],
     classify=classify,
     guided=guided,
+    solve=solve,
 )
 
 

@@ -12,6 +12,7 @@ from catalogue.hookspecs import hookimpl
 from catalogue.instant import Instant
 from catalogue.linkage import RP, RR, Array
 from catalogue.pairs import linkage_of, normal_pair, slider_pair, tangent_pair
+from catalogue.posed import Posed, dot, four_bars, on_ray, unit
 from catalogue.series import Guided, Member, Parameter, Parameters, Series
 
 A_1 = Parameter("a1", ((0.25, 4.0),), "rho0/r1, inverse length of crank 1")
@@ -62,6 +63,23 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     return np.where(np.isfinite(best), best, np.nan), margin
 
 
+def solve(posed: Posed) -> Array | None:
+    """Both fixed pivots given, and a line: up to four linkages that have its point for an undulation."""
+    if posed.given != "fixed" or posed.path != "line":
+        return None
+    a, b = (posed.pivots - posed.point[:, None]).T
+    half = 0.5 * dot(posed.axis, a + b)
+    root = np.sqrt(half * half - dot(a, b))
+    moving = []
+    for pole in (posed.point + (half + root) * posed.axis, posed.point + (half - root) * posed.axis):
+        for one in (0, 1):
+            other = posed.pivots[:, 1 - one]
+            y = unit(other - pole)
+            far = on_ray(pole, other, y, dot(posed.axis, y) * posed.reciprocals(pole)[1])
+            moving.append((pole, far) if one == 0 else (far, pole))
+    return four_bars(posed.pivots, moving)
+
+
 II_XY = Series(
     code="II.xy",
     title="one crank along the coupler, one perpendicular to it (Evans)",
@@ -73,6 +91,7 @@ II_XY = Series(
     ],
     classify=classify,
     guided=guided,
+    solve=solve,
 )
 II_STAR_XY = II_XY.inversion("II*.xy", "one crank along the frame, one perpendicular to it")
 

@@ -14,6 +14,7 @@ from catalogue.hookspecs import hookimpl
 from catalogue.instant import Instant
 from catalogue.linkage import PR, RR, Array
 from catalogue.pairs import alike, linkage_of, slide_pair, tangent_circle_pair, tangent_pair, without
+from catalogue.posed import Posed, circle_through, dot, four_bars, on_ray, unit
 from catalogue.series import Guided, Member, Parameter, Parameters, Series, angles
 
 PSI = Parameter("psi", angles((12, 78)), "tan(psi) = S/rho0; the cuspidation point stands on the ray -psi [rad]")
@@ -84,6 +85,19 @@ def classify(instant: Instant) -> tuple[Array, Array]:
         return np.where(inside, np.abs(at.kappa) * at.rho0, np.nan), margin
 
 
+def solve(posed: Posed) -> Array | None:
+    """Both fixed pivots given, and a circle or slot: the linkage that guides it to order 3."""
+    if posed.given != "fixed" or posed.path == "line":
+        return None
+    a, axis = posed.centre, posed.axis
+    middle = circle_through(a, posed.pivots[:, 0], posed.pivots[:, 1])
+    pole = a + axis * 2 * dot(axis, middle - a)
+    y = 1j * unit(middle - pole)
+    r, r_star = posed.reciprocals(pole)
+    one, two = (on_ray(pole, posed.pivots[:, i], y, (r_star - r) * dot(axis, y)) for i in (0, 1))
+    return four_bars(posed.pivots, [(one, two)])
+
+
 III_KK = Series(
     code="III.KK",
     title="fixed pivots and pole on a circle that touches the pole normal",
@@ -99,6 +113,7 @@ III_KK = Series(
     ],
     classify=classify,
     guided=guided,
+    solve=solve,
 )
 III_STAR_KK = III_KK.inversion("III*.KK", "moving pivots and pole on a circle that touches the pole normal")
 

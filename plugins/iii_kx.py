@@ -12,6 +12,7 @@ from catalogue.hookspecs import hookimpl
 from catalogue.instant import Instant
 from catalogue.linkage import PR, RP, Array
 from catalogue.pairs import alike, linkage_of, roots, slide_pair, tangent_circle_pair, tangent_pair, without
+from catalogue.posed import Posed, dot, four_bars, on_ray, poles_by_two_cranks
 from catalogue.series import Guided, Member, Parameter, Parameters, Series, angles
 
 PSI = Parameter("psi", angles((12, 78)), "tan(psi) = S/rho0; the cuspidation point stands on the ray -psi [rad]")
@@ -103,6 +104,19 @@ def classify(instant: Instant) -> tuple[Array, Array]:
         return np.where(np.isfinite(away), away, np.nan), np.minimum(np.abs(at.s) * at.rho0, np.abs(linkage.sine))
 
 
+def solve(posed: Posed) -> Array | None:
+    """Both fixed pivots given, and a circle or slot: up to four linkages that guide it to order 3."""
+    if posed.given != "fixed" or posed.path == "line":
+        return None
+    moving = []
+    for pole, x, which in poles_by_two_cranks(posed):
+        r, r_star = posed.reciprocals(pole)
+        inverse = (r_star - r) * dot(posed.axis, 1j * x)
+        pair = pole, on_ray(pole, posed.pivots[:, 1 - which], 1j * x, inverse)
+        moving.append(pair if which == 0 else pair[::-1])
+    return four_bars(posed.pivots, moving)
+
+
 III_KX = Series(
     code="III.Kx",
     title="coupler in line with a crank, the other at its limit",
@@ -122,6 +136,7 @@ III_KX = Series(
     ],
     classify=classify,
     guided=guided,
+    solve=solve,
 )
 III_STAR_KX = III_KX.inversion("III*.Kx", "frame in line with a crank")
 

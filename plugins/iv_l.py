@@ -12,6 +12,7 @@ from catalogue.hookspecs import hookimpl
 from catalogue.instant import Instant
 from catalogue.linkage import RR, Array
 from catalogue.pairs import linkage_of, pair, parallel_pair, point
+from catalogue.posed import Posed, four_bars
 from catalogue.series import Guided, Member, Parameter, Parameters, Series
 
 Y_2 = Parameter("y2", ((-3.0, -0.1), (0.1, 0.95), (1.05, 3.0)), "y2/y1, heights of the cranks")
@@ -56,6 +57,31 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     return np.where((linkage.dyads == RR).all(1), np.maximum(np.abs(linkage.sine), cosine), np.nan), margin
 
 
+def solve(posed: Posed) -> Array | None:
+    """Both moving pivots given, and a slot: the linkage whose cuspidation it is.  Both fixed pivots given, and a
+    circle whose centre is on one line with them, across its axis: the linkage that guides the point to order 4."""
+    if posed.given == "moving" and posed.path == "slot":
+        x, y = _plan(posed)
+        foot = (x[0] * y[0] - x[1] * y[1]) / (y[0] - y[1])
+        fixed = [posed.centre + posed.axis * (foot + 1j * y[i]) for i in (0, 1)]
+        return four_bars(posed.pivots, [(fixed[0], fixed[1])])[..., ::-1, :]
+    if posed.given == "fixed" and posed.path == "circle":
+        x, y = _plan(posed)
+        axis_height = (y[0] + y[1]) / 3  # mean of the three
+        run = np.abs(posed.point - posed.centre) * -axis_height / (y - axis_height)
+        run = np.where((np.abs(x) < 1e-9 * np.abs(y).sum(0)).all(0), run, np.nan)
+        return four_bars(
+            posed.pivots, [(posed.pivots[:, 0] + posed.axis * run[0], posed.pivots[:, 1] + posed.axis * run[1])]
+        )
+    return None
+
+
+def _plan(posed: Posed) -> tuple[Array, Array]:
+    """Return the coordinates of the given pivots along and across the axis, from the centre, shape (2, n) each."""
+    local = ((posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]).T
+    return local.real, local.imag
+
+
 IV_L = Series(
     code="IV.l",
     title="parallel cranks perpendicular to the line of fixed pivots",
@@ -67,6 +93,7 @@ IV_L = Series(
     ],
     classify=classify,
     guided=guided,
+    solve=solve,
 )
 IV_STAR_L = IV_L.inversion("IV*.l", "parallel cranks perpendicular to the coupler (Watt)")
 

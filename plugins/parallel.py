@@ -12,6 +12,7 @@ from catalogue.hookspecs import hookimpl
 from catalogue.instant import Instant
 from catalogue.linkage import RR, Array
 from catalogue.pairs import alike, linkage_of, parallel_pair, roots, without
+from catalogue.posed import Posed, four_bars
 from catalogue.series import Guided, Member, Parameter, Parameters, Series
 
 K = Parameter("k", ((0.1, 5.0),), "k/y1^2, hyperbola of the fixed points")
@@ -54,6 +55,21 @@ def classify(instant: Instant) -> tuple[Array, Array]:
     return np.where((linkage.dyads == RR).all(1), np.abs(linkage.sine), np.nan), margin
 
 
+def solve(posed: Posed) -> Array | None:
+    """Both fixed pivots given, and a circle: the linkage with parallel cranks that guides the point to order 3."""
+    if posed.given != "fixed" or posed.path != "circle":
+        return None
+    local = ((posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]).T
+    u, v = local.real, local.imag
+    determinant = v[0] * u[1] - v[1] * u[0]  # of u_i v_i = u0 v_i + v0 u_i
+    product = u * v
+    u0 = (product[0] * u[1] - product[1] * u[0]) / determinant
+    v0 = (v[0] * product[1] - v[1] * product[0]) / determinant
+    k_star = (np.abs(posed.point - posed.centre) - u0) * v0
+    moving = posed.centre + posed.axis * (u0 - k_star / (v - v0) + 1j * v)
+    return four_bars(posed.pivots, [(moving[0], moving[1])])
+
+
 PARALLEL = Series(
     code="parallel",
     title="two parallel cranks",
@@ -66,6 +82,7 @@ PARALLEL = Series(
     ],
     classify=classify,
     guided=guided,
+    solve=solve,
     degenerate=False,
 )
 

@@ -31,7 +31,11 @@ def print_candidates(found: Found) -> None:
     """Print the answers of a `find`."""
     first = found[0]
     arc = first.radius is not None
-    what = f"arc of chord {first.stroke:g} and radius {first.radius:g}" if arc else f"straight line of {first.stroke:g}"
+    what = (
+        f"an arc of chord {first.stroke:g} and radius {first.radius:g}"
+        if arc
+        else f"a straight line of {first.stroke:g}"
+    )
     columns = [
         ("id", "right"), ("series", "left"), ("family", "left"), ("conf.", "left"), ("order", "right"),
         ("deviation", "right"), ("size", "right"), ("longest link", "right"), ("arm", "right"),
@@ -39,7 +43,7 @@ def print_candidates(found: Found) -> None:
     ]  # fmt: skip
     rows = [_row(c) for c in found]
     caption = "`catalogue show ID --plot FILE` draws one; --format json gives all pivots"
-    print_table(f"Guides for a {what}", columns, rows, caption)
+    print_table(f"Guides for {what}", columns, rows, caption)
 
 
 def _row(c: Candidate) -> list[str]:
