@@ -80,6 +80,7 @@ class Catalogue:
             constraints hold; `Candidate.unrefined` says what it was.
         cognates : bool
             Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see `Candidate.cognate`.
+            Not with given pivots.
         **constraints
             See `catalogue.query.request.Constraints`.
 
@@ -101,6 +102,8 @@ class Catalogue:
         check_names(self.database, wanted)
         trail = Trail()
         share = -(-limit // 3) if per_series is None else whole("per_series", per_series, 0)
+        if wanted.given:
+            return self._constructed(request, wanted, rank, limit=limit, per_series=share, effort=effort, trail=trail)
         found = answer(
             self.database,
             request,
@@ -115,6 +118,17 @@ class Catalogue:
         )
         listed = candidates(found, request) if found is not None else []
         return Found(listed, lambda: explain(self.database, request, wanted, trail, len(listed)))
+
+    def _constructed(
+        self, request: Request, wanted: Constraints, rank: dict[str, float], *, trail: Trail, **how: int
+    ) -> Found:
+        """Return guides with the given pivots, made in closed form and refined: the database is not asked."""
+        from .query.construct import constructed
+        from .query.explain import explain_constructed
+
+        found = constructed(self.registry.series, request, wanted, rank, trail=trail, **how)
+        listed = candidates(found, request) if found is not None else []
+        return Found(listed, lambda: explain_constructed(request, wanted, trail, len(listed)))
 
     def guide(self, name: int | str) -> StoredGuide:
         """Return a stored guide by its id, or the first guide of a named design.

@@ -44,6 +44,18 @@ FixedIn = Annotated[
 AllIn = Annotated[
     Box | None, typer.Option("--pivots-in", metavar="X0 Y0 X1 Y1", help="Box for all pivots in mid-stroke.")
 ]
+Pair = tuple[float, float, float, float]
+FixedPivots = Annotated[
+    Pair | None, typer.Option("--fixed-pivots", metavar="X1 Y1 X2 Y2", help="Exactly where the fixed pivots stand.")
+]
+MovingPivots = Annotated[
+    Pair | None, typer.Option("--moving-pivots", metavar="X1 Y1 X2 Y2", help="Where the moving ones are in mid-stroke.")
+]
+Crank = Annotated[
+    Pair | None,
+    typer.Option("--crank", metavar="X Y X* Y*", help="Fixed and, in mid-stroke, moving pivot of one crank."),
+]
+Within = Annotated[float, typer.Option(metavar="L", help="How far off given pivots may stand.")]
 MaxSize = Annotated[float | None, typer.Option(metavar="L", help="Largest diameter of pivots and path together.")]
 MaxLink = Annotated[float | None, typer.Option(metavar="L", help="Longest crank or coupler.")]
 MinLink = Annotated[float | None, typer.Option(metavar="L", help="Shortest crank or coupler.")]
@@ -87,6 +99,10 @@ def _wishes(
     pins_only: PinsOnly = False,
     fixed_pivots_in: FixedIn = None,
     pivots_in: AllIn = None,
+    fixed_pivots: FixedPivots = None,
+    moving_pivots: MovingPivots = None,
+    crank: Crank = None,
+    within: Within = 0.0,
     max_size: MaxSize = None,
     max_link: MaxLink = None,
     min_link: MinLink = None,

@@ -48,7 +48,7 @@ def print_candidates(found: Found) -> None:
 
 def _row(c: Candidate) -> list[str]:
     return [
-        str(c.id),
+        "-" if c.id is None else str(c.id),
         c.series,
         c.family,
         c.configuration,

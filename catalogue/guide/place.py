@@ -33,10 +33,19 @@ def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage
     point : complex ndarray, shape (n,)
         Guided points in mid-stroke.  A guide that was not traced stays where it is.
     """
-    there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
+    there = _there(traced)
+    now, here = mid_stroke(guides, traced)
+    with np.errstate(all="ignore"):
+        scale = np.where(there, stroke / traced.fit.stroke * traced.fit.along.conj(), 1.0)
+        shift = np.where(there, -scale * traced.fit.start, 0.0)
+    return now.moved(scale, shift), scale * here + shift
+
+
+def mid_stroke(guides: Span, traced: Traced) -> tuple[Linkage, Array]:
+    """Return the linkages and guided points in mid-stroke (at a cusp: there), where they stand."""
+    there = _there(traced)
     moving, linkage = guides.motion, guides.linkage
-    point = guides.point + traced.shift
-    point = np.where(there, point, guides.point)
+    point = np.where(there, guides.point + traced.shift, guides.point)
     t = np.where(there, middle_of_stroke(moving, point, traced, guides.cusp), 0.0)
     d, x = (p[0] for p in moving.pose(t[None]))
     z = linkage.points.copy()
@@ -44,11 +53,11 @@ def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage
         finite = linkage.finite[:, i, 1]
         z[:, i, 1] = np.where(finite, z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin), z[:, i, 1] * (1 + x))
     now = Linkage._trusted(np.stack([z.real, z.imag, linkage.pivots[..., 2]], axis=-1))
-    with np.errstate(all="ignore"):
-        scale = np.where(there, stroke / traced.fit.stroke * traced.fit.along.conj(), 1.0)
-        shift = np.where(there, -scale * traced.fit.start, 0.0)
-    here = point + d + x * (point - moving.origin)
-    return now.moved(scale, shift), scale * here + shift
+    return now, point + d + x * (point - moving.origin)
+
+
+def _there(traced: Traced) -> Array:
+    return np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
 
 
 def mirrored(linkage: Linkage, point: Array, stroke: float, reverse: Array, over: Array) -> tuple[Linkage, Array]:

@@ -85,20 +85,51 @@ def nearest_deviation(database: Database, request: Request, wanted: Constraints)
 def explain(database: Database, request: Request, wanted: Constraints, trail: Trail, count: int) -> str:
     """Return the explanation of an answer with `count` candidates."""
     total, relaxed = relaxations(database, request, wanted)
-    seconds = ", ".join(f"{step} {1000 * s:.0f} ms" for step, s in trail.seconds.items())
-    what = f"straight line of {request.stroke:g}" if request.kind == "line" else (
-        f"arc of chord {request.stroke:g} and radius {request.radius:g}"
-    )  # fmt: skip
-    lines = [
-        f"{what} within {request.deviation:g}: {total} stored guides hold {10.0 ** loosest(request):.0e} of a stroke"
-    ]
+    lines = [f"{_what(request)}: {total} stored guides hold {10.0 ** loosest(request):.0e} of a stroke"]
     lines += [f"  {r.name} alone excludes {r.excluded} of them" for r in relaxed]
     lines.append(f"  {trail.traced} of the rest, the most promising of each series, were traced; {count} are shown")
     lines += [f"  on the finite motion {name} removed {number}" for name, number in trail.removed.items()]
     if not count:
         lines.append(advice(database, request, wanted, trail, relaxed))
-    lines.append(f"loaded: {database.path}; no plugin was needed; {seconds}")
+    lines.append(f"loaded: {database.path}; no plugin was needed; {_seconds(trail)}")
     return "\n".join(lines)
+
+
+def explain_constructed(request: Request, wanted: Constraints, trail: Trail, count: int) -> str:
+    """Return the explanation of an answer with `count` guides that were made for given pivots."""
+    what = "one crank" if wanted.given == "crank" else f"both {wanted.given} pivots"
+    lines = [
+        f"{_what(request)}, {what} given: the series have {trail.solved} linkages for that",
+        f"  {trail.traced} carry the point from end to end; the straightest were refined; {count} are shown",
+    ]
+    lines += [f"  on the finite motion {name} removed {number}" for name, number in trail.removed.items()]
+    if not count:
+        lines.append(_advice_constructed(request, trail))
+    lines.append(f"nothing was read from the database; {_seconds(trail)}")
+    return "\n".join(lines)
+
+
+def _advice_constructed(request: Request, trail: Trail) -> str:
+    if not trail.solved:
+        return "no guide found: no series has a linkage with these pivots; move them, or give a tolerance (within)"
+    if not trail.traced:
+        return "no guide found: no linkage with these pivots carries the point from end to end; move them"
+    worst = max(trail.removed, key=lambda name: trail.removed[name])
+    least = f"; the nearest holds {trail.least:.3g}" if trail.least > request.deviation else ""
+    return (
+        f"no guide found: relax {worst}, which {trail.removed[worst]} refined linkages with these pivots failed{least}"
+    )
+
+
+def _what(request: Request) -> str:
+    what = f"straight line of {request.stroke:g}" if request.kind == "line" else (
+        f"arc of chord {request.stroke:g} and radius {request.radius:g}"
+    )  # fmt: skip
+    return f"{what} within {request.deviation:g}"
+
+
+def _seconds(trail: Trail) -> str:
+    return ", ".join(f"{step} {1000 * s:.0f} ms" for step, s in trail.seconds.items())
 
 
 def advice(

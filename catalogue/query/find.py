@@ -30,12 +30,15 @@ SINGULAR = {"families": "family", "series": "series", "configurations": "configu
 
 @dataclass
 class Trail:
-    """How an answer came about: seconds per step, and how many candidates each constraint removed after tracing."""
+    """How an answer came about: seconds per step, and how many candidates each constraint removed after tracing; where
+    pivots are given, how many linkages the series gave, and the least deviation that was reached."""
 
     seconds: dict[str, float] = field(default_factory=dict)
     traced: int = 0
     removed: dict[str, int] = field(default_factory=dict)
     nearest: dict[str, float] = field(default_factory=dict)
+    solved: int = 0
+    least: float = np.nan
 
     def timed(self, step: str) -> Callable[[], None]:
         """Start a step; call what is returned when it ends."""
@@ -85,16 +88,14 @@ def answer(
     if refine:
         stop = trail.timed("refine")
         count = max(REFINED * effort, limit)
-        found = _refined(found[_ranked(found, good, request, rank, count, -(-per_series * count // limit))],
+        found = _refined(found[ranked(found, good, request, rank, count, -(-per_series * count // limit))],
                          request, wanted, rank)  # fmt: skip
         good = np.ones(len(found.point), bool)
         stop()
-    return final(found[_ranked(found, good, request, rank, limit, per_series)], request)
+    return final(found[ranked(found, good, request, rank, limit, per_series)], request)
 
 
-def _ranked(
-    found: Answers, good: Array, request: Request, rank: dict[str, float], limit: int, per_series: int
-) -> Array:
+def ranked(found: Answers, good: Array, request: Request, rank: dict[str, float], limit: int, per_series: int) -> Array:
     """Return the numbers of the best `limit` good answers, at most `per_series` of a series while there are others."""
     order = np.flatnonzero(good)[np.argsort(price(found, request, rank)[good], kind="stable")]
     return _varied(found.rows["series"][order], order, limit, per_series)

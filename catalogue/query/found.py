@@ -30,8 +30,8 @@ class Candidate:
 
     Attributes
     ----------
-    id : int
-        Of the stored guide it comes from; ``catalogue show ID`` shows it.
+    id : int or None
+        Of the stored guide it comes from; ``catalogue show ID`` shows it.  None if it was constructed for given pivots.
     family, series, configuration : str
         Of the ancestor at its design position.
     order : int
@@ -54,7 +54,7 @@ class Candidate:
         Given where the linkage is at a change point at that moment: the pole of the branch on which it moves.
     """
 
-    id: int
+    id: int | None
     family: str
     series: str
     configuration: str
@@ -119,7 +119,7 @@ class Candidate:
 
         here = self.span()
         if here.cusp.any():
-            raise InvalidRequest(f"guide {self.id} returns: its sensitivity is not known")
+            raise InvalidRequest("the guided point returns: its sensitivity is not known")
         return sensitivity(here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False))
 
     def to_dict(self) -> dict[str, Any]:
@@ -200,7 +200,7 @@ def candidates(answers: Answers, request: Request) -> list[Candidate]:
         curved = request.kind == "circle"
         out.append(
             Candidate(
-                id=int(rows["id"][i]),
+                id=int(rows["id"][i]) if rows["id"][i] >= 0 else None,
                 family=str(rows["family"][i]),
                 series=str(rows["series"][i]),
                 configuration=str(rows["configuration"][i]),

@@ -79,10 +79,19 @@ def laid(
     here = span(linkage, point, pole=pole)
     now = at_stroke(here, request.stroke, circle=circle, extend=False)
     m = measure(here, now)
+    checks = checked(request, wanted, now, m)
+    checks["deviation"] &= there
+    if wanted.fixed_pivots_in is not None or wanted.pivots_in is not None:
+        checks["pivots inside"] = inside
+    return Answers(rows, linkage, point, pole, now, m), checks
+
+
+def checked(request: Request, wanted: Constraints, now: Traced, m: Measures) -> dict[str, Array]:
+    """Return which guides satisfy each constraint that does not ask where their pivots stand."""
     with np.errstate(invalid="ignore"):
         held = np.abs(now.fit.stroke - request.stroke) <= 1e-6 * request.stroke
-        checks = {"stroke": held, "deviation": there & (now.fit.deviation <= request.deviation)}
-        if circle:
+        checks = {"stroke": held, "deviation": now.fit.deviation <= request.deviation}
+        if request.kind == "circle":
             checks["radius"] = np.abs(1 / np.abs(now.fit.curvature) - request.radius) <= 1e-3 * request.radius
         for name in ("max_size", "max_link", "max_ground", "max_arm"):
             bound = getattr(wanted, name)
@@ -94,9 +103,7 @@ def laid(
         checks["min_transmission"] = m.min_transmission >= wanted.min_transmission
         if wanted.full_rotation:
             checks["full_rotation"] = m.rotates > 0
-        if wanted.fixed_pivots_in is not None or wanted.pivots_in is not None:
-            checks["pivots inside"] = inside
-    return Answers(rows, linkage, point, pole, now, m), checks
+    return checks
 
 
 def _orientation(request: Request, wanted: Constraints, linkage: Linkage) -> tuple[Array, Array, Array]:
@@ -105,10 +112,15 @@ def _orientation(request: Request, wanted: Constraints, linkage: Linkage) -> tup
     reverse, over, inside = np.zeros(n, bool), np.zeros(n, bool), np.zeros(n, bool)
     for flip in flips(request):
         laid, _ = mirrored(linkage, np.zeros(n, complex), request.stroke, np.full(n, flip[0]), np.full(n, flip[1]))
-        good = _inside(wanted.fixed_pivots_in, laid, (0,)) & _inside(wanted.pivots_in, laid, (0, 1))
+        good = inside_regions(wanted, laid)
         new = good & ~inside
         reverse, over, inside = np.where(new, flip[0], reverse), np.where(new, flip[1], over), inside | good
     return reverse, over, inside
+
+
+def inside_regions(wanted: Constraints, linkage: Linkage) -> Array:
+    """Return which linkages have their pivots in the regions for them."""
+    return _inside(wanted.fixed_pivots_in, linkage, (0,)) & _inside(wanted.pivots_in, linkage, (0, 1))
 
 
 def _inside(region: Region | None, linkage: Linkage, planes: tuple[int, ...]) -> Array:

@@ -18,6 +18,10 @@ from ..linkage import Array
 CRITERIA = ("balance", "size", "deviation", "transmission", "max_link", "max_ground", "max_arm")
 
 
+#: Constraints that say where pivots stand, and what that gives.
+GIVEN = {"fixed_pivots": "fixed", "moving_pivots": "moving", "crank": "crank"}
+
+
 def positive(name: str, value: Any) -> float:
     """Return `value` as a float.
 
@@ -209,6 +213,12 @@ class Constraints:
     fixed_pivots_in, pivots_in : (x0, y0, x1, y1) or sequence of points, optional
         Where the fixed pivots (all pivots, in mid-stroke, of returning points at rest) must stand, in the frame in
         which the path runs from (0, 0) to (stroke, 0).  A pivot at infinity stands nowhere.
+    fixed_pivots, moving_pivots : two points (x, y), optional
+        Exactly where both fixed pivots stand, or both moving ones in mid-stroke.
+    crank : two points (x, y), optional
+        Where the fixed and, in mid-stroke, the moving pivot of one crank stand.
+    within : float
+        How far off given pivots may stand.
     max_size, max_link, min_link, max_ground, max_arm : float, optional
         See `catalogue.guide.measures.Measures`.
     min_transmission : float
@@ -226,6 +236,10 @@ class Constraints:
     returns: bool = False
     fixed_pivots_in: Any = None
     pivots_in: Any = None
+    fixed_pivots: Any = None
+    moving_pivots: Any = None
+    crank: Any = None
+    within: float = 0.0
     max_size: float | None = None
     max_link: float | None = None
     min_link: float | None = None
@@ -253,6 +267,17 @@ class Constraints:
         if not 0 <= angle < 90:
             raise InvalidRequest(f"min_transmission must be between 0 and 90 degrees, not {self.min_transmission}")
         object.__setattr__(self, "min_transmission", angle)
+        given = [name for name in GIVEN if getattr(self, name) is not None]
+        for name in given:
+            object.__setattr__(self, name, _two_points(name, getattr(self, name)))
+        if len(given) > 1:
+            raise InvalidRequest(f"{given[0]} and {given[1]} exclude one another: give one of them")
+        if self.within:
+            object.__setattr__(self, "within", positive("within", self.within))
+            if not given:
+                raise InvalidRequest(f"within says how far off given pivots may stand: give {', '.join(GIVEN)}")
+        if given and (self.slots or self.returns):
+            raise InvalidRequest(f"slots and returns cannot be asked for with {given[0]}")
         if self.slots and self.returns:
             raise InvalidRequest("slots and returns exclude one another: ask for one of them")
         if self.min_link is not None and self.max_link is not None and self.min_link > self.max_link:
@@ -260,9 +285,36 @@ class Constraints:
                 f"min_link {self.min_link:g} is above max_link {self.max_link:g}: nothing can be between"
             )
 
+    @property
+    def given(self) -> str | None:
+        """Which pivots are given, as `catalogue.posed.Posed` has it."""
+        return next((kind for name, kind in GIVEN.items() if getattr(self, name) is not None), None)
+
+    @property
+    def places(self) -> tuple[tuple[float, float], ...]:
+        """Where the given pivots stand."""
+        places: tuple[tuple[float, float], ...] = next(v for v in (getattr(self, n) for n in GIVEN) if v is not None)
+        return places
+
     def active(self) -> list[str]:
         """Return the names of the constraints that are set."""
         return [f.name for f in fields(self) if getattr(self, f.name) not in ((), None, 0, 0.0, False)]
+
+
+def _two_points(name: str, given: Any) -> tuple[tuple[float, float], ...]:
+    """Return two points given as ((x, y), (x, y)) or (x, y, x, y)."""
+    try:
+        values = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidRequest(f"{name} must be two points, x and y of each") from None
+    if values.shape not in ((2, 2), (4,)):
+        raise InvalidRequest(f"{name} must be two points, x and y of each")
+    if not np.isfinite(values).all():
+        raise InvalidRequest(f"{name} has a coordinate that is not finite")
+    (a, b), (c, d) = values.reshape(2, 2).tolist()
+    if (a, b) == (c, d):
+        raise InvalidRequest(f"{name} coincide at ({a:g}, {b:g}): give two places")
+    return (a, b), (c, d)
 
 
 def weights(rank_by: str | Mapping[str, float]) -> dict[str, float]:

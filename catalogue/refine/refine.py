@@ -58,7 +58,7 @@ def refined(found: Answers, request: Request, wanted: Constraints, price: Callab
         tried, which, good = _tried(now, guides, step, request, wanted)
         good &= price(tried) <= ceiling[open_][which]
         deviation = np.where(good, tried.traced.fit.deviation, np.inf)
-        first = _least(deviation, which)
+        first = least(deviation, which)
         first = first[deviation[first] < now.traced.fit.deviation[which[first]]]
         gained = which[first]
         where = np.zeros(len(found.point), bool)
@@ -107,7 +107,7 @@ def _tried(
     return tried, which, np.logical_and.reduce(list(checks.values()))
 
 
-def _least(value: Array, group: Array) -> Array:
+def least(value: Array, group: Array) -> Array:
     """Return the index of the least value of each group."""
     order = np.lexsort((value, group))
     return np.asarray(order[np.unique(group[order], return_index=True)[1]])

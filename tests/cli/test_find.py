@@ -50,6 +50,14 @@ def test_every_option_reaches_the_library(run: Run, small_db: Path, small: Catal
     assert all(row["rotates"] for row in turning)
 
 
+def test_given_pivots_reach_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
+    told = run("find", "straight-line", "--stroke", "1", "--deviation", "0.01", "--fixed-pivots", "-0.3", "0.5", "1.1",
+               "-0.8", "--within", "0.1", "--limit", "3", "--format", "json", "--db", small_db)  # fmt: skip
+    same = small.find(StraightLine(1, 0.01), fixed_pivots=((-0.3, 0.5), (1.1, -0.8)), within=0.1, limit=3)
+    assert json.loads(told.out) == [c.to_dict() for c in same]
+    assert len(same) == 3
+
+
 def test_csv_holds_the_same_rows(run: Run, small_db: Path) -> None:
     rows = json.loads(run(*ARC, "--limit", 4, "--format", "json", "--db", small_db).out)
     done = run(*ARC, "--limit", 4, "--format", "csv", "--db", small_db)

@@ -1,0 +1,176 @@
+"""Answer a request for which pivots are given: closed-form guides of every series, refined where they stand.
+
+The guided point is posed at many places of the path; each series gives the linkages that guide it there.  They are
+traced in place, the straightest are refined with the given pivots held, and what comes of them is checked and ranked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..guide.in_place import in_place, nominal
+from ..guide.measures import measure
+from ..guide.place import mid_stroke
+from ..guide.span import Span, span
+from ..guide.trace import Traced
+from ..instant import Instant, leading_error
+from ..linkage import Array, Linkage
+from ..posed import Posed
+from ..series import Series
+from .find import REFINED, Trail, ranked
+from .lay import Answers, checked, inside_regions
+from .request import Constraints, Request
+
+#: Places of the path, from start to end, at which the point is posed when the fixed pivots are given.
+PLACES = np.linspace(0.04, 0.96, 47)
+#: Pairs of pivots tried within a tolerance, per unit of effort.
+PAIRS = 24
+#: Guides that are refined for each that is kept.
+SPARE = 3
+#: Which coordinates are held: of A1, A1*, A2, A2*, and of the point, which in mid-stroke may move across only.
+HELD = {
+    "fixed": np.array([1, 1, 0, 0, 1, 1, 0, 0, 0, 0], bool),
+    "moving": np.array([0, 0, 1, 1, 0, 0, 1, 1, 1, 0], bool),
+    "crank": np.array([1, 1, 1, 1, 0, 0, 0, 0, 1, 0], bool),
+}
+#: Designs whose pivots and points differ by less than this part of the stroke are one.
+SAME = 1e-3
+
+
+@dataclass(frozen=True)
+class Built:
+    """Guides in the position in which their series gives them, with what is known of them."""
+
+    linkage: Linkage
+    point: Array
+    series: Array
+
+    def __getitem__(self, index: Array) -> Built:
+        return Built(self.linkage[index], self.point[index], self.series[index])
+
+
+def constructed(
+    series: Mapping[str, Series], request: Request, wanted: Constraints, rank: dict[str, float], *, limit: int,
+    per_series: int, effort: int, trail: Trail,
+) -> Answers | None:  # fmt: skip
+    """Return at most `limit` guides with the given pivots, best first, or None if there is none."""
+    assert wanted.given is not None
+    stop = trail.timed("solve in closed form")
+    problems = posed(request, wanted, effort)
+    codes = wanted.series or list(series)
+    built = solved([series[code] for code in codes if code in series], problems, wanted)
+    trail.solved = len(built.point)
+    stop()
+    stop = trail.timed("trace in place")
+    traced = in_place(span(built.linkage, built.point), request.stroke, request.radius)
+    order = np.argsort(np.where(np.isnan(traced.fit.deviation), np.inf, traced.fit.deviation), kind="stable")
+    order = order[: np.isfinite(traced.fit.deviation).sum()]
+    trail.traced = len(order)
+    order = order[distinct(built[order], request, SPARE * REFINED * effort)]
+    stop()
+    if not len(order):
+        return None
+    stop = trail.timed("refine")
+    ancestors, before = built[order], traced.fit.deviation[order]
+    found, checks = _refined(ancestors, request, wanted, before)
+    good = np.logical_and.reduce(list(checks.values()))
+    trail.removed = {name: int((~passed).sum()) for name, passed in checks.items() if not passed.all()}
+    deviation = np.where(np.isnan(found.traced.fit.deviation), np.inf, found.traced.fit.deviation)
+    best = np.argsort(deviation, kind="stable")
+    best = best[good[best]]
+    trail.least = float(deviation.min())
+    stop()
+    if not len(best):
+        return None
+    best = best[distinct(Built(found.linkage, found.point, ancestors.series)[best], request, len(best))]
+    return found[best[ranked(found[best], np.ones(len(best), bool), request, rank, limit, per_series)]]
+
+
+def posed(request: Request, wanted: Constraints, effort: int) -> Posed:
+    """Return the problems that a request with given pivots poses."""
+    given, pivots = wanted.given, np.array([complex(*p) for p in wanted.places])
+    assert given is not None
+    places = PLACES if given == "fixed" else np.array([0.5])
+    pairs = pivots[None]
+    if wanted.within:
+        drawn = np.random.default_rng(0).random((PAIRS * effort, 4))
+        off = np.sqrt(drawn[:, :2]) * np.exp(2j * np.pi * drawn[:, 2:])  # uniform over the disc
+        pairs = np.concatenate([pairs, pivots + wanted.within * off])
+    point, across = nominal(np.tile(places, len(pairs)), request.stroke, request.radius)
+    middle = nominal(np.array([0.5]), request.stroke, request.radius)
+    centre = middle[0] - request.radius * middle[1] if request.kind == "circle" else np.array([complex(np.nan, np.nan)])
+    return Posed(given, np.repeat(pairs, len(places), axis=0), point, np.repeat(centre, len(point)), across)
+
+
+def solved(series: Iterable[Series], problems: Posed, wanted: Constraints) -> Built:
+    """Return all linkages that the series give, of the families that are wanted."""
+    pivots, points, codes = [np.zeros((0, 2, 2, 3))], [np.zeros(0, complex)], [np.zeros(0, "<U9")]
+    for one in series:
+        answers = one.answers(problems)
+        k = answers.shape[1]
+        linkage, good = Linkage.valid(answers.reshape(-1, 2, 2, 3))
+        if wanted.families:
+            chosen = np.isin(linkage.family, wanted.families)
+            good[good] = chosen
+            linkage = linkage[chosen]
+        pivots.append(linkage.pivots)
+        points.append(np.repeat(problems.point, k)[good])
+        codes.append(np.full(len(linkage), one.code))
+    return Built(Linkage._trusted(np.concatenate(pivots)), np.concatenate(points), np.concatenate(codes))
+
+
+def distinct(built: Built, request: Request, count: int) -> Array:
+    """Return the numbers of the first `count` designs that are unlike those before them."""
+    z = np.concatenate([built.linkage.points.reshape(-1, 4), built.point[:, None]], axis=1)
+    kept: list[int] = []
+    for i in range(len(z)):
+        if len(kept) == count:
+            break
+        if not kept or np.abs(z[kept] - z[i]).max(1).min() > SAME * request.stroke:
+            kept.append(i)
+    return np.array(kept, dtype=int)
+
+
+def _refined(
+    ancestors: Built, request: Request, wanted: Constraints, before: Array
+) -> tuple[Answers, dict[str, Array]]:
+    """Return the refined guides in mid-stroke, and which of them satisfy each constraint."""
+    from ..refine.in_place import refined_in_place
+
+    assert wanted.given is not None
+
+    def good(guides: Span, traced: Traced) -> Array:
+        checks = _answers({}, guides, traced, request, wanted)[1]
+        return np.asarray(np.logical_and.reduce([v for k, v in checks.items() if k != "deviation"]))
+
+    linkage, point = refined_in_place(ancestors.linkage, ancestors.point, request, ~HELD[wanted.given], good)
+    guides = span(linkage, point)
+    instant = Instant(ancestors.linkage)
+    law = leading_error(ancestors.linkage, ancestors.point, circle=request.kind == "circle", tolerance=1e-7)
+    rows = {
+        "id": np.full(len(point), -1),
+        "series": ancestors.series,
+        "family": ancestors.linkage.family,
+        "configuration": instant.configuration,
+        "contact_order": law.order,
+        "unrefined": before,
+    }
+    return _answers(rows, guides, in_place(guides, request.stroke, request.radius), request, wanted)
+
+
+def _answers(
+    rows: dict[str, Array], guides: Span, traced: Traced, request: Request, wanted: Constraints
+) -> tuple[Answers, dict[str, Array]]:
+    linkage, point = mid_stroke(guides, traced)
+    here = span(linkage, point)
+    now = in_place(here, request.stroke, request.radius)
+    m = measure(here, now)
+    checks = checked(request, wanted, now, m)
+    if wanted.fixed_pivots_in is not None or wanted.pivots_in is not None:
+        checks["pivots inside"] = inside_regions(wanted, linkage)
+    if wanted.order and "contact_order" in rows:
+        checks["order"] = rows["contact_order"] >= wanted.order
+    return Answers(rows, linkage, point, np.full(len(point), complex(np.nan, np.nan)), now, m), checks
