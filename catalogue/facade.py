@@ -99,11 +99,11 @@ class Catalogue:
         except TypeError as error:
             raise InvalidRequest(f"unknown constraint: {str(error).split('argument')[-1].strip()}") from None
         rank = weights(rank_by)
-        check_names(self.database, wanted)
         trail = Trail()
         share = -(-limit // 3) if per_series is None else whole("per_series", per_series, 0)
         if wanted.given:
             return self._constructed(request, wanted, rank, limit=limit, per_series=share, effort=effort, trail=trail)
+        check_names(self.database, wanted)
         found = answer(
             self.database,
             request,
@@ -116,7 +116,7 @@ class Catalogue:
             refine=refine,
             cognates=cognates,
         )
-        listed = candidates(found, request) if found is not None else []
+        listed = candidates(found, request, wanted.play) if found is not None else []
         return Found(listed, lambda: explain(self.database, request, wanted, trail, len(listed)))
 
     def _constructed(
@@ -127,7 +127,7 @@ class Catalogue:
         from .query.explain import explain_constructed
 
         found = constructed(self.registry.series, request, wanted, rank, trail=trail, **how)
-        listed = candidates(found, request) if found is not None else []
+        listed = candidates(found, request, wanted.play) if found is not None else []
         return Found(listed, lambda: explain_constructed(request, wanted, trail, len(listed)))
 
     def guide(self, name: int | str) -> StoredGuide:

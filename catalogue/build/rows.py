@@ -119,7 +119,7 @@ def _leading(guides: Span, circle: bool, order: Array) -> Array:
 def at_design(linkage: Linkage) -> Array:
     """Return the transmission angle in the design position, shape (n,) [deg]."""
     z = linkage.points
-    return transmission(linkage, [np.stack([z[:, i, 1]] * 2) for i in (0, 1)], np.zeros((2, len(linkage)), complex))
+    return transmission(linkage, [np.stack([z[:, i, 1]] * 2) for i in (0, 1)], np.zeros((2, len(linkage)), complex))[0]
 
 
 def _longest(reaches: Columns, step: Array, steps: Array, least: Array, circle: bool) -> tuple[Array, Array]:

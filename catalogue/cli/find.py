@@ -12,7 +12,8 @@ from typing import Annotated, Any
 
 import typer
 
-from ..query.request import CRITERIA, CircularArc, Request, StraightLine
+from ..errors import InvalidRequest
+from ..query.request import CRITERIA, GIVEN, CircularArc, Request, StraightLine
 from .options import Db, Format, Output, Plugins
 
 app = typer.Typer(
@@ -67,6 +68,30 @@ Transmission = Annotated[
     float, typer.Option(metavar="DEG", help="Least transmission angle over the stroke, the better crank driving.")
 ]
 FullRotation = Annotated[bool, typer.Option("--full-rotation", help="A crank must be able to turn fully.")]
+SweptIn = Annotated[
+    Box | None, typer.Option("--swept-in", metavar="X0 Y0 X1 Y1", help="Box for the whole linkage over the stroke.")
+]
+KeepOut = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--keep-out", metavar="X0,Y0,X1,Y1",
+        help="Box, or polygon of three or more points, that no link may enter over the stroke; may be repeated.",
+    ),
+]  # fmt: skip
+MinDrive = Annotated[
+    float | None, typer.Option(metavar="DEG", help="Least angle of the driving crank over the stroke.")
+]
+MaxDrive = Annotated[float | None, typer.Option(metavar="DEG", help="Largest one.")]
+MaxRotation = Annotated[float | None, typer.Option(metavar="DEG", help="Largest turn of the coupler over the stroke.")]
+Uniformity = Annotated[
+    float | None, typer.Option(metavar="X", help="Least over largest speed along the path, the crank turning steadily.")
+]
+Advantage = Annotated[
+    float | None, typer.Option(metavar="X", help="Least force along the path over force at the crank pin.")
+]
+Play = Annotated[
+    float, typer.Option(metavar="L", help="Standard deviation of every pivot coordinate, for `expected` and ranking.")
+]
 RankBy = Annotated[
     str, typer.Option(metavar="NAME[=W],...", help=f"What to rank by: {', '.join(CRITERIA)}; several with weights.")
 ]
@@ -110,6 +135,14 @@ def _wishes(
     max_arm: MaxArm = None,
     min_transmission: Transmission = 0.0,
     full_rotation: FullRotation = False,
+    swept_in: SweptIn = None,
+    keep_out: KeepOut = None,
+    min_drive_angle: MinDrive = None,
+    max_drive_angle: MaxDrive = None,
+    max_rotation: MaxRotation = None,
+    min_uniformity: Uniformity = None,
+    min_advantage: Advantage = None,
+    play: Play = 0.0,
     rank_by: RankBy = "balance",
     per_series: PerSeries = None,
     effort: Effort = 1,
@@ -166,8 +199,10 @@ def _find(request: Request, options: dict[str, Any]) -> None:
 
     plural = {"families": "family", "series": "series", "configurations": "configuration"}
     options |= {name: options.pop(option) or () for name, option in plural.items()}
+    options["keep_out"] = [_zone(text) for text in options["keep_out"] or ()]
     output, explain = options.pop("format"), options.pop("explain")
-    with open(options.pop("db"), plugins=options.pop("plugins") or ()) as catalogue:
+    given = any(options[name] for name in GIVEN)  # such guides are made, not looked up
+    with open(options.pop("db"), plugins=options.pop("plugins") or (), build=not given) as catalogue:
         found = catalogue.find(request, **options)
         if explain or not found:
             told = found.explain()
@@ -183,6 +218,19 @@ def _find(request: Request, options: dict[str, Any]) -> None:
         print_candidates(found)
     if not rows:
         raise typer.Exit(1)
+
+
+def _zone(text: str) -> list[float] | list[tuple[float, float]]:
+    """Return a box as four numbers or a polygon as points, from numbers with commas or spaces between."""
+    try:
+        numbers = [float(part) for part in text.replace(",", " ").split()]
+    except ValueError:
+        raise InvalidRequest(f"--keep-out takes numbers such as 0,0,10,20, not {text!r}") from None
+    if len(numbers) == 4:
+        return numbers
+    if len(numbers) < 6 or len(numbers) % 2:
+        raise InvalidRequest(f"--keep-out takes x0,y0,x1,y1 or x and y of three or more points, not {text!r}")
+    return list(zip(numbers[::2], numbers[1::2], strict=True))
 
 
 def _advice(told: str) -> str:

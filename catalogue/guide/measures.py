@@ -36,6 +36,8 @@ class Measures:
     min_transmission : ndarray, shape (n,)
         Least transmission angle over the stroke when the better crank drives [deg]: the angle between the ray of the
         driven dyad and the line that joins the driving moving pivot to it, 0 ... 90.
+    driver : ndarray of int, shape (n,)
+        Number of the crank that drives best, 1 or 2; 0 where there is no crank.
     rotates : ndarray of int, shape (n,)
         Bit i: the crank of dyad i turns fully.
     fixed_box, box : ndarray, shape (n, 4)
@@ -49,6 +51,7 @@ class Measures:
     max_ground: Array
     max_arm: Array
     min_transmission: Array
+    driver: Array
     rotates: Array
     fixed_box: Array
     box: Array
@@ -68,7 +71,7 @@ def measure(guides: Span, traced: Traced, poses: int = POSES) -> Measures:
         path = point + d + x * (point - moving.origin)
         z = linkage.points
         at = [z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin) for i in (0, 1)]
-        angle = transmission(linkage, at, x)
+        angle, driver = transmission(linkage, at, x)
         middle = _middle(path, traced)
         fixed = np.where(linkage.finite[:, :, 0], z[:, :, 0], np.nan)
         now = np.stack([_at(m, middle) for m in at], axis=-1)
@@ -88,12 +91,21 @@ def measure(guides: Span, traced: Traced, poses: int = POSES) -> Measures:
         ]
     boxes = [_box(p) for p in local]
     return Measures(
-        size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, rotates(linkage), boxes[0], boxes[1]
+        size,
+        np.fmax.reduce(links),
+        np.fmin.reduce(links),
+        ground,
+        arm,
+        angle,
+        driver,
+        rotates(linkage),
+        boxes[0],
+        boxes[1],
     )
 
 
-def transmission(linkage: Linkage, at: list[Array], x: Array) -> Array:
-    """Return the least transmission angle over the poses, the better crank driving, shape (n,) [deg].
+def transmission(linkage: Linkage, at: list[Array], x: Array) -> tuple[Array, Array]:
+    """Return the least transmission angle over the poses, the better crank driving, shape (n,) [deg]; and its number.
 
     Parameters
     ----------
@@ -121,7 +133,8 @@ def transmission(linkage: Linkage, at: list[Array], x: Array) -> Array:
         angle = np.where(through, 0.0, np.degrees(np.arcsin(np.clip(np.abs(sine), 0, 1))).min(axis=0))
         no_crank = (kind != RR).all(1)
         least.append(np.where((kind[:, driver] == RR) | no_crank, angle, -1.0))
-    return np.where(np.isnan(least[0] + least[1]), np.nan, np.maximum(*least))
+    better = np.where((kind == RR).any(1), np.where(least[1] > least[0], 2, 1), 0)
+    return np.where(np.isnan(least[0] + least[1]), np.nan, np.maximum(*least)), better
 
 
 def rotates(linkage: Linkage) -> Array:

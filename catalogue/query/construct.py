@@ -11,9 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..errors import InvalidRequest
 from ..guide.in_place import in_place, nominal
 from ..guide.measures import measure
 from ..guide.place import mid_stroke
+from ..guide.practice import Moves
+from ..guide.room import bars
 from ..guide.span import Span, span
 from ..guide.trace import Traced
 from ..instant import Instant, leading_error
@@ -21,7 +24,7 @@ from ..linkage import Array, Linkage
 from ..posed import Posed
 from ..series import Series
 from .find import REFINED, Trail, ranked
-from .lay import Answers, checked, inside_regions
+from .lay import Answers, checked, inside_regions, placed_in
 from .request import Constraints, Request
 
 #: Places of the path, from start to end, at which the point is posed when the fixed pivots are given.
@@ -60,8 +63,10 @@ def constructed(
     assert wanted.given is not None
     stop = trail.timed("solve in closed form")
     problems = posed(request, wanted, effort)
-    codes = wanted.series or list(series)
-    built = solved([series[code] for code in codes if code in series], problems, wanted)
+    unknown = [code for code in wanted.series if code not in series]
+    if unknown:
+        raise InvalidRequest(f"no plugin provides series {unknown[0]!r}; there are {', '.join(series)}")
+    built = solved([series[code] for code in wanted.series or series], problems, wanted)
     trail.solved = len(built.point)
     stop()
     stop = trail.timed("trace in place")
@@ -168,9 +173,10 @@ def _answers(
     here = span(linkage, point)
     now = in_place(here, request.stroke, request.radius)
     m = measure(here, now)
-    checks = checked(request, wanted, now, m)
-    if wanted.fixed_pivots_in is not None or wanted.pivots_in is not None:
-        checks["pivots inside"] = inside_regions(wanted, linkage)
+    checks = checked(request, wanted, here, now, m)
+    if placed_in(wanted):
+        swept = bars(linkage, Moves.of(here, now)) if wanted.swept_in is not None or wanted.keep_out else None
+        checks["pivots inside"] = inside_regions(wanted, linkage, swept)
     if wanted.order and "contact_order" in rows:
         checks["order"] = rows["contact_order"] >= wanted.order
     return Answers(rows, linkage, point, np.full(len(point), complex(np.nan, np.nan)), now, m), checks

@@ -80,6 +80,8 @@ def answer(
         return None
     stop = trail.timed("trace and place")
     found, good = _measured(request, wanted, rank, rows, trail)
+    if wanted.play:
+        found.rows["stray"] = 2 * wanted.play * _sensitivity(found)
     if cognates:
         found, good = _with_cognates(found, good, request, wanted)
     stop()
@@ -114,6 +116,14 @@ def _refined(found: Answers, request: Request, wanted: Constraints, rank: dict[s
     return refined(found, request, wanted, besides)
 
 
+def _sensitivity(found: Answers) -> Array:
+    """Return the standard deviations of paths for errors of 1 of all pivots; infinite for points that return."""
+    from ..refine.sensitivity import sensitivity
+
+    guides = span(found.linkage, found.point, pole=found.pole)
+    return np.where(guides.cusp, np.inf, sensitivity(guides, found.traced).rms)
+
+
 def price(found: Answers, request: Request, rank: dict[str, float]) -> Array:
     """Return what each answer is ranked by: the weighted sum of its criteria, less is better, shape (n,)."""
     m, s = found.measures, request.stroke
@@ -124,7 +134,7 @@ def price(found: Answers, request: Request, rank: dict[str, float]) -> Array:
         "max_ground": np.nan_to_num(m.max_ground) / s,
         "max_arm": m.max_arm / s,
         "transmission": 1 - m.min_transmission / 90,
-        "deviation": found.traced.fit.deviation.astype(float) / request.deviation,
+        "deviation": (found.traced.fit.deviation.astype(float) + found.rows.get("stray", 0.0)) / request.deviation,
     }
     return np.asarray(sum(weight * terms[name] for name, weight in rank.items()))
 

@@ -38,10 +38,18 @@ class Candidate:
         Order of contact of the ancestor there; 99 if it is exact.
     stroke, deviation : float
         Deviation: half the width of the narrowest strip (annulus) that holds the path over the stroke.
+    band, percent : float
+        All of that width; the same in percent of the stroke.
     radius : float or None
         Of the best circle; None for a straight line.
     size, max_link, max_ground, max_arm, min_transmission, rotates
         See `catalogue.guide.measures.Measures`; None where there is no such length.  `rotates`: numbers of the cranks.
+    driver, drive_angle, time_ratio, uniformity, advantage, rotation
+        See `catalogue.guide.practice.Practice`; None where there is no such thing.
+    sensitivity_rms, expected : float or None
+        Standard deviation of the path's displacement across it, where it is largest, if every coordinate of every pivot
+        is off by a standard deviation of 1; deviation plus two of them for the play that was asked for.  None for a
+        point that returns.
     pivots : list
         [[A1, A1*], [A2, A2*]], each [x, y, w], with the guided point in mid-stroke; one that returns at rest.
     guided : list of float
@@ -68,6 +76,16 @@ class Candidate:
     max_arm: float | None
     min_transmission: float
     rotates: list[int]
+    band: float
+    percent: float
+    driver: int | None
+    drive_angle: float | None
+    time_ratio: float | None
+    uniformity: float | None
+    advantage: float | None
+    rotation: float
+    sensitivity_rms: float | None
+    expected: float | None
     pivots: list[list[list[float]]]
     guided: list[float]
     unrefined: float | None = None
@@ -187,17 +205,23 @@ class Found(Sequence[Candidate]):
         return self.explanation()
 
 
-def candidates(answers: Answers, request: Request) -> list[Candidate]:
-    """Return the answers one by one."""
+def candidates(answers: Answers, request: Request, play: float = 0.0) -> list[Candidate]:
+    """Return the answers one by one; `play` is that of every coordinate of every pivot."""
+    from ..guide.practice import practice
+    from ..guide.span import span
+    from ..refine.sensitivity import sensitivity
 
-    def length(value: float) -> float | None:
+    def known(value: float) -> float | None:
         return float(value) if math.isfinite(value) else None
 
-    rows, m, out = answers.rows, answers.measures, []
+    rows, m, fit, out = answers.rows, answers.measures, answers.traced.fit, []
+    guides = span(answers.linkage, answers.point, pole=answers.pole)
+    works = practice(guides, answers.traced, m)
+    strays = np.where(guides.cusp, np.nan, sensitivity(guides, answers.traced).rms)
     change = conditioning(answers.linkage).max(0) < CHANGE
     for i, point in enumerate(answers.point):
         pivots = np.where(answers.linkage.pivots[i] == 0, 0.0, answers.linkage.pivots[i])  # no -0.0
-        curved = request.kind == "circle"
+        deviation, curved = float(fit.deviation[i]), request.kind == "circle"
         out.append(
             Candidate(
                 id=int(rows["id"][i]) if rows["id"][i] >= 0 else None,
@@ -206,14 +230,24 @@ def candidates(answers: Answers, request: Request) -> list[Candidate]:
                 configuration=str(rows["configuration"][i]),
                 order=int(rows["contact_order"][i]),
                 stroke=float(request.stroke),
-                deviation=float(answers.traced.fit.deviation[i]),
-                radius=float(1 / abs(answers.traced.fit.curvature[i])) if curved else None,
+                deviation=deviation,
+                radius=float(1 / abs(fit.curvature[i])) if curved else None,
                 size=float(m.size[i]),
-                max_link=length(m.max_link[i]),
-                max_ground=length(m.max_ground[i]),
-                max_arm=length(m.max_arm[i]),
+                max_link=known(m.max_link[i]),
+                max_ground=known(m.max_ground[i]),
+                max_arm=known(m.max_arm[i]),
                 min_transmission=float(m.min_transmission[i]),
                 rotates=[k + 1 for k in (0, 1) if int(m.rotates[i]) >> k & 1],
+                band=2 * deviation,
+                percent=200 * deviation / float(request.stroke),
+                driver=int(works.driver[i]) or None,
+                drive_angle=known(works.drive_angle[i]),
+                time_ratio=known(works.time_ratio[i]),
+                uniformity=known(works.uniformity[i]),
+                advantage=known(works.advantage[i]),
+                rotation=float(works.rotation[i]),
+                sensitivity_rms=known(strays[i]),
+                expected=known(deviation + 2 * play * strays[i]),
                 pivots=pivots.tolist(),
                 guided=[float(point.real), float(point.imag)],
                 cognate=int(rows["cognate"][i]) or None if "cognate" in rows else None,

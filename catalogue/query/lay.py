@@ -9,11 +9,13 @@ import numpy as np
 from ..guide.kinds import SLOTS
 from ..guide.measures import LEAST_ARM, Measures, measure
 from ..guide.place import at_stroke, mirrored, placed
+from ..guide.practice import Moves, practice
+from ..guide.room import bars, stays_clear, stays_inside
 from ..guide.span import Span, span
 from ..guide.trace import Traced, trace
 from ..linkage import Array, Linkage
 from .narrow import flips
-from .request import Constraints, Region, Request
+from .request import PRACTICE, Constraints, Region, Request
 
 
 @dataclass(frozen=True)
@@ -72,21 +74,34 @@ def laid(
         pole = np.where(there, -request.stroke / traced.fit.stroke * traced.fit.along.conj() * traced.fit.start, 0)
     turns = [(np.zeros(len(point), bool), circle & (traced.fit.curvature > 0))]  # the arc is to bulge to +y
     bulging, _ = mirrored(linkage, point, request.stroke, *turns[0])
-    reverse, over, inside = _orientation(request, wanted, bulging)
+    swept = None
+    if wanted.swept_in is not None or wanted.keep_out:
+        upright = [mirrored(linkage, z, request.stroke, *turns[0])[1] for z in (point, pole)]
+        first = span(bulging, upright[0], pole=upright[1])
+        moves = Moves.of(first, at_stroke(first, request.stroke, circle=circle, extend=False))
+        swept = bars(bulging, moves)
+    reverse, over, inside = _orientation(request, wanted, bulging, swept)
     for turn in (*turns, (reverse, over)):
         _, pole = mirrored(linkage, pole, request.stroke, *turn)
         linkage, point = mirrored(linkage, point, request.stroke, *turn)
     here = span(linkage, point, pole=pole)
     now = at_stroke(here, request.stroke, circle=circle, extend=False)
     m = measure(here, now)
-    checks = checked(request, wanted, now, m)
+    checks = checked(request, wanted, here, now, m)
     checks["deviation"] &= there
-    if wanted.fixed_pivots_in is not None or wanted.pivots_in is not None:
+    if placed_in(wanted):
         checks["pivots inside"] = inside
     return Answers(rows, linkage, point, pole, now, m), checks
 
 
-def checked(request: Request, wanted: Constraints, now: Traced, m: Measures) -> dict[str, Array]:
+def placed_in(wanted: Constraints) -> bool:
+    """Whether it matters where the linkage stands."""
+    return any(region is not None for region in (wanted.fixed_pivots_in, wanted.pivots_in, wanted.swept_in)) or bool(
+        wanted.keep_out
+    )
+
+
+def checked(request: Request, wanted: Constraints, guides: Span, now: Traced, m: Measures) -> dict[str, Array]:
     """Return which guides satisfy each constraint that does not ask where their pivots stand."""
     with np.errstate(invalid="ignore"):
         held = np.abs(now.fit.stroke - request.stroke) <= 1e-6 * request.stroke
@@ -103,24 +118,41 @@ def checked(request: Request, wanted: Constraints, now: Traced, m: Measures) -> 
         checks["min_transmission"] = m.min_transmission >= wanted.min_transmission
         if wanted.full_rotation:
             checks["full_rotation"] = m.rotates > 0
+        bounds = {name: getattr(wanted, name) for name in PRACTICE if getattr(wanted, name) is not None}
+        if bounds:
+            works = practice(guides, now, m)
+            for name, bound in bounds.items():
+                side, _, column = name.partition("_")
+                value = getattr(works, column)
+                checks[name] = value >= bound if side == "min" else value <= bound
     return checks
 
 
-def _orientation(request: Request, wanted: Constraints, linkage: Linkage) -> tuple[Array, Array, Array]:
-    """Return how to lay each guide so that its pivots stand inside the regions: reverse, over, and whether they do."""
+def _orientation(
+    request: Request, wanted: Constraints, linkage: Linkage, swept: Array | None
+) -> tuple[Array, Array, Array]:
+    """Return how to lay each guide so that it stands inside the regions: reverse, over, and whether it does."""
     n = len(linkage)
     reverse, over, inside = np.zeros(n, bool), np.zeros(n, bool), np.zeros(n, bool)
     for flip in flips(request):
-        laid, _ = mirrored(linkage, np.zeros(n, complex), request.stroke, np.full(n, flip[0]), np.full(n, flip[1]))
-        good = inside_regions(wanted, laid)
+        turn = np.full(n, flip[0]), np.full(n, flip[1])
+        laid, _ = mirrored(linkage, np.zeros(n, complex), request.stroke, *turn)
+        room = None if swept is None else mirrored(linkage[:1], swept, request.stroke, *(t[:1] for t in turn))[1]
+        good = inside_regions(wanted, laid, room)
         new = good & ~inside
         reverse, over, inside = np.where(new, flip[0], reverse), np.where(new, flip[1], over), inside | good
     return reverse, over, inside
 
 
-def inside_regions(wanted: Constraints, linkage: Linkage) -> Array:
-    """Return which linkages have their pivots in the regions for them."""
-    return _inside(wanted.fixed_pivots_in, linkage, (0,)) & _inside(wanted.pivots_in, linkage, (0, 1))
+def inside_regions(wanted: Constraints, linkage: Linkage, swept: Array | None) -> Array:
+    """Return which linkages have their pivots, and their `bars` over the stroke, where they may be."""
+    good = _inside(wanted.fixed_pivots_in, linkage, (0,)) & _inside(wanted.pivots_in, linkage, (0, 1))
+    if swept is not None:
+        if wanted.swept_in is not None:
+            good = good & stays_inside(wanted.swept_in, swept)
+        for zone in wanted.keep_out:
+            good = good & stays_clear(zone, swept)
+    return good
 
 
 def _inside(region: Region | None, linkage: Linkage, planes: tuple[int, ...]) -> Array:

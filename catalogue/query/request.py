@@ -18,6 +18,9 @@ from ..linkage import Array
 CRITERIA = ("balance", "size", "deviation", "transmission", "max_link", "max_ground", "max_arm")
 
 
+#: Bounds on lengths, and on what `catalogue.guide.practice` knows.
+LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "max_arm")
+PRACTICE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")
 #: Constraints that say where pivots stand, and what that gives.
 GIVEN = {"fixed_pivots": "fixed", "moving_pivots": "moving", "crank": "crank"}
 
@@ -219,12 +222,21 @@ class Constraints:
         Where the fixed and, in mid-stroke, the moving pivot of one crank stand.
     within : float
         How far off given pivots may stand.
+    swept_in : region as above, optional
+        Within which the whole linkage stays over the stroke; see `catalogue.guide.room`.
+    keep_out : sequence of regions
+        Into which no part of it may come over the stroke.
     max_size, max_link, min_link, max_ground, max_arm : float, optional
         See `catalogue.guide.measures.Measures`.
     min_transmission : float
         Least transmission angle over the stroke, the better crank driving [deg].
     full_rotation : bool
         A crank must be able to turn fully.
+    min_drive_angle, max_drive_angle, max_rotation, min_uniformity, min_advantage : float, optional
+        See `catalogue.guide.practice.Practice` [deg, deg, deg, 1, 1].
+    play : float
+        Standard deviation of every coordinate of every pivot, from play and manufacture [length].  It strays the path:
+        what a deviation is ranked by is then `Candidate.expected`.
     """
 
     families: Sequence[str] = ()
@@ -240,6 +252,8 @@ class Constraints:
     moving_pivots: Any = None
     crank: Any = None
     within: float = 0.0
+    swept_in: Any = None
+    keep_out: Any = ()
     max_size: float | None = None
     max_link: float | None = None
     min_link: float | None = None
@@ -247,15 +261,22 @@ class Constraints:
     max_arm: float | None = None
     min_transmission: float = 0.0
     full_rotation: bool = False
+    min_drive_angle: float | None = None
+    max_drive_angle: float | None = None
+    max_rotation: float | None = None
+    min_uniformity: float | None = None
+    min_advantage: float | None = None
+    play: float = 0.0
 
     def __post_init__(self) -> None:
         for name in ("families", "series", "configurations"):
             value = getattr(self, name)
             object.__setattr__(self, name, (value,) if isinstance(value, str) else tuple(value))
-        for name in ("max_size", "max_link", "min_link", "max_ground", "max_arm"):
+        for name in (*LENGTHS, *PRACTICE):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, positive(name, getattr(self, name)))
-        for name in ("fixed_pivots_in", "pivots_in"):
+        object.__setattr__(self, "keep_out", _zones(self.keep_out))
+        for name in ("fixed_pivots_in", "pivots_in", "swept_in"):
             value = getattr(self, name)
             if value is not None and not isinstance(value, Region):
                 object.__setattr__(self, name, Region.of(name, value))
@@ -272,7 +293,9 @@ class Constraints:
             object.__setattr__(self, name, _two_points(name, getattr(self, name)))
         if len(given) > 1:
             raise InvalidRequest(f"{given[0]} and {given[1]} exclude one another: give one of them")
-        if self.within:
+        if self.play != 0:
+            object.__setattr__(self, "play", positive("play", self.play))
+        if self.within != 0:
             object.__setattr__(self, "within", positive("within", self.within))
             if not given:
                 raise InvalidRequest(f"within says how far off given pivots may stand: give {', '.join(GIVEN)}")
@@ -299,6 +322,17 @@ class Constraints:
     def active(self) -> list[str]:
         """Return the names of the constraints that are set."""
         return [f.name for f in fields(self) if getattr(self, f.name) not in ((), None, 0, 0.0, False)]
+
+
+def _zones(given: Any) -> tuple[Region, ...]:
+    """Return regions given as a sequence of them, or one of them."""
+    try:
+        zones = list(given)
+    except TypeError:
+        raise InvalidRequest("keep_out must be a sequence of regions: x0, y0, x1, y1 or points of each") from None
+    if zones and all(isinstance(value, int | float) for value in zones):
+        zones = [zones]
+    return tuple(z if isinstance(z, Region) else Region.of("keep_out", z) for z in zones)
 
 
 def _two_points(name: str, given: Any) -> tuple[tuple[float, float], ...]:

@@ -58,6 +58,21 @@ def test_given_pivots_reach_the_library(run: Run, small_db: Path, small: Catalog
     assert len(same) == 3
 
 
+def test_zones_and_practice_reach_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
+    told = run(
+        *LINE, "--keep-out", "-200,-300,400,-1", "--keep-out", "60 80 90 80 75 140", "--swept-in", -300, -300, 450, 450,
+        "--max-rotation", 70, "--play", 0.01, "--limit", 3, "--format", "json", "--db", small_db,
+    )  # fmt: skip
+    zones = [(-200, -300, 400, -1), ((60, 80), (90, 80), (75, 140))]
+    same = small.find(
+        StraightLine(150, 0.05), keep_out=zones, swept_in=(-300, -300, 450, 450), max_rotation=70, play=0.01, limit=3
+    )
+    assert json.loads(told.out) == json.loads(same.to_json())
+    assert len(same) == 3
+    assert run(*LINE, "--keep-out", "1,2,x", "--db", small_db).code == 2
+    assert "three or more points" in run(*LINE, "--keep-out", "1,2,3,4,5", "--db", small_db).err
+
+
 def test_csv_holds_the_same_rows(run: Run, small_db: Path) -> None:
     rows = json.loads(run(*ARC, "--limit", 4, "--format", "json", "--db", small_db).out)
     done = run(*ARC, "--limit", 4, "--format", "csv", "--db", small_db)
