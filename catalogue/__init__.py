@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from .instant import Curvature, curvature
     from .linkage import Linkage
     from .query import Candidate, CircularArc, Constraints, Found, StraightLine
+    from .query.standstill import StandStill
 
 _HOME = {
     "Candidate": "query",
@@ -46,6 +47,7 @@ _HOME = {
     "Linkage": "linkage",
     "MissingExtra": "errors",
     "PluginError": "errors",
+    "StandStill": "query.standstill",
     "StraightLine": "query",
     "classify": "facade",
     "curvature": "instant",
@@ -68,6 +70,7 @@ __all__ = [
     "Linkage",
     "MissingExtra",
     "PluginError",
+    "StandStill",
     "StraightLine",
     "__version__",
     "classify",

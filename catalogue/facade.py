@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from .build import Progress
     from .classification import Classification
     from .plugins import Registry
+    from .query.standstill import Dwellings, StandStill
     from .query.stored import StoredGuide
 
 
@@ -94,10 +95,7 @@ class Catalogue:
         if not isinstance(request, Request):
             raise InvalidRequest(f"find wants a StraightLine or CircularArc, not {request!r}")
         limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
-        try:
-            wanted = Constraints(**constraints)
-        except TypeError as error:
-            raise InvalidRequest(f"unknown constraint: {str(error).split('argument')[-1].strip()}") from None
+        wanted = _constraints(constraints)
         rank = weights(rank_by)
         trail = Trail()
         share = -(-limit // 3) if per_series is None else whole("per_series", per_series, 0)
@@ -129,6 +127,41 @@ class Catalogue:
         found = constructed(self.registry.series, request, wanted, rank, trail=trail, **how)
         listed = candidates(found, request, wanted.play) if found is not None else []
         return Found(listed, lambda: explain_constructed(request, wanted, trail, len(listed)))
+
+    def find_dwells(self, request: StandStill, *, limit: int = 12, effort: int = 1, **constraints: Any) -> Dwellings:
+        """Return crank-driven linkages with a dyad whose rocker stands still, the best transmission angle first.
+
+        Parameters
+        ----------
+        request : StandStill
+        limit : int
+            How many at most.
+        effort : int
+            How many stored arcs of each series are looked at, 150 per unit.
+        **constraints
+            families, series, configurations, order, pins_only and min_transmission of
+            `catalogue.query.request.Constraints`.
+
+        Raises
+        ------
+        InvalidRequest
+            If the request, a constraint or a name is impossible.
+        DatabaseError
+            If the database cannot be read.
+        """
+        from .query.dwells import find_dwells
+        from .query.standstill import StandStill
+
+        if not isinstance(request, StandStill):
+            raise InvalidRequest(f"find_dwells wants a StandStill, not {request!r}")
+        wanted = _constraints(constraints)
+        known = {"families", "series", "configurations", "order", "pins_only", "min_transmission"}
+        other = [name for name in wanted.active() if name not in known]
+        if other:
+            raise InvalidRequest(f"{other[0]} does not go with a dwell; there are {', '.join(sorted(known))}")
+        check_names(self.database, wanted)
+        limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
+        return find_dwells(self.database, request, wanted, limit=limit, effort=effort)
 
     def guide(self, name: int | str) -> StoredGuide:
         """Return a stored guide by its id, or the first guide of a named design.
@@ -241,6 +274,13 @@ def classify(
     from .plugins import Registry
 
     return _classify(linkage, Registry(plugins), tolerance)
+
+
+def _constraints(given: dict[str, Any]) -> Constraints:
+    try:
+        return Constraints(**given)
+    except TypeError as error:
+        raise InvalidRequest(f"unknown constraint: {str(error).split('argument')[-1].strip()}") from None
 
 
 def _classify(linkage: Linkage | npt.ArrayLike, registry: Registry, tolerance: float | None) -> Classification:

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from .. import __version__
-from . import build, census, classify, find, plate, plugins, show
+from . import build, census, classify, dwell, find, plate, plugins, show
 
 app = typer.Typer(
     name="catalogue",
@@ -20,6 +20,7 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
     add_completion=False,
 )
+find.app.command("dwell")(dwell.dwell)
 app.add_typer(find.app, name="find")
 app.command()(build.build)
 app.command()(classify.classify)

@@ -109,6 +109,20 @@ def transmission(linkage: Linkage, at: list[Array], x: Array) -> tuple[Array, Ar
 
     Parameters
     ----------
+    at, x
+        As in `transmissions`.
+    """
+    least = transmissions(linkage, at, x)
+    better = np.where((linkage.dyads == RR).any(1), np.where(least[1] > least[0], 2, 1), 0)
+    return np.where(np.isnan(least[0] + least[1]), np.nan, np.maximum(*least)), better
+
+
+def transmissions(linkage: Linkage, at: list[Array], x: Array) -> Array:
+    """Return the least transmission angle over the poses with either dyad driving, shape (2, n) [deg]; -1 for one that
+    is no crank, if the other is.
+
+    Parameters
+    ----------
     at : two complex ndarrays, shape (m, n)
         Positions of the moving pivots (for a slide: anything finite) at Chebyshev points of the stroke, between which
         the sine of the angle is interpolated.
@@ -133,8 +147,7 @@ def transmission(linkage: Linkage, at: list[Array], x: Array) -> tuple[Array, Ar
         angle = np.where(through, 0.0, np.degrees(np.arcsin(np.clip(np.abs(sine), 0, 1))).min(axis=0))
         no_crank = (kind != RR).all(1)
         least.append(np.where((kind[:, driver] == RR) | no_crank, angle, -1.0))
-    better = np.where((kind == RR).any(1), np.where(least[1] > least[0], 2, 1), 0)
-    return np.where(np.isnan(least[0] + least[1]), np.nan, np.maximum(*least)), better
+    return np.stack(least)
 
 
 def rotates(linkage: Linkage) -> Array:

@@ -13,7 +13,7 @@ from typing import Any
 
 import pytest
 
-from catalogue import Candidate, Catalogue, StraightLine
+from catalogue import Candidate, Catalogue, StandStill, StraightLine
 
 Run = Callable[..., Any]
 LINE = ("find", "straight-line", "--stroke", 150, "--deviation", 0.05)
@@ -276,3 +276,15 @@ def test_importing_the_package_imports_nothing_heavy(environment: dict[str, str]
     )
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
     assert done.stderr == ""
+
+
+def test_dwells_in_every_format(run: Run, small_db: Path, small: Catalogue) -> None:
+    wish = ("find", "dwell", "--angle", 40, "--residual", 1, "--swing", 20, "--limit", 3, "--db", small_db)
+    same = small.find_dwells(StandStill(40, 1, 20), limit=3)
+    assert json.loads(run(*wish, "--format", "json").out) == json.loads(same.to_json())
+    rows = list(csv.DictReader(io.StringIO(run(*wish, "--format", "csv").out)))
+    assert [float(r["angle"]) for r in rows] == [d.angle for d in same]
+    assert "Dwells of 40" in run(*wish).out
+    nothing = run("find", "dwell", "--angle", 290, "--residual", 0.001, "--swing", 100, "--db", small_db)
+    assert nothing.code == 1
+    assert "no dwell found" in nothing.err

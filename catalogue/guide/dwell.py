@@ -1,0 +1,133 @@
+"""Dwells: while a coupler point runs along a circular arc, a dyad hinged to it and to the arc's centre stands still.
+
+The crank turns fully and steadily.  The output dyad is a rod as long as the arc's radius, from the guided point P to a
+joint D, which stands at the centre of the arc during the dwell, and a rocker from D to a fixed pivot E.  Everything is
+read on the full turn of the crank: the rocker's swing, how long it stands still within a given angle, and the least
+transmission angle at D.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ..linkage import Array
+from ..motion import motion
+from .measures import transmissions
+from .minimax import grid
+from .span import Span
+
+#: Offsets of the band in which a rocker stands still from its angle in the reference position, in half bands.
+OFFSETS = np.linspace(-1, 1, 21)
+#: Intervals between the Chebyshev points of the turn at which transmission angles are interpolated.
+NODES = 96
+
+
+@dataclass(frozen=True)
+class Dwell:
+    """What rockers do over a full turn of the crank, arrays of one shape.
+
+    Attributes
+    ----------
+    angle : ndarray
+        By how much the crank turns while the rocker keeps within the band about its reference position [deg].
+    residual : ndarray
+        Range of the rocker's angles meanwhile [deg].
+    swing : ndarray
+        Range of the rocker's angles over the turn [deg]; NaN if rod and rocker do not reach all the way round.
+    transmission : ndarray
+        Least angle between rod and rocker over the turn, 0 ... 90 [deg].
+    """
+
+    angle: Array
+    residual: Array
+    swing: Array
+    transmission: Array
+
+    def __getitem__(self, index: Any) -> Dwell:
+        return Dwell(*(getattr(self, f.name)[index] for f in fields(self)))
+
+
+def turned(guides: Span, crank: Array, count: int) -> tuple[Array, Array]:
+    """Return the guided points at `count` even steps over a full turn of the cranks with numbers 1 or 2, (count, n),
+    the reference position between the two middle ones; and the least transmission angle meanwhile [deg].
+
+    NaN for cranks that do not turn fully.
+    """
+    moving = motion(guides.linkage, crank, guides.point, pole=guides.pole)
+    step = (np.arange(count) + 0.5) / count * 2 - 1
+    full = ~np.isfinite(moving.interval).any(axis=0)
+    with np.errstate(all="ignore"):
+        d, x = moving.pose(np.tan(0.5 * np.pi * step)[:, None] + np.zeros(len(guides)))
+        path = guides.point + d + x * (guides.point - moving.origin)
+        d, x = moving.pose(np.tan(0.5 * np.pi * (1 - 1e-9) * grid(NODES).nodes)[:, None] + np.zeros(len(guides)))
+        z = guides.linkage.points[:, :, 1]
+        pins = [z[:, i] + d + x * (z[:, i] - moving.origin) for i in (0, 1)]
+        angle = transmissions(guides.linkage, pins, x)
+    angle = np.take_along_axis(angle, crank[None] - 1, axis=0)[0]
+    return np.where(full, path, np.nan), np.where(full, angle, np.nan)
+
+
+def dwells(path: Array, centre: Array, pivot: Array, residual: float, swing: float = 0.0) -> Dwell:
+    """Return what rockers do whose rods follow a path, arrays (n, m).
+
+    Parameters
+    ----------
+    path : complex ndarray, shape (f, n)
+        Guided points over a full turn in even steps, the dwell in its middle.
+    centre : complex ndarray, shape (n,)
+        Where the joint D stands in the middle of the dwell.
+    pivot : complex ndarray, shape (n, m)
+        Fixed pivots E of rockers to try.
+    residual : float
+        Width of the band in which a rocker is said to stand still [deg].
+    swing : float
+        Rockers that swing less are of no interest [deg].
+
+    Returns
+    -------
+    Dwell
+        NaN where rod and rocker do not reach all the way round, or the rocker turns fully.
+    """
+    middle = len(path) // 2
+    start = 0.5 * (path[middle - 1] + path[middle])
+    rod, rocker = np.abs(start - centre)[:, None], np.abs(centre[:, None] - pivot)
+    with np.errstate(all="ignore"):
+        side = np.sign(((start[:, None] - pivot).conj() * (centre[:, None] - pivot)).imag)
+        arm = path[..., None] - pivot
+        square = arm.real**2 + arm.imag**2
+        cosine = (rod**2 + rocker**2 - np.stack([square.min(0), square.max(0)])) / (2 * rod * rocker)
+        transmission = 90 - np.degrees(np.arcsin(np.abs(cosine).max(0)))
+        which = np.nonzero((np.abs(cosine) < 1).all(0))
+        arm, square = (np.moveaxis(a, 0, -1)[which].T for a in (arm, square))
+        place, rod_, rocker_ = (centre[:, None] - pivot)[which], rod[which[0], 0], rocker[which]
+        foot = 0.5 * (square + rocker_**2 - rod_**2)
+        joint = arm * (foot + 1j * side[which] * np.sqrt(square * rocker_**2 - foot**2)) / square
+        angle = np.degrees(np.unwrap(np.angle(joint * place.conj()), axis=0))
+    found = np.full((3, *pivot.shape), np.nan)
+    range_ = np.ptp(angle, axis=0)
+    full = np.abs(angle[-1] - angle[0]) > 180  # over a turn that ends where it began
+    range_[full] = np.nan
+    some = range_ >= swing
+    found[0][which] = range_
+    to = tuple(w[some] for w in which)
+    found[1][to], found[2][to] = _standing(angle[:, some], residual)
+    return Dwell(found[1], found[2], found[0], np.where(np.isnan(found[0]), np.nan, transmission))
+
+
+def _standing(angle: Array, residual: float) -> tuple[Array, Array]:
+    """Return for how many degrees of the turn rockers stay in the best band of that width, and the range meanwhile."""
+    count, middle = len(angle), len(angle) // 2
+    best, held = np.full(angle.shape[1:], -1.0), np.full(angle.shape[1:], np.nan)
+    for offset in OFFSETS:
+        inside = np.abs(angle - 0.5 * residual * offset) <= 0.5 * residual
+        after = np.logical_and.accumulate(inside[middle:], axis=0)
+        before = np.logical_and.accumulate(inside[:middle][::-1], axis=0)
+        run = (after.sum(0) + before.sum(0) - 1) * 360.0 / count
+        kept = np.concatenate([before[::-1], after])
+        spread = np.where(kept, angle, -np.inf).max(0) - np.where(kept, angle, np.inf).min(0)
+        better = run > best
+        best, held = np.where(better, run, best), np.where(better, spread, held)
+    return np.maximum(best, 0.0), held
