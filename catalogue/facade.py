@@ -16,7 +16,7 @@ from .linkage import Linkage
 from .query.explain import explain
 from .query.find import Trail, answer, check_names
 from .query.found import Found, candidates
-from .query.request import Constraints, Request, weights, whole
+from .query.request import Constraints, Request, positive, weights, whole
 from .store import Database, get_setting
 
 if TYPE_CHECKING:
@@ -61,6 +61,7 @@ class Catalogue:
         effort: int = 1,
         refine: bool = False,
         cognates: bool = False,
+        round_to: float | None = None,
         **constraints: Any,
     ) -> Found:
         """Return the best guides for a request, each verified on its finite motion at the stroke asked for.
@@ -81,7 +82,9 @@ class Catalogue:
             constraints hold; `Candidate.unrefined` says what it was.
         cognates : bool
             Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see `Candidate.cognate`.
-            Not with given pivots.
+        round_to : float, optional
+            Make the lengths of links, and the place of the guided point in the coupler, multiples of this; see
+            `Candidate.lengths`.
         **constraints
             See `catalogue.query.request.Constraints`.
 
@@ -99,6 +102,12 @@ class Catalogue:
         rank = weights(rank_by)
         trail = Trail()
         share = -(-limit // 3) if per_series is None else whole("per_series", per_series, 0)
+        if round_to is not None:
+            round_to = positive("round_to", round_to)
+        if wanted.given and (cognates or round_to is not None):
+            raise InvalidRequest(
+                "cognates and round_to move the pivots: they cannot be asked for where pivots are given"
+            )
         if wanted.given:
             return self._constructed(request, wanted, rank, limit=limit, per_series=share, effort=effort, trail=trail)
         check_names(self.database, wanted)
@@ -113,6 +122,7 @@ class Catalogue:
             trail=trail,
             refine=refine,
             cognates=cognates,
+            round_to=round_to,
         )
         listed = candidates(found, request, wanted.play) if found is not None else []
         return Found(listed, lambda: explain(self.database, request, wanted, trail, len(listed)))

@@ -8,6 +8,7 @@ import json
 import sys
 from collections.abc import Callable
 from inspect import Signature, signature
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -110,6 +111,10 @@ Cognates = Annotated[
     bool,
     typer.Option("--cognates", help="Offer the cognates of four-bars and slider-cranks too: same path, other pivots."),
 ]
+RoundTo = Annotated[
+    float | None, typer.Option(metavar="L", help="Make all lengths multiples of L, and keep those that still serve.")
+]
+Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the best one: PNG, SVG or PDF by the suffix.")]
 Limit = Annotated[int, typer.Option(metavar="N", help="How many guides to list.")]
 Explain = Annotated[bool, typer.Option("--explain", help="Say what each constraint removed and how long it took.")]
 
@@ -148,8 +153,10 @@ def _wishes(
     effort: Effort = 1,
     refine: Refine = False,
     cognates: Cognates = False,
+    round_to: RoundTo = None,
     limit: Limit = 12,
     explain: Explain = False,
+    plot: Plot = None,
     format: Output = Format.table,
     db: Db = None,
     plugins: Plugins = None,
@@ -200,13 +207,16 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     plural = {"families": "family", "series": "series", "configurations": "configuration"}
     options |= {name: options.pop(option) or () for name, option in plural.items()}
     options["keep_out"] = [_zone(text) for text in options["keep_out"] or ()]
-    output, explain = options.pop("format"), options.pop("explain")
+    output, explain, plot = options.pop("format"), options.pop("explain"), options.pop("plot")
     given = any(options[name] for name in GIVEN)  # such guides are made, not looked up
     with open(options.pop("db"), plugins=options.pop("plugins") or (), build=not given) as catalogue:
         found = catalogue.find(request, **options)
         if explain or not found:
             told = found.explain()
             print(told if explain else _advice(told), file=sys.stderr)
+    if plot is not None and found:
+        found[0].plot(plot)
+        print(f"drawn: {plot}", file=sys.stderr)
     rows = [c.to_dict() for c in found]
     if output is Format.json:
         print(json.dumps(rows, indent=1, allow_nan=False))
@@ -238,10 +248,10 @@ def _advice(told: str) -> str:
 
 
 def _csv(rows: list[dict[str, Any]]) -> str:
-    from ..query.found import Candidate
+    from ..query.found import COLUMNS
 
     out = io.StringIO()
-    writer = csv.DictWriter(out, list(Candidate.__dataclass_fields__), lineterminator="\n")
+    writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
     writer.writeheader()
-    writer.writerows({k: json.dumps(v) if isinstance(v, list) else v for k, v in row.items()} for row in rows)
+    writer.writerows({k: json.dumps(v) if isinstance(v, list | dict) else v for k, v in row.items()} for row in rows)
     return out.getvalue()

@@ -62,9 +62,11 @@ def answer(
     trail: Trail,
     refine: bool = False,
     cognates: bool = False,
+    round_to: float | None = None,
 ) -> Answers | None:
     """Return at most `limit` verified answers, best first, or None if there is none.
 
+    With `round_to` their lengths are made multiples of it, and those that meet the constraints so are kept.
     With `cognates` those of all traced guides are answers too.
     With `refine` the best `REFINED` per unit of effort, at least `limit`, are refined before they are ranked again.
     """
@@ -94,6 +96,13 @@ def answer(
                          request, wanted, rank)  # fmt: skip
         good = np.ones(len(found.point), bool)
         stop()
+    if round_to is not None:
+        stop = trail.timed("round lengths")
+        found, good = _with_round_lengths(found[good], round_to, request, wanted)
+        stop()
+        if not good.any():
+            trail.removed["round_to"] = len(good)
+            return None
     return final(found[ranked(found, good, request, rank, limit, per_series)], request)
 
 
@@ -195,6 +204,18 @@ def _with_cognates(found: Answers, good: Array, request: Request, wanted: Constr
     rows = {name: values[which] for name, values in found.rows.items()} | {"cognate": number}
     more, checks = laid(request, wanted, rows, guides, traced)
     return together(found, more), np.concatenate([good, np.logical_and.reduce(list(checks.values()))])
+
+
+def _with_round_lengths(found: Answers, step: float, request: Request, wanted: Constraints) -> tuple[Answers, Array]:
+    """Return answers with lengths that are multiples of a step, and which of them meet all constraints."""
+    from ..dimensions import rounded
+
+    linkage, point, made = rounded(found.linkage, found.point, step)
+    rows = {name: values[made] for name, values in found.rows.items()}
+    guides = span(linkage, point, pole=found.pole[made])
+    traced = at_stroke(guides, request.stroke, circle=request.kind == "circle", nodes=16, extend=False)
+    answers, checks = laid(request, wanted, rows, guides, traced)
+    return answers, np.logical_and.reduce(list(checks.values()))
 
 
 def check_names(database: Database, wanted: Constraints) -> None:

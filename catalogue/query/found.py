@@ -140,9 +140,17 @@ class Candidate:
             raise InvalidRequest("the guided point returns: its sensitivity is not known")
         return sensitivity(here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False))
 
+    @property
+    def lengths(self) -> dict[str, float]:
+        """Lengths of the links and place of the guided point in the coupler, by name; see `catalogue.dimensions`."""
+        from ..dimensions import dimensions
+
+        found = dimensions(self.linkage, np.array([complex(*self.guided)]))
+        return {name: float(value[0]) for name, value in found.items()}
+
     def to_dict(self) -> dict[str, Any]:
-        """Return the candidate as plain Python numbers, lists and strings."""
-        return asdict(self)
+        """Return the candidate as plain Python numbers, lists and strings, its lengths included."""
+        return {**asdict(self), "lengths": self.lengths}
 
     def plot(self, file: str | Path | None = None) -> Any:
         """Draw the linkage in mid-stroke with ghosts at the ends, its path and the deviation.
@@ -164,6 +172,10 @@ class Candidate:
         from ..draw import draw
 
         return draw(self, file)
+
+
+#: What a candidate is printed as.
+COLUMNS = (*Candidate.__dataclass_fields__, "lengths")
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,8 +202,7 @@ class Found(Sequence[Candidate]):
         """Return one row per candidate."""
         import pandas as pd
 
-        names = list(Candidate.__dataclass_fields__)
-        return pd.DataFrame([c.to_dict() for c in self.candidates], columns=names)
+        return pd.DataFrame([c.to_dict() for c in self.candidates], columns=list(COLUMNS))
 
     def to_json(self) -> str:
         """Return a JSON list of the candidates."""

@@ -13,7 +13,8 @@ from typing import Any
 
 import pytest
 
-from catalogue import Candidate, Catalogue, StandStill, StraightLine
+from catalogue import Catalogue, StandStill, StraightLine
+from catalogue.query.found import COLUMNS
 
 Run = Callable[..., Any]
 LINE = ("find", "straight-line", "--stroke", 150, "--deviation", 0.05)
@@ -78,7 +79,7 @@ def test_csv_holds_the_same_rows(run: Run, small_db: Path) -> None:
     done = run(*ARC, "--limit", 4, "--format", "csv", "--db", small_db)
     assert done.err == ""
     read = list(csv.DictReader(io.StringIO(done.out)))
-    assert list(read[0]) == list(Candidate.__dataclass_fields__)
+    assert list(read[0]) == list(COLUMNS)
     assert [int(r["id"]) for r in read] == [r["id"] for r in rows]
     assert [json.loads(r["pivots"]) for r in read] == [r["pivots"] for r in rows]
     assert [float(r["deviation"]) for r in read] == [r["deviation"] for r in rows]
@@ -110,7 +111,7 @@ def test_explain_goes_to_standard_error(run: Run, small_db: Path) -> None:
 def test_an_empty_answer_is_exit_code_1_and_advice(run: Run, small_db: Path, output: str) -> None:
     done = run(*LINE, "--max-size", 10, "--format", output, "--db", small_db)
     assert done.code == 1
-    assert {"json": "[]\n", "table": ""}.get(output, ",".join(Candidate.__dataclass_fields__) + "\n") == done.out
+    assert {"json": "[]\n", "table": ""}.get(output, ",".join(COLUMNS) + "\n") == done.out
     assert done.err.startswith("catalogue: no guide found: relax max_size 10")
     assert len(done.err.splitlines()) == 1
 
@@ -276,6 +277,16 @@ def test_importing_the_package_imports_nothing_heavy(environment: dict[str, str]
     )
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
     assert done.stderr == ""
+
+
+def test_round_lengths_and_a_drawing_of_the_best(run: Run, small_db: Path, small: Catalogue, tmp_path: Path) -> None:
+    drawing = tmp_path / "best.svg"
+    done = run("find", "straight-line", "--stroke", 150, "--deviation", 0.5, "--round-to", 1, "--limit", 2,
+               "--plot", drawing, "--format", "json", "--db", small_db)  # fmt: skip
+    same = small.find(StraightLine(150, 0.5), round_to=1, limit=2)
+    assert json.loads(done.out) == json.loads(same.to_json())
+    assert drawing.stat().st_size > 10_000
+    assert str(drawing) in done.err
 
 
 def test_dwells_in_every_format(run: Run, small_db: Path, small: Catalogue) -> None:

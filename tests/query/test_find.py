@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, Found, Linkage, StraightLine
+from catalogue.query.found import COLUMNS
 
 Again = Callable[[Candidate], Any]
 #: The least that the second measurement resolves, in units of size: its loops are closed in extended precision.
@@ -253,4 +254,4 @@ def test_empty_answers_are_empty(small: Catalogue) -> None:
     assert not found
     assert found.to_json() == "[]"
     assert found.to_pandas().empty
-    assert list(found.to_pandas().columns) == list(Candidate.__dataclass_fields__)
+    assert list(found.to_pandas().columns) == list(COLUMNS)
