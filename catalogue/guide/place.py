@@ -11,8 +11,11 @@ from .trace import Traced, extended, trace
 
 #: Below this deviation over stroke a guide is measured again in extended precision.
 FINE = 1e-11
-#: Corrections of a window until its stroke is the one asked for; the chord from a cusp turns as it grows.
+#: Corrections of a window until its chord, or its stroke from a cusp, is the one asked for; the chord from a cusp turns
+#: as it grows.
 ROUNDS, ROUNDS_AT_CUSP = 3, 10
+#: No correction is made by less than this part.
+REACHED = 1e-11
 
 
 def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage, Array]:
@@ -76,14 +79,26 @@ def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int =
     """
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
     half, centre = np.where(guides.cusp, np.minimum(stroke, guides.extent.min(0)), 0.5 * stroke), np.zeros(len(guides))
-    for round_ in range(ROUNDS_AT_CUSP if guides.cusp.any() else ROUNDS):
-        rough = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
-        with np.errstate(all="ignore"):
-            half = half * stroke / rough.fit.stroke
-        if circle and round_ == 0:
-            ends = _symmetric(guides, rough, stroke)
-            half, centre = (np.where(guides.cusp, now, end) for now, end in zip((half, centre), ends, strict=True))
+    if guides.cusp.any():
+        for round_ in range(ROUNDS_AT_CUSP):
+            rough = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
+            with np.errstate(all="ignore"):
+                half = half * stroke / rough.fit.stroke
+            if circle and round_ == 0:
+                ends = _symmetric(guides, rough, stroke)
+                half, centre = (np.where(guides.cusp, now, end) for now, end in zip((half, centre), ends, strict=True))
+    else:
+        if circle:
+            half = _of_chord(guides, half, centre, stroke)
+            rough = trace(guides, half, circle=True, split=False, centre=centre, nodes=nodes)
+            half, centre = _symmetric(guides, rough, stroke)
+        half = _of_chord(guides, half, centre, stroke)
     found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
+    with np.errstate(all="ignore"):
+        ratio = stroke / found.fit.stroke
+    if (np.abs(ratio - 1) > REACHED).any():  # the chord of a path is longer than its run along the best line
+        half = half * ratio
+        found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
     fine = (found.relative < FINE) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
         again = trace(
@@ -92,6 +107,16 @@ def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int =
         )  # fmt: skip
         found = found.replaced(fine, again)
     return found
+
+
+def _of_chord(guides: Span, half: Array, centre: Array, chord: Array) -> Array:
+    """Return half windows whose ends are as far apart as `chord` says, beginning with `half`; nothing is fitted."""
+    for _ in range(ROUNDS):
+        low, high = guides.window((centre - 1) * half, (centre + 1) * half)
+        u, v = guides.path(np.stack([low, high]))
+        with np.errstate(all="ignore"):
+            half = half * chord / np.hypot(u[1] - u[0], v[1] - v[0])
+    return half
 
 
 def _symmetric(guides: Span, traced: Traced, stroke: Array) -> tuple[Array, Array]:
