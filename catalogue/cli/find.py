@@ -25,7 +25,9 @@ app = typer.Typer(
 Box = tuple[float, float, float, float]
 Stroke = Annotated[float, typer.Option(help="Length of the path (chord of an arc), in any unit.")]
 Deviation = Annotated[float, typer.Option(help="Largest distance from the best line or circle, in the same unit.")]
-Radius = Annotated[float, typer.Option(help="Radius of the arc, which bulges to +y.")]
+Radius = Annotated[
+    float | None, typer.Option(help="Radius of the arc, which bulges to +y.", show_default="whatever fits best")
+]
 Names = Annotated[list[str] | None, typer.Option("--family", metavar="NAME", help="Only this family; may be repeated.")]
 Codes = Annotated[list[str] | None, typer.Option("--series", metavar="CODE", help="Only this series; may be repeated.")]
 Configurations = Annotated[
@@ -105,7 +107,7 @@ Effort = Annotated[
 ]
 Refine = Annotated[
     bool,
-    typer.Option("--refine", help="Move the pivots of the best until their deviation is least within the constraints."),
+    typer.Option(help="Move the pivots of the best until their deviation is least within the constraints."),
 ]
 Cognates = Annotated[
     bool,
@@ -151,7 +153,7 @@ def _wishes(
     rank_by: RankBy = "balance",
     per_series: PerSeries = None,
     effort: Effort = 1,
-    refine: Refine = False,
+    refine: Refine = True,
     cognates: Cognates = False,
     round_to: RoundTo = None,
     limit: Limit = 12,
@@ -193,7 +195,7 @@ def straight_line(stroke: Stroke, deviation: Deviation) -> Request:
 
 
 @_command("circular-arc")
-def circular_arc(stroke: Stroke, radius: Radius, deviation: Deviation) -> Request:
+def circular_arc(stroke: Stroke, deviation: Deviation, radius: Radius = None) -> Request:
     """Guide a point along a circular arc.
 
     catalogue find circular-arc --stroke 100 --radius 100 --deviation 0.05

@@ -31,17 +31,19 @@ def print_candidates(found: Found) -> None:
     """Print the answers of a `find`."""
     first = found[0]
     arc = first.radius is not None
-    what = (
-        f"an arc of chord {first.stroke:g} and radius {first.radius:g}"
-        if arc
-        else f"a straight line of {first.stroke:g}"
-    )
+    radii = [c.radius or 0.0 for c in found]
+    same = max(radii) <= 1.004 * min(radii)
+    what = f"an arc of chord {first.stroke:g}" if arc else f"a straight line of {first.stroke:g}"
+    what += f" and radius {first.radius:.4g}" if arc and same else ""
     columns = [
         ("id", "right"), ("series", "left"), ("family", "left"), ("conf.", "left"), ("order", "right"),
         ("deviation", "right"), ("size", "right"), ("longest link", "right"), ("arm", "right"),
         ("transmission", "right"), ("turns", "left"),
     ]  # fmt: skip
     rows = [_row(c) for c in found]
+    if not same:
+        columns.append(("radius", "right"))
+        rows = [[*row, f"{radius:.4g}"] for row, radius in zip(rows, radii, strict=True)]
     caption = "`catalogue show ID --plot FILE` draws one; --format json gives all pivots"
     print_table(f"Guides for {what}", columns, rows, caption)
 

@@ -91,7 +91,8 @@ def explain(database: Database, request: Request, wanted: Constraints, trail: Tr
     lines += [f"  on the finite motion {name} removed {number}" for name, number in trail.removed.items()]
     if not count:
         lines.append(advice(database, request, wanted, trail, relaxed))
-    lines.append(f"loaded: {database.path}; no plugin was needed; {_seconds(trail)}")
+    plugins = "plugins, for the drift alone" if "drift" in trail.seconds else "no plugin was needed"
+    lines.append(f"loaded: {database.path}; {plugins}; {_seconds(trail)}")
     return "\n".join(lines)
 
 
@@ -122,8 +123,9 @@ def _advice_constructed(request: Request, trail: Trail) -> str:
 
 
 def _what(request: Request) -> str:
+    radius = "any radius" if request.radius is None else f"radius {request.radius:g}"
     what = f"straight line of {request.stroke:g}" if request.kind == "line" else (
-        f"arc of chord {request.stroke:g} and radius {request.radius:g}"
+        f"arc of chord {request.stroke:g} and {radius}"
     )  # fmt: skip
     return f"{what} within {request.deviation:g}"
 

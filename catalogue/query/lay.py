@@ -106,7 +106,7 @@ def checked(request: Request, wanted: Constraints, guides: Span, now: Traced, m:
     with np.errstate(invalid="ignore"):
         held = np.abs(now.fit.stroke - request.stroke) <= 1e-6 * request.stroke
         checks = {"stroke": held, "deviation": now.fit.deviation <= request.deviation}
-        if request.kind == "circle":
+        if request.radius is not None and request.kind == "circle":
             checks["radius"] = np.abs(1 / np.abs(now.fit.curvature) - request.radius) <= 1e-3 * request.radius
         for name in ("max_size", "max_link", "max_ground", "max_arm"):
             bound = getattr(wanted, name)

@@ -76,6 +76,11 @@ def stretch(request: Request, level: int, rank: dict[str, float]) -> float:
     return math.cbrt(min(spare, 10.0) if "deviation" in rank else spare)
 
 
+def _sweep(request: Request) -> float | None:
+    """Return chord over radius of an arc of given radius."""
+    return request.sweep if request.kind == "circle" else None  # type: ignore[union-attr]
+
+
 def conditions(
     request: Request, wanted: Constraints, level: int, rank: dict[str, float]
 ) -> dict[str, ColumnElement[bool]]:
@@ -84,8 +89,8 @@ def conditions(
     # a stored length times this is the length in the user's unit, at least
     least: Any = s / stretch(request, level, rank)
     most: Any = s
-    if request.kind == "circle":
-        least = most = s * Reach.sweep / request.sweep  # type: ignore[union-attr]
+    if (sweep := _sweep(request)) is not None:
+        least = most = s * Reach.sweep / sweep
     found: dict[str, ColumnElement[bool]] = {}
     for name in ("families", "series", "configurations"):
         if getattr(wanted, name):
@@ -160,14 +165,15 @@ def basis(request: Request, wanted: Constraints, level: int) -> ColumnElement[bo
     """Return the condition that no constraint can be traded against: kind, level, and for an arc enough of it."""
     kinds = SLOTS if wanted.slots else RETURNS if wanted.returns else POINTS
     terms = [Reach.kind == kinds[request.kind], Reach.level == level]
-    if request.kind == "circle":
-        terms.append(Reach.sweep >= request.sweep)  # type: ignore[union-attr]
+    if (sweep := _sweep(request)) is not None:
+        terms.append(Reach.sweep >= sweep)
     return and_(*terms)
 
 
 def cost(request: Request, rank: dict[str, float]) -> ColumnElement[Any]:
     """Return the SQL expression that a reach is ranked by before it is traced: less is better."""
-    by = Reach.sweep / request.sweep if request.kind == "circle" else 1.0  # type: ignore[union-attr]
+    sweep = _sweep(request)
+    by = Reach.sweep / sweep if sweep is not None else 1.0
     terms = {
         "balance": Reach.size * by - Reach.min_transmission / 90,
         "size": Reach.size * by,

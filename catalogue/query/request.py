@@ -23,6 +23,8 @@ LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "max_arm")
 PRACTICE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")
 #: Constraints that say where pivots stand, and what that gives.
 GIVEN = {"fixed_pivots": "fixed", "moving_pivots": "moving", "crank": "crank"}
+#: Largest chord over radius; a half circle has 2.
+FULLEST = 1.98
 
 
 def positive(name: str, value: Any) -> float:
@@ -99,8 +101,8 @@ class CircularArc:
     ----------
     stroke : float
         Chord of the arc [any unit].
-    radius : float
-        Radius of the arc.
+    radius : float or None
+        Radius of the arc; None: whatever fits best.
     deviation : float
         Half the width of the narrowest annulus that holds the path.
 
@@ -111,17 +113,17 @@ class CircularArc:
     """
 
     stroke: float
-    radius: float
+    radius: float | None
     deviation: float
 
     kind = "circle"
 
     def __post_init__(self) -> None:
         _check(self)
-        if self.stroke > 1.98 * positive("radius", self.radius):
+        if self.radius is not None and self.stroke > FULLEST * positive("radius", self.radius):
             raise InvalidRequest(
                 f"an arc of chord {self.stroke:g} and radius {self.radius:g} is a half circle or impossible; "
-                "give a stroke below 1.98 radius"
+                f"give a stroke below {FULLEST:g} radius"
             )
 
     @property
@@ -130,9 +132,9 @@ class CircularArc:
         return self.deviation / self.stroke
 
     @property
-    def sweep(self) -> float:
-        """Chord over radius."""
-        return self.stroke / self.radius
+    def sweep(self) -> float | None:
+        """Chord over radius, if that is given."""
+        return self.stroke / self.radius if self.radius is not None else None
 
 
 Request = StraightLine | CircularArc

@@ -32,7 +32,8 @@ MARGINS = (1.005, 1.05, 1.15, 1.4, 2.0)
 def attempts(request: Request, wanted: Constraints, rank: dict[str, float]) -> list[Attempt]:
     """Return the attempts for a request, the most desirable first."""
     if request.kind == "circle":
-        return [partial(_arc, request.sweep)]  # type: ignore[union-attr]
+        sweep = request.sweep  # type: ignore[union-attr]
+        return [partial(_arc, sweep) if sweep is not None else partial(_stored, circle=True)]
     if "deviation" in rank:
         bounds = {name: request.stroke / b for name in LENGTHS if (b := getattr(wanted, name)) is not None}
         return [partial(_straightest, bounds, margin) for margin in MARGINS]
@@ -46,9 +47,9 @@ def _arc(sweep: float, rows: Rows, guides: Span) -> Traced:
     return at_sweep(guides, rows["half"] * sweep / rows["sweep"], rows["centre"], sweep)[1]
 
 
-def _stored(rows: Rows, guides: Span) -> Traced:
+def _stored(rows: Rows, guides: Span, circle: bool = False) -> Traced:
     """The part that is stored."""
-    return trace(guides, rows["half"], circle=False, split=True, centre=rows["centre"], nodes=16)
+    return trace(guides, rows["half"], circle=circle, split=True, centre=rows["centre"], nodes=16)
 
 
 def _straightest(bounds: dict[str, float], margin: float, rows: Rows, guides: Span) -> Traced:
