@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from os import PathLike
 from types import TracebackType
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from .build import Progress
     from .classification import Classification
     from .plugins import Registry
+    from .query.lay import Answers
     from .query.standstill import Dwellings, StandStill
     from .query.stored import StoredGuide
 
@@ -59,7 +61,7 @@ class Catalogue:
         rank_by: str | Mapping[str, float] = "balance",
         per_series: int | None = None,
         effort: int = 1,
-        refine: bool = False,
+        refine: bool = True,
         cognates: bool = False,
         round_to: float | None = None,
         **constraints: Any,
@@ -76,10 +78,10 @@ class Catalogue:
         per_series : int, optional
             At most so many of one series as long as there are others; a third of the limit if not given, 0: no bound.
         effort : int
-            How many stored candidates are traced, 400 per unit, and refined, 20 per unit.
+            How many stored candidates are traced, 400 per unit, and refined, 20 per unit, in more rounds.
         refine : bool
             Move the pivots and the guided point of the best candidates so that their deviation becomes least while all
-            constraints hold; `Candidate.unrefined` says what it was.
+            constraints hold; `Candidate.unrefined` says what it was, `Candidate.gap` how good it is now.
         cognates : bool
             Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see `Candidate.cognate`.
         round_to : float, optional
@@ -124,8 +126,17 @@ class Catalogue:
             cognates=cognates,
             round_to=round_to,
         )
+        if found is not None and refine:
+            stop = trail.timed("drift")
+            found = self._with_drift(found, wanted)
+            stop()
         listed = candidates(found, request, wanted.play) if found is not None else []
         return Found(listed, lambda: explain(self.database, request, wanted, trail, len(listed)))
+
+    def _with_drift(self, found: Answers, wanted: Constraints) -> Answers:
+        from .refine import drift
+
+        return replace(found, rows=found.rows | {"drift": drift(found, self.registry.series, wanted.slots)})
 
     def _constructed(
         self, request: Request, wanted: Constraints, rank: dict[str, float], *, trail: Trail, **how: int

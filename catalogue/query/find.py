@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 
 import numpy as np
 from sqlalchemy import select
@@ -23,6 +23,8 @@ from .strokes import attempts
 CANDIDATES = 400
 #: Answers that are refined, per unit of effort.
 REFINED = 20
+#: Rounds of refinement, however large the effort.
+MOST_ROUNDS = 16
 #: Constraints on where the pivots stand and how far apart: cognates have other pivots.
 PLACES = ("fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "max_arm")
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
@@ -68,7 +70,8 @@ def answer(
 
     With `round_to` their lengths are made multiples of it, and those that meet the constraints so are kept.
     With `cognates` those of all traced guides are answers too.
-    With `refine` the best `REFINED` per unit of effort, at least `limit`, are refined before they are ranked again.
+    With `refine` the best `REFINED` per unit of effort, at least `limit`, are refined before they are ranked again, in
+    more rounds the larger the effort.
     """
     stop = trail.timed("narrow in the database")
     count = max(CANDIDATES * effort, 4 * limit)
@@ -93,7 +96,7 @@ def answer(
         stop = trail.timed("refine")
         count = max(REFINED * effort, limit)
         found = _refined(found[ranked(found, good, request, rank, count, -(-per_series * count // limit))],
-                         request, wanted, rank)  # fmt: skip
+                         request, wanted, rank, effort)  # fmt: skip
         good = np.ones(len(found.point), bool)
         stop()
     if round_to is not None:
@@ -112,17 +115,24 @@ def ranked(found: Answers, good: Array, request: Request, rank: dict[str, float]
     return _varied(found.rows["series"][order], order, limit, per_series)
 
 
-def _refined(found: Answers, request: Request, wanted: Constraints, rank: dict[str, float]) -> Answers:
-    """Return refined answers; what each had for a deviation stands in the row ``unrefined``."""
-    from ..refine import refined
+def _refined(found: Answers, request: Request, wanted: Constraints, rank: dict[str, float], effort: int) -> Answers:
+    """Return refined answers; what each had for a deviation stands in the row ``unrefined``, how good it is in ``gap``
+    and ``alternations``."""
+    from ..refine import Task, certified, refined
+    from ..refine.refine import ROUNDS
 
     others = {name: weight for name, weight in rank.items() if name != "deviation"}
+    others = {name: weight / sum(others.values()) for name, weight in others.items()}
 
     def besides(some: Answers) -> Array:
         return price(some, request, others) if others else np.zeros(len(some.point))
 
-    found.rows["unrefined"] = found.traced.fit.deviation.astype(float)
-    return refined(found, request, wanted, besides)
+    before = found.traced.fit.deviation.astype(float)
+    task = Task(request, wanted, besides, others)
+    found, ceiling = refined(found, task, min(ROUNDS + effort - 1, MOST_ROUNDS))
+    seal = certified(found, task, ceiling)
+    rows = found.rows | {"unrefined": before, "gap": seal.gap, "alternations": seal.alternations}
+    return replace(found, rows=rows)
 
 
 def _sensitivity(found: Answers) -> Array:

@@ -56,6 +56,15 @@ class Candidate:
         The guided point at that moment.
     unrefined : float or None
         Deviation before refinement, if the candidate was refined; series and configuration are those it had then.
+    gap : float or None
+        Part of the deviation that moving the pivots by a hundredth of their distance from the guided point could still
+        take away within the constraints, at most and to first order (`catalogue.refine.certificate`); 0: it is
+        stationary.  None if not refined, exact, or a point that returns.
+    alternations : int or None
+        Peaks of alternating sign at which the path reaches the deviation, ends included; with `gap`.
+    drift : float or None
+        Least residual, over the stroke, of the refined linkage in the series of its ancestor: 0 if it still belongs to
+        it.  None if not refined, or where the series has no residual.
     cognate : int or None
         1, 2: it is a cognate of the stored guide, the one that shares its first or second fixed pivot.
     pole : list of float or None
@@ -89,6 +98,9 @@ class Candidate:
     pivots: list[list[list[float]]]
     guided: list[float]
     unrefined: float | None = None
+    gap: float | None = None
+    alternations: int | None = None
+    drift: float | None = None
     cognate: int | None = None
     pole: list[float] | None = None
 
@@ -229,6 +241,7 @@ def candidates(answers: Answers, request: Request, play: float = 0.0) -> list[Ca
     guides = span(answers.linkage, answers.point, pole=answers.pole)
     works = practice(guides, answers.traced, m)
     strays = np.where(guides.cusp, np.nan, sensitivity(guides, answers.traced).rms)
+    sealed = np.isfinite(rows["gap"]) if "gap" in rows else np.zeros(len(answers.point), bool)
     change = conditioning(answers.linkage).max(0) < CHANGE
     for i, point in enumerate(answers.point):
         pivots = np.where(answers.linkage.pivots[i] == 0, 0.0, answers.linkage.pivots[i])  # no -0.0
@@ -263,6 +276,9 @@ def candidates(answers: Answers, request: Request, play: float = 0.0) -> list[Ca
                 guided=[float(point.real), float(point.imag)],
                 cognate=int(rows["cognate"][i]) or None if "cognate" in rows else None,
                 unrefined=float(rows["unrefined"][i]) if "unrefined" in rows else None,
+                gap=float(rows["gap"][i]) if sealed[i] else None,
+                alternations=int(rows["alternations"][i]) if sealed[i] else None,
+                drift=length(rows["drift"][i]) if "drift" in rows else None,
                 pole=[float(answers.pole[i].real), float(answers.pole[i].imag)] if change[i] else None,
             )
         )

@@ -1,5 +1,8 @@
 """Refinement: move the pivots and the guided point so that the deviation over the stroke becomes least."""
 
+from .certificate import Certificate, certified
+from .drift import drift
 from .refine import refined
+from .task import Free, Moves, Parametric, Task
 
-__all__ = ["refined"]
+__all__ = ["Certificate", "Free", "Moves", "Parametric", "Task", "certified", "drift", "refined"]

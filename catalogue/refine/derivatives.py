@@ -12,6 +12,8 @@ and change points.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ..linkage import Array, Linkage
@@ -21,8 +23,34 @@ from ..motion import Motion
 COUNT = 10
 
 
-def across_nominal(moving: Motion, point: Array, t: Array, tangent: Array) -> Array:
-    """Return the derivatives of the distance of a guided point from its nominal, at fixed places along it.
+@dataclass(frozen=True)
+class Swayed:
+    """How the poses of n guides at m fixed places along their nominals change with the pivots, to first order.
+
+    The last axis holds the derivatives by x and y of A1, A1*, A2, A2*, and the guided point, in the reference position;
+    by a pivot at infinity, which turns only, the derivative along its direction is 0.
+
+    Attributes
+    ----------
+    shift : complex ndarray, shape (m, n, 10)
+        Of the displacement D of the pose z -> z + D + x z.
+    angle : ndarray, shape (m, n, 10)
+        Of the angle of the coupler [rad].
+    across : ndarray, shape (m, n, 10)
+        Of the distance of the guided point from the nominal, positive to the left.
+    """
+
+    shift: Array
+    angle: Array
+    across: Array
+
+    def every(self, step: int) -> Swayed:
+        """Return only every so many places."""
+        return Swayed(self.shift[::step], self.angle[::step], self.across[::step])
+
+
+def swayed(moving: Motion, point: Array, t: Array, tangent: Array) -> Swayed:
+    """Return the derivatives of the poses in which a guided point is at fixed places along its nominal.
 
     Parameters
     ----------
@@ -33,12 +61,6 @@ def across_nominal(moving: Motion, point: Array, t: Array, tangent: Array) -> Ar
         Parameters of the positions.
     tangent : complex ndarray, shape (n,) or (m, n)
         Unit vectors along the nominal at those positions.
-
-    Returns
-    -------
-    ndarray, shape (m, n, 10)
-        By x and y of A1, A1*, A2, A2*, and the guided point, in the reference position; distances are positive to the
-        left.  A pivot at infinity turns only: of its direction the derivative along it is 0.
     """
     linkage = moving.linkage
     d, x = moving.pose(t)
@@ -60,15 +82,19 @@ def across_nominal(moving: Motion, point: Array, t: Array, tangent: Array) -> Ar
     left[..., 2, :] = np.stack([tangent.real, tangent.imag, (along * spin).real], axis=-1)
     carried = along * turn  # of the point itself
     right[..., 2, 8], right[..., 2, 9] = -carried.real, carried.imag
-    normal = 1j * tangent
-    across = np.conj(normal)
+    _turn_only(linkage, right)
     with np.errstate(all="ignore"):
         pose = _solved(left, right)
-        out = normal.real[..., None] * pose[..., 0, :] + normal.imag[..., None] * pose[..., 1, :]
-        out += (across * spin).real[..., None] * pose[..., 2, :]
-    out[..., 8] += (across * turn).real
-    out[..., 9] -= (across * turn).imag
-    return _turning_only(linkage, out)
+        shift, angle = pose[..., 0, :] + 1j * pose[..., 1, :], pose[..., 2, :]
+        moved = shift + spin[..., None] * angle
+        moved[..., 8:] += turn[..., None] * np.array([1, 1j])
+        across = (moved * (-1j * along)[..., None]).real
+    return Swayed(shift, angle, across)
+
+
+def across_nominal(moving: Motion, point: Array, t: Array, tangent: Array) -> Array:
+    """Return `Swayed.across` alone."""
+    return swayed(moving, point, t, tangent).across
 
 
 def _solved(left: Array, right: Array) -> Array:
@@ -79,16 +105,16 @@ def _solved(left: Array, right: Array) -> Array:
     return np.asarray(cross @ right / determinant[..., None, None])
 
 
-def _turning_only(linkage: Linkage, by: Array) -> Array:
-    """Return derivatives whose part along the directions of pivots at infinity is taken away."""
+def _turn_only(linkage: Linkage, by: Array) -> None:
+    """Take away from derivatives, in place, the part along the directions of pivots at infinity."""
     for i in (0, 1):
         for j in (0, 1):
-            k, z = 4 * i + 2 * j, linkage.points[:, i, j]
             far = ~linkage.finite[:, i, j]
-            along = by[..., k] * z.real + by[..., k + 1] * z.imag
-            by[..., k] -= np.where(far, along * z.real, 0)
-            by[..., k + 1] -= np.where(far, along * z.imag, 0)
-    return by
+            if far.any():
+                k, z = 4 * i + 2 * j, linkage.points[:, i, j][:, None]
+                along = by[..., k] * z.real + by[..., k + 1] * z.imag
+                by[..., k] -= np.where(far[:, None], along * z.real, 0)
+                by[..., k + 1] -= np.where(far[:, None], along * z.imag, 0)
 
 
 def displaced(linkage: Linkage, point: Array, step: Array) -> tuple[Linkage, Array, Array]:

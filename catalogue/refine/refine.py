@@ -1,38 +1,45 @@
 """Minimax refinement of placed guides on their finite motion, inside the constraints of a request.
 
-Each round linearises the distance from the nominal at Chebyshev points (`derivatives`), asks for the step that makes
-the largest one least (`step`) under several dampings at once, lays and measures what comes of each on the finite
-motion, and keeps the best that satisfies all constraints.  A deviation is never taken from the linear model.
+Sequential quadratic programming.  Each round linearises the distance from the nominal at Chebyshev points and all
+constraints (`linear`), asks for the steps that make the largest distance least on leashes of several lengths (`step`),
+follows each by a second one from where it led, which corrects what was left out of the linearisation (so that long
+steps along curved valleys are possible), and lays and measures all of them on the finite motion.  On the way a guide
+may break a constraint, at a price; what is returned satisfies all of them.  A deviation is never taken from the linear
+model.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from dataclasses import dataclass, fields, replace
+from functools import reduce
 
 import numpy as np
 
-from ..guide.minimax import grid
 from ..guide.place import at_stroke
-from ..guide.span import Span, span
+from ..guide.span import span
+from ..guide.trace import Traced
 from ..linkage import Array
-from ..query.lay import Answers, laid, merged
-from ..query.request import Constraints, Request
-from .derivatives import across_nominal, displaced
+from ..query.lay import Answers, laid, merged, together
+from .limits import NAMES, excess
+from .linear import linearised
 from .step import minimax_step
+from .task import EXACT, Task
 
-#: Intervals between the points at which the distance is linearised.
-NODES = 32
-#: Dampings tried in each round: the smaller, the longer the step.
-DAMPINGS = 10.0 ** np.array([-1.0, -3.0, -5.0, -7.0, -9.0])
-#: Rounds at most; a guide rests when a round gains less than this part.
-ROUNDS, GAIN = 20, 0.01
-#: Guides below this deviation over stroke are exact but for rounding.
-EXACT = 1e-12
+#: First leash, in the units of `task.Moves`; what it is multiplied by; the leash of the second step as a part of that.
+LEASH, LADDER, SECOND = 0.1, (0.2, 0.7, 2.5), 0.5
+#: A guide rests when its leash is shorter than this.
+SHORT = 1e-5
+#: Most rounds.
+ROUNDS = 6
 #: By how much the price of a guide, its deviation apart, may rise.
 SLACK = 0.05
+#: How far inside the constraints the linear problem stays [strokes, radians].
+MARGIN = 1e-6
+#: Cheapest price of a broken constraint: rise of the logarithm of the deviation, per stroke or radian.
+PENALTY = 20.0
 
 
-def refined(found: Answers, request: Request, wanted: Constraints, price: Callable[[Answers], Array]) -> Answers:
+def refined(found: Answers, task: Task, rounds: int = ROUNDS) -> tuple[Answers, Array]:
     """Return guides with their deviation made as small as the constraints allow, from where they stand.
 
     Points that return are left as they are.
@@ -41,70 +48,138 @@ def refined(found: Answers, request: Request, wanted: Constraints, price: Callab
     ----------
     found : Answers
         Placed guides that satisfy the constraints.
-    request : StraightLine or CircularArc
-    wanted : Constraints
-    price : callable
-        From answers to what they cost besides their deviation, shape (n,); it may rise by `SLACK`.
+    task : Task
+    rounds : int
+        Most rounds.
+
+    Returns
+    -------
+    found : Answers
+    ceiling : ndarray, shape (n,)
+        Price that each could not exceed.
     """
-    ceiling = price(found) + SLACK
+    n = len(found.point)
+    ceiling = task.price(found) + SLACK
     resting = span(found.linkage, found.point, pole=found.pole).cusp
     open_ = np.flatnonzero((found.traced.relative > EXACT) & ~resting)
-    for _ in range(ROUNDS):
+    now, leash, penalty, broken = found, np.full(n, LEASH), np.full(n, PENALTY), np.zeros(n)
+    for _ in range(rounds):
         if not len(open_):
             break
-        now = found[open_]
-        guides = span(now.linkage, now.point, pole=now.pole)
-        step, _ = minimax_step(*_linearised(now, guides), DAMPINGS)
-        tried, which, good = _tried(now, guides, step, request, wanted)
-        good &= price(tried) <= ceiling[open_][which]
-        deviation = np.where(good, tried.traced.fit.deviation, np.inf)
-        first = least(deviation, which)
-        first = first[deviation[first] < now.traced.fit.deviation[which[first]]]
-        gained = which[first]
-        where = np.zeros(len(found.point), bool)
-        where[open_[gained]] = True
-        found = merged(found, tried[first], where)
-        enough = deviation[first] < (1 - GAIN) * now.traced.fit.deviation[gained]
-        open_ = open_[gained[enough]]
-    return found
+        here, most = now[open_], ceiling[open_]
+        with np.errstate(all="ignore"):  # what cannot be stepped or traced is NaN, and is not sound
+            tries, dual = _round(here, leash[open_], most, task)
+        penalty[open_] = np.maximum(penalty[open_], 2 * dual)
+        dear = task.price(tries.guides) - most[tries.of]
+        over = excess(tries.guides, task.request, task.wanted) + np.maximum(dear, 0)
+        cost = np.where(tries.sound, tries.logarithm + penalty[open_][tries.of] * over, np.inf)
+        before = _logarithm(here) + penalty[open_] * broken[open_]
+        first = least(cost, tries.of)
+        first = first[cost[first] < before[tries.of[first]] - 1e-9]
+        gained = open_[tries.of[first]]
+        now = merged(now, tries.guides[first], _mask(gained, n))
+        broken[gained] = over[first]
+        factor = np.full(n, LADDER[0] ** 2)
+        factor[gained] = np.array(LADDER)[tries.rung[first]]
+        leash[open_] = np.minimum(leash[open_] * factor[open_], 1.0)
+
+        clean = tries.clean & (dear <= 0)
+        first = least(np.where(clean, tries.logarithm, np.inf), tries.of)
+        first = first[clean[first]]
+        at = open_[tries.of[first]]
+        better = tries.guides.traced.fit.deviation[first] < found.traced.fit.deviation[at]
+        found = merged(found, tries.guides[first[better]], _mask(at[better], n))
+        open_ = open_[leash[open_] > SHORT]
+    return found, ceiling
 
 
-def _linearised(now: Answers, guides: Span) -> tuple[Array, Array, Array]:
-    """Return distances from the nominals to the left (m, n), their derivatives (m, n, 10), and how moving the nominals
-    would change them (m, n, 2)."""
-    nodes, fit = grid(NODES).nodes, now.traced.fit
-    low, high = now.traced.low.astype(float), now.traced.high.astype(float)
-    u, v = guides.path.window(low, high, nodes)
-    z = guides.point + (u + 1j * v) * guides.tangent
-    t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
-    start, along, curvature = fit.start.astype(complex), fit.along.astype(complex), fit.curvature.astype(float)
-    stroke = fit.stroke.astype(float)
-    if not curvature.any():
-        w = (z - start) * along.conj()
-        free = np.stack([np.ones_like(w.real), 2 * w.real / stroke - 1], axis=-1)
-        return w.imag, across_nominal(guides.motion, guides.point, t, along), free
-    depth = np.copysign(np.sqrt(1 / curvature**2 - 0.25 * stroke**2), curvature)
-    spoke = start + along * (0.5 * stroke + 1j * depth) - z  # to the centre, which keeps its radius when it moves
-    left = np.sign(curvature) * spoke / np.abs(spoke)
-    free = np.stack([left.real, left.imag], axis=-1)
-    distance = 1 / curvature - np.sign(curvature) * np.abs(spoke)
-    return distance, across_nominal(guides.motion, guides.point, t, -1j * left), free
+@dataclass(frozen=True)
+class _Tries:
+    """Guides after steps.
+
+    `of`: which guide each comes of; `rung`: of the ladder of leashes; `sound`: it has a path as is wanted; `clean`: it
+    satisfies all constraints.
+    """
+
+    guides: Answers
+    of: Array
+    rung: Array
+    sound: Array
+    clean: Array
+
+    @property
+    def logarithm(self) -> Array:
+        return _logarithm(self.guides)
+
+    def __getitem__(self, index: Array) -> _Tries:
+        return _Tries(*(getattr(self, f.name)[index] for f in fields(self)))
+
+    def followed_by(self, other: _Tries) -> _Tries:
+        rest = (np.concatenate([getattr(self, f.name), getattr(other, f.name)]) for f in fields(self)[1:])
+        return _Tries(together(self.guides, other.guides), *rest)
 
 
-def _tried(
-    now: Answers, guides: Span, step: Array, request: Request, wanted: Constraints
-) -> tuple[Answers, Array, Array]:
-    """Return the guides after each of the steps (k, n, 10), which guide each one comes of, and which meet all
-    constraints."""
-    k, n, _ = step.shape
-    which = np.tile(np.arange(n), k)
-    moves = np.nan_to_num(step.reshape(k * n, -1))
-    linkage, point, valid = displaced(guides.linkage[which], guides.point[which], moves)
-    which = which[valid]
-    moved = span(linkage, point, pole=now.pole[which])
-    traced = at_stroke(moved, request.stroke, circle=request.kind == "circle", nodes=16, extend=False)
-    tried, checks = laid(request, wanted, {name: v[which] for name, v in now.rows.items()}, moved, traced)
-    return tried, which, np.logical_and.reduce(list(checks.values()))
+def _round(here: Answers, leash: Array, most: Array, task: Task) -> tuple[_Tries, Array]:
+    """Return what comes of one and of two steps, on all leashes, and the largest multiplier of a constraint."""
+    n, ladder = len(here.point), np.array(LADDER)
+    start = _Tries(here, np.arange(n), np.zeros(n, int), np.ones(n, bool), np.ones(n, bool))
+    one, dual = _stepped(start, (ladder[:, None] * leash).ravel(), most, task)
+    one = _Tries(one.guides, one.of % n, one.of // n, one.sound, one.clean)
+    dual = dual.reshape(len(ladder), n).min(0)
+    led = one[np.isfinite(one.logarithm)]
+    if not len(led.of):
+        return one, dual
+    two, _ = _stepped(led, SECOND * leash[led.of] * ladder[led.rung], most, task)
+    two = _Tries(two.guides, led.of[two.of], led.rung[two.of], two.sound, two.clean)
+    return one.followed_by(two), dual
+
+
+def _stepped(start: _Tries, leash: Array, most: Array, task: Task) -> tuple[_Tries, Array]:
+    """Return what comes of a step of each guide on each of its leashes (a multiple of n); `of` counts the leashes.
+
+    Also the largest multiplier of a constraint, for each leash."""
+    here, request = start.guides, task.request
+    guides = span(here.linkage, here.point, pole=here.pole)
+    times = len(leash) // len(here.point)
+    problem = linearised(here, guides, task, most[start.of] - task.price(here)).inside(MARGIN).repeated(times)
+    found = minimax_step(problem, leash)
+    at = np.tile(np.arange(len(here.point)), times)
+    many = here[at]
+    circle = request.kind == "circle"
+    step = np.nan_to_num(found.step[:, :-1] if circle else found.step)  # the last one of an arc is its radius
+    linkage, point, valid = task.moves.moved(many, request.stroke, step)
+    moved = span(linkage, point, pole=many.pole[valid])
+    traced = _forward(at_stroke(moved, request.stroke, circle=circle, nodes=16, extend=False))
+    rows = {name: values[at[valid]] for name, values in here.rows.items()}
+    made, checks = laid(request, task.wanted, rows, moved, traced)
+    hard = [passed for name, passed in checks.items() if name not in NAMES]
+    sound, clean = (reduce(np.logical_and, some) for some in (hard, checks.values()))
+    of = np.flatnonzero(valid)
+    return _Tries(made, of, np.zeros(len(of), int), sound & np.isfinite(_logarithm(made)), clean), found.dual
+
+
+def _forward(traced: Traced) -> Traced:
+    """Return the traces with those turned round that run backwards along the nominal: answers keep their side of it."""
+    fit, back = traced.fit, traced.fit.along.real < 0
+    turned = replace(
+        fit,
+        start=np.where(back, fit.start + fit.stroke * fit.along, fit.start),
+        along=np.where(back, -fit.along, fit.along),
+        curvature=np.where(back, -fit.curvature, fit.curvature),
+    )
+    low, high = (np.where(back, b, a) for a, b in ((traced.low, traced.high), (traced.high, traced.low)))
+    return replace(traced, fit=turned, low=low, high=high)
+
+
+def _logarithm(guides: Answers) -> Array:
+    with np.errstate(all="ignore"):
+        return np.asarray(np.log(guides.traced.fit.deviation.astype(float)))
+
+
+def _mask(index: Array, count: int) -> Array:
+    mask = np.zeros(count, bool)
+    mask[index] = True
+    return mask
 
 
 def least(value: Array, group: Array) -> Array:

@@ -1,53 +1,76 @@
-"""The step that makes the largest of many linearised errors least, for many problems at once."""
+"""The step that makes the largest of many linearised errors least inside linearised constraints, for many guides."""
 
 from __future__ import annotations
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from ..linkage import Array
-
-#: Rounds of reweighting.  The largest error is within a few per cent of the least possible then, and the step is
-#: measured on the finite motion in any case.
-ROUNDS = 24
-#: Damping of what is free besides the step, against singular equations.
-LEAST = 1e-14
+from .linear import Linear
+from .programme import solve
 
 
-def minimax_step(error: Array, jacobian: Array, free: Array, damping: Array) -> tuple[Array, Array]:
-    """Return steps s that make max |error + jacobian s + free c| + damping nearly least over s and c.
+@dataclass(frozen=True)
+class Step:
+    """Steps of n guides.
 
-    Lawson's algorithm: least squares whose weights grow with the errors that are left.
+    Attributes
+    ----------
+    step : ndarray, shape (n, p)
+    alternation : ndarray, shape (n, m)
+        Multipliers of the errors, the sum of whose moduli is 1, signed as the errors that are left.
+    limits : ndarray, shape (n, k)
+        Multipliers of the inequalities: relative change of the largest error per unit.
+    """
+
+    step: Array
+    alternation: Array
+    limits: Array
+
+    @property
+    def dual(self) -> Array:
+        """Largest multiplier of an inequality, shape (n,)."""
+        return np.asarray(self.limits.max(1, initial=0.0))
+
+
+def minimax_step(problem: Linear, leash: Array, pull: float = 1.0) -> Step:
+    """Return the steps s within the limits for which the largest error that is left and a price of length are least.
+
+    That is, max |error + jacobian s| / max |error| + pull |s|^2 / (2 leash^2).
+
+    In the singular directions of the Jacobian, each scaled by the larger of its effect on the errors and the leash,
+    all coefficients are of order 1 or less, however ill-conditioned it is.
 
     Parameters
     ----------
-    error : ndarray, shape (m, n)
-    jacobian : ndarray, shape (m, n, p)
-    free : ndarray, shape (m, n, q)
-        Columns of order 1 that may be added at no cost: how a nominal moves.
-    damping : ndarray, shape (k,)
-        Weights of |s|^2 beside the weighted mean square of the error: as many answers.
+    leash : ndarray, shape (n,)
+        How long a step may be, about.
+    pull : float
+        How strongly the leash pulls.
 
     Returns
     -------
-    step : ndarray, shape (k, n, p)
-    left : ndarray, shape (k, n)
-        Largest error that is left, to first order.
+    Step
+        NaN where the problem is not finite.
     """
-    m, n, p = jacobian.shape
-    columns = np.moveaxis(np.concatenate([jacobian, free], axis=-1), 0, 1)  # (n, m, p + q)
-    error = error.T
-    ridge = np.full((len(damping), 1, columns.shape[-1]), LEAST)
-    ridge[:, :, :p] = np.asarray(damping)[:, None, None]
-    ridge = ridge[..., None] * np.eye(columns.shape[-1])
-    good = np.isfinite(columns).all((1, 2)) & np.isfinite(error).all(1)
-    columns, error = np.where(good[:, None, None], columns, 0), np.where(good[:, None], error, 0)
-    weight = np.full((len(damping), n, m), 1 / m)
-    for _ in range(ROUNDS):
-        weighted = weight[..., None] * columns
-        normal = np.swapaxes(weighted, -1, -2) @ columns + ridge
-        solved = np.linalg.solve(normal, -(np.swapaxes(weighted, -1, -2) @ error[..., None]))[..., 0]
-        left = error + (columns @ solved[..., None])[..., 0]
-        weight = weight * np.abs(left)
-        total = weight.sum(-1, keepdims=True)
-        weight = np.where(total > 0, weight / np.where(total > 0, total, 1), 1 / m)
-    return np.where(good[:, None], solved[..., :p], np.nan), np.where(good, np.abs(left).max(-1), np.nan)
+    largest = np.abs(problem.error).max(1)[:, None]
+    good = np.isfinite(problem.jacobian).all((1, 2)) & np.isfinite(problem.error).all(1) & (largest[:, 0] > 0)
+    with np.errstate(all="ignore"):
+        error = np.where(good[:, None], problem.error / largest, 1.0)
+        jacobian = np.where(good[:, None, None], problem.jacobian / largest[..., None], 0.0)
+    _, singular, turn = np.linalg.svd(jacobian, full_matrices=False)
+    scale = np.maximum(singular, 1 / leash[:, None])
+    back = np.swapaxes(turn, 1, 2) / scale[:, None]  # from the scaled coordinates to the steps
+    effect, slope = jacobian @ back, problem.slope @ back
+    n, m, p = effect.shape
+    rows = np.zeros((n, 2 * m + slope.shape[1], p + 1))
+    rows[:, :m, :p], rows[:, m : 2 * m, :p], rows[:, : 2 * m, p] = effect, -effect, -1.0
+    rows[:, 2 * m :, :p] = slope
+    right = np.concatenate([-error, error, -problem.value], axis=1)
+    weight = np.concatenate([pull / (scale * leash[:, None]) ** 2, np.zeros((n, 1))], axis=1)
+    x, dual = solve(weight, np.eye(p + 1)[p:].repeat(n, 0), rows, right)
+    step = (back @ x[:, :p, None])[..., 0]
+    sign = dual[:, :m] - dual[:, m : 2 * m]
+    sign = sign / np.abs(sign).sum(1, keepdims=True)
+    return Step(np.where(good[:, None], step, np.nan), sign, dual[:, 2 * m :])

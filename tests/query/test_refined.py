@@ -8,7 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue import Candidate, Catalogue, CircularArc, StraightLine
+from catalogue import Candidate, Catalogue, CircularArc, Linkage, StraightLine
+from catalogue.query.find import Trail, answer
+from catalogue.query.request import Constraints, weights
+from catalogue.refine import Free, Task, refined
 from tests.query.test_find import check
 
 Again = Callable[[Candidate], Any]
@@ -40,7 +43,7 @@ def test_refinement_gains_much(small: Catalogue) -> None:
     wish: dict[str, Any] = {
         "families": ["four-bar"], "rank_by": "deviation", "max_link": 400.0, "max_ground": 300.0, "max_arm": 300.0,
     }  # fmt: skip
-    plain = small.find(LINE, limit=10, **wish)
+    plain = small.find(LINE, limit=10, refine=False, **wish)
     fine = small.find(LINE, limit=10, refine=True, **wish)
     assert all(c.unrefined is None for c in plain)
     assert fine[0].deviation < 0.5 * plain[0].deviation
@@ -62,7 +65,7 @@ def test_pivots_stay_in_their_box(small: Catalogue) -> None:
 def test_the_price_hardly_rises(small: Catalogue) -> None:
     """Ranked by size, a guide may become a twentieth of a stroke larger for the sake of straightness."""
     for c in small.find(LINE, families=["four-bar"], rank_by="size", refine=True, limit=8):
-        stored = small.find(LINE, families=["four-bar"], rank_by="size", limit=20, per_series=0)
+        stored = small.find(LINE, families=["four-bar"], rank_by="size", limit=20, per_series=0, refine=False)
         (before,) = [s.size for s in stored if s.id == c.id] or [np.inf]
         assert c.size <= before + 0.051 * 150
 
@@ -72,3 +75,75 @@ def test_the_unit_does_not_matter(small: Catalogue) -> None:
     one = small.find(StraightLine(1, 1e-3), families=["four-bar"], rank_by="deviation", max_size=3.0, refine=True)
     big = small.find(StraightLine(1e4, 10), families=["four-bar"], rank_by="deviation", max_size=3e4, refine=True)
     assert big[0].deviation / 1e4 == pytest.approx(one[0].deviation, rel=0.05)
+
+
+def test_refined_guides_say_how_good_they_are(small: Catalogue) -> None:
+    """Refined ones have a gap, alternate and have drifted; what is stored has none of that."""
+    wish: dict[str, Any] = {"series": ["II.xy"], "rank_by": "deviation", "max_size": 700.0, "pins_only": True}
+    for c in small.find(LINE, effort=2, **wish):
+        assert c.gap is not None
+        assert c.alternations is not None
+        assert 0 <= c.gap < 0.5
+        assert 3 <= c.alternations <= 8
+        row = [m for m in small.classify(c.linkage)[0].near if m.series == c.series]
+        assert c.drift is not None
+        assert not row or c.drift <= row[0].residual + 1e-12  # of mid-stroke, one of the instants
+    for c in small.find(LINE, refine=False, **wish):
+        assert c.gap is c.alternations is c.drift is c.unrefined is None
+
+
+def test_what_does_not_move_does_not_drift(small: Catalogue) -> None:
+    for c in small.find(LINE, families=["oldham", "elliptic-trammel"], series=["II.ooo"], limit=5):
+        assert c.drift == pytest.approx(0, abs=1e-9)
+        assert c.gap is None  # exact
+
+
+@pytest.mark.parametrize("rank", ["deviation", "size"])
+def test_more_effort_is_no_worse(small: Catalogue, rank: str) -> None:
+    wish: dict[str, Any] = {"families": ["four-bar"], "rank_by": rank, "max_size": 500.0, "min_transmission": 30.0}
+    best = [getattr(small.find(LINE, effort=e, limit=1, **wish)[0], rank) for e in (1, 2, 4)]
+    assert best[1] <= best[0] * (1 + 1e-3)
+    assert best[2] <= best[1] * (1 + 1e-3)
+
+
+def test_bounds_are_used_to_the_full(small: Catalogue) -> None:
+    """A longer linkage is straighter: steps run along the bounds, not against them."""
+    wish: dict[str, Any] = {
+        "families": ["four-bar"], "max_link": 300.0, "max_ground": 300.0, "max_arm": 300.0, "min_transmission": 30.0,
+    }  # fmt: skip
+    found = small.find(LINE, rank_by="deviation", effort=2, limit=5, **wish)
+    for c in found:
+        near = [300 - (c.max_link or 0), 300 - (c.max_ground or 0), 300 - (c.max_arm or 0), c.min_transmission - 30]
+        assert min(near) >= 0
+        assert min(near) < 0.03
+        assert c.gap is not None
+        assert c.gap < 0.3
+
+
+def test_any_radius_will_do(small: Catalogue, again: Again) -> None:
+    free = CircularArc(100, None, 0.05)
+    found = small.find(free, families=["four-bar"], rank_by="deviation", max_size=250.0, limit=6)
+    assert found
+    for c in found:
+        check(c, free, again, max_size=250.0)
+    given = small.find(
+        CircularArc(100, found[0].radius, 0.05), families=["four-bar"], rank_by="deviation", max_size=250.0
+    )
+    assert not given or found[0].deviation <= given[0].deviation * 1.5
+
+
+def test_frozen_pivots_stay(small: Catalogue) -> None:
+    """The fixed pivots are given: they do not move, but for what is left of the path's tilt."""
+    request, wanted = StraightLine(1, 1e-2), Constraints(families=["four-bar"], max_size=4.0)
+    found = answer(
+        small.database, request, wanted, weights("size"), limit=8, per_series=0, effort=1, trail=Trail(), refine=False
+    )
+    assert found is not None
+    frozen = np.zeros(10, bool)
+    frozen[[0, 1, 4, 5]] = True
+    better, _ = refined(found, Task(request, wanted, moves=Free(frozen)), 12)
+    gained = better.traced.fit.deviation / found.traced.fit.deviation
+    assert np.median(gained) < 0.8
+    moved = np.abs(better.linkage.points[:, :, 0] - found.linkage.points[:, :, 0]).max(1)
+    assert (moved < 0.05).all()
+    assert Linkage(better.linkage.pivots).family.tolist() == ["four-bar"] * len(moved)

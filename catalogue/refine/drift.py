@@ -1,0 +1,53 @@
+"""How far refined linkages have drifted from the series of their ancestors."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..guide.minimax import grid
+from ..guide.span import span
+from ..instant import Instant
+from ..linkage import Array, Linkage
+from ..query.lay import Answers
+from ..series import Series
+
+#: Intervals between the instants of the stroke that are looked at.
+INSTANTS = 64
+
+
+def drift(found: Answers, series: Mapping[str, Series], slots: bool = False) -> Array:
+    """Return the least residual of each guide's own series over its stroke, shape (n,).
+
+    NaN where the series is not registered, and for cognates, which are of another one.
+
+    Parameters
+    ----------
+    slots : bool
+        The guides are slots: their linkages are the inverse ones.
+    """
+    n, nodes = len(found.point), grid(INSTANTS).nodes
+    moving = span(found.linkage, found.point, pole=found.pole).motion
+    low, high = found.traced.low.astype(float), found.traced.high.astype(float)
+    t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
+    d, x = moving.pose(t)
+    z, finite = found.linkage.points, found.linkage.finite
+    pivots = np.empty((len(t), n, 2, 2, 3))
+    pivots[...] = found.linkage.pivots
+    for i in (0, 1):
+        at = z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin)
+        at = np.where(finite[:, i, 1], at, z[:, i, 1] * (1 + x))
+        pivots[:, :, i, 1, 0], pivots[:, :, i, 1, 1] = at.real, at.imag
+    least = np.full(n, np.nan)
+    own = "cognate" in found.rows
+    for code in np.unique(found.rows["series"]):
+        of = np.flatnonzero(found.rows["series"] == code)
+        if code not in series:
+            continue
+        linkage, good = Linkage.valid(pivots[:, of].reshape(-1, 2, 2, 3))
+        with np.errstate(all="ignore"):
+            residual = np.full(len(good), np.nan)
+            residual[good] = series[str(code)].classify(Instant(linkage.inverted() if slots else linkage))[0]
+        least[of] = np.fmin.reduce(residual.reshape(len(t), len(of)), axis=0)
+    return np.where(found.rows["cognate"] != 0, np.nan, least) if own else least
