@@ -119,7 +119,9 @@ class Span:
         return t[0], t[1]
 
 
-def span(linkage: Linkage, point: Array, dtype: Any = float, pole: Array | None = None) -> Span:
+def span(
+    linkage: Linkage, point: Array, dtype: Any = float, pole: Array | None = None, chart: Array | None = None
+) -> Span:
     """Return the span of each guided point in the chart in which it runs farthest to both sides.
 
     Parameters
@@ -130,6 +132,8 @@ def span(linkage: Linkage, point: Array, dtype: Any = float, pole: Array | None 
     dtype : float or numpy.longdouble
     pole : complex ndarray, shape (n,), optional
         Pole in the reference position: the branch on which linkages at a change point move.
+    chart : ndarray of int, shape (n,), optional
+        Charts to be taken unseen, those of linkages nearby.
 
     Notes
     -----
@@ -139,8 +143,8 @@ def span(linkage: Linkage, point: Array, dtype: Any = float, pole: Array | None 
     point = np.asarray(point, dtype=complex)
     best: Array | None = None
     chosen = np.full(len(linkage), COUPLER)
-    for chart in CHARTS:
-        moving = motion(linkage, chart, point, pole=pole)
+    for candidate in CHARTS if chart is None else ():
+        moving = motion(linkage, candidate, point, pole=pole)
         u = _table(moving, point)[2]
         finite = np.where(np.isfinite(u), u, 0)
         score = np.minimum(-finite.min(0), finite.max(0)) * np.sqrt(np.minimum(moving.conditioning, 1))
@@ -148,9 +152,9 @@ def span(linkage: Linkage, point: Array, dtype: Any = float, pole: Array | None 
         if best is None:
             best = score
         else:
-            chosen = np.where(score > best * (1 + 1e-9), chart, chosen)
+            chosen = np.where(score > best * (1 + 1e-9), candidate, chosen)
             best = np.maximum(score, best)
-    moving = motion(linkage, chosen, point, dtype, pole)
+    moving = motion(linkage, chosen if chart is None else chart, point, dtype, pole)
     tangent, t, u, limit, cusp = _table(moving, point)
     return Span(moving, point, tangent, t, u, limit, cusp, pole)
 

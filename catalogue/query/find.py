@@ -23,8 +23,6 @@ from .strokes import attempts
 CANDIDATES = 400
 #: Answers that are refined, per unit of effort.
 REFINED = 20
-#: Rounds of refinement, however large the effort.
-MOST_ROUNDS = 16
 #: Constraints on where the pivots stand and how far apart: cognates have other pivots.
 PLACES = ("fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "max_arm")
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
@@ -129,7 +127,7 @@ def _refined(found: Answers, request: Request, wanted: Constraints, rank: dict[s
 
     before = found.traced.fit.deviation.astype(float)
     task = Task(request, wanted, besides, others)
-    found, ceiling = refined(found, task, min(ROUNDS + effort - 1, MOST_ROUNDS))
+    found, ceiling = refined(found, task, ROUNDS + effort.bit_length() - 1)
     seal = certified(found, task, ceiling)
     rows = found.rows | {"unrefined": before, "gap": seal.gap, "alternations": seal.alternations}
     return replace(found, rows=rows)

@@ -30,7 +30,7 @@ LEASH, LADDER, SECOND = 0.1, (0.2, 0.7, 2.5), 0.5
 #: A guide rests when its leash is shorter than this.
 SHORT = 1e-5
 #: Most rounds.
-ROUNDS = 6
+ROUNDS = 5
 #: By how much the price of a guide, its deviation apart, may rise.
 SLACK = 0.05
 #: How far inside the constraints the linear problem stays [strokes, radians].
@@ -148,7 +148,7 @@ def _stepped(start: _Tries, leash: Array, most: Array, task: Task) -> tuple[_Tri
     circle = request.kind == "circle"
     step = np.nan_to_num(found.step[:, :-1] if circle else found.step)  # the last one of an arc is its radius
     linkage, point, valid = task.moves.moved(many, request.stroke, step)
-    moved = span(linkage, point, pole=many.pole[valid])
+    moved = span(linkage, point, pole=many.pole[valid], chart=guides.motion.chart[at[valid]])
     traced = _forward(at_stroke(moved, request.stroke, circle=circle, nodes=16, extend=False))
     rows = {name: values[at[valid]] for name, values in here.rows.items()}
     made, checks = laid(request, task.wanted, rows, moved, traced)

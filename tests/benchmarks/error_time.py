@@ -37,7 +37,7 @@ History = list[tuple[float, float]]
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "error_time"
 #: When the best so far is read [s].
 TIMES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 60.0)
-EFFORTS = (1, 2, 4, 8, 16, 32)
+EFFORTS = (1, 2, 4, 8, 16)
 EXPLAINED = """\
 Half the width of the narrowest strip (annulus) over the stroke, of the best linkage known after so many seconds; each
 is measured on its finite motion, whatever its way took it for.  Optimisers vary the eight coordinates of the pivots,
