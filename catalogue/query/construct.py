@@ -7,32 +7,27 @@ traced in place, the straightest are refined with the given pivots held, and wha
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..guide.in_place import in_place, nominal
-from ..guide.measures import measure
-from ..guide.place import mid_stroke
-from ..guide.practice import Moves
-from ..guide.room import bars
-from ..guide.span import Span, span
-from ..guide.trace import Traced
+from ..guide.in_place import Nominal, in_place
+from ..guide.span import span
 from ..instant import Instant, leading_error
 from ..linkage import Array, Linkage
 from ..posed import Posed
 from ..series import Series
-from .find import REFINED, Trail, ranked
-from .lay import Answers, checked, inside_regions, placed_in
+from .find import REFINED, Trail, improved, ranked
+from .lay import Answers, in_its_place
 from .request import Constraints, Request
 
 #: Places of the path, from start to end, at which the point is posed when the fixed pivots are given.
 PLACES = np.linspace(0.04, 0.96, 47)
 #: Pairs of pivots tried within a tolerance, per unit of effort.
 PAIRS = 24
-#: Guides that are refined for each that is kept.
-SPARE = 3
+#: Guides that are refined, in terms of those that a search refines; and with how much effort.
+SPARE, EFFORT = 3, 8
 #: Which coordinates are held: of A1, A1*, A2, A2*, and of the point, which in mid-stroke may move across only.
 HELD = {
     "fixed": np.array([1, 1, 0, 0, 1, 1, 0, 0, 0, 0], bool),
@@ -70,7 +65,8 @@ def constructed(
     trail.solved = len(built.point)
     stop()
     stop = trail.timed("trace in place")
-    traced = in_place(span(built.linkage, built.point), request.stroke, request.radius)
+    nominal = _nominal(request, wanted)
+    traced = in_place(span(built.linkage, built.point), nominal)
     order = np.argsort(np.where(np.isnan(traced.fit.deviation), np.inf, traced.fit.deviation), kind="stable")
     order = order[: np.isfinite(traced.fit.deviation).sum()]
     trail.traced = len(order)
@@ -79,8 +75,8 @@ def constructed(
     if not len(order):
         return None
     stop = trail.timed("refine")
-    ancestors, before = built[order], traced.fit.deviation[order]
-    found, checks = _refined(ancestors, request, wanted, before)
+    ancestors = built[order]
+    found, checks = _refined(ancestors, request, wanted, rank, nominal, effort)
     good = np.logical_and.reduce(list(checks.values()))
     trail.removed = {name: int((~passed).sum()) for name, passed in checks.items() if not passed.all()}
     deviation = np.where(np.isnan(found.traced.fit.deviation), np.inf, found.traced.fit.deviation)
@@ -104,10 +100,15 @@ def posed(request: Request, wanted: Constraints, effort: int) -> Posed:
         drawn = np.random.default_rng(0).random((PAIRS * effort, 4))
         off = np.sqrt(drawn[:, :2]) * np.exp(2j * np.pi * drawn[:, 2:])  # uniform over the disc
         pairs = np.concatenate([pairs, pivots + wanted.within * off])
-    point, across = nominal(np.tile(places, len(pairs)), request.stroke, request.radius)
-    middle = nominal(np.array([0.5]), request.stroke, request.radius)
-    centre = middle[0] - request.radius * middle[1] if request.kind == "circle" else np.array([complex(np.nan, np.nan)])
-    return Posed(given, np.repeat(pairs, len(places), axis=0), point, np.repeat(centre, len(point)), across)
+    nominal = _nominal(request, wanted)
+    point, across = nominal.at(np.tile(places, len(pairs)))
+    return Posed(given, np.repeat(pairs, len(places), axis=0), point, np.full(len(point), nominal.centre), across)
+
+
+def _nominal(request: Request, wanted: Constraints) -> Nominal:
+    if request.radius is None:
+        raise InvalidRequest(f"give the radius of the arc too, where {wanted.given} pivots are given")
+    return Nominal(request.stroke, request.radius)
 
 
 def solved(series: Iterable[Series], problems: Posed, wanted: Constraints) -> Built:
@@ -140,43 +141,25 @@ def distinct(built: Built, request: Request, count: int) -> Array:
 
 
 def _refined(
-    ancestors: Built, request: Request, wanted: Constraints, before: Array
+    ancestors: Built, request: Request, wanted: Constraints, rank: dict[str, float], nominal: Nominal, effort: int
 ) -> tuple[Answers, dict[str, Array]]:
     """Return the refined guides in mid-stroke, and which of them satisfy each constraint."""
-    from ..refine.in_place import refined_in_place
+    from ..refine import Free
 
     assert wanted.given is not None
-
-    def good(guides: Span, traced: Traced) -> Array:
-        checks = _answers({}, guides, traced, request, wanted)[1]
-        return np.asarray(np.logical_and.reduce([v for k, v in checks.items() if k != "deviation"]))
-
-    linkage, point = refined_in_place(ancestors.linkage, ancestors.point, request, ~HELD[wanted.given], good)
-    guides = span(linkage, point)
-    instant = Instant(ancestors.linkage)
     law = leading_error(ancestors.linkage, ancestors.point, circle=request.kind == "circle", tolerance=1e-7)
     rows = {
-        "id": np.full(len(point), -1),
+        "id": np.full(len(law), -1),
         "series": ancestors.series,
         "family": ancestors.linkage.family,
-        "configuration": instant.configuration,
+        "configuration": Instant(ancestors.linkage).configuration,
         "contact_order": law.order,
-        "unrefined": before,
     }
-    return _answers(rows, guides, in_place(guides, request.stroke, request.radius), request, wanted)
-
-
-def _answers(
-    rows: dict[str, Array], guides: Span, traced: Traced, request: Request, wanted: Constraints
-) -> tuple[Answers, dict[str, Array]]:
-    linkage, point = mid_stroke(guides, traced)
-    here = span(linkage, point)
-    now = in_place(here, request.stroke, request.radius)
-    m = measure(here, now)
-    checks = checked(request, wanted, here, now, m)
-    if placed_in(wanted):
-        swept = bars(linkage, Moves.of(here, now)) if wanted.swept_in is not None or wanted.keep_out else None
-        checks["pivots inside"] = inside_regions(wanted, linkage, swept)
-    if wanted.order and "contact_order" in rows:
-        checks["order"] = rows["contact_order"] >= wanted.order
-    return Answers(rows, linkage, point, np.full(len(point), complex(np.nan, np.nan)), now, m), checks
+    found, _ = in_its_place(request, wanted, rows, span(ancestors.linkage, ancestors.point), nominal)
+    loose = replace(request, deviation=0.1 * request.stroke)
+    moves = Free(HELD[wanted.given])
+    found = improved(found, loose, wanted, rank, EFFORT * effort, moves=moves, nominal=nominal)
+    found, checks = in_its_place(request, wanted, found.rows, span(found.linkage, found.point), nominal)
+    if wanted.order:
+        checks["order"] = law.order >= wanted.order
+    return found, checks

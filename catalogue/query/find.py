@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from dataclasses import dataclass, field, fields, replace
+from typing import Any
 
 import numpy as np
 from sqlalchemy import select
@@ -93,7 +94,7 @@ def answer(
     if refine:
         stop = trail.timed("refine")
         count = max(REFINED * effort, limit)
-        found = _refined(found[ranked(found, good, request, rank, count, -(-per_series * count // limit))],
+        found = improved(found[ranked(found, good, request, rank, count, -(-per_series * count // limit))],
                          request, wanted, rank, effort)  # fmt: skip
         good = np.ones(len(found.point), bool)
         stop()
@@ -113,9 +114,11 @@ def ranked(found: Answers, good: Array, request: Request, rank: dict[str, float]
     return _varied(found.rows["series"][order], order, limit, per_series)
 
 
-def _refined(found: Answers, request: Request, wanted: Constraints, rank: dict[str, float], effort: int) -> Answers:
+def improved(
+    found: Answers, request: Request, wanted: Constraints, rank: dict[str, float], effort: int, **more: Any
+) -> Answers:
     """Return refined answers; what each had for a deviation stands in the row ``unrefined``, how good it is in ``gap``
-    and ``alternations``."""
+    and ``alternations``.  More: what the `Task` says besides."""
     from ..refine import Task, certified, refined
     from ..refine.refine import ROUNDS
 
@@ -126,7 +129,7 @@ def _refined(found: Answers, request: Request, wanted: Constraints, rank: dict[s
         return price(some, request, others) if others else np.zeros(len(some.point))
 
     before = found.traced.fit.deviation.astype(float)
-    task = Task(request, wanted, besides, others)
+    task = Task(request, wanted, besides, others, **more)
     found, ceiling = refined(found, task, ROUNDS + effort.bit_length() - 1)
     seal = certified(found, task, ceiling)
     rows = found.rows | {"unrefined": before, "gap": seal.gap, "alternations": seal.alternations}

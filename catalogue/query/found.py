@@ -278,7 +278,7 @@ def candidates(answers: Answers, request: Request, play: float = 0.0) -> list[Ca
                 unrefined=float(rows["unrefined"][i]) if "unrefined" in rows else None,
                 gap=float(rows["gap"][i]) if sealed[i] else None,
                 alternations=int(rows["alternations"][i]) if sealed[i] else None,
-                drift=length(rows["drift"][i]) if "drift" in rows else None,
+                drift=known(rows["drift"][i]) if "drift" in rows else None,
                 pole=[float(answers.pole[i].real), float(answers.pole[i].imag)] if change[i] else None,
             )
         )

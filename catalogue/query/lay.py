@@ -6,9 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from ..guide.in_place import Nominal, in_place
 from ..guide.kinds import SLOTS
 from ..guide.measures import LEAST_ARM, Measures, measure
-from ..guide.place import at_stroke, mirrored, placed
+from ..guide.place import at_stroke, mid_stroke, mirrored, placed
 from ..guide.practice import Moves, practice
 from ..guide.room import bars, stays_clear, stays_inside
 from ..guide.span import Span, span
@@ -92,6 +93,21 @@ def laid(
     if placed_in(wanted):
         checks["pivots inside"] = inside
     return Answers(rows, linkage, point, pole, now, m), checks
+
+
+def in_its_place(
+    request: Request, wanted: Constraints, rows: dict[str, Array], guides: Span, nominal: Nominal
+) -> tuple[Answers, dict[str, Array]]:
+    """Measure guides along a nominal where they stand, and return which satisfy each constraint."""
+    linkage, point = mid_stroke(guides, in_place(guides, nominal))
+    here = span(linkage, point, pole=guides.pole)
+    now = in_place(here, nominal)
+    m = measure(here, now)
+    checks = checked(request, wanted, here, now, m)
+    if placed_in(wanted):
+        swept = bars(linkage, Moves.of(here, now)) if wanted.swept_in is not None or wanted.keep_out else None
+        checks["pivots inside"] = inside_regions(wanted, linkage, swept)
+    return Answers(rows, linkage, point, np.full(len(point), complex(np.nan, np.nan)), now, m), checks
 
 
 def placed_in(wanted: Constraints) -> bool:

@@ -75,7 +75,9 @@ def linearised(now: Answers, guides: Span, task: Task, spare: Array) -> Linear:
     t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
     start, along, curvature = fit.start.astype(complex), fit.along.astype(complex), fit.curvature.astype(float)
     stroke, bend = fit.stroke.astype(float), None
-    if request.kind == "line":
+    if task.nominal is not None:
+        error, tangent = task.nominal.off(z), task.nominal.along(z)[1]
+    elif request.kind == "line":
         error, tangent = ((z - start) * along.conj()).imag, along
     else:
         side, radius = np.sign(curvature), 1 / np.abs(curvature)

@@ -10,16 +10,14 @@ model.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import reduce
 
 import numpy as np
 
-from ..guide.place import at_stroke
 from ..guide.span import span
-from ..guide.trace import Traced
 from ..linkage import Array
-from ..query.lay import Answers, laid, merged, together
+from ..query.lay import Answers, merged, together
 from .limits import NAMES, excess
 from .linear import linearised
 from .step import minimax_step
@@ -47,7 +45,7 @@ def refined(found: Answers, task: Task, rounds: int = ROUNDS) -> tuple[Answers, 
     Parameters
     ----------
     found : Answers
-        Placed guides that satisfy the constraints.
+        Placed guides that satisfy the constraints, or nearly; those that never do are returned as they are.
     task : Task
     rounds : int
         Most rounds.
@@ -62,7 +60,9 @@ def refined(found: Answers, task: Task, rounds: int = ROUNDS) -> tuple[Answers, 
     ceiling = task.price(found) + SLACK
     resting = span(found.linkage, found.point, pole=found.pole).cusp
     open_ = np.flatnonzero((found.traced.relative > EXACT) & ~resting)
-    now, leash, penalty, broken = found, np.full(n, LEASH), np.full(n, PENALTY), np.zeros(n)
+    now, leash, penalty = found, np.full(n, LEASH), np.full(n, PENALTY)
+    broken = excess(found, task.request, task.wanted)
+    best = np.where(broken > 0, np.inf, found.traced.fit.deviation.astype(float))
     for _ in range(rounds):
         if not len(open_):
             break
@@ -74,7 +74,7 @@ def refined(found: Answers, task: Task, rounds: int = ROUNDS) -> tuple[Answers, 
         over = excess(tries.guides, task.request, task.wanted) + np.maximum(dear, 0)
         cost = np.where(tries.sound, tries.logarithm + penalty[open_][tries.of] * over, np.inf)
         before = _logarithm(here) + penalty[open_] * broken[open_]
-        first = least(cost, tries.of)
+        first = _least(cost, tries.of)
         first = first[cost[first] < before[tries.of[first]] - 1e-9]
         gained = open_[tries.of[first]]
         now = merged(now, tries.guides[first], _mask(gained, n))
@@ -84,10 +84,12 @@ def refined(found: Answers, task: Task, rounds: int = ROUNDS) -> tuple[Answers, 
         leash[open_] = np.minimum(leash[open_] * factor[open_], 1.0)
 
         clean = tries.clean & (dear <= 0)
-        first = least(np.where(clean, tries.logarithm, np.inf), tries.of)
+        first = _least(np.where(clean, tries.logarithm, np.inf), tries.of)
         first = first[clean[first]]
         at = open_[tries.of[first]]
-        better = tries.guides.traced.fit.deviation[first] < found.traced.fit.deviation[at]
+        deviation = tries.guides.traced.fit.deviation[first].astype(float)
+        better = deviation < best[at]
+        best[at[better]] = deviation[better]
         found = merged(found, tries.guides[first[better]], _mask(at[better], n))
         open_ = open_[leash[open_] > SHORT]
     return found, ceiling
@@ -138,37 +140,22 @@ def _stepped(start: _Tries, leash: Array, most: Array, task: Task) -> tuple[_Tri
     """Return what comes of a step of each guide on each of its leashes (a multiple of n); `of` counts the leashes.
 
     Also the largest multiplier of a constraint, for each leash."""
-    here, request = start.guides, task.request
+    here = start.guides
     guides = span(here.linkage, here.point, pole=here.pole)
     times = len(leash) // len(here.point)
     problem = linearised(here, guides, task, most[start.of] - task.price(here)).inside(MARGIN).repeated(times)
     found = minimax_step(problem, leash)
     at = np.tile(np.arange(len(here.point)), times)
     many = here[at]
-    circle = request.kind == "circle"
-    step = np.nan_to_num(found.step[:, :-1] if circle else found.step)  # the last one of an arc is its radius
-    linkage, point, valid = task.moves.moved(many, request.stroke, step)
+    step = np.nan_to_num(found.step[:, :-1] if task.with_radius else found.step)
+    linkage, point, valid = task.moves.moved(many, task.request.stroke, step)
     moved = span(linkage, point, pole=many.pole[valid], chart=guides.motion.chart[at[valid]])
-    traced = _forward(at_stroke(moved, request.stroke, circle=circle, nodes=16, extend=False))
     rows = {name: values[at[valid]] for name, values in here.rows.items()}
-    made, checks = laid(request, task.wanted, rows, moved, traced)
+    made, checks = task.laid(rows, moved)
     hard = [passed for name, passed in checks.items() if name not in NAMES]
     sound, clean = (reduce(np.logical_and, some) for some in (hard, checks.values()))
     of = np.flatnonzero(valid)
     return _Tries(made, of, np.zeros(len(of), int), sound & np.isfinite(_logarithm(made)), clean), found.dual
-
-
-def _forward(traced: Traced) -> Traced:
-    """Return the traces with those turned round that run backwards along the nominal: answers keep their side of it."""
-    fit, back = traced.fit, traced.fit.along.real < 0
-    turned = replace(
-        fit,
-        start=np.where(back, fit.start + fit.stroke * fit.along, fit.start),
-        along=np.where(back, -fit.along, fit.along),
-        curvature=np.where(back, -fit.curvature, fit.curvature),
-    )
-    low, high = (np.where(back, b, a) for a, b in ((traced.low, traced.high), (traced.high, traced.low)))
-    return replace(traced, fit=turned, low=low, high=high)
 
 
 def _logarithm(guides: Answers) -> Array:
@@ -182,7 +169,7 @@ def _mask(index: Array, count: int) -> Array:
     return mask
 
 
-def least(value: Array, group: Array) -> Array:
+def _least(value: Array, group: Array) -> Array:
     """Return the index of the least value of each group."""
     order = np.lexsort((value, group))
     return np.asarray(order[np.unique(group[order], return_index=True)[1]])

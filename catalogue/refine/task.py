@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Protocol
 
 import numpy as np
 
+from ..guide.in_place import Nominal
+from ..guide.place import at_stroke
+from ..guide.span import Span
+from ..guide.trace import Traced
 from ..linkage import Array, Linkage
-from ..query.lay import Answers
+from ..query.lay import Answers, in_its_place, laid
 from ..query.request import Constraints, Request
 from .derivatives import COUNT, displaced
 
@@ -147,6 +151,8 @@ class Task:
     rank : mapping
         Weights of the criteria that the price is made of.
     moves : Moves
+    nominal : Nominal, optional
+        The line or arc itself, from which distances are then measured: guides are not laid anew, but stay in place.
     """
 
     request: Request
@@ -154,3 +160,30 @@ class Task:
     price: Callable[[Answers], Array] = lambda some: np.zeros(len(some.point))
     rank: Mapping[str, float] = field(default_factory=dict)
     moves: Moves = Free()
+    nominal: Nominal | None = None
+
+    @property
+    def with_radius(self) -> bool:
+        """Whether the radius of the nominal is a coordinate besides those of the moves."""
+        return self.nominal is None and self.request.kind == "circle"
+
+    def laid(self, rows: dict[str, Array], moved: Span) -> tuple[Answers, dict[str, Array]]:
+        """Return linkages after a step as answers, and which of them satisfy each constraint."""
+        if self.nominal is not None:
+            return in_its_place(self.request, self.wanted, rows, moved, self.nominal)
+        circle = self.request.kind == "circle"
+        traced = _forward(at_stroke(moved, self.request.stroke, circle=circle, nodes=16, extend=False))
+        return laid(self.request, self.wanted, rows, moved, traced)
+
+
+def _forward(traced: Traced) -> Traced:
+    """Return the traces with those turned round that run backwards along the nominal: answers keep their side of it."""
+    fit, back = traced.fit, traced.fit.along.real < 0
+    turned = replace(
+        fit,
+        start=np.where(back, fit.start + fit.stroke * fit.along, fit.start),
+        along=np.where(back, -fit.along, fit.along),
+        curvature=np.where(back, -fit.curvature, fit.curvature),
+    )
+    low, high = (np.where(back, b, a) for a, b in ((traced.low, traced.high), (traced.high, traced.low)))
+    return replace(traced, fit=turned, low=low, high=high)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import catalogue
-from catalogue.guide.in_place import along, centre_of, distance, in_place, nominal
+from catalogue.guide.in_place import Nominal, in_place
 from catalogue.guide.place import at_stroke
 from catalogue.guide.span import span
 
@@ -23,7 +23,7 @@ def test_placed_guides_hold_the_nominal_as_well_as_their_best_one_but_for_its_ra
     found: list[catalogue.Candidate],
 ) -> None:
     for c in found:
-        traced = in_place(c.span(), c.stroke, np.inf if c.radius is None else c.radius)
+        traced = in_place(c.span(), Nominal(c.stroke, np.inf if c.radius is None else c.radius))
         # the ends of an arc are on the best circle but for the deviation, so that it lies as far off at most
         slack = 1 + 1e-6 if c.radius is None else 3.0
         assert c.deviation * (1 - 1e-6) - 1e-14 <= traced.fit.deviation[0] <= slack * c.deviation + 1e-14
@@ -37,7 +37,7 @@ def test_deviation_is_that_of_a_naive_loop_over_the_same_line(
         path = naive.Loop(c.pivots, complex(*c.guided)).over(c.stroke, 2001) if c.radius is None else None
         if path is not None:
             seen += 1
-            traced = in_place(c.span(), c.stroke)
+            traced = in_place(c.span(), Nominal(c.stroke))
             assert float(np.abs(path.imag).max()) == pytest.approx(traced.fit.deviation[0], rel=1e-4)
     assert seen > 10 or found[0].radius is not None
 
@@ -48,7 +48,7 @@ def test_a_shifted_guide_deviates_by_the_shift_more(found: list[catalogue.Candid
         off, radius = 0.01 * c.stroke, np.inf if c.radius is None else c.radius
         pole = None if c.pole is None else np.array([complex(*c.pole) + 1j * off])
         moved = span(c.linkage.moved(1.0, 1j * off), np.array([complex(*c.guided) + 1j * off]), pole=pole)
-        deviation = in_place(moved, c.stroke, radius).fit.deviation[0]
+        deviation = in_place(moved, Nominal(c.stroke, radius)).fit.deviation[0]
         if np.isfinite(deviation):  # the shifted arc runs a little farther than some guides do
             seen += 1
             assert deviation == pytest.approx(off, abs=2 * c.deviation + 1e-14)
@@ -59,27 +59,27 @@ def test_a_guide_read_backwards_is_the_same(found: list[catalogue.Candidate]) ->
     c = next(c for c in found if c.pole is None)
     radius = np.inf if c.radius is None else c.radius
     mirrored = span(c.linkage.moved(-1.0, c.stroke, True), np.array([c.stroke - np.conj(complex(*c.guided))]))
-    back, there = in_place(mirrored, c.stroke, radius), in_place(c.span(), c.stroke, radius)
+    back, there = (in_place(g, Nominal(c.stroke, radius)) for g in (mirrored, c.span()))
     assert back.fit.deviation == pytest.approx(there.fit.deviation, rel=1e-6)
 
 
 def test_a_point_that_does_not_run_so_far_has_no_deviation(found: list[catalogue.Candidate]) -> None:
     guides = found[0].span()
-    assert np.isnan(in_place(guides, 1000.0, np.inf).fit.deviation).all()
+    assert np.isnan(in_place(guides, Nominal(1000.0)).fit.deviation).all()
     assert np.isfinite(at_stroke(guides, found[0].stroke, circle=found[0].radius is not None).fit.deviation).all()
 
 
 @pytest.mark.parametrize("radius", [np.inf, 0.7, 40.0])
 def test_points_of_the_nominal_lie_on_it(radius: float) -> None:
-    share = np.linspace(0, 1, 11)
-    z, across = nominal(share, 1.0, radius)
-    np.testing.assert_allclose(distance(z, 1.0, radius), 0, atol=1e-14)
-    np.testing.assert_allclose(distance(z + 0.1 * across, 1.0, radius), 0.1, atol=1e-13)
+    nominal = Nominal(1.0, radius)
+    z, across = nominal.at(np.linspace(0, 1, 11))
+    np.testing.assert_allclose(nominal.off(z), 0, atol=1e-14)
+    np.testing.assert_allclose(nominal.off(z + 0.1 * across), 0.1, atol=1e-13)
     np.testing.assert_allclose(z[[0, -1]], [0, 1], atol=1e-13)
-    run, heading = along(z, 1.0, radius)
+    run, heading = nominal.along(z)
     assert (np.diff(run) > 0).all()
     assert run[5] == pytest.approx(0, abs=1e-13)
     np.testing.assert_allclose(heading, -1j * across, atol=1e-13)
     if np.isfinite(radius):
-        assert np.abs(z - centre_of(1.0, radius)) == pytest.approx(radius)
+        assert np.abs(z - nominal.centre) == pytest.approx(radius)
         assert z[5].imag > 0
