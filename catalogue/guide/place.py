@@ -144,11 +144,16 @@ def at_sweep(guides: Span, half: Array, centre: Array, sweep: float, nodes: int 
     half : ndarray, shape (n,)
         First guess [length].
     """
+    power, last = np.ones(len(guides)), np.ones(len(guides))  # the sweep goes about with this power of the window
+    factor = np.ones(len(guides))
     for _ in range(8):
         traced = trace(guides, half, circle=True, split=True, centre=centre, nodes=nodes)
         with np.errstate(all="ignore"):
             error = sweep / (traced.fit.stroke * np.abs(traced.fit.curvature))
-        if not (np.abs(error - 1) > 1e-6).any():
-            break
-        half = half * np.clip(error, 0.5, 2.0)
+            if not (np.abs(error - 1) > 1e-6).any():
+                break
+            steepness = np.log(last / error) / np.log(factor)
+            power = np.where((steepness > 0.3) & (steepness < 3), steepness, power)
+            factor, last = np.clip(error ** (1 / power), 0.5, 2.0), error
+        half = half * factor
     return half, traced

@@ -9,7 +9,7 @@ import numpy as np
 from ..guide.in_place import Nominal, in_place
 from ..guide.kinds import SLOTS
 from ..guide.measures import LEAST_ARM, Measures, measure
-from ..guide.place import at_stroke, mid_stroke, mirrored, placed
+from ..guide.place import FINE, at_stroke, mid_stroke, mirrored, placed
 from ..guide.practice import Moves, practice
 from ..guide.room import bars, stays_clear, stays_inside
 from ..guide.span import Span, span
@@ -51,9 +51,12 @@ def linkages(rows: dict[str, Array]) -> Linkage:
 
 def final(found: Answers, request: Request) -> Answers:
     """Return answers with their deviation measured in extended precision where double does not resolve it."""
-    here = span(found.linkage, found.point, pole=found.pole)
+    fine = found.traced.relative < FINE
+    if not fine.any():
+        return found
+    here = span(found.linkage[fine], found.point[fine], pole=found.pole[fine])
     traced = at_stroke(here, request.stroke, circle=request.kind == "circle")
-    return replace(found, traced=traced)
+    return replace(found, traced=found.traced.replaced(fine, traced))
 
 
 def lay_stored(request: Request, wanted: Constraints, rows: dict[str, Array]) -> Answers:
