@@ -14,6 +14,7 @@ from ..instant import Instant
 from ..instant.error import leading_error
 from ..linkage import Array, Linkage
 from ..series import EXACT
+from .floor import floors, spreads
 
 Columns = dict[str, Any]
 #: A reach is stored while the mechanism is smaller than this many strokes and this transmission angle is held.  Where
@@ -107,7 +108,9 @@ def guide_columns(
         "leading": _leading(guides[used], circle, columns["contact_order"]),
     }
     order = np.lexsort((-reaches["level"], reaches["guide"]))
-    return columns, {k: v[order] for k, v in reaches.items()}
+    reaches = {k: v[order] for k, v in reaches.items()}
+    spread = spreads(reaches, columns["curvature"][reaches["guide"]])
+    return columns, reaches | {"floor": floors(reaches, circle), "spread": spread}
 
 
 def _leading(guides: Span, circle: bool, order: Array) -> Array:
@@ -147,7 +150,6 @@ def _reaches(guides: Span, traced: Traced, circle: bool) -> Columns:
     measured = measure(guides, traced)
     stroke = traced.fit.stroke
     with np.errstate(all="ignore"):
-        size = measured.size / stroke
         # the path runs from (0, 0) to (1, 0)
         boxes = {
             f"{name}_{side}": box[:, i] / stroke + (0.5 if i % 2 == 0 else 0.0)
@@ -158,6 +160,5 @@ def _reaches(guides: Span, traced: Traced, circle: bool) -> Columns:
         sweep = np.abs(traced.fit.curvature) * stroke if circle else np.zeros(len(stroke))
     return {
         "stroke": stroke, "deviation": traced.relative, "sweep": sweep, **lengths,
-        "min_transmission": measured.min_transmission, "balance": size - measured.min_transmission / 90,
-        "rotates": measured.rotates, **boxes,
+        "min_transmission": measured.min_transmission, "rotates": measured.rotates, **boxes,
     }  # fmt: skip

@@ -82,12 +82,15 @@ def _sweep(request: Request) -> float | None:
 
 
 def conditions(
-    request: Request, wanted: Constraints, level: int, rank: dict[str, float]
+    request: Request, wanted: Constraints, level: int, rank: dict[str, float], least: Any = None
 ) -> dict[str, ColumnElement[bool]]:
-    """Return the SQL condition of each active constraint on reaches of a level, by name."""
+    """Return the SQL condition of each active constraint on reaches of a level, by name.
+
+    A stored length times `least` is the length in the user's unit, at least; for an arc that depends on the reach.
+    """
     s = request.stroke
-    # a stored length times this is the length in the user's unit, at least
-    least: Any = s / stretch(request, level, rank)
+    if least is None:
+        least = s / stretch(request, level, rank)
     most: Any = s
     if (sweep := _sweep(request)) is not None:
         least = most = s * Reach.sweep / sweep
@@ -161,7 +164,7 @@ def _bounds(
     return func.coalesce(test, True)
 
 
-def basis(request: Request, wanted: Constraints, level: int) -> ColumnElement[bool]:
+def basis(request: Request, wanted: Constraints, level: Any) -> ColumnElement[bool]:
     """Return the condition that no constraint can be traded against: kind, level, and for an arc enough of it."""
     kinds = SLOTS if wanted.slots else RETURNS if wanted.returns else POINTS
     terms = [Reach.kind == kinds[request.kind], Reach.level == level]
@@ -182,11 +185,11 @@ def cost(request: Request, rank: dict[str, float]) -> ColumnElement[Any]:
         "max_arm": Reach.max_arm * by,
         "transmission": 1 - Reach.min_transmission / 90,
         "deviation": Reach.deviation / request.relative,
+        # sin(90 deg x) is nearly x (2 - x)
+        "score": 1 - Reach.min_transmission / 90 * (2 - Reach.min_transmission / 90) / (Reach.size * by),
     }
     if list(rank) == ["size"] and request.kind == "line":
         return Reach.size.expression  # so that the index gives the order
-    if list(rank) == ["balance"] and request.kind == "line":
-        return Reach.balance.expression
     return sum((weight * terms[name] for name, weight in rank.items()), start=0 * Reach.size)
 
 

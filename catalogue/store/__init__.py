@@ -5,6 +5,7 @@ from __future__ import annotations
 from .bulk import drop_indexes, finish, is_indexed, make_indexes, prepare, remove_designs, write_batch
 from .database import Database
 from .models import Base, Batch, Guide, Mechanism, Reach, Setting
+from .prepared import Prepared
 from .settings import get_setting, set_setting
 
 __all__ = [
@@ -13,6 +14,7 @@ __all__ = [
     "Database",
     "Guide",
     "Mechanism",
+    "Prepared",
     "Reach",
     "Setting",
     "drop_indexes",

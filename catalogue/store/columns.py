@@ -45,15 +45,15 @@ def read_columns(
     result = connection.execute(select, bound)
     names, cursor = list(result.keys()), result.cursor
     assert cursor is not None  # a select has rows
-    parts: list[list[Array]] = [[_array(kind, ())] for kind in types]
+    parts: list[list[Array]] = [[as_array(kind, ())] for kind in types]
     while rows := cursor.fetchmany(_CHUNK):
         for part, kind, values in zip(parts, types, zip(*rows, strict=True), strict=True):
-            part.append(_array(kind, values))
+            part.append(as_array(kind, values))
     result.close()
     return {name: np.concatenate(part[1:] or part) for name, part in zip(names, parts, strict=True)}
 
 
-def _array(kind: TypeEngine[Any], values: Sequence[Any]) -> Array:
+def as_array(kind: TypeEngine[Any], values: Sequence[Any]) -> Array:
     """Return the values of one column as an array of the dtype that its SQL type asks for."""
     if isinstance(kind, LargeBinary):
         if len({len(value) for value in values}) > 1:

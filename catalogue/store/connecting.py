@@ -15,7 +15,7 @@ _PRAGMAS = """
 PRAGMA foreign_keys = ON;
 PRAGMA synchronous = NORMAL;
 PRAGMA cache_size = -65536;
-PRAGMA mmap_size = 268435456;
+PRAGMA mmap_size = 2147418112;
 """
 
 

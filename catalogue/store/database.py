@@ -16,6 +16,7 @@ from sqlalchemy import Connection, Engine, Select
 from ..errors import DatabaseError
 from .columns import read_columns
 from .connecting import engine_for
+from .prepared import Prepared
 from .trouble import plainly
 from .upgrade import bring_up_to_date
 
@@ -84,6 +85,12 @@ class Database:
         """Yield a function like `read_columns` that keeps one connection, for several reads in a row."""
         with plainly(self.path), self.engine.connect() as connection:
             yield partial(read_columns, connection)
+
+    @contextmanager
+    def preparing(self) -> Iterator[Callable[[Select[Any]], Prepared]]:
+        """Yield a function that makes a `Prepared` of a select, all on one connection."""
+        with plainly(self.path), self.engine.connect() as connection:
+            yield partial(Prepared, connection)
 
     def close(self) -> None:
         """Let go of the file."""

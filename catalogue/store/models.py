@@ -151,7 +151,8 @@ class Reach(Base):
     The stroke is a chord in canonical units, `sweep` the stroke times the curvature of the fitted nominal; the other
     lengths are multiples of the stroke.  Boxes are those of the pivots at finite distance, in the guide's frame (the
     path runs from (0, 0) to (1, 0)).  Bit i of `rotates`: crank i + 1 turns fully.
-    `balance` is the size less the transmission angle over 90 degrees: what guides are ranked by unless asked otherwise.
+    `floor` is the least balance, the size less the transmission angle over 90 degrees, that an answer made of it can
+    have, `spread` the least size however short a part of it is used; see `catalogue.build.floor`.
     `half` and `centre` are the window that was traced: half its length along the tangent, canonical units, and where
     its middle lies, in halves from the design position.
     """
@@ -173,7 +174,8 @@ class Reach(Base):
     max_ground: Mapped[float | None]
     max_arm: Mapped[float]
     min_transmission: Mapped[float]
-    balance: Mapped[float]
+    floor: Mapped[float]
+    spread: Mapped[float]
     rotates: Mapped[int]
     fixed_x0: Mapped[float | None]  # NULL, all four: every fixed pivot is at infinity
     fixed_y0: Mapped[float | None]
@@ -199,7 +201,8 @@ class Reach(Base):
         CheckConstraint("max_ground >= 0", name="max_ground"),
         CheckConstraint("max_arm >= 0", name="max_arm"),
         CheckConstraint("min_transmission BETWEEN 0 AND 90", name="min_transmission"),
-        CheckConstraint("abs(balance - size + min_transmission / 90) <= 1e-9 * size", name="balance"),
+        CheckConstraint("floor <= size - min_transmission / 90 + 1e-9 * size", name="floor"),
+        CheckConstraint("spread >= 0", name="spread"),
         CheckConstraint("rotates BETWEEN 0 AND 3", name="rotates"),
         # A box with some sides missing compares as NULL, which a CHECK lets pass: hence coalesce.
         CheckConstraint(
@@ -209,7 +212,8 @@ class Reach(Base):
         ),
         CheckConstraint("all_x0 <= all_x1 AND all_y0 <= all_y1", name="all_box"),
         Index("ix_reach_size", "kind", "series", "level", "size"),
-        Index("ix_reach_balance", "kind", "series", "level", "balance"),
+        # in the order in which a search reads; the last three reject an arc without a look at its row
+        Index("ix_reach_floor", "kind", "series", "level", "floor", "guide_id", "sweep", "size", "spread"),
         {"sqlite_strict": True},
     )
 

@@ -72,7 +72,8 @@ ROWS: dict[str, dict[str, Any]] = {
         "max_ground": 0.0,
         "max_arm": 0.0,
         "min_transmission": 45.0,
-        "balance": 1.5,
+        "floor": 1.5,
+        "spread": 1.0,
         "rotates": 3,
         "fixed_x0": 0.0,
         "fixed_y0": 0.0,
@@ -111,7 +112,8 @@ BROKEN: list[tuple[str, dict[str, Any]]] = [
     ("ck_reach_max_ground", {"max_ground": -1.0}),
     ("ck_reach_max_arm", {"max_arm": -1.0}),
     *(("ck_reach_min_transmission", {"min_transmission": value}) for value in (-0.1, 90.1)),
-    *(("ck_reach_balance", {"balance": value}) for value in (1.4, 1.6)),
+    ("ck_reach_floor", {"floor": 1.6}),
+    ("ck_reach_spread", {"spread": -0.1}),
     *(("ck_reach_rotates", {"rotates": value}) for value in (-1, 4)),
     *(("ck_reach_fixed_box", {name: None}) for name in NONE),
     *(("ck_reach_fixed_box", {**NONE, name: 0.0}) for name in NONE),
@@ -129,10 +131,10 @@ SOUND: list[tuple[str, dict[str, Any]]] = [
     ("guide", {"kind": "circle", "curvature": -1e-300}),
     ("guide", {"tangent_x": 0.6 + 1e-10}),
     ("reach", {"level": -12}),
-    ("reach", {"level": -1, "min_transmission": 90.0, "balance": 1.0, "rotates": 0}),
+    ("reach", {"level": -1, "min_transmission": 90.0, "floor": 1.0, "rotates": 0}),
     ("reach", {"max_link": None, "min_link": None, "max_ground": None}),
     ("reach", NONE),
-    ("reach", {"min_transmission": 0.0, "balance": 2.0, "all_x0": 1.0}),
+    ("reach", {"min_transmission": 0.0, "floor": 2.0, "all_x0": 1.0}),
 ]
 
 

@@ -20,6 +20,7 @@ from catalogue.folders import folder
 from catalogue.store import Base, Database, write_batch
 from catalogue.store.upgrade import revision, revisions
 
+HEAD, NEXT = "0002", "0003"
 ADD_COLUMN = """
 with op.batch_alter_table("mechanism", recreate="always") as batch:
     batch.add_column(sa.Column("note", sa.TEXT))
@@ -44,7 +45,7 @@ def schema(connection: sqlite3.Connection) -> dict[str, str]:
 
 @pytest.fixture
 def filled(path: Path, sample: Callable[..., Any]) -> Path:
-    """Return a file at revision 0001 with one batch."""
+    """Return a file at revision `HEAD` with one batch."""
     with Database.open(path) as database, database.engine.connect() as connection:
         write_batch(connection, *sample(0))
     return path
@@ -82,19 +83,19 @@ def test_upgrade_keeps_all_rows_and_a_copy(filled: Path, add_migration: Callable
         ddl = connection.exec_driver_sql("SELECT sql FROM sqlite_master WHERE name = 'mechanism'").scalar_one()
         assert "STRICT" in ddl
         assert "ck_mechanism_curvature" in ddl
-    assert revision(filled) == "0002"
-    copy = filled.with_name("some.db.backup-0001")
-    assert rows(copy, "SELECT version_num FROM alembic_version") == [("0001",)]
+    assert revision(filled) == NEXT
+    copy = filled.with_name("some.db.backup-0002")
+    assert rows(copy, "SELECT version_num FROM alembic_version") == [("0002",)]
     assert rows(copy, "SELECT count(*) FROM reach") == [(24,)]
     assert len(copy.read_bytes()) == len(before)
 
 
 def test_older_copy_is_not_overwritten(filled: Path, add_migration: Callable[[str], None]) -> None:
-    filled.with_name("some.db.backup-0001").write_text("precious")
+    filled.with_name("some.db.backup-0002").write_text("precious")
     add_migration(ADD_COLUMN)
     Database.open(filled).close()
-    assert filled.with_name("some.db.backup-0001").read_text() == "precious"
-    assert revision(filled.with_name("some.db.backup-0001-2")) == "0001"
+    assert filled.with_name("some.db.backup-0002").read_text() == "precious"
+    assert revision(filled.with_name("some.db.backup-0002-2")) == HEAD
 
 
 @pytest.mark.parametrize(("body", "reason"), [(FAIL, r"\(no\)"), (ORPHAN, "2 rows without")])
@@ -106,7 +107,7 @@ def test_failed_upgrade_leaves_the_file_as_it_was(
     with pytest.raises(DatabaseError, match=reason) as caught:
         Database.open(filled)
     assert filled.read_bytes() == before
-    assert "some.db.backup-0001" in str(caught.value)
+    assert "some.db.backup-0002" in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
@@ -117,7 +118,7 @@ def test_failed_copy_leaves_none(
     with closing(sqlite3.connect(filled)) as locker:
         locker.execute("BEGIN EXCLUSIVE")
         monkeypatch.setattr("catalogue.store.connecting.PATIENCE", 0.01)
-        monkeypatch.setattr("catalogue.store.upgrade.revision", lambda _: "0001")
+        monkeypatch.setattr("catalogue.store.upgrade.revision", lambda _: HEAD)
         with pytest.raises(DatabaseError, match="locked"):
             Database.open(filled)
     assert not list(filled.parent.glob("*.backup*"))
