@@ -17,7 +17,8 @@ from .linkage import Linkage
 from .query.explain import explain
 from .query.find import Trail, answer, check_names
 from .query.found import Found, candidates
-from .query.request import Constraints, Request, positive, weights, whole
+from .query.ranking import Ranking
+from .query.request import Constraints, Request, positive, whole
 from .store import Database, get_setting
 
 if TYPE_CHECKING:
@@ -58,8 +59,9 @@ class Catalogue:
         request: Request,
         *,
         limit: int = 12,
-        rank_by: str | Mapping[str, float] = "balance",
+        rank_by: str | Mapping[str, float] | Sequence[str] = "balance",
         per_series: int | None = None,
+        distinct: float = 0.0,
         effort: int = 1,
         refine: bool = True,
         cognates: bool = False,
@@ -73,10 +75,17 @@ class Catalogue:
         request : StraightLine or CircularArc
         limit : int
             How many at most.
-        rank_by : str or mapping
-            One of `catalogue.query.request.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.
+        rank_by : str, mapping or sequence of str
+            One of `catalogue.query.request.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
+            sequence, ``["size", "deviation"]``, weighs nothing: the Pareto front of these criteria comes first, spread
+            over all of it, then the second front; `Candidate.front` says which.
         per_series : int, optional
-            At most so many of one series as long as there are others; a third of the limit if not given, 0: no bound.
+            At most so many of one series as long as there are others; a third of the limit if not given (no bound
+            for a front), 0: no bound.
+        distinct : float
+            No two answers are nearer to each other than this, 0 to 1; of such only the best is given.  About the part
+            of the stroke by which a pivot near the path is moved; see `catalogue.query.likeness` and
+            `Candidate.nearest`.
         effort : int
             How many stored candidates are traced, 400 per unit, and refined, 20 per unit, in more rounds.
         refine : bool
@@ -101,9 +110,8 @@ class Catalogue:
             raise InvalidRequest(f"find wants a StraightLine or CircularArc, not {request!r}")
         limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
         wanted = _constraints(constraints)
-        rank = weights(rank_by)
+        ranking = Ranking.of(rank_by, per_series, distinct, limit)
         trail = Trail()
-        share = -(-limit // 3) if per_series is None else whole("per_series", per_series, 0)
         if round_to is not None:
             round_to = positive("round_to", round_to)
         if wanted.given and (cognates or round_to is not None):
@@ -111,15 +119,14 @@ class Catalogue:
                 "cognates and round_to move the pivots: they cannot be asked for where pivots are given"
             )
         if wanted.given:
-            return self._constructed(request, wanted, rank, limit=limit, per_series=share, effort=effort, trail=trail)
+            return self._constructed(request, wanted, ranking, limit=limit, effort=effort, trail=trail)
         check_names(self.database, wanted)
         found = answer(
             self.database,
             request,
             wanted,
-            rank,
+            ranking,
             limit=limit,
-            per_series=share,
             effort=effort,
             trail=trail,
             refine=refine,
@@ -139,13 +146,13 @@ class Catalogue:
         return replace(found, rows=found.rows | {"drift": drift(found, self.registry.series, wanted.slots)})
 
     def _constructed(
-        self, request: Request, wanted: Constraints, rank: dict[str, float], *, trail: Trail, **how: int
+        self, request: Request, wanted: Constraints, ranking: Ranking, *, trail: Trail, **how: int
     ) -> Found:
         """Return guides with the given pivots, made in closed form and refined: the database is not asked."""
         from .query.construct import constructed
         from .query.explain import explain_constructed
 
-        found = constructed(self.registry.series, request, wanted, rank, trail=trail, **how)
+        found = constructed(self.registry.series, request, wanted, ranking, trail=trail, **how)
         listed = candidates(found, request, wanted.play) if found is not None else []
         return Found(listed, lambda: explain_constructed(request, wanted, trail, len(listed)))
 

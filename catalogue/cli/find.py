@@ -98,6 +98,13 @@ Play = Annotated[
 RankBy = Annotated[
     str, typer.Option(metavar="NAME[=W],...", help=f"What to rank by: {', '.join(CRITERIA)}; several with weights.")
 ]
+Pareto = Annotated[
+    str | None, typer.Option(metavar="NAME,NAME,...", help="The Pareto front of these criteria instead, none weighed.")
+]
+Distinct = Annotated[
+    float, typer.Option(metavar="D", help="No two guides nearer as designs than D, 0 to 1: 0.05 is a pivot moved by a"
+                        " twentieth of the stroke; of such only the best is listed.")
+]  # fmt: skip
 PerSeries = Annotated[
     int | None, typer.Option(metavar="N", help="At most N of one series while there are others; 0: no bound.",
                              show_default="a third of the limit")
@@ -151,6 +158,8 @@ def _wishes(
     min_advantage: Advantage = None,
     play: Play = 0.0,
     rank_by: RankBy = "balance",
+    pareto: Pareto = None,
+    distinct: Distinct = 0.0,
     per_series: PerSeries = None,
     effort: Effort = 1,
     refine: Refine = True,
@@ -209,6 +218,8 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     plural = {"families": "family", "series": "series", "configurations": "configuration"}
     options |= {name: options.pop(option) or () for name, option in plural.items()}
     options["keep_out"] = [_zone(text) for text in options["keep_out"] or ()]
+    if pareto := options.pop("pareto"):
+        options["rank_by"] = [name.strip() for name in pareto.split(",")]
     output, explain, plot = options.pop("format"), options.pop("explain"), options.pop("plot")
     given = any(options[name] for name in GIVEN)  # such guides are made, not looked up
     with open(options.pop("db"), plugins=options.pop("plugins") or (), build=not given) as catalogue:

@@ -38,7 +38,7 @@ def print_candidates(found: Found) -> None:
     columns = [
         ("id", "right"), ("series", "left"), ("family", "left"), ("conf.", "left"), ("order", "right"),
         ("deviation", "right"), ("size", "right"), ("longest link", "right"), ("arm", "right"),
-        ("transmission", "right"), ("turns", "left"),
+        ("transmission", "right"), ("turns", "left"), ("score", "right"),
     ]  # fmt: skip
     rows = [_row(c) for c in found]
     if not same:
@@ -61,4 +61,5 @@ def _row(c: Candidate) -> list[str]:
         "-" if c.max_arm is None else f"{c.max_arm:.4g}",
         f"{c.min_transmission:.1f}\u00b0",
         " ".join(f"crank {k}" for k in c.rotates) or "-",
+        "-" if c.score is None else f"{c.score:.0f}",
     ]

@@ -18,8 +18,9 @@ from ..instant import Instant, leading_error
 from ..linkage import Array, Linkage
 from ..posed import Posed
 from ..series import Series
-from .find import REFINED, Trail, improved, ranked
+from .find import REFINED, Trail, improved
 from .lay import Answers, in_its_place
+from .ranking import Ranking, given
 from .request import Constraints, Request
 
 #: Places of the path, from start to end, at which the point is posed when the fixed pivots are given.
@@ -51,8 +52,8 @@ class Built:
 
 
 def constructed(
-    series: Mapping[str, Series], request: Request, wanted: Constraints, rank: dict[str, float], *, limit: int,
-    per_series: int, effort: int, trail: Trail,
+    series: Mapping[str, Series], request: Request, wanted: Constraints, ranking: Ranking, *, limit: int, effort: int,
+    trail: Trail,
 ) -> Answers | None:  # fmt: skip
     """Return at most `limit` guides with the given pivots, best first, or None if there is none."""
     assert wanted.given is not None
@@ -76,7 +77,7 @@ def constructed(
         return None
     stop = trail.timed("refine")
     ancestors = built[order]
-    found, checks = _refined(ancestors, request, wanted, rank, nominal, effort)
+    found, checks = _refined(ancestors, request, wanted, dict(ranking.weights), nominal, effort)
     good = np.logical_and.reduce(list(checks.values()))
     trail.removed = {name: int((~passed).sum()) for name, passed in checks.items() if not passed.all()}
     deviation = np.where(np.isnan(found.traced.fit.deviation), np.inf, found.traced.fit.deviation)
@@ -87,14 +88,14 @@ def constructed(
     if not len(best):
         return None
     best = best[distinct(Built(found.linkage, found.point, ancestors.series)[best], request, len(best))]
-    return found[best[ranked(found[best], np.ones(len(best), bool), request, rank, limit, per_series)]]
+    return given(found[best], np.ones(len(best), bool), request, ranking, limit)
 
 
 def posed(request: Request, wanted: Constraints, effort: int) -> Posed:
     """Return the problems that a request with given pivots poses."""
-    given, pivots = wanted.given, np.array([complex(*p) for p in wanted.places])
-    assert given is not None
-    places = PLACES if given == "fixed" else np.array([0.5])
+    kind, pivots = wanted.given, np.array([complex(*p) for p in wanted.places])
+    assert kind is not None
+    places = PLACES if kind == "fixed" else np.array([0.5])
     pairs = pivots[None]
     if wanted.within:
         drawn = np.random.default_rng(0).random((PAIRS * effort, 4))
@@ -102,7 +103,7 @@ def posed(request: Request, wanted: Constraints, effort: int) -> Posed:
         pairs = np.concatenate([pairs, pivots + wanted.within * off])
     nominal = _nominal(request, wanted)
     point, across = nominal.at(np.tile(places, len(pairs)))
-    return Posed(given, np.repeat(pairs, len(places), axis=0), point, np.full(len(point), nominal.centre), across)
+    return Posed(kind, np.repeat(pairs, len(places), axis=0), point, np.full(len(point), nominal.centre), across)
 
 
 def _nominal(request: Request, wanted: Constraints) -> Nominal:

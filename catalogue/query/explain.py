@@ -14,6 +14,7 @@ from ..linkage import Array
 from ..store import Database
 from .find import Trail, answer
 from .narrow import basis, conditions, joined, loosest
+from .ranking import Ranking
 from .request import Constraints, Region, Request
 
 #: Constraints by a number, with the criterion that brings the nearest miss to the top and how it is measured.
@@ -62,7 +63,7 @@ def nearest_miss(database: Database, request: Request, wanted: Constraints, name
     kept = {f.name: getattr(wanted, f.name) for f in fields(wanted) if f.name != name}
     without = Constraints(**kept)
     criterion, read = NUMBERS.get(name, ("balance", None))
-    found = answer(database, request, without, {criterion: 1.0}, limit=12, per_series=0, effort=1, trail=Trail())
+    found = answer(database, request, without, Ranking({criterion: 1.0}), limit=12, effort=1, trail=Trail())
     if found is None:
         return ""
     if read is not None:
@@ -78,7 +79,7 @@ def nearest_miss(database: Database, request: Request, wanted: Constraints, name
 def nearest_deviation(database: Database, request: Request, wanted: Constraints) -> float | None:
     """Return the least deviation, measured, of a guide that meets all constraints; None if there is none."""
     looser = replace(request, deviation=0.1 * request.stroke)
-    found = answer(database, looser, wanted, {"deviation": 1.0}, limit=1, per_series=0, effort=1, trail=Trail())
+    found = answer(database, looser, wanted, Ranking({"deviation": 1.0}), limit=1, effort=1, trail=Trail())
     return None if found is None else float(found.traced.fit.deviation[0])
 
 
@@ -88,6 +89,8 @@ def explain(database: Database, request: Request, wanted: Constraints, trail: Tr
     lines = [f"{_what(request)}: {total} stored guides hold {10.0 ** loosest(request):.0e} of a stroke"]
     lines += [f"  {r.name} alone excludes {r.excluded} of them" for r in relaxed]
     lines.append(f"  {trail.traced} of the rest, the most promising of each series, were traced; {count} are shown")
+    if trail.certain and count:
+        lines.append("  nothing that was not traced promises to be better")
     lines += [f"  on the finite motion {name} removed {number}" for name, number in trail.removed.items()]
     if not count:
         lines.append(advice(database, request, wanted, trail, relaxed))

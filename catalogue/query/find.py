@@ -17,13 +17,19 @@ from ..linkage import Array
 from ..store import Database, Mechanism
 from .lay import Answers, canonical, final, laid, merged, together
 from .narrow import narrow
+from .ranking import Ranking, given, price
 from .request import Constraints, Request
+from .search import search
 from .strokes import attempts
 
 #: Stored guides that are traced for one answer of effort 1.
 CANDIDATES = 400
 #: Answers that are refined, per unit of effort.
 REFINED = 20
+#: How many answers are searched for each one that is given, if those are to be unlike each other.
+AMONG_LIKE = 6
+#: Answers nearer to each other than this are one.
+IDENTICAL = 1e-6
 #: Constraints on where the pivots stand and how far apart: cognates have other pivots.
 PLACES = ("fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "max_arm")
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
@@ -32,14 +38,17 @@ SINGULAR = {"families": "family", "series": "series", "configurations": "configu
 @dataclass
 class Trail:
     """How an answer came about: seconds per step, and how many candidates each constraint removed after tracing; where
-    pivots are given, how many linkages the series gave, and the least deviation that was reached."""
+    pivots are given, how many linkages the series gave, and the least deviation that was reached.
+
+    `certain`: nothing that was not traced can be among the answers.
+    """
 
     seconds: dict[str, float] = field(default_factory=dict)
     traced: int = 0
     removed: dict[str, int] = field(default_factory=dict)
-    nearest: dict[str, float] = field(default_factory=dict)
     solved: int = 0
     least: float = np.nan
+    certain: bool = False
 
     def timed(self, step: str) -> Callable[[], None]:
         """Start a step; call what is returned when it ends."""
@@ -55,10 +64,9 @@ def answer(
     database: Database,
     request: Request,
     wanted: Constraints,
-    rank: dict[str, float],
+    ranking: Ranking,
     *,
     limit: int,
-    per_series: int,
     effort: int,
     trail: Trail,
     refine: bool = False,
@@ -72,46 +80,105 @@ def answer(
     With `refine` the best `REFINED` per unit of effort, at least `limit`, are refined before they are ranked again, in
     more rounds the larger the effort.
     """
-    stop = trail.timed("narrow in the database")
     count = max(CANDIDATES * effort, 4 * limit)
+    wide = max(REFINED * effort, limit) if refine or round_to is not None else limit
+    more = replace(ranking, per_series=-(-ranking.per_series * wide // limit))
+    parts = []
+    for rank in [{name: 1.0} for name in ranking.front] or [dict(ranking.weights)]:
+        if list(rank) == ["balance"] and not cognates and request.radius is not None:
+            many = AMONG_LIKE * wide if ranking.distinct else wide
+            share = -(-more.per_series * many // wide)
+            found, good = _searched(database, request, wanted, rank, trail, many, share, count)
+        else:
+            found, good = _gathered(database, request, wanted, rank, trail, count, cognates)
+        if found is not None and good.any():
+            parts.append(found[np.flatnonzero(good)])
+    if not parts:
+        return None
+    found = _united(parts)
+    good = np.ones(len(found.point), bool)
+    if refine:
+        stop = trail.timed("refine")
+        found = improved(given(found, good, request, more, wide), request, wanted, dict(ranking.weights), effort)
+        good = np.ones(len(found.point), bool)
+        stop()
+    if round_to is not None:
+        stop = trail.timed("round lengths")
+        found, good = _with_round_lengths(found, round_to, request, wanted)
+        stop()
+        if not good.any():
+            trail.removed["round_to"] = len(good)
+            return None
+    if ranking.front:  # what was found by two criteria may have been refined to one
+        ranking = replace(ranking, distinct=max(ranking.distinct, IDENTICAL))
+    return final(given(found, good, request, ranking, limit), request)
+
+
+def _united(parts: list[Answers]) -> Answers:
+    """Return the answers of several searches, each once: those of one guide may differ in their stroke."""
+    found = parts[0]
+    for part in parts[1:]:
+        names = found.rows.keys() & part.rows.keys()
+        one, two = (replace(a, rows={k: v for k, v in a.rows.items() if k in names}) for a in (found, part))
+        found = together(one, two)
+    if len(parts) == 1:
+        return found
+    what = np.stack([found.rows["id"].astype(float), found.measures.size, found.measures.min_transmission], axis=1)
+    return found[np.sort(np.unique(what, axis=0, return_index=True)[1])]
+
+
+def _searched(
+    database: Database,
+    request: Request,
+    wanted: Constraints,
+    rank: dict[str, float],
+    trail: Trail,
+    limit: int,
+    per_series: int,
+    count: int,
+) -> tuple[Answers | None, Array]:
+    """Return what was traced until the best are certain, and which of it meets all constraints."""
+    trail.seconds["narrow in the database"] = 0.0
+    stop = trail.timed("narrow in the database")
+
+    def measured(rows: dict[str, Array]) -> tuple[Answers, Array, Array]:
+        done = trail.timed("trace and place")
+        found, good = _measured(request, wanted, rank, rows, trail)
+        done()
+        return found, good, price(found, request, rank)
+
+    found, good, trail.certain = search(
+        database, request, wanted, measured, limit=limit, per_series=per_series, count=count
+    )
+    stop()
+    trail.seconds["narrow in the database"] -= trail.seconds.get("trace and place", 0.0)
+    return found, good
+
+
+def _gathered(
+    database: Database,
+    request: Request,
+    wanted: Constraints,
+    rank: dict[str, float],
+    trail: Trail,
+    count: int,
+    cognates: bool,
+) -> tuple[Answers | None, Array]:
+    """Return the most promising guides of each series, all traced, and which of them meet all constraints."""
+    stop = trail.timed("narrow in the database")
     rows = narrow(database, request, wanted, rank, count)
     if cognates:  # of guides too whose own pivots stand elsewhere, or farther apart
         anywhere = Constraints(**{f.name: getattr(wanted, f.name) for f in fields(wanted) if f.name not in PLACES})
         rows = _both(rows, narrow(database, request, anywhere, rank, count))
     stop()
-    trail.traced = len(rows["id"])
-    if not trail.traced:
-        return None
+    if not len(rows["id"]):
+        return None, np.zeros(0, bool)
     stop = trail.timed("trace and place")
     found, good = _measured(request, wanted, rank, rows, trail)
-    if wanted.play:
-        found.rows["stray"] = 2 * wanted.play * _sensitivity(found)
     if cognates:
         found, good = _with_cognates(found, good, request, wanted)
     stop()
-    if not good.any():
-        return None
-    if refine:
-        stop = trail.timed("refine")
-        count = max(REFINED * effort, limit)
-        found = improved(found[ranked(found, good, request, rank, count, -(-per_series * count // limit))],
-                         request, wanted, rank, effort)  # fmt: skip
-        good = np.ones(len(found.point), bool)
-        stop()
-    if round_to is not None:
-        stop = trail.timed("round lengths")
-        found, good = _with_round_lengths(found[good], round_to, request, wanted)
-        stop()
-        if not good.any():
-            trail.removed["round_to"] = len(good)
-            return None
-    return final(found[ranked(found, good, request, rank, limit, per_series)], request)
-
-
-def ranked(found: Answers, good: Array, request: Request, rank: dict[str, float], limit: int, per_series: int) -> Array:
-    """Return the numbers of the best `limit` good answers, at most `per_series` of a series while there are others."""
-    order = np.flatnonzero(good)[np.argsort(price(found, request, rank)[good], kind="stable")]
-    return _varied(found.rows["series"][order], order, limit, per_series)
+    return found, good
 
 
 def improved(
@@ -144,36 +211,11 @@ def _sensitivity(found: Answers) -> Array:
     return np.where(guides.cusp, np.inf, sensitivity(guides, found.traced).rms)
 
 
-def price(found: Answers, request: Request, rank: dict[str, float]) -> Array:
-    """Return what each answer is ranked by: the weighted sum of its criteria, less is better, shape (n,)."""
-    m, s = found.measures, request.stroke
-    terms = {
-        "balance": m.size / s - m.min_transmission / 90,
-        "size": m.size / s,
-        "max_link": np.nan_to_num(m.max_link) / s,
-        "max_ground": np.nan_to_num(m.max_ground) / s,
-        "max_arm": m.max_arm / s,
-        "transmission": 1 - m.min_transmission / 90,
-        "deviation": (found.traced.fit.deviation.astype(float) + found.rows.get("stray", 0.0)) / request.deviation,
-    }
-    return np.asarray(sum(weight * terms[name] for name, weight in rank.items()))
-
-
-def _varied(series: Array, order: Array, limit: int, per_series: int) -> Array:
-    """Return the first `limit` of `order`, at most `per_series` of a series as long as there are others."""
-    count: dict[str, int] = {}
-    first: list[int] = []
-    rest: list[int] = []
-    for code, i in zip(series, order, strict=True):
-        count[code] = count.get(code, 0) + 1
-        (first if not per_series or count[code] <= per_series else rest).append(i)
-    return np.array(sorted((first + rest)[:limit], key=list(order).index), dtype=int)
-
-
 def _measured(
     request: Request, wanted: Constraints, rank: dict[str, float], rows: dict[str, Array], trail: Trail
 ) -> tuple[Answers, Array]:
     """Trace and lay the rows; return the answers and which of them meet all constraints."""
+    trail.traced += len(rows["id"])
     guides = canonical(rows)
     first, *others = attempts(request, wanted, rank)
     found, checks = laid(request, wanted, rows, guides, first(rows, guides))
@@ -188,7 +230,11 @@ def _measured(
         found = merged(found, second[good], open_)
         for name, passed in checks.items():
             passed[open_] = second_checks[name][good]
-    trail.removed = {name: int((~passed).sum()) for name, passed in checks.items() if not passed.all()}
+    for name, passed in checks.items():
+        if not passed.all():
+            trail.removed[name] = trail.removed.get(name, 0) + int((~passed).sum())
+    if wanted.play:
+        found.rows["stray"] = 2 * wanted.play * _sensitivity(found)
     return found, np.logical_and.reduce(list(checks.values()))
 
 
@@ -235,9 +281,11 @@ def check_names(database: Database, wanted: Constraints) -> None:
     for name, column in columns.items():
         asked = getattr(wanted, name)
         if asked:
-            held = sorted(set(database.read(select(column.label("name")).distinct())["name"]))
-            unknown = [a for a in asked if a not in held]
+            unknown = [
+                a for a in asked if not len(database.read(select(column).where(column == a).limit(1))[column.key])
+            ]
             if unknown:
+                held = sorted(set(database.read(select(column.label("name")).distinct())["name"]))
                 raise InvalidRequest(
                     f"the database holds no {SINGULAR[name]} {unknown[0]!r}; it holds "
                     f"{', '.join(held)}. `catalogue build --series CODE` adds a series"

@@ -14,6 +14,8 @@ import numpy as np
 from ..errors import InvalidRequest
 from ..linkage import Array, Linkage
 from ..motion import CHANGE, conditioning
+from .likeness import nearest
+from .ranking import forms, score
 from .request import CircularArc, Request, StraightLine
 
 if TYPE_CHECKING:
@@ -54,6 +56,12 @@ class Candidate:
         [[A1, A1*], [A2, A2*]], each [x, y, w], with the guided point in mid-stroke; one that returns at rest.
     guided : list of float
         The guided point at that moment.
+    score : float or None
+        One mark, 0 to 100, for size, transmission angle and deviation together; see `catalogue.query.ranking.score`.
+    front : int or None
+        Number of its Pareto front, 1 if no other answer is better by all criteria; None unless it was asked for.
+    nearest : float or None
+        How near the nearest other answer is as a design, 0 to 1; see `catalogue.query.likeness`.
     unrefined : float or None
         Deviation before refinement, if the candidate was refined; series and configuration are those it had then.
     gap : float or None
@@ -97,6 +105,9 @@ class Candidate:
     expected: float | None
     pivots: list[list[list[float]]]
     guided: list[float]
+    score: float | None = None
+    front: int | None = None
+    nearest: float | None = None
     unrefined: float | None = None
     gap: float | None = None
     alternations: int | None = None
@@ -242,6 +253,8 @@ def candidates(answers: Answers, request: Request, play: float = 0.0) -> list[Ca
     works = practice(guides, answers.traced, m)
     strays = np.where(guides.cusp, np.nan, sensitivity(guides, answers.traced).rms)
     sealed = np.isfinite(rows["gap"]) if "gap" in rows else np.zeros(len(answers.point), bool)
+    marks = score(answers, request)
+    near = nearest(forms(answers, request), mirror=request.kind == "line")
     change = conditioning(answers.linkage).max(0) < CHANGE
     for i, point in enumerate(answers.point):
         pivots = np.where(answers.linkage.pivots[i] == 0, 0.0, answers.linkage.pivots[i])  # no -0.0
@@ -274,6 +287,9 @@ def candidates(answers: Answers, request: Request, play: float = 0.0) -> list[Ca
                 expected=known(deviation + 2 * play * strays[i]),
                 pivots=pivots.tolist(),
                 guided=[float(point.real), float(point.imag)],
+                score=known(marks[i]),
+                front=int(rows["front"][i]) if "front" in rows else None,
+                nearest=known(near[i]),
                 cognate=int(rows["cognate"][i]) or None if "cognate" in rows else None,
                 unrefined=float(rows["unrefined"][i]) if "unrefined" in rows else None,
                 gap=float(rows["gap"][i]) if sealed[i] else None,

@@ -14,8 +14,8 @@ from ..errors import InvalidRequest
 from ..linkage import Array
 
 #: What candidates can be ranked by; each is made a number of order 1 of which less is better.  The balance is the size
-#: over the stroke less the transmission angle over 90 degrees.
-CRITERIA = ("balance", "size", "deviation", "transmission", "max_link", "max_ground", "max_arm")
+#: over the stroke less the transmission angle over 90 degrees, the score that of `catalogue.query.ranking.score`.
+CRITERIA = ("balance", "size", "deviation", "transmission", "max_link", "max_ground", "max_arm", "score")
 
 
 #: Bounds on lengths, and on what `catalogue.guide.practice` knows.

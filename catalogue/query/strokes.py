@@ -24,7 +24,7 @@ Rows = dict[str, Array]
 Attempt = Callable[[Rows, Span], Traced]
 
 #: Criteria for which a longer part of the path is better.
-SHRINKING = {"balance", "size", "max_link", "max_ground", "max_arm"}
+SHRINKING = {"balance", "size", "max_link", "max_ground", "max_arm", "score"}
 #: Factors beyond the one that the bounds on lengths ask for, when the straightest guide is wanted.
 MARGINS = (1.005, 1.05, 1.15, 1.4, 2.0)
 
@@ -65,8 +65,9 @@ def _longest(relative: float, rows: Rows, guides: Span) -> Traced:
     spare = np.maximum(relative / np.maximum(rows["deviation"], 1e-16), 1.0)
     powers = np.array([1 / 3, 1 / 4, 1 / 5.5, 0.0])  # two, three, four inflections, and none to spare
     half = np.stack([_usable(guides, h, rows) for h in rows["half"] * np.minimum(spare ** powers[:, None], 3.0)])
-    traced = [trace(guides, h, circle=False, split=True, centre=rows["centre"], nodes=16) for h in half]
-    ladder = Ladder(half, np.stack([t.relative for t in traced]), rows["centre"])
+    each = np.tile(np.arange(len(guides)), len(half))
+    tried = trace(guides[each], half.ravel(), circle=False, split=True, centre=rows["centre"][each], nodes=16)
+    ladder = Ladder(half, tried.relative.reshape(half.shape), rows["centre"])
     return reach(guides, ladder, relative * 0.999, circle=False)[1]
 
 

@@ -22,8 +22,10 @@ from measuring import seconds, table, title
 
 import catalogue
 from catalogue import CircularArc, StraightLine
-from catalogue.query.narrow import loosest, narrow
-from catalogue.query.request import Constraints, weights
+from catalogue.query.find import Trail, answer
+from catalogue.query.narrow import loosest
+from catalogue.query.ranking import Ranking
+from catalogue.query.request import Constraints
 
 LINE = StraightLine(stroke=150, deviation=0.05)
 QUERIES: dict[str, tuple[Any, dict[str, Any]]] = {
@@ -34,6 +36,10 @@ QUERIES: dict[str, tuple[Any, dict[str, Any]]] = {
     ),
     "line, pins only, size below 450": (LINE, {"pins_only": True, "max_size": 450}),
     "arc": (CircularArc(stroke=100, radius=150, deviation=0.05), {}),
+    "arc, fixed pivots in a box": (
+        CircularArc(stroke=150, radius=400, deviation=0.1),
+        {"fixed_pivots_in": (-400, -400, 400, 400)},
+    ),
 }
 LENGTHS = ("size", "max_link", "min_link", "max_ground", "max_arm")
 BOXES = tuple(f"{name}_{side}" for name in ("fixed", "all") for side in ("x0", "y0", "x1", "y1"))
@@ -88,7 +94,10 @@ def _multiply(target: sqlite3.Connection) -> None:
         for k in range(1, 10):
             by = 1 + 0.003 * k
             scaled = {c: f"{c} * {by}" for c in (*LENGTHS, *BOXES)} if name == "reach" else {}
-            scaled |= {"balance": f"size * {by} - min_transmission / 90"} if name == "reach" else {}
+            # the floor is a size less an angle: scaled by the least of both
+            scaled |= (
+                {"floor": f"floor + {by - 1} * min(size, 1)", "spread": f"spread * {by}"} if name == "reach" else {}
+            )
             scaled |= {"name": "NULL"} if name == "mechanism" else {}  # named guides are there once
             scaled |= {c: f"{c} + {k * shift}" for c in shifted}
             chosen = ", ".join(scaled.get(c, c) for c in columns)
@@ -125,7 +134,7 @@ def scanned(frame: pd.DataFrame, request: Any, wanted: dict[str, Any]) -> np.nda
         good &= either | np.isnan(x0)
     k = np.flatnonzero(good)
     cost = (
-        frame["balance"].to_numpy()[k]
+        frame["size"].to_numpy()[k] - frame["min_transmission"].to_numpy()[k] / 90
         if line
         else (
             frame["size"].to_numpy()[k] * frame["sweep"].to_numpy()[k] / request.sweep
@@ -140,9 +149,7 @@ def warm(files: dict[str, Path]) -> None:
     """Time each query on each file, against reading and scanning the tables."""
     rows = []
     for name, path in files.items():
-        columns = ", ".join(
-            f"r.{c}" for c in ("kind", "level", "size", "balance", "sweep", "min_transmission", *BOXES[:4])
-        )
+        columns = ", ".join(f"r.{c}" for c in ("kind", "level", "size", "sweep", "min_transmission", *BOXES[:4]))
         joins = "JOIN guide g ON g.id = r.guide_id JOIN mechanism m ON m.id = g.mechanism_id"
         query = f"SELECT {columns}, m.family FROM reach r {joins}"
         with closing(sqlite3.connect(path)) as connection:
@@ -153,20 +160,31 @@ def warm(files: dict[str, Path]) -> None:
             for label, (request, wanted) in QUERIES.items():
                 full = seconds(lambda r=request, w=wanted, c=cat: c.find(r, **w), 15)
                 chosen = Constraints(**wanted)
-                rank = weights("balance")
-                sql = seconds(lambda r=request, w=chosen, c=cat: narrow(c.database, r, w, rank, 400), 15)  # noqa: B023
+                trails = [Trail() for _ in range(15)]
+                for trail in trails:
+                    answer(cat.database, request, chosen, Ranking(per_series=4), limit=12, effort=1, trail=trail)
+                sql = float(np.median([trail.seconds["narrow in the database"] for trail in trails]))
                 scan = seconds(lambda r=request, w=wanted, f=frame: scanned(f, r, w), 5)
                 figures = (full, sql, scan, None if loading is None else loading + scan)
                 number = len(cat.find(request, **wanted))
-                rows.append((name, label, guides, number, *("" if f is None else f"{1000 * f:.0f}" for f in figures)))
+                rows.append(
+                    (
+                        name,
+                        label,
+                        guides,
+                        number,
+                        trails[0].traced,
+                        *("" if f is None else f"{1000 * f:.0f}" for f in figures),
+                    )
+                )
         del frame
     print(
         "Warm, median of 15, in ms.  1e5 is a built file, 1e4 every tenth mechanism of it, 1e6 its rows ten times\n"
         "with lengths scaled by up to 3 % (only what SQL sees, not the pivots).  'find' is the whole answer, verified;\n"
-        "'narrow' its SQL part; 'scan' filters and ranks the same columns in numpy once they are in memory, 'read and\n"
-        "scan' reads them first.\n"
+        "'narrow' its part in the database, 'traced' how many stored guides were traced; 'scan' filters and ranks the\n"
+        "same columns in numpy once they are in memory, 'read and scan' reads them first.\n"
     )
-    table(["guides", "query", "exactly", "found", "find", "narrow", "scan", "read and scan"], rows)
+    table(["guides", "query", "exactly", "found", "traced", "find", "narrow", "scan", "read and scan"], rows)
 
 
 def cold(path: Path) -> None:

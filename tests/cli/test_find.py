@@ -46,6 +46,10 @@ def test_every_option_reaches_the_library(run: Run, small_db: Path, small: Catal
     )  # fmt: skip
     assert len(found) == 5
     assert json.loads(done.out) == json.loads(found.to_json())
+    done = run(*LINE, "--pareto", "size, transmission", "--distinct", 0.1, "--format", "json", "--db", small_db)
+    found = small.find(StraightLine(150, 0.05), rank_by=["size", "transmission"], distinct=0.1)
+    assert json.loads(done.out) == json.loads(found.to_json())
+    assert found[0].front == 1
     turning = json.loads(run(*LINE, "--full-rotation", "--limit", 3, "--format", "json", "--db", small_db).out)
     assert len(turning) == 3
     assert all(row["rotates"] for row in turning)
@@ -127,6 +131,8 @@ BAD: list[tuple[tuple[Any, ...], str]] = [
     (("--max-size", 0), "max_size must be a finite number above zero, not 0"),
     (("--min-link", 9, "--max-link", 3), "min_link 9 is above max_link 3"),
     (("--rank-by", "beauty"), "cannot rank by beauty; choose from balance, size"),
+    (("--pareto", "size"), "a front needs two criteria or more"),
+    (("--distinct", 2), "distinct must be a number from 0 to below 1, not 2.0"),
     (("--family", "five-bar"), "the database holds no family 'five-bar'; it holds"),
     (("--series", "V.zz"), "the database holds no series 'V.zz'; it holds"),
     (("--configuration", "Q"), "the database holds no configuration 'Q'"),
