@@ -161,4 +161,5 @@ def _reaches(guides: Span, traced: Traced, circle: bool) -> Columns:
     return {
         "stroke": stroke, "deviation": traced.relative, "sweep": sweep, **lengths,
         "min_transmission": measured.min_transmission, "rotates": measured.rotates, **boxes,
+        "drive_angle": measured.drive_angle, "rotation": measured.rotation,
     }  # fmt: skip

@@ -38,6 +38,9 @@ class Measures:
         driven dyad and the line that joins the driving moving pivot to it, 0 ... 90.
     driver : ndarray of int, shape (n,)
         Number of the crank that drives best, 1 or 2; 0 where there is no crank.
+    drive_angle, rotation : ndarray, shape (n,)
+        By how much that crank turns from end to end, NaN without one; range of the coupler's angles, as far as `POSES`
+        positions show it [deg].  More exactly: `catalogue.guide.practice`.
     rotates : ndarray of int, shape (n,)
         Bit i: the crank of dyad i turns fully.
     fixed_box, box : ndarray, shape (n, 4)
@@ -52,6 +55,8 @@ class Measures:
     max_arm: Array
     min_transmission: Array
     driver: Array
+    drive_angle: Array
+    rotation: Array
     rotates: Array
     fixed_box: Array
     box: Array
@@ -72,6 +77,7 @@ def measure(guides: Span, traced: Traced, poses: int = POSES) -> Measures:
         z = linkage.points
         at = [z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin) for i in (0, 1)]
         angle, driver = transmission(linkage, at, x)
+        drive_angle, rotation = _turned(linkage, at, x, driver)
         middle = _middle(path, traced)
         fixed = np.where(linkage.finite[:, :, 0], z[:, :, 0], np.nan)
         now = np.stack([_at(m, middle) for m in at], axis=-1)
@@ -91,17 +97,9 @@ def measure(guides: Span, traced: Traced, poses: int = POSES) -> Measures:
         ]
     boxes = [_box(p) for p in local]
     return Measures(
-        size,
-        np.fmax.reduce(links),
-        np.fmin.reduce(links),
-        ground,
-        arm,
-        angle,
-        driver,
-        rotates(linkage),
-        boxes[0],
-        boxes[1],
-    )
+        size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, driver, drive_angle, rotation,
+        rotates(linkage), *boxes,
+    )  # fmt: skip
 
 
 def transmission(linkage: Linkage, at: list[Array], x: Array) -> tuple[Array, Array]:
@@ -148,6 +146,17 @@ def transmissions(linkage: Linkage, at: list[Array], x: Array) -> Array:
         no_crank = (kind != RR).all(1)
         least.append(np.where((kind[:, driver] == RR) | no_crank, angle, -1.0))
     return np.stack(least)
+
+
+def _turned(linkage: Linkage, at: list[Array], x: Array, driver: Array) -> tuple[Array, Array]:
+    """Return by how much the driving crank turns from the first pose to the last, and the range of the coupler's
+    angles [deg]; from step to step, so that turns beyond 180 degrees are counted."""
+    second = driver == 2
+    spoke = np.where(second, at[1], at[0]) - np.where(second, linkage.points[:, 1, 0], linkage.points[:, 0, 0])
+    crank = np.abs(np.angle(spoke[1:] * spoke[:-1].conj()).sum(0))
+    coupler = np.angle((1 + x[1:]) * (1 + x[:-1]).conj()).cumsum(0)
+    rotation = np.maximum(coupler.max(0), 0.0) - np.minimum(coupler.min(0), 0.0)
+    return np.where(driver > 0, np.degrees(crank), np.nan), np.degrees(rotation)
 
 
 def rotates(linkage: Linkage) -> Array:

@@ -32,6 +32,8 @@ LENGTHS: dict[str, Any] = {
 }
 #: Least number of candidates that a series sends.
 LEAST = 40
+#: How far angles of a longer or shorter stroke are from proportion, at most.
+TURNS = 1.5
 SLIDING = ("slider-crank", "inverted-slider-crank", "swinging-block", "elliptic-trammel", "oldham")
 
 COLUMNS = (
@@ -113,6 +115,7 @@ def conditions(
         found["min_transmission"] = Reach.min_transmission >= wanted.min_transmission
     if wanted.full_rotation:
         found["full_rotation"] = Reach.rotates > 0
+    found |= _turning(wanted, least / s, most / s)
     boxes = {
         "fixed_pivots_in": (Reach.fixed_x0, Reach.fixed_y0, Reach.fixed_x1, Reach.fixed_y1),
         "pivots_in": (Reach.all_x0, Reach.all_y0, Reach.all_x1, Reach.all_y1),
@@ -122,6 +125,18 @@ def conditions(
         if region is not None:
             found[name] = or_(*(_inside(box, region, request, flip, least, most) for flip in flips(request)))
     return found
+
+
+def _turning(wanted: Constraints, least: Any, most: Any) -> dict[str, ColumnElement[bool]]:
+    """The conditions on angles: they change with the length of the stroke, about in proportion, and not quite so."""
+    found = {}
+    if wanted.min_drive_angle is not None:
+        found["min_drive_angle"] = Reach.drive_angle * TURNS >= wanted.min_drive_angle * least
+    if wanted.max_drive_angle is not None:
+        found["max_drive_angle"] = Reach.drive_angle * most <= wanted.max_drive_angle * TURNS
+    if wanted.max_rotation is not None:
+        found["max_rotation"] = Reach.rotation * most <= wanted.max_rotation * TURNS
+    return {name: func.coalesce(test, True) for name, test in found.items()}
 
 
 def flips(request: Request) -> list[tuple[bool, bool]]:

@@ -153,6 +153,7 @@ class Reach(Base):
     path runs from (0, 0) to (1, 0)).  Bit i of `rotates`: crank i + 1 turns fully.
     `floor` is the least balance, the size less the transmission angle over 90 degrees, that an answer made of it can
     have, `spread` the least size however short a part of it is used; see `catalogue.build.floor`.
+    `drive_angle` and `rotation` are those of the better driving crank and of the coupler over the stroke [deg].
     `half` and `centre` are the window that was traced: half its length along the tangent, canonical units, and where
     its middle lies, in halves from the design position.
     """
@@ -185,6 +186,8 @@ class Reach(Base):
     all_y0: Mapped[float]
     all_x1: Mapped[float]
     all_y1: Mapped[float]
+    drive_angle: Mapped[float | None]  # NULL without a crank, and in rows of revision 0001
+    rotation: Mapped[float | None]
 
     __table_args__ = (
         ForeignKeyConstraint(

@@ -1,4 +1,5 @@
-"""A reach holds the least that it can cost in an answer and how far its pivots spread, in place of its balance."""
+"""A reach holds the least that it can cost in an answer and how far its pivots spread, in place of its balance; and by
+how much its crank and its coupler turn, NULL in rows that were there before."""
 
 import sqlalchemy as sa
 from alembic import op
@@ -48,6 +49,9 @@ max(
 """
 
 
+NEW = ("floor", "spread", "drive_angle", "rotation")
+
+
 def integer(name: str, nullable: bool = False) -> sa.Column:
     return sa.Column(name, sa.INTEGER, nullable=nullable)
 
@@ -86,6 +90,8 @@ def columns() -> list[sa.Column]:
         integer("rotates"),
         *(real(f"fixed_{side}", nullable=True) for side in ("x0", "y0", "x1", "y1")),
         *(real(f"all_{side}") for side in ("x0", "y0", "x1", "y1")),
+        real("drive_angle", nullable=True),
+        real("rotation", nullable=True),
     ]
 
 
@@ -125,7 +131,7 @@ def upgrade() -> None:
         rule("ck_reach_all_box", "all_x0 <= all_x1 AND all_y0 <= all_y1"),
         sqlite_strict=True,
     )
-    kept = [column.name for column in columns() if column.name not in ("floor", "spread")]
+    kept = [column.name for column in columns() if column.name not in NEW]
     op.execute(
         f"INSERT INTO reach ({', '.join(kept)}, floor, spread) SELECT {', '.join(f'reach.{name}' for name in kept)}, "
         f"CASE WHEN sweep = 0 THEN {LINE} ELSE {CIRCLE} END, {SPREAD} "

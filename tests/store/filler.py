@@ -75,6 +75,8 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
         "floor": length[2] - 20 * length[6] / 90,
         "spread": length[0],
         "rotates": np.arange(total * LEVELS) % 4,
+        "drive_angle": np.nan,
+        "rotation": 10 * length[6],
         **{f"fixed_{side}": fixed for side in ("x0", "y0", "x1", "y1")},
         **{f"all_{side}": length[7] for side in ("x0", "y0", "x1", "y1")},
     }

@@ -83,6 +83,8 @@ ROWS: dict[str, dict[str, Any]] = {
         "all_y0": 0.0,
         "all_x1": 1.0,
         "all_y1": 0.0,
+        "drive_angle": None,
+        "rotation": 20.0,
     },
     "setting": {"key": "seed", "value": "0"},
 }
