@@ -40,7 +40,7 @@ class Trail:
     """How an answer came about: seconds per step, and how many candidates each constraint removed after tracing; where
     pivots are given, how many linkages the series gave, and the least deviation that was reached.
 
-    `certain`: nothing that was not traced can be among the answers.
+    `certain`: nothing that was not traced promises to be among the answers.
     """
 
     seconds: dict[str, float] = field(default_factory=dict)

@@ -1,8 +1,9 @@
-"""Find the best answers by tracing few: the most promising first, until no other one can be among them.
+"""Find the best answers by tracing few: the most promising first, until no other one promises to be among them.
 
-Every stored reach has a bound, below which the balance of an answer made of it cannot lie but for `SLACK`.  Reaches are
-read and traced in the order of their bounds; when the bound of the next one is worse than the worst answer that would
-be given, so are all that follow.
+Of every stored reach the least is known that an answer made of it is likely to cost (see `catalogue.query.streams`).
+Reaches are read and traced in the order of that; when the least of the next one is worse than the worst answer that
+would be given, so are those that follow.  That least is an estimate, not a bound: now and then an answer is missed that
+costs a little less than one that is given, which the tests measure.
 """
 
 from __future__ import annotations
@@ -90,7 +91,7 @@ def search(
         All that were traced.
     good : ndarray of bool, shape (n,)
     certain : bool
-        Whether nothing that was not traced can be among the best; else the shares were used up.
+        Whether nothing that was not traced promises to be among the best; else the shares were used up.
     """
     codes = held(database, wanted)
     share = max(count // max(len(codes), 1), LEAST)
