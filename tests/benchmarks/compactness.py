@@ -12,6 +12,7 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the command does
 import contextlib
 import io
 import sys
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -21,9 +22,13 @@ import numpy as np
 
 import catalogue
 from catalogue import Candidate, Catalogue, StraightLine
+from catalogue.query.request import Constraints
+from catalogue.refine import Task, certified, refined
 
 sys.path.insert(0, str(Path(__file__).parent))
 from measuring import table, title
+
+from tests.lambdas import LINE, TABLE, band, four_bars, lambdas, placed
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "compactness"
 EXPLAINED = """\
@@ -31,6 +36,13 @@ Half the width of the narrowest strip over the stroke, in strokes, of the straig
 mid-stroke, and whose path stand in a box of so long a diagonal.  Each box is tried in {} shapes and places along the
 path with `find --rank-by deviation`; the band is measured on the finite motion.  Classical: the best of the symmetric
 lambda linkages (both ratios free), of Roberts' symmetric linkages, and of Watt's with cranks that pass the centre.
+"""
+
+
+TURNING = """\
+Lambda linkages whose crank turns so far over the stroke: full band over stroke in percent, with the proportions of the
+textbooks, and refined from there with the symmetry held (frame and coupler in cranks), and free.  The gap says that
+among all four-bars with as much rotation the symmetric ones are stationary; what is straighter turns its crank less.
 """
 
 
@@ -84,6 +96,20 @@ def straightest(cat: Catalogue, diagonal: float, series: tuple[str, ...]) -> Can
     return min(found, key=lambda c: c.deviation, default=None)
 
 
+def turning() -> Iterator[list[str]]:
+    """Refine lambda linkages of a given rotation of the crank."""
+    for rotation, frame, _, _ in TABLE:
+        held, free = lambdas(rotation), four_bars(rotation)
+        start = placed(held, np.array([frame, 1.5 * frame - 0.5]))
+        symmetric, _ = refined(start, Task(LINE, Constraints(), moves=held), 10)
+        task = Task(LINE, Constraints(), moves=free)
+        found, ceiling = refined(placed(free, free.read(start.linkage, start.point)), task, 10)
+        q = held.read(symmetric.linkage, symmetric.point)[0]
+        bands = [f"{100 * band(guide):.4g} %" for guide in (start, symmetric, found)]
+        gap = certified(found, task, ceiling).gap[0]
+        yield [f"{rotation} deg", *bands[:2], f"{q[0]:.4f}, {q[1]:.4f}", bands[2], f"{100 * gap:.2f} %"]
+
+
 def main() -> None:
     """Write the report."""
     rows, points = [], []
@@ -104,6 +130,8 @@ def main() -> None:
         print(EXPLAINED.format(len(boxes(2.0))))
         head = ["kind", "stroke/diagonal", "band", "refined, that series", "at", "refined, any", "at", "of series"]
         table(head, rows)
+        print(TURNING)
+        table(["crank", "textbook", "symmetric", "frame, coupler", "free", "gap"], list(turning()))
         print("![straightness against compactness](compactness.svg)")
     REPORT.with_suffix(".md").write_text(text.getvalue())
     plot(points)

@@ -126,10 +126,7 @@ def test_any_radius_will_do(small: Catalogue, again: Again) -> None:
     assert found
     for c in found:
         check(c, free, again, max_size=250.0)
-    given = small.find(
-        CircularArc(100, found[0].radius, 0.05), families=["four-bar"], rank_by="deviation", max_size=250.0
-    )
-    assert not given or found[0].deviation <= given[0].deviation * 1.5
+    assert np.ptp([c.radius for c in found]) > 1.0, "each has a radius of its own"
 
 
 def test_frozen_pivots_stay(small: Catalogue) -> None:
