@@ -46,9 +46,10 @@ class Built:
     linkage: Linkage
     point: Array
     series: Array
+    exact: Array
 
     def __getitem__(self, index: Array) -> Built:
-        return Built(self.linkage[index], self.point[index], self.series[index])
+        return Built(self.linkage[index], self.point[index], self.series[index], self.exact[index])
 
 
 def constructed(
@@ -71,7 +72,7 @@ def constructed(
     order = np.argsort(np.where(np.isnan(traced.fit.deviation), np.inf, traced.fit.deviation), kind="stable")
     order = order[: np.isfinite(traced.fit.deviation).sum()]
     trail.traced = len(order)
-    order = order[distinct(built[order], request, SPARE * REFINED * effort)]
+    order = _seeds(built, order, request, SPARE * REFINED * effort)
     stop()
     if not len(order):
         return None
@@ -87,7 +88,8 @@ def constructed(
     stop()
     if not len(best):
         return None
-    best = best[distinct(Built(found.linkage, found.point, ancestors.series)[best], request, len(best))]
+    made = replace(ancestors, linkage=found.linkage, point=found.point)
+    best = best[distinct(made[best], request, len(best))]
     return given(found[best], np.ones(len(best), bool), request, ranking, limit)
 
 
@@ -115,6 +117,7 @@ def _nominal(request: Request, wanted: Constraints) -> Nominal:
 def solved(series: Iterable[Series], problems: Posed, wanted: Constraints) -> Built:
     """Return all linkages that the series give, of the families that are wanted."""
     pivots, points, codes = [np.zeros((0, 2, 2, 3))], [np.zeros(0, complex)], [np.zeros(0, "<U9")]
+    exact, first = [np.zeros(0, bool)], (problems.pivots == problems.pivots[:1]).all(1)
     for one in series:
         answers = one.answers(problems)
         k = answers.shape[1]
@@ -126,7 +129,15 @@ def solved(series: Iterable[Series], problems: Posed, wanted: Constraints) -> Bu
         pivots.append(linkage.pivots)
         points.append(np.repeat(problems.point, k)[good])
         codes.append(np.full(len(linkage), one.code))
-    return Built(Linkage._trusted(np.concatenate(pivots)), np.concatenate(points), np.concatenate(codes))
+        exact.append(np.repeat(first, k)[good])
+    return Built(Linkage._trusted(np.concatenate(pivots)), *(np.concatenate(x) for x in (points, codes, exact)))
+
+
+def _seeds(built: Built, order: Array, request: Request, count: int) -> Array:
+    """Return the first `count` of an order that are unlike each other, of the pivots themselves and of those near."""
+    exact = built.exact[order]
+    some = [group[distinct(built[group], request, count)] for group in (order[exact], order[~exact])]
+    return np.concatenate(some)
 
 
 def distinct(built: Built, request: Request, count: int) -> Array:

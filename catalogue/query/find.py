@@ -100,7 +100,7 @@ def answer(
     if refine:
         stop = trail.timed("refine")
         found = improved(given(found, good, request, more, wide), request, wanted, dict(ranking.weights), effort)
-        good = np.ones(len(found.point), bool)
+        found, good = _strayed(found, wanted), np.ones(len(found.point), bool)
         stop()
     if round_to is not None:
         stop = trail.timed("round lengths")
@@ -203,12 +203,15 @@ def improved(
     return replace(found, rows=rows)
 
 
-def _sensitivity(found: Answers) -> Array:
-    """Return the standard deviations of paths for errors of 1 of all pivots; infinite for points that return."""
+def _strayed(found: Answers, wanted: Constraints) -> Answers:
+    """Return answers with how far play strays their paths in the row ``stray``; infinite for points that return."""
+    if not wanted.play:
+        return found
     from ..refine.sensitivity import sensitivity
 
     guides = span(found.linkage, found.point, pole=found.pole)
-    return np.where(guides.cusp, np.inf, sensitivity(guides, found.traced).rms)
+    stray = np.where(guides.cusp, np.inf, 2 * wanted.play * sensitivity(guides, found.traced).rms)
+    return replace(found, rows=found.rows | {"stray": stray})
 
 
 def _measured(
@@ -233,9 +236,7 @@ def _measured(
     for name, passed in checks.items():
         if not passed.all():
             trail.removed[name] = trail.removed.get(name, 0) + int((~passed).sum())
-    if wanted.play:
-        found.rows["stray"] = 2 * wanted.play * _sensitivity(found)
-    return found, np.logical_and.reduce(list(checks.values()))
+    return _strayed(found, wanted), np.logical_and.reduce(list(checks.values()))
 
 
 def _both(one: dict[str, Array], two: dict[str, Array]) -> dict[str, Array]:

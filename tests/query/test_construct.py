@@ -31,13 +31,14 @@ def test_the_fixed_pivots_stand_exactly_where_they_were_given(
     small: catalogue.Catalogue, naive: SimpleNamespace, request_: Any
 ) -> None:
     found = small.find(request_, fixed_pivots=FIXED, rank_by="deviation", limit=8)
-    assert len(found) == 8
+    assert len(found) >= 3
     for c in found:
         assert (c.pivots[0][0][:2], c.pivots[1][0][:2]) == (list(FIXED[0]), list(FIXED[1]))
         assert c.guided[0] == pytest.approx(0.5, abs=1e-6)
         assert c.id is None
         assert c.unrefined is not None
         assert c.deviation <= min(c.unrefined, request_.deviation)
+        assert c.gap is None or c.gap < 0.5
         assert strays(c, naive, request_) == pytest.approx(c.deviation, rel=1e-3, abs=1e-13)
     assert [c.deviation for c in found] == sorted(c.deviation for c in found)
     assert len({c.series for c in found}) > 1

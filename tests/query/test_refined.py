@@ -10,7 +10,8 @@ import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, Linkage, StraightLine
 from catalogue.query.find import Trail, answer
-from catalogue.query.request import Constraints, weights
+from catalogue.query.ranking import Ranking
+from catalogue.query.request import Constraints
 from catalogue.refine import Free, Task, refined
 from tests.query.test_find import check
 
@@ -133,7 +134,7 @@ def test_frozen_pivots_stay(small: Catalogue) -> None:
     """The fixed pivots are given: they do not move, but for what is left of the path's tilt."""
     request, wanted = StraightLine(1, 1e-2), Constraints(families=["four-bar"], max_size=4.0)
     found = answer(
-        small.database, request, wanted, weights("size"), limit=8, per_series=0, effort=1, trail=Trail(), refine=False
+        small.database, request, wanted, Ranking({"size": 1.0}), limit=8, effort=1, trail=Trail(), refine=False
     )
     assert found is not None
     frozen = np.zeros(10, bool)

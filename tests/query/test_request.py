@@ -41,6 +41,9 @@ each_wrong_number = pytest.mark.parametrize(("value", "message"), NUMBERS)
     ],
 )
 def test_nominal_refuses(name: str, make: Callable[[Any], Any], value: Any, message: str) -> None:
+    if (name, value) == ("radius", None):
+        assert make(value).radius is None
+        return
     with pytest.raises(InvalidRequest, match=f"^{name} .*{message}"):
         make(value)
 

@@ -12,7 +12,8 @@ from catalogue import Catalogue, StraightLine
 from catalogue.guide.minimax import grid
 from catalogue.guide.span import span
 from catalogue.query.find import Trail, answer
-from catalogue.query.request import Constraints, weights
+from catalogue.query.ranking import Ranking
+from catalogue.query.request import Constraints
 from catalogue.refine import Task, certified
 from catalogue.refine.certificate import alternations, lower_bound
 from catalogue.refine.linear import NODES, Linear, linearised
@@ -87,7 +88,7 @@ def test_what_is_not_finite_has_no_bound() -> None:
 def test_the_bound_of_found_guides_is_that_of_linear_programming(small: Catalogue) -> None:
     request, wanted = StraightLine(1, 1e-2), Constraints(families=["four-bar"], max_size=4.0, min_transmission=30)
     found = answer(
-        small.database, request, wanted, weights("deviation"), limit=8, per_series=0, effort=1, trail=Trail(),
+        small.database, request, wanted, Ranking({"deviation": 1.0}), limit=8, effort=1, trail=Trail(),
         refine=True,
     )  # fmt: skip
     assert found is not None

@@ -17,7 +17,8 @@ from catalogue.guide.span import span
 from catalogue.linkage import RR, Array, Linkage
 from catalogue.query.find import Trail, answer
 from catalogue.query.lay import Answers
-from catalogue.query.request import Constraints, weights
+from catalogue.query.ranking import Ranking
+from catalogue.query.request import Constraints
 from catalogue.refine.derivatives import swayed
 from catalogue.refine.limits import bounds, excess, limits
 from catalogue.refine.linear import linearised
@@ -47,7 +48,7 @@ def some(small: Catalogue, request: Any, wish: dict[str, Any]) -> tuple[Answers,
     """Return placed guides, not refined, which are not symmetric."""
     wanted = Constraints(**wish)
     found = answer(
-        small.database, request, wanted, weights("size"), limit=60, per_series=0, effort=1, trail=Trail(), refine=False
+        small.database, request, wanted, Ranking({"size": 1.0}), limit=60, effort=1, trail=Trail(), refine=False
     )
     assert found is not None
     return found[np.flatnonzero(~tied(found))[:6]], wanted

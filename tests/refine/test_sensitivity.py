@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -67,7 +68,7 @@ def test_worst_and_spread_bound_one_another(small: Catalogue) -> None:
 
 def test_a_returning_point_has_none(small: Catalogue) -> None:
     c = small.find(StraightLine(150, 0.05), limit=1)[0]
-    resting = Candidate(**{**c.to_dict(), "guided": [float(v) for v in _pole(c)]})
+    resting = replace(c, guided=[float(v) for v in _pole(c)])
     with pytest.raises(InvalidRequest, match="returns: its sensitivity is not known"):
         resting.sensitivity()
 
