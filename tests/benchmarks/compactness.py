@@ -128,7 +128,7 @@ def main() -> None:
     with contextlib.redirect_stdout(text):
         title("Straightness against compactness")
         print(EXPLAINED.format(len(boxes(2.0))))
-        head = ["kind", "stroke/diagonal", "band", "refined, that series", "at", "refined, best of all", "at", "of series"]
+        head = ["kind", "stroke/diagonal", "band", "refined, that series", "at", "refined, any", "at", "of series"]
         table(head, rows)
         print(TURNING)
         table(["crank", "textbook", "symmetric", "frame, coupler", "free", "gap"], list(turning()))
