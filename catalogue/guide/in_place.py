@@ -15,6 +15,8 @@ from .trace import Traced
 ROUNDS = 5
 #: Part of the stroke up to which they are.
 ENDS = 1e-9
+#: Part of the deviation that the nodes may leave open; else it is measured again with twice and four times as many.
+RESOLVED = 1e-4
 #: A path that leaves the nominal farther than this part of the stroke is not followed.
 AWAY = 0.1
 
@@ -93,18 +95,30 @@ def in_place(guides: Span, nominal: Nominal, nodes: int = 32) -> Traced:
             now, heading = nominal.along(guides.point + _moved(guides, t))
             missing = wanted - now
             u = u + missing * (heading * guides.tangent.conj()).real
-        points = grid(nodes)
-        a, b = guides.path.window(t[0], t[1], points.nodes)
-        z = guides.point + (a + 1j * b) * guides.tangent
-        run, off = nominal.along(z)[0], nominal.off(z)
-        deviation = _largest(points.fine @ off)
-        forward = (np.diff(np.where(onward, run, -run), axis=0) > 0).all(0)
+    deviation, unresolved, forward = _measured(guides, t, nominal, onward, nodes)
+    for more in (2, 4):
+        again = np.isfinite(deviation) & (unresolved > RESOLVED * deviation + 1e-15 * stroke)
+        if not again.any():
+            break
+        part = _measured(guides[again], t[:, again], nominal, onward[again], more * nodes)
+        deviation[again], unresolved[again], forward[again] = part
+    with np.errstate(all="ignore"):
         good = forward & (np.abs(missing).max(0) < ENDS * stroke) & (deviation < AWAY * stroke)
-        unresolved = np.abs(points.coefficients[-2:] @ off).sum(0)
     deviation = np.where(good, deviation, np.nan)
     way = np.where(onward, 1.0, -1.0)
     fit = Fit(deviation, np.full(len(guides), stroke), ends[0] + 0j, way + 0j, -way / nominal.radius, unresolved)
     return Traced(fit, np.zeros(len(guides), complex), t[0], t[1])
+
+
+def _measured(guides: Span, t: Array, nominal: Nominal, onward: Array, nodes: int) -> tuple[Array, Array, Array]:
+    """Return the largest distances from the nominal, what the nodes leave open of them, and which paths run forward."""
+    points = grid(nodes)
+    with np.errstate(all="ignore"):
+        u, v = guides.path.window(t[0], t[1], points.nodes)
+        z = guides.point + (u + 1j * v) * guides.tangent
+        run, off = nominal.along(z)[0], nominal.off(z)
+        forward = (np.diff(np.where(onward, run, -run), axis=0) > 0).all(0)
+        return _largest(points.fine @ off), np.abs(points.coefficients[-2:] @ off).sum(0), np.asarray(forward)
 
 
 def _moved(guides: Span, t: Array) -> Array:

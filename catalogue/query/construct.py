@@ -19,7 +19,7 @@ from ..linkage import Array, Linkage
 from ..posed import Posed
 from ..series import Series
 from .find import REFINED, Trail, improved
-from .lay import Answers, in_its_place
+from .lay import SHOWN, Answers, in_its_place
 from .ranking import Ranking, given
 from .request import Constraints, Request
 
@@ -171,7 +171,7 @@ def _refined(
     loose = replace(request, deviation=0.1 * request.stroke)
     moves = Free(HELD[wanted.given])
     found = improved(found, loose, wanted, rank, EFFORT * effort, moves=moves, nominal=nominal)
-    found, checks = in_its_place(request, wanted, found.rows, span(found.linkage, found.point), nominal)
+    found, checks = in_its_place(request, wanted, found.rows, span(found.linkage, found.point), nominal, SHOWN)
     if wanted.order:
         checks["order"] = law.order >= wanted.order
     return found, checks

@@ -32,7 +32,7 @@ WISHES: list[dict[str, Any]] = [
     {"families": ["four-bar"], "min_transmission": 20.0, "full_rotation": True},
     {"families": ["slider-crank"], "min_transmission": 10.0, "full_rotation": True},
     {"families": ["inverted-slider-crank"], "max_size": 9.0},
-    {"families": ["elliptic-trammel"], "max_link": 9.0},
+    {"families": ["elliptic-trammel"], "max_link": 9.0, "min_transmission": 5.0},
     {"families": ["four-bar"], "fixed_pivots_in": (-5, -5, 6, 5), "pivots_in": POLYGON},
 ]
 
