@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from .lay import Answers
 
 
+#: Properties of a candidate that are printed besides its fields.
+DERIVED = ("band", "percent", "lengths")
+
+
 @dataclass(frozen=True, eq=False)
 class Candidate:
     """A verified guide, laid so that its path runs from (0, 0) to (stroke, 0); lengths in the user's unit.
@@ -40,8 +44,6 @@ class Candidate:
         Order of contact of the ancestor there; 99 if it is exact.
     stroke, deviation : float
         Deviation: half the width of the narrowest strip (annulus) that holds the path over the stroke.
-    band, percent : float
-        All of that width; the same in percent of the stroke.
     radius : float or None
         Of the best circle; None for a straight line.
     size, max_link, max_ground, max_arm, min_transmission, rotates
@@ -93,18 +95,16 @@ class Candidate:
     max_arm: float | None
     min_transmission: float
     rotates: list[int]
-    band: float
-    percent: float
-    driver: int | None
-    drive_angle: float | None
-    time_ratio: float | None
-    uniformity: float | None
-    advantage: float | None
-    rotation: float
-    sensitivity_rms: float | None
-    expected: float | None
     pivots: list[list[list[float]]]
     guided: list[float]
+    driver: int | None = None
+    drive_angle: float | None = None
+    time_ratio: float | None = None
+    uniformity: float | None = None
+    advantage: float | None = None
+    rotation: float | None = None
+    sensitivity_rms: float | None = None
+    expected: float | None = None
     score: float | None = None
     front: int | None = None
     nearest: float | None = None
@@ -164,6 +164,16 @@ class Candidate:
         return sensitivity(here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False))
 
     @property
+    def band(self) -> float:
+        """Width of the narrowest strip, twice the deviation."""
+        return 2 * self.deviation
+
+    @property
+    def percent(self) -> float:
+        """The band in percent of the stroke."""
+        return 100 * self.band / self.stroke
+
+    @property
     def lengths(self) -> dict[str, float]:
         """Lengths of the links and place of the guided point in the coupler, by name; see `catalogue.dimensions`."""
         from ..dimensions import dimensions
@@ -172,8 +182,8 @@ class Candidate:
         return {name: float(value[0]) for name, value in found.items()}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the candidate as plain Python numbers, lists and strings, its lengths included."""
-        return {**asdict(self), "lengths": self.lengths}
+        """Return the candidate as plain Python numbers, lists and strings, band and lengths included."""
+        return {**asdict(self), **{name: getattr(self, name) for name in DERIVED}}
 
     def plot(self, file: str | Path | None = None) -> Any:
         """Draw the linkage in mid-stroke with ghosts at the ends, its path and the deviation.
@@ -198,7 +208,7 @@ class Candidate:
 
 
 #: What a candidate is printed as.
-COLUMNS = (*Candidate.__dataclass_fields__, "lengths")
+COLUMNS = (*Candidate.__dataclass_fields__, *DERIVED)
 
 
 @dataclass(frozen=True, eq=False)
@@ -275,8 +285,6 @@ def candidates(answers: Answers, request: Request, play: float = 0.0) -> list[Ca
                 max_arm=known(m.max_arm[i]),
                 min_transmission=float(m.min_transmission[i]),
                 rotates=[k + 1 for k in (0, 1) if int(m.rotates[i]) >> k & 1],
-                band=2 * deviation,
-                percent=200 * deviation / float(request.stroke),
                 driver=int(works.driver[i]) or None,
                 drive_angle=known(works.drive_angle[i]),
                 time_ratio=known(works.time_ratio[i]),
