@@ -1,0 +1,300 @@
+"""The equations of a batch of mechanisms: residual and Jacobian, without dimensions, the batch last.
+
+Unknown are the rotation of the body and the free coordinate of each driven point on a surface.  The first driven point
+is the base: it lies on its guide by its coordinates and carries the body.  Points that are not driven give the implicit
+functions of their guides, divided by their gradients, so that a residual is a distance; further driven points give
+three coordinates.  So the classes I to VI have 4, 3, 3, 5, 4, 6 equations (Mangeron, Oğuztöreli and Plitea 1970 have 9,
+6, 3, 6, 3, 3), which know the handedness of the body, hold for flat bodies and need no chart of the undriven points.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from catalogue.linkage import Array
+
+from .kinds import Kind, Quadric
+from .mechanism import Guides, Mechanisms
+from .rotation import cross, matrix, turned
+
+
+@dataclass(frozen=True)
+class State:
+    """Where a body is: rotation (4, n) and free coordinates (f, n)."""
+
+    quaternion: Array
+    free: Array
+
+    def moved(self, step: Array, metric: Array) -> State:
+        """Return the state after a step (3 + f, n): rotation [rad], and arcs on the guides in units."""
+        with np.errstate(all="ignore"):
+            return State(turned(self.quaternion, step[:3]), self.free + step[3:] / metric)
+
+    def __getitem__(self, index: Any) -> State:
+        return State(self.quaternion[:, index], self.free[:, index])
+
+    def put(self, index: Any, other: State) -> None:
+        """Overwrite some."""
+        self.quaternion[:, index], self.free[:, index] = other.quaternion, other.free
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Residual (m, n), Jacobian (m, m, n), derivative by the drivers (m, k, n); arc per free coordinate (f, n)."""
+
+    residual: Array
+    jacobian: Array
+    drivers: Array
+    metric: Array
+
+    @property
+    def distance(self) -> Array:
+        """Largest distance from a guide, in units, shape (n,)."""
+        return np.asarray(np.abs(self.residual).max(0))
+
+
+@dataclass(frozen=True)
+class Slot:
+    """The guides of one point: kinds, which of them, and parameters (k, n) in units."""
+
+    point: int
+    kinds: tuple[Kind, ...]
+    which: Array
+    parameters: Array
+
+    def groups(self) -> Iterator[tuple[Kind, Any, Array]]:
+        """Yield each kind, where it is, and its parameters."""
+        for c, kind in enumerate(self.kinds):
+            where: Any = slice(None) if len(self.kinds) == 1 else np.flatnonzero(self.which == c)
+            p = self.parameters[: len(kind.parameters), where]
+            if p.shape[1]:
+                yield kind, where, p
+
+    def chart(self, u: Array, w: Array) -> tuple[Array, Array]:
+        """Return local points (3, n) at (u, w), and X_u, X_w, shape (2, 3, n)."""
+        x, t = np.empty((3, len(u))), np.empty((2, 3, len(u)))
+        for kind, where, p in self.groups():
+            x[:, where], t[:, :, where] = kind.tangents(u[where], w[where], p)
+        return x, t
+
+    def take(self, index: Array) -> Slot:
+        return replace(self, which=self.which[index], parameters=self.parameters[:, index])
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A driven point: where among the unknowns its free coordinate stands, and who drives u, w (None: free)."""
+
+    slot: Slot
+    column: int | None
+    driver: tuple[int | None, int | None]
+
+    def coordinates(self, free: Array, q: Array) -> list[Array]:
+        """Return u and w."""
+        one = np.zeros(q.shape[1])
+        fill = one if self.column is None else free[self.column - 3]
+        return [fill if k is None else q[k] for k in self.driver]
+
+
+@dataclass(frozen=True)
+class System:
+    """Equations of `Mechanisms`, made by `of`; lengths in units of their own, about the origin of the base's guide.
+
+    Attributes
+    ----------
+    unit, centre : ndarray, shape (n,), (3, n)
+    reach : ndarray, shape (n,)
+        Largest length that occurs, in units: a residual below some rounding errors of it is noise.
+    arms : ndarray, shape (3, p, n)
+        Points of the body from the base.
+    frames, origins : ndarray, shape (3, 3, p, n), (3, p, n)
+    driven : tuple of Driven
+    others : tuple of (Slot, int)
+        Undriven points with guides that are no quadrics, and the first of their equations.
+    points : tuple of int
+        Point of each equation of an undriven point.
+    quadrics : ndarray, shape (7, rows, n)
+    """
+
+    unit: Array
+    centre: Array
+    reach: Array
+    arms: Array
+    frames: Array
+    origins: Array
+    driven: tuple[Driven, ...]
+    others: tuple[tuple[Slot, int], ...]
+    points: tuple[int, ...]
+    quadrics: Array
+
+    @staticmethod
+    def of(mechanisms: Mechanisms) -> System:
+        """Return the equations of mechanisms."""
+        unit, n = mechanisms.unit, len(mechanisms)
+        drivers = mechanisms.drivers
+        order = list(dict.fromkeys(i for i, _ in drivers))
+        driven, column = [], 3
+        for i in order:
+            driver = tuple(drivers.index((i, k)) if (i, k) in drivers else None for k in "uw")
+            free = None in driver and not mechanisms.curves[i]
+            driven.append(Driven(_slot(i, mechanisms, smooth=driver[1] is None), column if free else None, driver))  # type: ignore[arg-type]
+            column += free
+        others: list[tuple[Slot, int]] = []
+        points: list[int] = []
+        quadrics: list[Array] = []
+        for i in (i for i in range(len(mechanisms.guides)) if i not in order):
+            slot, many = _slot(i, mechanisms), 2 if mechanisms.curves[i] else 1
+            some = np.zeros((many, 7, n))
+            for kind, where, p in slot.groups():
+                if isinstance(kind, Quadric):
+                    some[:, :, where] = kind.quadrics(p)
+            if not all(isinstance(kind, Quadric) for kind in slot.kinds):
+                others.append((slot, len(points)))
+            points += [i] * many
+            quadrics += list(some)
+        body = np.moveaxis(mechanisms.body, 0, -1)
+        centre = mechanisms.guides[order[0]].origin.T
+        origins = np.stack([(g.origin.T - centre) / unit for g in mechanisms.guides], axis=1)
+        shapes = [_lengths(g, unit) for g in mechanisms.guides]
+        return System(
+            unit,
+            centre,
+            np.maximum(1, np.maximum(np.abs(origins).max((0, 1)), np.max(shapes, axis=0))),
+            np.moveaxis((body - body[order[0]]) / unit, 0, 1),
+            np.stack([matrix(g.quaternion.T / np.abs(g.quaternion.T).max(0)) for g in mechanisms.guides], axis=2),
+            origins,
+            tuple(driven),
+            tuple(others),
+            tuple(points),
+            np.stack(quadrics, axis=1) if quadrics else np.zeros((7, 0, n)),
+        )
+
+    def __len__(self) -> int:
+        return len(self.unit)
+
+    @property
+    def free(self) -> int:
+        """Number of free coordinates f; there are 3 + f equations."""
+        return sum(d.column is not None for d in self.driven)
+
+    def take(self, index: Array) -> System:
+        """Return the equations of some, in any order and number."""
+        return System(
+            self.unit[index],
+            self.centre[:, index],
+            self.reach[index],
+            self.arms[..., index],
+            self.frames[..., index],
+            self.origins[..., index],
+            tuple(replace(d, slot=d.slot.take(index)) for d in self.driven),
+            tuple((slot.take(index), row) for slot, row in self.others),
+            self.points,
+            self.quadrics[..., index],
+        )
+
+    def placed(self, d: Driven, state: State, q: Array) -> tuple[Array, Array]:
+        """Return a driven point (3, n) and its tangents (2, 3, n) in the world."""
+        i = d.slot.point
+        x, t = d.slot.chart(*d.coordinates(state.free, q))
+        frame = self.frames[:, :, i]
+        return np.asarray(self.origins[:, i] + (frame * x).sum(1)), (frame * t[:, None]).sum(2)
+
+    def base(self, state: State, q: Array) -> Array:
+        """Return where the base is, shape (3, n)."""
+        return self.placed(self.driven[0], state, q)[0]
+
+    def world(self, state: State, q: Array) -> Array:
+        """Return all points, shape (3, p, n)."""
+        return self.base(state, q)[:, None] + (matrix(state.quaternion)[:, :, None] * self.arms).sum(1)
+
+    def local(self, world: Array) -> Array:
+        """Return points (3, p, n) in the axes of their guides."""
+        return np.asarray((self.frames * (world - self.origins)[:, None]).sum(0))
+
+    def evaluate(self, state: State, q: Array) -> Equations:
+        """Return residual and derivatives at the driver values q (k, n)."""
+        n, r, m = len(self), len(self.points), 3 + self.free
+        base, tangents = self.placed(self.driven[0], state, q)
+        arms = (matrix(state.quaternion)[:, :, None] * self.arms).sum(1)
+        residual, jacobian, drivers = np.empty((m, n)), np.zeros((m, m, n)), np.zeros((m, len(q), n))
+        metric = np.ones((self.free, n))
+        columns = {d.slot.point: self._columns(d, t, metric) for d, t in [(self.driven[0], tangents)]}
+        own, by = columns[self.driven[0].slot.point]
+        if r:
+            index = list(self.points)
+            arm = arms[:, index]
+            value, normal = self._implicit(base[:, None] + arm, index)
+            residual[:r] = value
+            jacobian[:r, :3] = np.moveaxis(cross(arm, normal), 1, 0)
+            for c, t in own:
+                jacobian[:r, c] = (normal * t[:, None]).sum(0)
+            for k, t in by:
+                drivers[:r, k] = (normal * t[:, None]).sum(0)
+        for j, d in enumerate(self.driven[1:]):
+            at = slice(r + 3 * j, r + 3 * j + 3)
+            x, t = self.placed(d, state, q)
+            a = arms[:, d.slot.point]
+            residual[at] = x - base - a
+            zero = np.zeros(n)
+            jacobian[at, :3] = np.stack([[zero, -a[2], a[1]], [a[2], zero, -a[0]], [-a[1], a[0], zero]])
+            mine, driven = self._columns(d, t, metric)
+            for sign, these in ((-1, own), (1, mine)):
+                for c, t in these:
+                    jacobian[at, c] = sign * t
+            for sign, these in ((-1, by), (1, driven)):
+                for k, t in these:
+                    drivers[at, k] += sign * t
+        return Equations(residual, jacobian, drivers, metric)
+
+    @staticmethod
+    def _columns(d: Driven, t: Array, metric: Array) -> tuple[list[tuple[int, Array]], list[tuple[int, Array]]]:
+        """Return the unit tangent of the free coordinate with its column, and those of the drivers; fill the metric."""
+        own, by = [], []
+        for axis, k in enumerate(d.driver):
+            if k is not None:
+                by.append((k, t[axis]))
+            elif d.column is not None:
+                length = np.sqrt((t[axis] ** 2).sum(0))
+                metric[d.column - 3] = length
+                with np.errstate(all="ignore"):
+                    own.append((d.column, t[axis] / length))
+        return own, by
+
+    def _implicit(self, world: Array, index: list[int]) -> tuple[Array, Array]:
+        """Return distances from the guides (r, n), to first order, and unit normals (3, r, n) at points (3, r, n)."""
+        frame = self.frames[:, :, index]
+        x = (frame * (world - self.origins[:, index])[:, None]).sum(0)
+        value = ((self.quadrics[:3] * x + self.quadrics[3:6]) * x).sum(0) + self.quadrics[6]
+        gradient = 2 * self.quadrics[:3] * x + self.quadrics[3:6]
+        for slot, row in self.others:
+            for kind, where, p in slot.groups():
+                if not isinstance(kind, Quadric):
+                    rows = slice(row, row + kind.conditions)
+                    f, g = kind.gradients(x[:, row, where], p)
+                    value[rows, where], gradient[:, rows, where] = f, np.moveaxis(g, 0, 1)
+        length = np.sqrt((gradient**2).sum(0))
+        with np.errstate(all="ignore"):
+            return value / length, (frame * (gradient / length)[None]).sum(1)
+
+
+def _slot(point: int, mechanisms: Mechanisms, smooth: bool = False) -> Slot:
+    guides, unit = mechanisms.guides[point], mechanisms.unit
+    p = np.zeros((guides.parameters.shape[1], len(unit)))
+    for kind, where, values in guides.each():
+        p[: len(values), where] = kind.scaled(values, unit[where])[: len(values)]
+    kinds = tuple(kind.smooth if smooth and kind.smooth else kind for kind in guides.kinds)
+    return Slot(point, kinds, guides.which, p)
+
+
+def _lengths(guides: Guides, unit: Array) -> Array:
+    """Return the largest length among the parameters, in units, shape (n,)."""
+    out = np.zeros(len(unit))
+    for kind, where, p in guides.each():
+        for name, value in zip(kind.parameters, p, strict=True):
+            if name in kind.lengths:
+                out[where] = np.maximum(out[where], np.abs(value) / unit[where])
+    return out
