@@ -40,6 +40,8 @@ class Kind:
         length.
     smooth : Kind or None
         The chart in which w is free when u is driven, if this one is singular there (u is the same in both).
+    bounded : bool
+        Whether the chart reaches a part only of what the implicit functions describe: the guide ends there.
     """
 
     name: ClassVar[str]
@@ -48,6 +50,7 @@ class Kind:
     conditions: ClassVar[int] = 1
     spans: ClassVar[tuple[float | None, float | None]] = (np.pi, None)
     smooth: ClassVar[Kind | None] = None
+    bounded: ClassVar[bool] = False
 
     def valid(self, p: Array) -> Array:
         """Return where the parameters p (parameters, n) are in their domain, shape (n,)."""

@@ -14,7 +14,6 @@ from catalogue.linkage import Array
 
 from .curves import Circle, Helix, Line
 from .kinds import Kind
-from .rotation import matrix
 from .surfaces import (
     Cone,
     Cylinder,
@@ -113,8 +112,8 @@ class Guides:
         return len(self.which)
 
     def __getitem__(self, index: Any) -> Guides:
-        kinds = [self.kinds[c] for c in self.which[index]]
-        return Guides(kinds, self.parameters[index], self.origin[index], self.quaternion[index])
+        names = ("which", "parameters", "origin", "quaternion")
+        return _same(self, {name: getattr(self, name)[index] for name in names})
 
     def each(self) -> list[tuple[Kind, Array, Array]]:
         """Return each kind that there is, whose guides they are, and their parameters (k, m)."""
@@ -241,8 +240,13 @@ class Mechanisms:
 
     def __getitem__(self, index: Any) -> Mechanisms:
         index = np.atleast_1d(np.arange(len(self))[index])
-        return Mechanisms(self.body[index], [g[index] for g in self.guides], self.drivers)
+        return _same(self, {"body": self.body[index], "guides": tuple(g[index] for g in self.guides)})
 
-    def frames(self) -> Array:
-        """Return the rotations of the guides, shape (p, 3, 3, n)."""
-        return np.stack([matrix(g.quaternion.T / np.abs(g.quaternion.T).max(0)) for g in self.guides])
+
+def _same(one: Any, changes: dict[str, Any]) -> Any:
+    """Return a copy with other arrays that need no check, as they are a selection of checked ones."""
+    other = object.__new__(type(one))
+    fields = {name: getattr(one, name) for name in one.__dataclass_fields__}
+    for name, value in {**fields, **changes}.items():
+        object.__setattr__(other, name, value)
+    return other

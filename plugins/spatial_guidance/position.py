@@ -226,6 +226,16 @@ def _located(mechanisms: Mechanisms, system: System, state: State, values: Array
     return out
 
 
+def off_edge(mechanisms: Mechanisms, system: System, local: Array) -> Array:
+    """Return where a point (3, p, n) is on the part of a guide that its chart does not reach, shape (n,)."""
+    out = np.zeros(len(system), bool)
+    for i, guides in enumerate(mechanisms.guides):
+        for kind, where, p in guides.each():
+            if kind.bounded:
+                out[where] |= np.isnan(kind.locate(local[:, i, where], kind.scaled(p, system.unit[where]))[0])
+    return out
+
+
 def _apex(mechanisms: Mechanisms, local: Array, system: System) -> Array:
     """Return the distance to the nearest apex of the guide of an undriven point, in units, shape (n,)."""
     out = np.full(len(system), np.inf)

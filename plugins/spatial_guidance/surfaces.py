@@ -115,6 +115,7 @@ class Hyperboloid(_Hyperboloid):
     name = "hyperboloid"
     lengths = ("m", "n", "w")
     smooth = HyperboloidSinh()
+    bounded = True
 
     def reaches(self, u: Array, w: Array, p: Array) -> Array:
         return np.asarray(np.isfinite(u) & (w >= p[0]))

@@ -1,0 +1,245 @@
+"""Motion of a batch along a path of the drivers, from node to node, each mechanism with steps of its own.
+
+A mechanism ends where its motion does: at a turning point of the path's parameter, a branch point, an apex or the edge
+of a guide.  It never goes on from another branch without saying so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from catalogue.errors import InvalidRequest
+from catalogue.linkage import Array
+
+from .continuation import LONGEST, SHORTEST, Corrected, Front, Line, correct, turning
+from .mechanism import Mechanisms
+from .position import EDGE, OK, Positions, driver_units, off_edge, reported, solve_positions
+from .system import State, System
+
+TURNING = "turning point"
+BRANCH = "branch point"
+STUCK = "step too small"
+BEYOND = "beyond the end of the motion"
+#: A step across which the determinant changes its sign is shortened to this before a branch point is called one.
+AT_BRANCH = 1e-5
+#: Mechanisms that advance together: their arrays stay in the second-level cache.
+BLOCK = 1024
+#: Positions that are measured together.
+MEASURED = 4096
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Positions of n mechanisms at the nodes of a path; NaN beyond the last node reached.
+
+    Attributes
+    ----------
+    positions : Positions
+        n times s of them, those of a mechanism together; `node` gives those of one node.
+    reached : ndarray, shape (n,)
+        Number of nodes reached.
+    reason : ndarray of str, shape (n,)
+        Empty if all nodes were reached, else why not.
+    end : ndarray, shape (n,)
+        Where the motion ends, in nodes from the first: at a turning point to about the square root of rounding squared,
+        elsewhere to the last step.
+    end_drivers : ndarray, shape (n, k)
+        Values of the drivers there.
+    steps : ndarray, shape (n,)
+        Steps that were tried.
+    """
+
+    positions: Positions
+    reached: Array
+    reason: Array
+    end: Array
+    end_drivers: Array
+    steps: Array
+
+    def node(self, i: int) -> Positions:
+        """Return the positions at node i."""
+        n = len(self.reached)
+        return self.positions[np.arange(n) * (len(self.positions.success) // n) + i]
+
+
+def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
+    """Move the mechanisms along a path of the drivers.
+
+    Parameters
+    ----------
+    mechanisms : Mechanisms
+    path : array-like, shape (n, s, k) or (s, k)
+        Values of the drivers at s nodes; straight between them.
+    start : Positions, or array-like of shape (n, p, 2) or (p, 2)
+        As for `solve_positions`, at or near the first node.
+
+    Raises
+    ------
+    InvalidRequest
+        If the path does not fit or is not finite.
+    """
+    n, k = len(mechanisms), mechanisms.freedom
+    nodes = np.asarray(path, float)
+    if nodes.ndim not in (2, 3) or nodes.shape[-1] != k or (nodes.ndim == 3 and len(nodes) not in (1, n)):
+        raise InvalidRequest(f"a path must be of shape {(n, 'nodes', k)}, not {nodes.shape}")
+    if not np.isfinite(nodes).all():
+        raise InvalidRequest("a path must be of finite numbers")
+    nodes = np.broadcast_to(nodes, (n, *nodes.shape[-2:]))
+    first = solve_positions(mechanisms, nodes[:, 0], start)
+    reached, reason, end, steps = np.zeros(n, int), first.reason.copy(), np.zeros(n), np.zeros(n, int)
+    m = 4 + first.state.free.shape[0]
+    states = np.full((nodes.shape[1], m, n), np.nan)
+    begun = np.flatnonzero(first.success)
+    for low in range(0, len(begun), BLOCK):
+        index = begun[low : low + BLOCK]
+        walk = _Walk(mechanisms[index], nodes[index], first.state[index])
+        walk.run()
+        reached[index], reason[index], end[index], steps[index] = walk.reached, walk.reason, walk.end, walk.steps
+        states[..., index] = walk.states
+    whole = np.minimum(end.astype(int), nodes.shape[1] - 2) if nodes.shape[1] > 1 else np.zeros(n, int)
+    every = np.arange(n)
+    after = np.minimum(whole + 1, nodes.shape[1] - 1)
+    end_drivers = nodes[every, whole] + (end - whole)[:, None] * (nodes[every, after] - nodes[every, whole])
+    return Motion(_measured(mechanisms, nodes, states, reached), reached, reason, end, end_drivers, steps)
+
+
+def _measured(mechanisms: Mechanisms, nodes: Array, states: Array, reached: Array) -> Positions:
+    """Return the positions in the states (s, 4 + f, n) that were stored, a mechanism's together."""
+    n, s = len(mechanisms), nodes.shape[1]
+    parts = []
+    system = System.of(mechanisms)
+    for low in range(0, n * s, MEASURED):
+        index = np.arange(low, min(low + MEASURED, n * s))
+        i, j = np.divmod(index, s)
+        flat = states[j, :, i].T
+        state = State(flat[:4], flat[4:])
+        there = j < reached[i]
+        one = np.ones(len(i), int)
+        parts.append(reported(mechanisms[i], system.take(i), state, nodes[i, j], there, one))
+    joined = {k: np.concatenate([getattr(p, k) for p in parts]) for k in vars(parts[0]) if k != "state"}
+    quaternions, free = ([getattr(p.state, k) for p in parts] for k in ("quaternion", "free"))
+    joined["reason"][~(np.arange(s) < reached[:, None]).ravel()] = BEYOND
+    return Positions(**joined, state=State(np.concatenate(quaternions, axis=1), np.concatenate(free, axis=1)))
+
+
+class _Walk:
+    """A block of mechanisms on its way; the last axis of every array is that of the block."""
+
+    def __init__(self, mechanisms: Mechanisms, nodes: Array, state: State) -> None:
+        n = len(mechanisms)
+        self.mechanisms, self.system = mechanisms, System.of(mechanisms)
+        self.nodes = np.moveaxis(nodes, 0, -1) / driver_units(mechanisms)  # (s, k, n)
+        self.reached, self.steps, self.end = np.ones(n, int), np.zeros(n, int), np.zeros(n)
+        self.reason = np.full(n, OK, dtype="U40")
+        self.states = np.full((len(nodes[0]), 4 + self.system.free, n), np.nan)
+        self.state, self.y, self.width = state, np.zeros(n), np.ones(n)
+        self.length = np.full(n, LONGEST)
+        m, k = 3 + self.system.free, self.nodes.shape[1]
+        self.rates, self.tangent, self.before = np.zeros((m, k, n)), np.zeros((m + 1, n)), np.zeros((m + 1, n))
+        self.step, self.metric, self.sign = np.ones(n), np.ones((m - 3, n)), np.zeros(n)
+        self.rated = np.zeros(n, bool)
+        self.bounded = any(kind.bounded for g in mechanisms.guides for kind in g.kinds)
+
+    def run(self) -> None:
+        """Advance all mechanisms until each has come to its end."""
+        who, system = np.arange(len(self.end)), self.system
+        row = np.zeros_like(self.tangent)
+        row[-1] = 1
+        begun = correct(system, self._line(who), self.state, self.y, row)
+        self.sign = begun.sign
+        self._landed(who, begun, np.ones(len(who)))
+        while True:
+            active = self._active()[who]
+            if not active.any():
+                return
+            if active.mean() < 0.75:
+                who = who[active]
+                system, active = self.system.take(who), active[active]
+            self._advance(who, system, active)
+
+    def _active(self) -> Array:
+        return (self.reason == OK) & (self.reached < len(self.nodes))
+
+    def _line(self, who: Array) -> Line:
+        last = np.minimum(self.reached[who], len(self.nodes) - 1)
+        q0, q1 = self.nodes[self.reached[who] - 1, :, who].T, self.nodes[last, :, who].T
+        return Line(q0, (q1 - q0) / self.width[who])
+
+    def _advance(self, who: Array, system: System, active: Array) -> None:
+        """Try one step of each."""
+        line = self._line(who)
+        front = Front(self.state[who], *(v[..., who] for v in (self.y, self.tangent, self.before, self.step, self.metric)))
+        left, slope = self.width[who] - self.y[who], front.tangent[-1]
+        land = self.length[who] * slope >= left * (1 - 1e-9)
+        h = np.where(land, left / np.where(land, slope, 1), self.length[who])
+        z, row = front.predicted(h, land, self.width[who])
+        y = np.where(land, self.width[who], front.y + z[-1])
+        c = correct(system, line, front.state.moved(z[:-1], front.metric), y, row)
+        self.steps[who] += active
+        good = c.accepted(h, front.tangent)
+        flipped = good & (c.sign != self.sign[who])
+        branch = flipped & (h < AT_BRANCH)
+        stuck = ~good & (h < SHORTEST)
+        folded = good & ~flipped & (c.tangent[-1] <= 0)
+        edge = good & ~flipped & ~folded & self._off(who, system, c, line)
+        on = active & good & ~(flipped | folded | edge)
+        for reason, where in ((BRANCH, branch), (STUCK, stuck), (EDGE, edge)):
+            self._ended(who[active & where], reason, (front.y + h * slope)[active & where])
+        turned = np.flatnonzero(active & folded)
+        if len(turned):
+            at = turning(system.take(turned), line.take(turned), front.take(turned), h[turned], c.tangent[-1, turned])
+            self._ended(who[turned], TURNING, at.y)
+        refused = active & ~on
+        self.length[who[refused]] = h[refused] / 2
+        easy = c.easy(h, front.tangent)
+        longer = np.where(easy, np.maximum(self.length[who], 2 * h), np.where(land, self.length[who], h))
+        self.length[who[on]] = np.minimum(longer, LONGEST)[on]
+        walked = np.flatnonzero(on & ~land)
+        i = who[walked]
+        self.state.put(i, c.state[walked])
+        self.y[i], self.step[i], self.before[:, i] = c.y[walked], h[walked], front.tangent[:, walked]
+        self.tangent[:, i], self.metric[:, i], self.rated[i] = c.tangent[:, walked], c.metric[:, walked], False
+        landed = np.flatnonzero(on & land)
+        if len(landed):
+            self.reached[who[landed]] += 1
+            self._landed(who[landed], _taken(c, landed), h[landed])
+
+    def _landed(self, who: Array, c: Corrected, h: Array) -> None:
+        """Store a node, and turn towards the next."""
+        node = self.reached[who] - 1
+        self.state.put(who, c.state)
+        self.states[node, :, who] = np.concatenate([c.state.quaternion, c.state.free]).T
+        self.end[who], self.y[who], self.metric[:, who] = node, 0, c.metric
+        self.width[who] = 1
+        dq = self._line(who).q1
+        with np.errstate(invalid="ignore"):
+            width = np.maximum(np.sqrt(((c.drivers * dq).sum(1) ** 2).sum(0)), 1e-9)
+            tangent = _unit((c.rates * dq).sum(1), width)
+            before = _unit((self.rates[..., who] * dq).sum(1), width)
+        rated = self.rated[who]
+        self.width[who], self.tangent[:, who] = width, tangent
+        self.before[:, who] = np.where(rated, before, tangent)
+        self.step[who], self.rates[..., who], self.rated[who] = h, c.rates, True
+
+    def _off(self, who: Array, system: System, c: Corrected, line: Line) -> Array:
+        if not self.bounded:
+            return np.zeros(len(who), bool)
+        local = system.local(system.world(c.state, line(c.y)))
+        return off_edge(self.mechanisms[who], system, local)
+
+    def _ended(self, who: Array, reason: str, y: Array) -> None:
+        self.reason[who] = reason
+        self.end[who] = self.reached[who] - 1 + np.minimum(y / self.width[who], 1)
+
+
+def _unit(x: Array, y: Array) -> Array:
+    z = np.concatenate([x, y[None]])
+    return np.asarray(z / np.sqrt((z * z).sum(0)))
+
+
+def _taken(c: Corrected, index: Array) -> Corrected:
+    values = {k: v[..., index] for k, v in vars(c).items() if k != "state"}
+    return Corrected(state=c.state[index], **values)
