@@ -172,17 +172,18 @@ class _Walk:
         """Try one step of each."""
         line = self._line(who)
         front = Front(self.state[who], *(v[..., who] for v in (self.y, self.tangent, self.before, self.step, self.metric)))
-        left, slope = self.width[who] - self.y[who], front.tangent[-1]
-        land = self.length[who] * slope >= left * (1 - 1e-9)
-        h = np.where(land, left / np.where(land, slope, 1), self.length[who])
+        left, slope, length = self.width[who] - self.y[who], front.tangent[-1], self.length[who]
+        h = np.clip(left / np.maximum(slope, 1e-300), -length, length)  # backwards if the last step crossed the node
+        land = np.abs(h) < length
         z, row = front.predicted(h, land, self.width[who])
         y = np.where(land, self.width[who], front.y + z[-1])
         c = correct(system, line, front.state.moved(z[:-1], front.metric), y, row)
         self.steps[who] += active
-        good = c.accepted(h, front.tangent)
+        size = np.abs(h)
+        good = c.accepted(size, front.tangent)
         flipped = good & (c.sign != self.sign[who])
-        branch = flipped & (h < AT_BRANCH)
-        stuck = ~good & (h < SHORTEST)
+        branch = flipped & (size < AT_BRANCH)
+        stuck = ~good & (size < SHORTEST)
         folded = good & ~flipped & (c.tangent[-1] <= 0)
         edge = good & ~flipped & ~folded & self._off(who, system, c, line)
         on = active & good & ~(flipped | folded | edge)
@@ -191,11 +192,12 @@ class _Walk:
         turned = np.flatnonzero(active & folded)
         if len(turned):
             at = turning(system.take(turned), line.take(turned), front.take(turned), h[turned], c.tangent[-1, turned])
-            self._ended(who[turned], TURNING, at.y)
+            here = at.y <= self.width[who[turned]]  # else the node comes before the turning point
+            self._ended(who[turned[here]], TURNING, at.y[here])
         refused = active & ~on
-        self.length[who[refused]] = h[refused] / 2
-        easy = c.easy(h, front.tangent)
-        longer = np.where(easy, np.maximum(self.length[who], 2 * h), np.where(land, self.length[who], h))
+        self.length[who[refused]] = size[refused] / 2
+        easy = c.easy(size, front.tangent)
+        longer = np.where(easy, np.maximum(self.length[who], 2 * size), np.where(land, self.length[who], size))
         self.length[who[on]] = np.minimum(longer, LONGEST)[on]
         walked = np.flatnonzero(on & ~land)
         i = who[walked]
