@@ -52,10 +52,6 @@ class Front:
     step: Array
     metric: Array
 
-    def take(self, index: Array) -> Front:
-        arrays = (v[..., index] for v in (self.y, self.tangent, self.before, self.step, self.metric))
-        return Front(self.state[index], *arrays)
-
     def predicted(self, h: Array, land: Array, end: Array) -> tuple[Array, Array]:
         """Return the step of length h, ending at y = `end` where it is to land, and the row of its corrector."""
         z = h * self.tangent + (0.5 * h * h / self.step) * (self.tangent - self.before)

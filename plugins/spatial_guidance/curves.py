@@ -1,5 +1,6 @@
 """Three guiding curves: circle, helix, line.  The source announces them without formulas; the conventions are ours."""
 
+# ruff: noqa: ARG002  (a kind need not use every argument of its formulas)
 from __future__ import annotations
 
 from typing import Any
@@ -8,10 +9,10 @@ import numpy as np
 
 from catalogue.linkage import Array
 
-from .kinds import Kind, Point, Quadric, rows
+from .kinds import Point, Quadric, Revolved, rows
 
 
-class Circle(Quadric):
+class Circle(Revolved, Quadric):
     """Radius R about Z in the plane Z = 0."""
 
     name = "circle"
@@ -19,17 +20,20 @@ class Circle(Quadric):
     lengths = ("R",)
     conditions = 2
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:  # noqa: ARG002
-        return p[0] * np.cos(u), p[0] * np.sin(u), 0.0
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        return p[0], 0.0
+
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        return 0.0, 0.0, 0.0
 
     def quadrics(self, p: Array) -> Array:
         return rows(p.shape[1], {"a": 0.5 / p[0], "b": 0.5 / p[0], "e": -p[0] / 2}, {"h": 1})
 
-    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         return np.arctan2(x[1], x[0]), np.full_like(x[0], np.nan)
 
 
-class Helix(Kind):
+class Helix(Revolved):
     """Radius R, advance h per radian along Z, right-handed if h > 0."""
 
     name = "helix"
@@ -40,8 +44,11 @@ class Helix(Kind):
     def valid(self, p: Array) -> Array:
         return np.asarray((p[0] > 0) & (p[1] != 0))
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:  # noqa: ARG002
-        return p[0] * np.cos(u), p[0] * np.sin(u), p[1] * u
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        return p[0], p[1] * u
+
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        return 0.0, 0.0, p[1]
 
     def implicit(self, x: Point, p: Array) -> tuple[Any, ...]:
         u = x[2] / p[1]
@@ -62,11 +69,11 @@ class Line(Quadric):
     def valid(self, p: Array) -> Array:
         return np.ones(p.shape[1], bool)
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:  # noqa: ARG002
+    def point(self, u: Any, w: Any, p: Array) -> Point:
         return 0.0, 0.0, u
 
     def quadrics(self, p: Array) -> Array:
         return rows(p.shape[1], {"f": 1}, {"g": 1})
 
-    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         return x[2], np.full_like(x[0], np.nan)

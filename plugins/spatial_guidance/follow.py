@@ -29,6 +29,8 @@ AT_BRANCH = 1e-5
 BLOCK = 1024
 #: Positions that are measured together.
 MEASURED = 4096
+#: What stands for a position that was not reached, by the kind of number.
+BLANK = {"f": np.nan, "b": False, "i": 0, "U": BEYOND}
 
 
 @dataclass(frozen=True, eq=False)
@@ -109,20 +111,23 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
 def _measured(mechanisms: Mechanisms, nodes: Array, states: Array, reached: Array) -> Positions:
     """Return the positions in the states (s, 4 + f, n) that were stored, a mechanism's together."""
     n, s = len(mechanisms), nodes.shape[1]
-    parts = []
     system = System.of(mechanisms)
-    for low in range(0, n * s, MEASURED):
-        index = np.arange(low, min(low + MEASURED, n * s))
+    every = np.flatnonzero((np.arange(s) < reached[:, None]).ravel())
+    out: dict[str, Array] = {}
+    for low in range(0, max(len(every), 1), MEASURED):
+        index = every[low : low + MEASURED]
         i, j = np.divmod(index, s)
         flat = states[j, :, i].T
-        state = State(flat[:4], flat[4:])
-        there = j < reached[i]
-        one = np.ones(len(i), int)
-        parts.append(reported(mechanisms[i], system.take(i), state, nodes[i, j], there, one))
-    joined = {k: np.concatenate([getattr(p, k) for p in parts]) for k in vars(parts[0]) if k != "state"}
-    quaternions, free = ([getattr(p.state, k) for p in parts] for k in ("quaternion", "free"))
-    joined["reason"][~(np.arange(s) < reached[:, None]).ravel()] = BEYOND
-    return Positions(**joined, state=State(np.concatenate(quaternions, axis=1), np.concatenate(free, axis=1)))
+        there = np.ones(len(i), bool)
+        at = reported(mechanisms[i], system.take(i), State(flat[:4], flat[4:]), nodes[i, j], there, there.astype(int))
+        for name, value in vars(at).items():
+            if name != "state":
+                if name not in out:
+                    out[name] = np.full((n * s, *value.shape[1:]), BLANK.get(value.dtype.kind), value.dtype)
+                out[name][index] = value
+    out["drivers"] = nodes.reshape(n * s, -1).copy()
+    flat = np.moveaxis(states, (0, 1, 2), (2, 0, 1)).reshape(-1, n * s)
+    return Positions(**out, state=State(flat[:4], flat[4:]))
 
 
 class _Walk:
@@ -141,6 +146,7 @@ class _Walk:
         self.rates, self.tangent, self.before = np.zeros((m, k, n)), np.zeros((m + 1, n)), np.zeros((m + 1, n))
         self.step, self.metric, self.sign = np.ones(n), np.ones((m - 3, n)), np.zeros(n)
         self.rated = np.zeros(n, bool)
+        self.folded = np.zeros((2, n))  # length of the step across a turning point, and dy/ds at its end
         self.bounded = any(kind.bounded for g in mechanisms.guides for kind in g.kinds)
 
     def run(self) -> None:
@@ -154,7 +160,10 @@ class _Walk:
         while True:
             active = self._active()[who]
             if not active.any():
-                return
+                if not self._turned():
+                    return
+                who, system = np.arange(len(self.end)), self.system
+                continue
             if active.mean() < 0.75:
                 who = who[active]
                 system, active = self.system.take(who), active[active]
@@ -170,8 +179,7 @@ class _Walk:
 
     def _advance(self, who: Array, system: System, active: Array) -> None:
         """Try one step of each."""
-        line = self._line(who)
-        front = Front(self.state[who], *(v[..., who] for v in (self.y, self.tangent, self.before, self.step, self.metric)))
+        line, front = self._line(who), self._front(who)
         left, slope, length = self.width[who] - self.y[who], front.tangent[-1], self.length[who]
         h = np.clip(left / np.maximum(slope, 1e-300), -length, length)  # backwards if the last step crossed the node
         land = np.abs(h) < length
@@ -189,11 +197,8 @@ class _Walk:
         on = active & good & ~(flipped | folded | edge)
         for reason, where in ((BRANCH, branch), (STUCK, stuck), (EDGE, edge)):
             self._ended(who[active & where], reason, (front.y + h * slope)[active & where])
-        turned = np.flatnonzero(active & folded)
-        if len(turned):
-            at = turning(system.take(turned), line.take(turned), front.take(turned), h[turned], c.tangent[-1, turned])
-            here = at.y <= self.width[who[turned]]  # else the node comes before the turning point
-            self._ended(who[turned[here]], TURNING, at.y[here])
+        turned = active & folded
+        self.reason[who[turned]], self.folded[:, who[turned]] = TURNING, (h[turned], c.tangent[-1, turned])
         refused = active & ~on
         self.length[who[refused]] = size[refused] / 2
         easy = c.easy(size, front.tangent)
@@ -208,6 +213,22 @@ class _Walk:
         if len(landed):
             self.reached[who[landed]] += 1
             self._landed(who[landed], _taken(c, landed), h[landed])
+
+    def _turned(self) -> bool:
+        """Find the turning points that were crossed, all at once; return whether some lie beyond the next node."""
+        who = np.flatnonzero(self.folded[0])
+        if not len(who):
+            return False
+        at = turning(self.system.take(who), self._line(who), self._front(who), *self.folded[:, who])
+        self.folded[:, who] = 0
+        here = at.y <= self.width[who]
+        self._ended(who[here], TURNING, at.y[here])
+        self.reason[who[~here]] = OK
+        return not here.all()
+
+    def _front(self, who: Array) -> Front:
+        arrays = (v[..., who] for v in (self.y, self.tangent, self.before, self.step, self.metric))
+        return Front(self.state[who], *arrays)
 
     def _landed(self, who: Array, c: Corrected, h: Array) -> None:
         """Store a node, and turn towards the next."""

@@ -118,7 +118,7 @@ def _placed(system: System, which: int, free: Array, q: Array) -> Array:
     own = np.zeros_like(q[:, 0]) if d.column is None else free[:, d.column - 3]
     u, w = (own if k is None else q[:, k] for k in d.driver)
     x = np.empty((order + 1, 3, n))
-    for kind, where, p in d.slot.groups():
+    for kind, where, p in d.slot.groups:
         local = kind.point(Taylor(u[:, where]), Taylor(w[:, where]), p)
         for axis in range(3):
             x[:, axis, where] = coefficients(local[axis], order, (p.shape[1],))

@@ -107,6 +107,34 @@ class Kind:
         return unit if "uw"[axis] in self.lengths else np.ones_like(unit)
 
 
+class Revolved(Kind):
+    """A surface of revolution about Z, or a curve about it: (rho cos u, rho sin u, z), u the azimuth."""
+
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        """Return rho, which depends on w, and z, which may be a multiple of u besides."""
+        raise NotImplementedError
+
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        """Return d rho/dw, dz/dw and dz/du."""
+        raise NotImplementedError
+
+    def point(self, u: Any, w: Any, p: Array) -> Point:
+        """Return the point at (u, w)."""
+        rho, z = self.profile(u, w, p)
+        return rho * np.cos(u), rho * np.sin(u), z
+
+    def tangents(self, u: Array, w: Array, p: Array) -> tuple[Array, Array]:
+        """Return points and tangents by the formulas, which is faster than by series."""
+        c, s = np.cos(u), np.sin(u)
+        rho, z = self.profile(u, w, p)
+        by_w, dz, dz_u = self.slopes(w, p)
+        x, t = np.empty((3, len(u))), np.empty((2, 3, len(u)))
+        x[0], x[1], x[2] = rho * c, rho * s, z
+        t[0, 0], t[0, 1], t[0, 2] = -x[1], x[0], dz_u
+        t[1, 0], t[1, 1], t[1, 2] = by_w * c, by_w * s, dz
+        return x, t
+
+
 class Quadric(Kind):
     """A guide whose functions are  a X^2 + b Y^2 + c Z^2 + f X + g Y + h Z + e."""
 

@@ -3,6 +3,7 @@
 The formulas are the table's; domains and the other charts are ours.  Each axis of revolution is local Z.
 """
 
+# ruff: noqa: ARG002  (a kind need not use every argument of its formulas)
 from __future__ import annotations
 
 from typing import Any, ClassVar
@@ -11,27 +12,30 @@ import numpy as np
 
 from catalogue.linkage import Array
 
-from .kinds import Kind, Point, Quadric, rows
+from .kinds import Kind, Point, Quadric, Revolved, rows
 
 
-class Cylinder(Quadric):
+class Cylinder(Revolved, Quadric):
     """Radius R; u around, w along the axis."""
 
     name = "cylinder"
     parameters = ("R",)
     lengths = ("R", "w")
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:
-        return p[0] * np.cos(u), p[0] * np.sin(u), w
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        return p[0], w
+
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        return 0.0, 1.0, 0.0
 
     def quadrics(self, p: Array) -> Array:
         return rows(p.shape[1], {"a": 0.5 / p[0], "b": 0.5 / p[0], "e": -p[0] / 2})
 
-    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         return np.arctan2(x[1], x[0]), x[2]
 
 
-class Cone(Quadric):
+class Cone(Revolved, Quadric):
     """Angle delta between axis and generator [rad]; w is the distance from the axis, negative on the lower nappe."""
 
     name = "cone"
@@ -41,22 +45,25 @@ class Cone(Quadric):
     def valid(self, p: Array) -> Array:
         return np.asarray((p[0] > 0) & (p[0] < np.pi / 2))
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:
-        return w * np.cos(u), w * np.sin(u), w / np.tan(p[0])
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        return w, w / np.tan(p[0])
+
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        return 1.0, 1 / np.tan(p[0]), 0.0
 
     def quadrics(self, p: Array) -> Array:
         c, s = np.cos(p[0]), np.sin(p[0])
         return rows(p.shape[1], {"a": c * c, "b": c * c, "c": -s * s})
 
-    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         nappe = np.where(x[2] < 0, -1.0, 1.0)
         return np.arctan2(nappe * x[1], nappe * x[0]), nappe * np.hypot(x[0], x[1])
 
-    def apex(self, x: Array, p: Array) -> Array:  # noqa: ARG002
+    def apex(self, x: Array, p: Array) -> Array:
         return np.asarray(np.sqrt((x * x).sum(0)))
 
 
-class _Hyperboloid(Quadric):
+class _Hyperboloid(Revolved, Quadric):
     parameters = ("m", "n")
 
     def quadrics(self, p: Array) -> Array:
@@ -71,9 +78,11 @@ class HyperboloidSinh(_Hyperboloid):
     lengths = ("m", "n")
     spans = (np.pi, 2.0)
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:
-        r = p[0] * np.cosh(w)
-        return r * np.cos(u), r * np.sin(u), p[1] * np.sinh(w)
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        return p[0] * np.cosh(w), p[1] * np.sinh(w)
+
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        return p[0] * np.sinh(w), p[1] * np.cosh(w), 0.0
 
     def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         return np.arctan2(x[1], x[0]), np.arcsinh(x[2] / p[1])
@@ -85,11 +94,13 @@ class HyperboloidAxial(_Hyperboloid):
     name = "hyperboloid:axial"
     lengths = ("m", "n", "w")
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:
-        r = p[0] * np.sqrt(1 + (w / p[1]) ** 2)
-        return r * np.cos(u), r * np.sin(u), w
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        return p[0] * np.sqrt(1 + (w / p[1]) ** 2), w
 
-    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        return p[0] * w / (p[1] * np.hypot(w, p[1])), 1.0, 0.0
+
+    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         return np.arctan2(x[1], x[0]), x[2]
 
 
@@ -103,6 +114,8 @@ class HyperboloidRuled(_Hyperboloid):
     def point(self, u: Any, w: Any, p: Array) -> Point:
         c, s = np.cos(u), np.sin(u)
         return p[0] * (c - w * s), p[0] * (s + w * c), p[1] * w
+
+    tangents = Kind.tangents
 
     def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         w = x[2] / p[1]
@@ -120,16 +133,19 @@ class Hyperboloid(_Hyperboloid):
     def reaches(self, u: Array, w: Array, p: Array) -> Array:
         return np.asarray(np.isfinite(u) & (w >= p[0]))
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:
-        z = (p[1] / p[0]) * np.sqrt((w - p[0]) * (w + p[0]))
-        return w * np.cos(u), w * np.sin(u), z
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        return w, (p[1] / p[0]) * np.sqrt((w - p[0]) * (w + p[0]))
+
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        with np.errstate(divide="ignore", invalid="ignore"):  # infinite at the waist
+            return 1.0, (p[1] / p[0]) * w / np.sqrt((w - p[0]) * (w + p[0])), 0.0
 
     def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         u, w = np.arctan2(x[1], x[0]), np.hypot(p[0], x[2] * p[0] / p[1])
         return np.where(x[2] >= 0, u, np.nan), np.where(x[2] >= 0, w, np.nan)
 
 
-class Torus(Kind):
+class Torus(Revolved):
     """Circle of radius r, its centre at distance p from the axis; u around, w from the top of the circle outwards.
 
     The implicit function is the quartic over 8 p r, as the product of  (s - p)^2 + Z^2 - r^2  and
@@ -141,9 +157,11 @@ class Torus(Kind):
     lengths = ("p", "r")
     spans = (np.pi, np.pi)
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:
-        rho = p[0] + p[1] * np.sin(w)
-        return rho * np.cos(u), rho * np.sin(u), p[1] * np.cos(w)
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        return p[0] + p[1] * np.sin(w), p[1] * np.cos(w)
+
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        return p[1] * np.cos(w), -p[1] * np.sin(w), 0.0
 
     def implicit(self, x: Point, p: Array) -> tuple[Any, ...]:
         s = np.sqrt(x[0] * x[0] + x[1] * x[1])
@@ -171,40 +189,46 @@ class Torus(Kind):
         return np.where(p[1] >= p[0], far, np.inf)
 
 
-class Sphere(Quadric):
-    """Radius R; poles of the chart on Y, as in Table I."""
+class SphereZ(Revolved, Quadric):
+    """Radius R; poles of the chart on Z."""
 
-    name = "sphere"
+    name = "sphere:zpole"
     parameters = ("R",)
     lengths = ("R",)
     spans = (np.pi, np.pi)
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:
-        r = p[0] * np.cos(w)
-        return -r * np.cos(u), p[0] * np.sin(w), r * np.sin(u)
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        return p[0] * np.cos(w), p[0] * np.sin(w)
+
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        return -p[0] * np.sin(w), p[0] * np.cos(w), 0.0
 
     def quadrics(self, p: Array) -> Array:
         half = 0.5 / p[0]
         return rows(p.shape[1], {"a": half, "b": half, "c": half, "e": -p[0] / 2})
 
-    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:  # noqa: ARG002
-        return np.arctan2(x[2], -x[0]), np.arctan2(x[1], np.hypot(x[0], x[2]))
-
-
-class SphereZ(Sphere):
-    """Radius R; poles of the chart on Z."""
-
-    name = "sphere:zpole"
-
-    def point(self, u: Any, w: Any, p: Array) -> Point:
-        r = p[0] * np.cos(w)
-        return r * np.cos(u), r * np.sin(u), p[0] * np.sin(w)
-
-    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         return np.arctan2(x[1], x[0]), np.arctan2(x[2], np.hypot(x[0], x[1]))
 
 
-class Plane(Quadric):
+class Sphere(SphereZ):
+    """Radius R; poles of the chart on Y, as in Table I: u from -X towards +Z."""
+
+    name = "sphere"
+
+    def point(self, u: Any, w: Any, p: Array) -> Point:
+        x, z, y = super().point(u, w, p)
+        return -x, y, z
+
+    def tangents(self, u: Array, w: Array, p: Array) -> tuple[Array, Array]:
+        x, t = super().tangents(u, w, p)
+        return np.stack([-x[0], x[2], x[1]]), np.stack([-t[:, 0], t[:, 2], t[:, 1]], axis=1)
+
+    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
+        return super().locate(np.stack([-x[0], x[2], x[1]]), p)
+
+
+class Plane(Revolved, Quadric):
     """Z = 0 in polar coordinates, as in Table I: w along the ray at the angle u, negative beyond the origin."""
 
     name = "plane"
@@ -213,13 +237,16 @@ class Plane(Quadric):
     def valid(self, p: Array) -> Array:
         return np.ones(p.shape[1], bool)
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:  # noqa: ARG002
-        return w * np.cos(u), w * np.sin(u), 0.0
+    def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
+        return w, 0.0
+
+    def slopes(self, w: Array, p: Array) -> tuple[Any, Any, Any]:
+        return 1.0, 0.0, 0.0
 
     def quadrics(self, p: Array) -> Array:
         return rows(p.shape[1], {"h": 1})
 
-    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         return np.arctan2(x[1], x[0]), np.hypot(x[0], x[1])
 
 
@@ -230,8 +257,10 @@ class PlaneCartesian(Plane):
     lengths = ("u", "w")
     spans = (None, None)
 
-    def point(self, u: Any, w: Any, p: Array) -> Point:  # noqa: ARG002
+    def point(self, u: Any, w: Any, p: Array) -> Point:
         return u, w, 0.0
 
-    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:  # noqa: ARG002
+    tangents = Kind.tangents
+
+    def locate(self, x: Array, p: Array) -> tuple[Array, Array]:
         return x[0], x[1]

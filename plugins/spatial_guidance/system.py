@@ -9,8 +9,8 @@ three coordinates.  So the classes I to VI have 4, 3, 3, 5, 4, 6 equations (Mang
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -66,18 +66,21 @@ class Slot:
     which: Array
     parameters: Array
 
-    def groups(self) -> Iterator[tuple[Kind, Any, Array]]:
-        """Yield each kind, where it is, and its parameters."""
+    @cached_property
+    def groups(self) -> list[tuple[Kind, Any, Array]]:
+        """Each kind, where it is, and its parameters."""
+        found: list[tuple[Kind, Any, Array]] = []
         for c, kind in enumerate(self.kinds):
             where: Any = slice(None) if len(self.kinds) == 1 else np.flatnonzero(self.which == c)
             p = self.parameters[: len(kind.parameters), where]
             if p.shape[1]:
-                yield kind, where, p
+                found.append((kind, where, p))
+        return found
 
     def chart(self, u: Array, w: Array) -> tuple[Array, Array]:
         """Return local points (3, n) at (u, w), and X_u, X_w, shape (2, 3, n)."""
         x, t = np.empty((3, len(u))), np.empty((2, 3, len(u)))
-        for kind, where, p in self.groups():
+        for kind, where, p in self.groups:
             x[:, where], t[:, :, where] = kind.tangents(u[where], w[where], p)
         return x, t
 
@@ -149,7 +152,7 @@ class System:
         for i in (i for i in range(len(mechanisms.guides)) if i not in order):
             slot, many = _slot(i, mechanisms), 2 if mechanisms.curves[i] else 1
             some = np.zeros((many, 7, n))
-            for kind, where, p in slot.groups():
+            for kind, where, p in slot.groups:
                 if isinstance(kind, Quadric):
                     some[:, :, where] = kind.quadrics(p)
             if not all(isinstance(kind, Quadric) for kind in slot.kinds):
@@ -271,7 +274,7 @@ class System:
         value = ((self.quadrics[:3] * x + self.quadrics[3:6]) * x).sum(0) + self.quadrics[6]
         gradient = 2 * self.quadrics[:3] * x + self.quadrics[3:6]
         for slot, row in self.others:
-            for kind, where, p in slot.groups():
+            for kind, where, p in slot.groups:
                 if not isinstance(kind, Quadric):
                     rows = slice(row, row + kind.conditions)
                     f, g = kind.gradients(x[:, row, where], p)
