@@ -19,7 +19,7 @@ from .newton import LAST, NOISE
 from .system import State, System
 
 #: Evaluations of a corrector.
-CORRECTIONS = 7
+CORRECTIONS = 6
 #: A step is refused if its first correction is a larger part of it, if the second is a larger part of the first, or if
 #: the tangent turns more than this [cos]; it is lengthened below the other values.
 FIRST, SECOND, TURN = 0.1, 0.2, np.cos(0.3)
@@ -76,8 +76,8 @@ class Corrected:
     metric : ndarray, shape (f, n)
     sign : ndarray, shape (n,)
         Of the determinant bordered by the row.
-    first, second : ndarray, shape (n,)
-        Lengths of the first two corrections.
+    first : ndarray, shape (n,)
+        Length of the first correction.
     found : ndarray, shape (n,)
     """
 
@@ -89,26 +89,27 @@ class Corrected:
     metric: Array
     sign: Array
     first: Array
-    second: Array
     found: Array
 
     def accepted(self, h: Array, tangent: Array) -> Array:
         """Return where a step of length h, with that tangent at its beginning, stayed on its curve."""
         with np.errstate(invalid="ignore"):
-            near = (self.first <= FIRST * h) & ((self.second <= SECOND * self.first) | (self.second < 10 * LAST))
-            return np.asarray(self.found & near & ((self.tangent * tangent).sum(0) >= TURN))
+            return np.asarray(self.found & (self.first <= FIRST * h) & ((self.tangent * tangent).sum(0) >= TURN))
 
     def easy(self, h: Array, tangent: Array) -> Array:
         """Return where the next step may be longer."""
         return np.asarray((self.first <= EASY_FIRST * h) & ((self.tangent * tangent).sum(0) >= EASY_TURN))
 
 
-def correct(system: System, line: Line, state: State, y: Array, row: Array) -> Corrected:
-    """Return the points of the curves for which the correction is normal to a row (m + 1, n), by Newton's method."""
+def correct(system: System, line: Line, state: State, y: Array, row: Array, limit: Array) -> Corrected:
+    """Return the points of the curves for which the correction is normal to a row (m + 1, n), by Newton's method.
+
+    A mechanism is given up if its first correction is longer than `limit` (n,), or one longer than `SECOND` of the last.
+    """
     m, n, k = 3 + system.free, len(system), len(line.q0)
     out = Corrected(
         State(state.quaternion.copy(), state.free.copy()), y.copy(), np.zeros((m + 1, n)), np.zeros((m, k, n)),
-        np.zeros((m, k, n)), np.ones((m - 3, n)), np.zeros(n), np.full(n, np.inf), np.full(n, np.inf), np.zeros(n, bool),
+        np.zeros((m, k, n)), np.ones((m - 3, n)), np.zeros(n), np.full(n, np.inf), np.zeros(n, bool),
     )  # fmt: skip
     who, sub, at = np.arange(n), system, (state, y)
     for i in range(CORRECTIONS):
@@ -124,11 +125,10 @@ def correct(system: System, line: Line, state: State, y: Array, row: Array) -> C
             length = np.sqrt((step**2).sum(0))
             at = at[0].moved(step[:m], now.metric), at[1] + step[m]
             last = (length < LAST) | ((now.distance < NOISE * sub.reach) & (i > 0))
-            gone = ~(length < 10)
+            gone = ~(length <= limit)
+            limit = np.maximum(SECOND * length, 10 * LAST)
         if i == 0:
             out.first[:] = length
-        elif i == 1:
-            out.second[who] = length
         stop = np.flatnonzero(last | gone)
         if len(stop):
             there = who[stop]
@@ -138,12 +138,10 @@ def correct(system: System, line: Line, state: State, y: Array, row: Array) -> C
             out.y[there], out.sign[there], out.found[there] = at[1][stop], sign[stop], last[stop]
             out.rates[..., there], out.drivers[..., there] = z[:m, 2:, stop], now.drivers[..., stop]
             out.metric[:, there] = now.metric[:, stop]
-            if i == 0:
-                out.second[there] = 0
             keep = np.flatnonzero(~(last | gone))
             if not len(keep):
                 break
-            who, sub, line, row = who[keep], sub.take(keep), line.take(keep), row[:, keep]
+            who, sub, line, row, limit = who[keep], sub.take(keep), line.take(keep), row[:, keep], limit[keep]
             at = at[0][keep], at[1][keep]
     return out
 
@@ -156,15 +154,17 @@ def turning(system: System, line: Line, front: Front, h: Array, slope: Array) ->
     low, high = np.zeros(len(system)), h.copy()
     at_low, at_high = front.tangent[-1].copy(), slope.copy()
     kept = np.zeros(len(system))
-    while True:
+    for _ in range(60):
         s = high - at_high * (high - low) / (at_high - at_low)
-        z, row = front.predicted(s, kept > 2, s)
-        found = correct(system, line, front.state.moved(z[:-1], front.metric), front.y + z[-1], row)
+        z, row = front.predicted(s, np.zeros(len(s), bool), s)
+        start = front.state.moved(z[:-1], front.metric)
+        found = correct(system, line, start, front.y + z[-1], row, np.full(len(s), np.inf))
         at = found.tangent[-1]
-        if not (np.abs(at) > 1e-8).any() or (np.abs(kept) > 60).any():
-            return found
+        if not (np.abs(at) > 1e-8).any():
+            break
         up = at > 0
         at_high = np.where(up, np.where(kept > 0, at_high / 2, at_high), at)
         at_low = np.where(up, at, np.where(kept < 0, at_low / 2, at_low))
         low, high = np.where(up, s, low), np.where(up, high, s)
         kept = np.where(up, np.maximum(kept, 0) + 1, np.minimum(kept, 0) - 1)
+    return found

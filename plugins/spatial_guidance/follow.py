@@ -14,7 +14,7 @@ import numpy as np
 from catalogue.errors import InvalidRequest
 from catalogue.linkage import Array
 
-from .continuation import LONGEST, SHORTEST, Corrected, Front, Line, correct, turning
+from .continuation import FIRST, LONGEST, SHORTEST, Corrected, Front, Line, correct, turning
 from .mechanism import Mechanisms
 from .position import EDGE, OK, Positions, driver_units, off_edge, reported, solve_positions
 from .system import State, System
@@ -154,7 +154,7 @@ class _Walk:
         who, system = np.arange(len(self.end)), self.system
         row = np.zeros_like(self.tangent)
         row[-1] = 1
-        begun = correct(system, self._line(who), self.state, self.y, row)
+        begun = correct(system, self._line(who), self.state, self.y, row, np.full(len(who), np.inf))
         self.sign = begun.sign
         self._landed(who, begun, np.ones(len(who)))
         while True:
@@ -182,12 +182,11 @@ class _Walk:
         line, front = self._line(who), self._front(who)
         left, slope, length = self.width[who] - self.y[who], front.tangent[-1], self.length[who]
         h = np.clip(left / np.maximum(slope, 1e-300), -length, length)  # backwards if the last step crossed the node
-        land = np.abs(h) < length
+        land, size = np.abs(h) < length, np.abs(h)
         z, row = front.predicted(h, land, self.width[who])
         y = np.where(land, self.width[who], front.y + z[-1])
-        c = correct(system, line, front.state.moved(z[:-1], front.metric), y, row)
+        c = correct(system, line, front.state.moved(z[:-1], front.metric), y, row, FIRST * size)
         self.steps[who] += active
-        size = np.abs(h)
         good = c.accepted(size, front.tangent)
         flipped = good & (c.sign != self.sign[who])
         branch = flipped & (size < AT_BRANCH)
