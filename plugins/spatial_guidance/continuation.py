@@ -21,9 +21,11 @@ from .system import State, System
 #: Evaluations of a corrector.
 CORRECTIONS = 6
 #: A step is refused if its first correction is a larger part of it, if the second is a larger part of the first, or if
-#: the tangent turns more than this [cos]; it is lengthened below the other values.
-FIRST, SECOND, TURN = 0.1, 0.2, np.cos(0.3)
-EASY_FIRST, EASY_TURN = 0.02, np.cos(0.1)
+#: the tangent turns more than this [cos], or if its chord is a larger part off; below the other values the next is
+#: longer.
+FIRST, SECOND, TURN = 0.1, 0.2, np.cos(0.15)
+BOW = 0.002
+EASY_FIRST, EASY_TURN = 0.02, np.cos(0.05)
 LONGEST, SHORTEST = 0.5, 1e-8
 
 
@@ -78,6 +80,8 @@ class Corrected:
         Of the determinant bordered by the row.
     first : ndarray, shape (n,)
         Length of the first correction.
+    correction : ndarray, shape (m + 1, n)
+        Sum of the corrections.
     found : ndarray, shape (n,)
     """
 
@@ -89,12 +93,24 @@ class Corrected:
     metric: Array
     sign: Array
     first: Array
+    correction: Array
     found: Array
 
-    def accepted(self, h: Array, tangent: Array) -> Array:
-        """Return where a step of length h, with that tangent at its beginning, stayed on its curve."""
+    def accepted(self, z: Array, h: Array, front: Front) -> Array:
+        """Return where a step, predicted as z, of length h, stayed on its curve.
+
+        Its chord must be along the mean of the tangents at its ends, as that of a smooth curve is to third order.
+
+        If y grows at both ends, its cubic through them must be monotone (Fritsch and Carlson 1980, sufficient): else
+        two turning points may lie between.
+        """
         with np.errstate(invalid="ignore"):
-            return np.asarray(self.found & (self.first <= FIRST * h) & ((self.tangent * tangent).sum(0) >= TURN))
+            ends = self.tangent[-1] + front.tangent[-1]
+            plain = (self.tangent[-1] <= 0) | (ends * np.abs(h) <= 3 * np.abs(self.y - front.y))
+            chord, mean = z + self.correction, self.tangent + front.tangent
+            bow = chord - mean * ((chord * mean).sum(0) / (mean * mean).sum(0))
+            smooth = (bow**2).sum(0) <= np.maximum(BOW * h, LAST) ** 2
+            return np.asarray(self.found & plain & smooth & ((self.tangent * front.tangent).sum(0) >= TURN))
 
     def easy(self, h: Array, tangent: Array) -> Array:
         """Return where the next step may be longer."""
@@ -109,7 +125,7 @@ def correct(system: System, line: Line, state: State, y: Array, row: Array, limi
     m, n, k = 3 + system.free, len(system), len(line.q0)
     out = Corrected(
         State(state.quaternion.copy(), state.free.copy()), y.copy(), np.zeros((m + 1, n)), np.zeros((m, k, n)),
-        np.zeros((m, k, n)), np.ones((m - 3, n)), np.zeros(n), np.full(n, np.inf), np.zeros(n, bool),
+        np.zeros((m, k, n)), np.ones((m - 3, n)), np.zeros(n), np.full(n, np.inf), np.zeros((m + 1, n)), np.zeros(n, bool),
     )  # fmt: skip
     who, sub, at = np.arange(n), system, (state, y)
     for i in range(CORRECTIONS):
@@ -129,6 +145,7 @@ def correct(system: System, line: Line, state: State, y: Array, row: Array, limi
             limit = np.maximum(SECOND * length, 10 * LAST)
         if i == 0:
             out.first[:] = length
+        out.correction[:, who] += step
         stop = np.flatnonzero(last | gone)
         if len(stop):
             there = who[stop]

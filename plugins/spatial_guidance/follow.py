@@ -16,6 +16,7 @@ from catalogue.linkage import Array
 
 from .continuation import FIRST, LONGEST, SHORTEST, Corrected, Front, Line, correct, turning
 from .mechanism import Mechanisms
+from .newton import LAST
 from .position import EDGE, OK, Positions, driver_units, off_edge, reported, solve_positions
 from .system import State, System
 
@@ -141,7 +142,7 @@ class _Walk:
         self.reason = np.full(n, OK, dtype="U40")
         self.states = np.full((len(nodes[0]), 4 + self.system.free, n), np.nan)
         self.state, self.y, self.width = state, np.zeros(n), np.ones(n)
-        self.length = np.full(n, LONGEST)
+        self.length = np.full(n, LONGEST / 8)
         m, k = 3 + self.system.free, self.nodes.shape[1]
         self.rates, self.tangent, self.before = np.zeros((m, k, n)), np.zeros((m + 1, n)), np.zeros((m + 1, n))
         self.step, self.metric, self.sign = np.ones(n), np.ones((m - 3, n)), np.zeros(n)
@@ -185,9 +186,9 @@ class _Walk:
         land, size = np.abs(h) < length, np.abs(h)
         z, row = front.predicted(h, land, self.width[who])
         y = np.where(land, self.width[who], front.y + z[-1])
-        c = correct(system, line, front.state.moved(z[:-1], front.metric), y, row, FIRST * size)
+        c = correct(system, line, front.state.moved(z[:-1], front.metric), y, row, np.maximum(FIRST * size, LAST))
         self.steps[who] += active
-        good = c.accepted(size, front.tangent)
+        good = c.accepted(z, h, front)
         flipped = good & (c.sign != self.sign[who])
         branch = flipped & (size < AT_BRANCH)
         stuck = ~good & (size < SHORTEST)
