@@ -74,8 +74,8 @@ class Corrected:
         Unit tangent, along the row of the corrector.
     rates : ndarray, shape (m, k, n)
         Derivatives of the unknowns by the drivers, if the row was that of y.
-    drivers : ndarray, shape (m, k, n)
-    metric : ndarray, shape (f, n)
+    travel, metric : ndarray, shape (k, n), (f, n)
+        Arcs per driver and per free coordinate.
     sign : ndarray, shape (n,)
         Of the determinant bordered by the row.
     first : ndarray, shape (n,)
@@ -89,7 +89,7 @@ class Corrected:
     y: Array
     tangent: Array
     rates: Array
-    drivers: Array
+    travel: Array
     metric: Array
     sign: Array
     first: Array
@@ -125,7 +125,7 @@ def correct(system: System, line: Line, state: State, y: Array, row: Array, limi
     m, n, k = 3 + system.free, len(system), len(line.q0)
     out = Corrected(
         State(state.quaternion.copy(), state.free.copy()), y.copy(), np.zeros((m + 1, n)), np.zeros((m, k, n)),
-        np.zeros((m, k, n)), np.ones((m - 3, n)), np.zeros(n), np.full(n, np.inf), np.zeros((m + 1, n)), np.zeros(n, bool),
+        np.ones((k, n)), np.ones((m - 3, n)), np.zeros(n), np.full(n, np.inf), np.zeros((m + 1, n)), np.zeros(n, bool),
     )  # fmt: skip
     who, sub, at = np.arange(n), system, (state, y)
     for i in range(CORRECTIONS):
@@ -153,8 +153,8 @@ def correct(system: System, line: Line, state: State, y: Array, row: Array, limi
                 out.tangent[:, there] = tangent[:, stop] / np.sqrt((tangent[:, stop] ** 2).sum(0))
             out.state.put(there, at[0][stop])
             out.y[there], out.sign[there], out.found[there] = at[1][stop], sign[stop], last[stop]
-            out.rates[..., there], out.drivers[..., there] = z[:m, 2:, stop], now.drivers[..., stop]
-            out.metric[:, there] = now.metric[:, stop]
+            out.rates[..., there] = z[:m, 2:, stop]
+            out.travel[:, there], out.metric[:, there] = now.travel[:, stop], now.metric[:, stop]
             keep = np.flatnonzero(~(last | gone))
             if not len(keep):
                 break

@@ -239,7 +239,7 @@ class _Walk:
         self.width[who] = 1
         dq = self._line(who).q1
         with np.errstate(invalid="ignore"):
-            width = np.maximum(np.sqrt(((c.drivers * dq).sum(1) ** 2).sum(0)), 1e-9)
+            width = np.maximum(np.sqrt(((c.travel * dq) ** 2).sum(0)), 1e-9)
             tangent = _unit((c.rates * dq).sum(1), width)
             before = _unit((self.rates[..., who] * dq).sum(1), width)
         rated = self.rated[who]

@@ -94,4 +94,4 @@ def _taken(now: Equations, index: Array) -> Equations:
     return Equations(*(getattr(now, k)[..., index] for k in _FIELDS))
 
 
-_FIELDS = ("residual", "jacobian", "drivers", "metric")
+_FIELDS = ("residual", "jacobian", "drivers", "metric", "travel")

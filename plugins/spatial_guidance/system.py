@@ -44,12 +44,14 @@ class State:
 
 @dataclass(frozen=True)
 class Equations:
-    """Residual (m, n), Jacobian (m, m, n), derivative by the drivers (m, k, n); arc per free coordinate (f, n)."""
+    """Residual (m, n), Jacobian (m, m, n), derivative by the drivers (m, k, n); arcs per free coordinate (f, n) and per
+    driver (k, n)."""
 
     residual: Array
     jacobian: Array
     drivers: Array
     metric: Array
+    travel: Array
 
     @property
     def distance(self) -> Array:
@@ -224,9 +226,8 @@ class System:
         base, tangents = self.placed(self.driven[0], state, q)
         arms = (matrix(state.quaternion)[:, :, None] * self.arms).sum(1)
         residual, jacobian, drivers = np.empty((m, n)), np.zeros((m, m, n)), np.zeros((m, len(q), n))
-        metric = np.ones((self.free, n))
-        columns = {d.slot.point: self._columns(d, t, metric) for d, t in [(self.driven[0], tangents)]}
-        own, by = columns[self.driven[0].slot.point]
+        metric, travel = np.ones((self.free, n)), np.ones((len(q), n))
+        own, by = self._columns(self.driven[0], tangents, metric, travel)
         if r:
             index = list(self.points)
             arm = arms[:, index]
@@ -244,24 +245,27 @@ class System:
             residual[at] = x - base - a
             zero = np.zeros(n)
             jacobian[at, :3] = np.stack([[zero, -a[2], a[1]], [a[2], zero, -a[0]], [-a[1], a[0], zero]])
-            mine, driven = self._columns(d, t, metric)
+            mine, driven = self._columns(d, t, metric, travel)
             for sign, these in ((-1, own), (1, mine)):
                 for c, t in these:
                     jacobian[at, c] = sign * t
             for sign, these in ((-1, by), (1, driven)):
                 for k, t in these:
                     drivers[at, k] += sign * t
-        return Equations(residual, jacobian, drivers, metric)
+        return Equations(residual, jacobian, drivers, metric, travel)
 
     @staticmethod
-    def _columns(d: Driven, t: Array, metric: Array) -> tuple[list[tuple[int, Array]], list[tuple[int, Array]]]:
-        """Return the unit tangent of the free coordinate with its column, and those of the drivers; fill the metric."""
+    def _columns(
+        d: Driven, t: Array, metric: Array, travel: Array
+    ) -> tuple[list[tuple[int, Array]], list[tuple[int, Array]]]:
+        """Return the unit tangent of the free coordinate with its column, tangents of the drivers; fill the arcs."""
         own, by = [], []
         for axis, k in enumerate(d.driver):
+            length = np.sqrt((t[axis] ** 2).sum(0))
             if k is not None:
                 by.append((k, t[axis]))
+                travel[k] = length
             elif d.column is not None:
-                length = np.sqrt((t[axis] ** 2).sum(0))
                 metric[d.column - 3] = length
                 with np.errstate(all="ignore"):
                     own.append((d.column, t[axis] / length))
