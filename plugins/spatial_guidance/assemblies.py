@@ -148,7 +148,7 @@ def _distinct(system: System, owner: Array, states: Array, q: Array) -> tuple[Ar
 def _certified(system: System, state: State, q: Array, owner: Array, points: Array) -> Array:
     """Return where a root is one by Newton-Kantorovich, and apart from those of the same owner."""
     now = system.evaluate(state, q)
-    kappa, inverse = conditioning(now)
+    kappa, inverse = conditioning(now, np.ones(len(owner)))
     m, n = now.residual.shape
     step = solve(now.jacobian, now.residual[:, None])[0][:, 0]
     error = np.sqrt((step**2).sum(0)) + EPS * kappa * system.reach

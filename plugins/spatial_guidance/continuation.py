@@ -23,8 +23,8 @@ CORRECTIONS = 6
 #: A step is refused if its first correction is a larger part of it, if the second is a larger part of the first, or if
 #: the tangent turns more than this [cos], or if its chord is a larger part off; below the other values the next is
 #: longer.
-FIRST, SECOND, TURN = 0.1, 0.2, np.cos(0.15)
-BOW = 0.002
+FIRST, SECOND, TURN = 0.1, 0.2, np.cos(0.12)
+BOW = 0.001
 EASY_FIRST, EASY_TURN = 0.02, np.cos(0.05)
 LONGEST, SHORTEST = 0.5, 1e-8
 

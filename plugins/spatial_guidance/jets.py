@@ -77,7 +77,7 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
     order, state = given.shape[-1], positions.state
     q = np.stack([positions.drivers.T / units, *(given[..., k].T / units / factorial(k + 1) for k in range(order))])
     now = system.evaluate(state, q[0])
-    kappa, inverse = conditioning(now)
+    kappa, inverse = conditioning(now, system.unit / mechanisms.diameter)
     spin = np.zeros((order + 1, 3, n))
     free = np.zeros((order + 1, system.free, n))
     free[0] = state.free

@@ -28,6 +28,8 @@ NOT_FINITE = "driver is not finite"
 ASSEMBLED = 1e-12
 #: Condition number above which a position counts as singular.
 LOST = 1e12
+#: Cosine between the residual and what motions can change, below which they cannot reduce it.
+NO_SLOPE = 0.05
 #: Distance from the apex of a guide, in units, below which its tangent plane is undetermined.
 AT_APEX = 1e-8
 
@@ -109,10 +111,10 @@ def reported(
     q = values.T / driver_units(mechanisms)
     finite = np.isfinite(q).all(0)
     now = system.evaluate(state, np.where(finite, q, 0))
-    kappa, _ = conditioning(now)
+    ratio = system.unit / mechanisms.diameter
+    kappa, _ = conditioning(now, ratio)
     world = system.world(state, q)
     local = system.local(world)
-    ratio = system.unit / mechanisms.diameter
     residual = now.distance * ratio
     coordinates = _located(mechanisms, system, state, values, local * system.unit)
     reason = np.full(len(system), OK, dtype="U40")
@@ -120,7 +122,7 @@ def reported(
         assembled = found & (now.distance <= ASSEMBLED * system.reach)
         reason[kappa > LOST] = SINGULAR
         reason[~assembled] = NO_ASSEMBLY
-        reason[~assembled & (kappa > 1e5) & finite] = DEAD_POINT
+        reason[~assembled & _stationary(now)] = DEAD_POINT
     uncharted = ~np.isfinite(coordinates[..., 0]).all(1)
     reason[assembled & uncharted] = EDGE
     reason[assembled & (_apex(mechanisms, local, system) < AT_APEX)] = APEX
@@ -137,11 +139,21 @@ def reported(
     )  # fmt: skip
 
 
-def conditioning(now: Equations) -> tuple[Array, Array]:
-    """Return the condition numbers (n,) and the inverses (m, m, n) of the Jacobians."""
+def _stationary(now: Equations) -> Array:
+    """Return where no small motion reduces the residual to first order: the body can come no nearer to its guides."""
+    slope = np.sqrt(((now.jacobian * now.residual[:, None]).sum(0) ** 2).sum(0))
+    norms = np.sqrt((now.jacobian**2).sum((0, 1)) * (now.residual**2).sum(0))
+    return np.asarray(slope < NO_SLOPE * norms)
+
+
+def conditioning(now: Equations, unit: Array) -> tuple[Array, Array]:
+    """Return the condition numbers (n,), lengths being in diameters = 1 / `unit`, and the inverses (m, m, n)."""
     m, n = now.residual.shape
     inverse, _ = solve(now.jacobian, np.broadcast_to(np.eye(m)[:, :, None], (m, m, n)))
-    kappa = condition(now.jacobian, inverse)
+    weight = np.ones((m, n))
+    weight[:3] = unit
+    with np.errstate(all="ignore"):
+        kappa = condition(now.jacobian * weight, inverse / weight[:, None])
     return np.where(np.isfinite(kappa), kappa, np.inf), inverse
 
 
