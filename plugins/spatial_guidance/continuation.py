@@ -23,9 +23,11 @@ CORRECTIONS = 6
 #: A step is refused if its first correction is a larger part of it, if the second is a larger part of the first, or if
 #: the tangent turns more than this [cos], or if its chord is a larger part off; below the other values the next is
 #: longer.
-FIRST, SECOND, TURN = 0.1, 0.2, np.cos(0.12)
-BOW = 0.001
-EASY_FIRST, EASY_TURN = 0.02, np.cos(0.05)
+FIRST, SECOND, TURN = 0.1, 0.2, np.cos(0.18)
+#: Slope of the driver that counts as none, per cube of the angle turned.
+MARGIN = 0.05
+BOW = 0.004
+EASY_FIRST, EASY_TURN = 0.02, np.cos(0.07)
 LONGEST, SHORTEST = 0.5, 1e-8
 
 
@@ -101,12 +103,15 @@ class Corrected:
 
         Its chord must be along the mean of the tangents at its ends, as that of a smooth curve is to third order.
 
-        If y grows at both ends, its cubic through them must be monotone (Fritsch and Carlson 1980, sufficient): else
-        two turning points may lie between.
+        Where y grows at both ends, the slope of its cubic through them must stay above the error that it may have, the
+        cube of the angle turned: else two turning points may lie between.
         """
-        with np.errstate(invalid="ignore"):
-            ends = self.tangent[-1] + front.tangent[-1]
-            plain = (self.tangent[-1] <= 0) | (ends * np.abs(h) <= 3 * np.abs(self.y - front.y))
+        with np.errstate(all="ignore"):
+            a, b, rise = front.tangent[-1], self.tangent[-1], (self.y - front.y) / h
+            linear, square = 6 * rise - 4 * a - 2 * b, 3 * (a + b - 2 * rise)
+            dips = (square > 0) & (linear < 0) & (linear > -2 * square)
+            turn = ((self.tangent - front.tangent) ** 2).sum(0)
+            plain = (b <= 0) | ~dips | (a - linear**2 / (4 * square) >= MARGIN * turn**1.5)
             chord, mean = z + self.correction, self.tangent + front.tangent
             bow = chord - mean * ((chord * mean).sum(0) / (mean * mean).sum(0))
             smooth = (bow**2).sum(0) <= np.maximum(BOW * h, LAST) ** 2
