@@ -1,7 +1,7 @@
 """All ways to assemble a mechanism at given values of its drivers, by Newton's method from random positions.
 
-Random starts cannot prove that nothing was missed; how often each assembly was found says how likely that is.  That what
-was found is there, and that no two are one, is certain in the sense of `Assemblies.certified`.
+Random starts cannot prove that nothing was missed; how often each assembly was found says how likely that is.  That
+what was found is there, and that no two are one, is certain in the sense of `Assemblies.certified`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,8 @@ from .elimination import solve
 from .mechanism import Mechanisms
 from .newton import newton
 from .position import ASSEMBLED, Positions, conditioning, driver_units, driver_values, off_edge, reported
-from .system import State, System
+from .system import System
+from .unknowns import State
 
 #: Assemblies whose points are nearer than this, in units, are one.
 SAME = 1e-6

@@ -16,7 +16,8 @@ from catalogue.linkage import Array
 
 from .elimination import solve
 from .newton import LAST, NOISE
-from .system import State, System
+from .system import System
+from .unknowns import State
 
 #: Evaluations of a corrector.
 CORRECTIONS = 6
@@ -125,7 +126,7 @@ class Corrected:
 def correct(system: System, line: Line, state: State, y: Array, row: Array, limit: Array) -> Corrected:
     """Return the points of the curves for which the correction is normal to a row (m + 1, n), by Newton's method.
 
-    A mechanism is given up if its first correction is longer than `limit` (n,), or one longer than `SECOND` of the last.
+    A mechanism is given up if its first correction is longer than `limit` (n,), a later one than `SECOND` of the last.
     """
     m, n, k = 3 + system.free, len(system), len(line.q0)
     out = Corrected(

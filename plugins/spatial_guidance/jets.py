@@ -20,7 +20,7 @@ from catalogue.linkage import Array
 from .kinds import Kind
 from .mechanism import Mechanisms
 from .position import Positions, conditioning, driver_units
-from .rotation import cross, matrix
+from .rotation import cross
 from .system import System
 from .taylor import Taylor, coefficients
 
@@ -82,7 +82,7 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
     free = np.zeros((order + 1, system.free, n))
     free[0] = state.free
     arms = np.zeros((order + 1, 3, p, n))
-    arms[0] = (matrix(state.quaternion)[:, :, None] * system.arms).sum(1)
+    arms[0] = system.turned(state)
     for k in range(1, order + 1):
         arms[k] = sum(cross(spin[j][:, None], arms[k - 1 - j]) for j in range(k - 1)) / k if k > 1 else 0
         residual = _residual(system, mechanisms, arms[: k + 1], free[: k + 1], q[: k + 1])

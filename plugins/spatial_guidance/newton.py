@@ -9,10 +9,11 @@ import numpy as np
 from catalogue.linkage import Array
 
 from .elimination import solve
-from .system import Equations, State, System
+from .system import System
+from .unknowns import Equations, State
 
 #: A step below this squares to less than a rounding error: it is made, and is the last.
-LAST = 1e-9
+LAST = 1e-8
 #: Rounding errors, of the largest length that occurs, to which a residual can be brought.
 NOISE = 8 * float(np.finfo(float).eps)
 #: Largest step [rad, units], and shortest part of it that is tried.
@@ -40,7 +41,8 @@ def newton(system: System, start: State, q: Array, steps: int = STEPS) -> Root:
     n = len(system)
     state = State(start.quaternion.copy(), start.free.copy())
     found, evaluations = np.zeros(n, bool), np.zeros(n, int)
-    who, sub, at, values = np.arange(n), system, start, q
+    who, sub, values = np.arange(n), system, q
+    at = State(start.quaternion.copy(), start.free.copy())
     now = sub.evaluate(at, values)
     step, length = _step(now)
     part, before = _first(length), np.full(n, np.inf)

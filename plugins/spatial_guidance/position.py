@@ -14,7 +14,8 @@ from .elimination import condition, solve
 from .mechanism import Mechanisms
 from .newton import newton
 from .rotation import fitted, matrix
-from .system import Equations, State, System
+from .system import System
+from .unknowns import Equations, State
 
 OK = ""
 NO_ASSEMBLY = "no assembly near the start"
@@ -28,6 +29,8 @@ NOT_FINITE = "driver is not finite"
 ASSEMBLED = 1e-12
 #: Condition number above which a position counts as singular.
 LOST = 1e12
+#: Condition number above which Newton's method, stopped without a root, was stopped by a dead point.
+NEARLY_LOST = 100.0
 #: Cosine between the residual and what motions can change, below which they cannot reduce it.
 NO_SLOPE = 0.05
 #: Distance from the apex of a guide, in units, below which its tangent plane is undetermined.
@@ -122,7 +125,7 @@ def reported(
         assembled = found & (now.distance <= ASSEMBLED * system.reach)
         reason[kappa > LOST] = SINGULAR
         reason[~assembled] = NO_ASSEMBLY
-        reason[~assembled & _stationary(now)] = DEAD_POINT
+        reason[~assembled & (_stationary(now) | (kappa > NEARLY_LOST))] = DEAD_POINT
     uncharted = ~np.isfinite(coordinates[..., 0]).all(1)
     reason[assembled & uncharted] = EDGE
     reason[assembled & (_apex(mechanisms, local, system) < AT_APEX)] = APEX

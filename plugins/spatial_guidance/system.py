@@ -10,99 +10,17 @@ three coordinates.  So the classes I to VI have 4, 3, 3, 5, 4, 6 equations (Mang
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from catalogue.linkage import Array
 
-from .kinds import Kind, Quadric
-from .mechanism import Guides, Mechanisms
-from .rotation import cross, matrix, turned
-
-
-@dataclass(frozen=True)
-class State:
-    """Where a body is: rotation (4, n) and free coordinates (f, n)."""
-
-    quaternion: Array
-    free: Array
-
-    def moved(self, step: Array, metric: Array) -> State:
-        """Return the state after a step (3 + f, n): rotation [rad], and arcs on the guides in units."""
-        with np.errstate(all="ignore"):
-            return State(turned(self.quaternion, step[:3]), self.free + step[3:] / metric)
-
-    def __getitem__(self, index: Any) -> State:
-        return State(self.quaternion[:, index], self.free[:, index])
-
-    def put(self, index: Any, other: State) -> None:
-        """Overwrite some."""
-        self.quaternion[:, index], self.free[:, index] = other.quaternion, other.free
-
-
-@dataclass(frozen=True)
-class Equations:
-    """Residual (m, n), Jacobian (m, m, n), derivative by the drivers (m, k, n); arcs per free coordinate (f, n) and per
-    driver (k, n)."""
-
-    residual: Array
-    jacobian: Array
-    drivers: Array
-    metric: Array
-    travel: Array
-
-    @property
-    def distance(self) -> Array:
-        """Largest distance from a guide, in units, shape (n,)."""
-        return np.asarray(np.abs(self.residual).max(0))
-
-
-@dataclass(frozen=True)
-class Slot:
-    """The guides of one point: kinds, which of them, and parameters (k, n) in units."""
-
-    point: int
-    kinds: tuple[Kind, ...]
-    which: Array
-    parameters: Array
-
-    @cached_property
-    def groups(self) -> list[tuple[Kind, Any, Array]]:
-        """Each kind, where it is, and its parameters."""
-        found: list[tuple[Kind, Any, Array]] = []
-        for c, kind in enumerate(self.kinds):
-            where: Any = slice(None) if len(self.kinds) == 1 else np.flatnonzero(self.which == c)
-            p = self.parameters[: len(kind.parameters), where]
-            if p.shape[1]:
-                found.append((kind, where, p))
-        return found
-
-    def chart(self, u: Array, w: Array) -> tuple[Array, Array]:
-        """Return local points (3, n) at (u, w), and X_u, X_w, shape (2, 3, n)."""
-        x, t = np.empty((3, len(u))), np.empty((2, 3, len(u)))
-        for kind, where, p in self.groups:
-            x[:, where], t[:, :, where] = kind.tangents(u[where], w[where], p)
-        return x, t
-
-    def take(self, index: Array) -> Slot:
-        return replace(self, which=self.which[index], parameters=self.parameters[:, index])
-
-
-@dataclass(frozen=True)
-class Driven:
-    """A driven point: where among the unknowns its free coordinate stands, and who drives u, w (None: free)."""
-
-    slot: Slot
-    column: int | None
-    driver: tuple[int | None, int | None]
-
-    def coordinates(self, free: Array, q: Array) -> list[Array]:
-        """Return u and w."""
-        one = np.zeros(q.shape[1])
-        fill = one if self.column is None else free[self.column - 3]
-        return [fill if k is None else q[k] for k in self.driver]
+from .guides import Guides
+from .kinds import Quadric
+from .mechanism import Mechanisms
+from .rotation import cross, matrix
+from .unknowns import Driven, Equations, Slot, State
 
 
 @dataclass(frozen=True)
@@ -206,30 +124,41 @@ class System:
         i = d.slot.point
         x, t = d.slot.chart(*d.coordinates(state.free, q))
         frame = self.frames[:, :, i]
-        return np.asarray(self.origins[:, i] + (frame * x).sum(1)), (frame * t[:, None]).sum(2)
+        return np.asarray(self.origins[:, i] + np.einsum("ijn,jn->in", frame, x)), np.einsum("ijn,tjn->tin", frame, t)
 
     def base(self, state: State, q: Array) -> Array:
         """Return where the base is, shape (3, n)."""
         return self.placed(self.driven[0], state, q)[0]
 
+    def turned(self, state: State) -> Array:
+        """Return all points from the base, shape (3, p, n)."""
+        return np.asarray(np.einsum("ijn,jpn->ipn", matrix(state.quaternion), self.arms))
+
+    @property
+    def _index(self) -> Any:
+        """Select the points of the equations: without a copy if no point has two."""
+        first, many = self.points[0], len(self.points)
+        plain = self.points == tuple(range(first, first + many))
+        return slice(first, first + many) if plain else list(self.points)
+
     def world(self, state: State, q: Array) -> Array:
         """Return all points, shape (3, p, n)."""
-        return self.base(state, q)[:, None] + (matrix(state.quaternion)[:, :, None] * self.arms).sum(1)
+        return np.asarray(self.base(state, q)[:, None] + self.turned(state))
 
     def local(self, world: Array) -> Array:
         """Return points (3, p, n) in the axes of their guides."""
-        return np.asarray((self.frames * (world - self.origins)[:, None]).sum(0))
+        return np.asarray(np.einsum("ijpn,ipn->jpn", self.frames, world - self.origins))
 
     def evaluate(self, state: State, q: Array) -> Equations:
         """Return residual and derivatives at the driver values q (k, n)."""
         n, r, m = len(self), len(self.points), 3 + self.free
         base, tangents = self.placed(self.driven[0], state, q)
-        arms = (matrix(state.quaternion)[:, :, None] * self.arms).sum(1)
+        arms = self.turned(state)
         residual, jacobian, drivers = np.empty((m, n)), np.zeros((m, m, n)), np.zeros((m, len(q), n))
         metric, travel = np.ones((self.free, n)), np.ones((len(q), n))
         own, by = self._columns(self.driven[0], tangents, metric, travel)
         if r:
-            index = list(self.points)
+            index = self._index
             arm = arms[:, index]
             value, normal = self._implicit(base[:, None] + arm, index)
             residual[:r] = value
@@ -271,10 +200,10 @@ class System:
                     own.append((d.column, t[axis] / length))
         return own, by
 
-    def _implicit(self, world: Array, index: list[int]) -> tuple[Array, Array]:
+    def _implicit(self, world: Array, index: Any) -> tuple[Array, Array]:
         """Return distances from the guides (r, n), to first order, and unit normals (3, r, n) at points (3, r, n)."""
         frame = self.frames[:, :, index]
-        x = (frame * (world - self.origins[:, index])[:, None]).sum(0)
+        x = np.einsum("ijrn,irn->jrn", frame, world - self.origins[:, index])
         value = ((self.quadrics[:3] * x + self.quadrics[3:6]) * x).sum(0) + self.quadrics[6]
         gradient = 2 * self.quadrics[:3] * x + self.quadrics[3:6]
         for slot, row in self.others:
@@ -285,7 +214,7 @@ class System:
                     value[rows, where], gradient[:, rows, where] = f, np.moveaxis(g, 0, 1)
         length = np.sqrt((gradient**2).sum(0))
         with np.errstate(all="ignore"):
-            return value / length, (frame * (gradient / length)[None]).sum(1)
+            return value / length, np.einsum("ijrn,jrn->irn", frame, gradient / length)
 
 
 def _slot(point: int, mechanisms: Mechanisms, smooth: bool = False) -> Slot:

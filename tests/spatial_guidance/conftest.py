@@ -16,10 +16,19 @@ import pytest
 from catalogue.plugins import Registry
 
 GOLDEN = Path(__file__).with_name("golden.json")
+MODULES = ("kinds", "taylor", "rotation", "elimination", "guides", "mechanism", "unknowns", "system", "newton", "position",
+           "jets", "continuation", "walk", "follow", "assemblies")  # fmt: skip
 SURFACES = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere", "plane")
 CURVES = ("circle", "helix", "line")
 #: Guides of each class, c for a curve and s for a surface, and how many of them are driven.
-CLASSES = {"I": ("sssss", 1), "II": ("csss", 1), "III": ("ccs", 1), "IV": ("ssss", 2), "V": ("css", 2), "VI": ("sss", 3)}
+CLASSES = {
+    "I": ("sssss", 1),
+    "II": ("csss", 1),
+    "III": ("ccs", 1),
+    "IV": ("ssss", 2),
+    "V": ("css", 2),
+    "VI": ("sss", 3),
+}
 
 
 def plugin() -> SimpleNamespace:
@@ -27,8 +36,7 @@ def plugin() -> SimpleNamespace:
     Registry()
     package = next(name for name in sys.modules if name.startswith("catalogue_plugin_spatial_guidance_"))
     names: dict[str, Any] = {"package": sys.modules[package.partition(".")[0]]}
-    for module in ("kinds", "taylor", "rotation", "mechanism", "system", "position", "jets", "continuation", "follow",
-                   "assemblies", "elimination", "newton"):  # fmt: skip
+    for module in MODULES:
         loaded = import_module(f"{package.partition('.')[0]}.{module}")
         names |= {k: v for k, v in vars(loaded).items() if not k.startswith("_")} | {f"{module}_": loaded}
     return SimpleNamespace(**names)

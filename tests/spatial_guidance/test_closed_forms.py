@@ -117,7 +117,9 @@ def test_a_planar_four_bar_in_space_moves_as_the_planar_kernel_says(spatial: Sim
         return shift + np.einsum("nij,jn->ni", rotation, np.stack([p.real, p.imag, 0 * p.real]))
 
     body = np.stack([np.stack([p.real, p.imag, 0 * p.real], axis=-1) for p in (z[:, 0, 1], z[:, 1, 1], other)], axis=1)
-    guides = [spatial.Guides("circle", np.abs(z[:, i, 1] - z[:, i, 0])[:, None], embedded(z[:, i, 0]), turn) for i in (0, 1)]
+    guides = [
+        spatial.Guides("circle", np.abs(z[:, i, 1] - z[:, i, 0])[:, None], embedded(z[:, i, 0]), turn) for i in (0, 1)
+    ]
     guides.append(spatial.Guides("plane:cartesian", (), shift, turn))
     m = spatial.Mechanisms(body, guides, [(0, "u")])
     crank = z[:, 0, 1] - z[:, 0, 0]

@@ -121,27 +121,29 @@ def test_a_driven_surface_passes_the_waist_in_its_regular_chart(spatial: SimpleN
     )
     half = spatial.Mechanisms(m.body, [*m.guides[:2], spatial.Guides("hyperboloid", (0.4, 0.6), place)], m.drivers)
     table = [*c.at.coordinates[0, :2], [0.3, 0.4 * np.cosh(w)]]
-    path = np.array([*c.q[:2, 0], 0.3]) + np.linspace(0, 0.2, 41)[:, None] * [[0, 0, 1.0]]
-    ways = [path, path[0] - (path - path[0])]
-    crossing = [p for p in ways if spatial.follow(whole, p, at).node(5).coordinates[0, 2, 1] < 0]
-    assert len(crossing) == 1
-    ended = spatial.follow(half, crossing[0], table)
+    here = spatial.solve_positions(whole, [*c.q[:2, 0], 0.3], at)
+    rate = spatial.jets(whole, here, [[0.0], [0.0], [1.0]]).coordinates[0, 2, 1, 1]
+    path = np.array([*c.q[:2, 0], 0.3]) - np.linspace(0, 2 * w / rate, 41)[:, None] * [[0, 0, 1.0]]
+    through = spatial.follow(whole, path, at)
+    assert through.reason[0] == ""
+    assert through.node(40).coordinates[0, 2, 1] < 0
+    ended = spatial.follow(half, path, table)
     assert ended.reason[0] == "off the edge of a guide"
+    assert 10 < ended.reached[0] < 30
     assert ended.positions[: ended.reached[0]].coordinates[:, 2, 1].min() >= 0.4
 
 
 def test_the_apex_of_a_cone_is_named(spatial: SimpleNamespace) -> None:
     guides = [spatial.Guides("circle", (0.5,)), spatial.Guides("circle", (0.9,), (1.6, 0.2, 0.3), (2, 2, 1, 0))]
-    start = np.array([[0.8, np.nan], [2.1, np.nan], [0.0, 0.0]])
-    free = spatial.Mechanisms([[0, 0, 0], [0, 0, 1.745], [1.655, 0, 0.516]], [*guides, spatial.Guides("plane")], [(0, "u")])
+    free = spatial.Mechanisms(
+        [[0, 0, 0], [0, 0, 1.745], [1.655, 0, 0.516]], [*guides, spatial.Guides("plane")], [(0, "u")]
+    )
     at = spatial.assemblies(free, [0.8]).positions
     cone = spatial.Guides("cone", (0.6,), at.points[0, 2])
     m = spatial.Mechanisms(free.body, [*guides, cone], [(0, "u")])
-    start[1, 0] = at.coordinates[0, 1, 0]
     found = spatial.solve_positions(m, [0.8], at[:1])
     assert not found.success[0]
-    assert found.reason[0] in ("at the apex of a guide", "no assembly near the start", "past a dead point")
-    assert not np.isnan(found.residual[0]) or found.reason[0]
+    assert found.reason[0] == "at the apex of a guide"
 
 
 def test_positions_without_an_assembly_are_not_reported(spatial: SimpleNamespace, golden_cases: Any) -> None:
@@ -164,14 +166,14 @@ def test_series_are_the_coincidences_of_points(spatial: SimpleNamespace, make: M
     assert spatial.Mechanisms(body, m.guides, m.drivers).series.tolist() == ["1.2111", "1.221", "1.11111"]
 
 
-@pytest.mark.parametrize("separation", [1e-1, 1e-4, 1e-8, 0.0])
+@pytest.mark.parametrize("separation", [1e-3, 1e-5, 1e-8, 0.0])
 def test_a_curve_is_the_limit_of_two_points_on_two_surfaces(
     spatial: SimpleNamespace, golden_cases: Any, separation: float
 ) -> None:
     """Class II with a circle as class I, cylinder and plane, their points A1, A5 apart: the error is the separation."""
     (c,) = [c for c in golden_cases if c.id == "II-circle-cyl-tor-pla"]
     m = c.mechanism
-    body = np.concatenate([m.body[0], m.body[0][:1] + [[0, 0, separation]]])
+    body = np.concatenate([m.body[0], m.body[0, :1] + np.array([0, 0, separation])])
     circle = m.guides[0]
     place = circle.origin, circle.quaternion
     guides = [spatial.Guides("cylinder", circle.parameters, *place), *m.guides[1:], spatial.Guides("plane", (), *place)]

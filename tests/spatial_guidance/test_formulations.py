@@ -33,7 +33,7 @@ def placed(spatial: SimpleNamespace, m: Any, coordinates: Any) -> tuple[Any, Any
 
 
 def distances(spatial: SimpleNamespace, c: SimpleNamespace, pairs: Any, start: Any, steps: int = 25) -> Any:
-    """Solve the curvilinear distance equations of the pairs by plain (Gauss-)Newton; return coordinates and Jacobian."""
+    """Solve the curvilinear distance equations of the pairs by plain Newton; return coordinates, Jacobian, residual."""
     free, m = undriven(c), c.mechanism
     coordinates = np.array(start, float)
     coordinates[[i for i, _ in m.drivers], ["uw".index(k) for _, k in m.drivers]] = c.q[:, 0]
@@ -80,7 +80,8 @@ def test_which_nine_of_the_ten_distances(spatial: SimpleNamespace, golden_cases:
             b = np.c_[c.mechanism.body[0], np.ones(5)]
             stress = np.array([(-1) ** i * np.linalg.det(np.delete(b, i, 0)) for i in range(5)])
             ratio = [
-                abs(np.linalg.det(np.delete(jacobian, r, 0)) / (stress[j] * stress[k])) for r, (j, k) in enumerate(pairs)
+                abs(np.linalg.det(np.delete(jacobian, r, 0)) / (stress[j] * stress[k]))
+                for r, (j, k) in enumerate(pairs)
             ]
             np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
 

@@ -100,9 +100,7 @@ def test_workspace_of_two_degrees_of_freedom(
 
 
 @pytest.mark.parametrize("way", [1, -1])
-def test_the_motion_ends_at_the_next_fold(
-    golden_cases: Cases, spatial: SimpleNamespace, tools: SimpleNamespace, way: int
-) -> None:
+def test_the_motion_ends_at_the_next_fold(golden_cases: Cases, spatial: SimpleNamespace, way: int) -> None:
     met = 0
     for c in golden_cases:
         folds = c.case.get("folds", c.case.get("circuit_through_start"))
@@ -137,4 +135,6 @@ def test_mixed_batches_give_what_single_mechanisms_give(spatial: SimpleNamespace
         moving = spatial.jets(batch, at, rates)
         for i, c in enumerate(group):
             assert np.abs(at.points[i] - c.at.points[0]).max() < 1e-13 * c.mechanism.diameter[0], c.id
-            np.testing.assert_allclose(moving.points[i], c.jets.points[0], rtol=1e-9, atol=1e-9 * c.mechanism.diameter[0])
+            np.testing.assert_allclose(
+                moving.points[i], c.jets.points[0], rtol=1e-9, atol=1e-9 * c.mechanism.diameter[0]
+            )

@@ -1,3 +1,4 @@
+# ruff: noqa: ARG005  (formulas of one shape, some of which do not use every coordinate)
 """Guides: charts against implicit equations, derivatives against Table I and 40 digits, and a kind of one's own."""
 
 from __future__ import annotations
@@ -39,9 +40,7 @@ IMPLICIT: dict[str, Any] = {
     "cylinder": lambda x, y, z, r: [x * x + y * y - r * r],
     "cone": lambda x, y, z, d: [x * x + y * y - (z * np.tan(d)) ** 2],
     "hyperboloid": lambda x, y, z, m, n: [n * n * (x * x + y * y) - m * m * z * z - (m * n) ** 2],
-    "torus": lambda x, y, z, p, r: [
-        (x * x + y * y + z * z + p * p - r * r) ** 2 - 4 * p * p * (x * x + y * y)
-    ],
+    "torus": lambda x, y, z, p, r: [(x * x + y * y + z * z + p * p - r * r) ** 2 - 4 * p * p * (x * x + y * y)],
     "sphere": lambda x, y, z, r: [x * x + y * y + z * z - r * r],
     "plane": lambda x, y, z: [z],
     "circle": lambda x, y, z, r: [x * x + y * y - r * r, z],
@@ -202,8 +201,8 @@ def test_kinds_of_ones_own_guide_a_body_like_the_others(spatial: SimpleNamespace
     guides = [
         spatial.Guides(kind, p, *at)
         for (kind, p), at in zip(
-            [(ellipsoid(spatial), (1.0, 1.3, 0.8)), (bowl(spatial), (1.1,)), ("cylinder", (0.7,)), ("torus", (1.0, 0.4)),
-             ("sphere", (1.2,))],
+            [(ellipsoid(spatial), (1.0, 1.3, 0.8)), (bowl(spatial), (1.1,)), ("cylinder", (0.7,)),
+             ("torus", (1.0, 0.4)), ("sphere", (1.2,))],
             place,
             strict=True,
         )
