@@ -128,7 +128,7 @@ def reported(
         reason[~assembled & (_stationary(now) | (kappa > NEARLY_LOST))] = DEAD_POINT
     uncharted = ~np.isfinite(coordinates[..., 0]).all(1)
     reason[assembled & uncharted] = EDGE
-    reason[assembled & (_apex(mechanisms, local, system) < AT_APEX)] = APEX
+    reason[_apex(mechanisms, local, system) < AT_APEX] = APEX
     reason[(now.metric < AT_APEX).any(0)] = CHART
     reason[~charted(mechanisms, values)] = EDGE
     reason[~finite] = NOT_FINITE

@@ -16,8 +16,8 @@ import pytest
 from catalogue.plugins import Registry
 
 GOLDEN = Path(__file__).with_name("golden.json")
-MODULES = ("kinds", "taylor", "rotation", "elimination", "guides", "mechanism", "unknowns", "system", "newton", "position",
-           "jets", "continuation", "walk", "follow", "assemblies")  # fmt: skip
+MODULES = ("kinds", "taylor", "rotation", "elimination", "guides", "mechanism", "unknowns", "system", "newton",
+           "position", "jets", "continuation", "walk", "follow", "assemblies")  # fmt: skip
 SURFACES = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere", "plane")
 CURVES = ("circle", "helix", "line")
 #: Guides of each class, c for a curve and s for a surface, and how many of them are driven.
