@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+from pathlib import Path
 
 import pluggy
 import pytest
@@ -37,5 +38,6 @@ def test_every_hook_is_shown_by_a_built_in_plugin(name: str) -> None:
     assert shown
 
 
-def test_every_built_in_plugin_adds_something() -> None:
-    assert [r.name for r in Registry().records if not (r.series or r.families)] == []
+def test_every_built_in_plugin_with_a_hook_adds_something() -> None:
+    idle = [r for r in Registry().records if not (r.series or r.families)]
+    assert [r.name for r in idle if r.error or "@hookimpl" in Path(r.origin).read_text("utf-8")] == []

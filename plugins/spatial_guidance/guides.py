@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -103,6 +104,10 @@ class Guides:
 
     def each(self) -> list[tuple[Kind, Array, Array]]:
         """Return each kind that there is, whose guides they are, and their parameters (k, m)."""
+        return self._each
+
+    @cached_property
+    def _each(self) -> list[tuple[Kind, Array, Array]]:
         found = []
         for c, kind in enumerate(self.kinds):
             index = np.flatnonzero(self.which == c)

@@ -145,4 +145,5 @@ class Mechanisms:
     def __getitem__(self, index: Any) -> Mechanisms:
         index = np.atleast_1d(np.arange(len(self))[index])
         selected: Mechanisms = same(self, {"body": self.body[index], "guides": tuple(g[index] for g in self.guides)})
+        selected.__dict__["diameter"] = self.diameter[index]  # else it would be computed again
         return selected

@@ -11,6 +11,7 @@ from catalogue.errors import InvalidRequest
 from catalogue.linkage import Array
 
 from .elimination import condition, solve
+from .kinds import Kind
 from .mechanism import Mechanisms
 from .newton import newton
 from .rotation import fitted, matrix
@@ -256,6 +257,7 @@ def _apex(mechanisms: Mechanisms, local: Array, system: System) -> Array:
     out = np.full(len(system), np.inf)
     for i in set(system.points):
         for kind, where, p in mechanisms.guides[i].each():
-            near = kind.apex(local[:, i, where], kind.scaled(p, system.unit[where]))
-            out[where] = np.minimum(out[where], near)
+            if type(kind).apex is not Kind.apex:
+                near = kind.apex(local[:, i, where], kind.scaled(p, system.unit[where]))
+                out[where] = np.minimum(out[where], near)
     return out
