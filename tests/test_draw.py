@@ -5,7 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
-from dataclasses import replace
+from dataclasses import asdict, replace
 from pathlib import Path
 
 import numpy as np
@@ -268,7 +268,7 @@ import sys, matplotlib
 from catalogue.draw import draw
 from catalogue.query.found import Candidate
 before = matplotlib.rcParams.copy()
-draw(Candidate(**{ARC.to_dict()!r}))
+draw(Candidate(**{asdict(ARC)!r}))
 assert 'matplotlib.pyplot' not in sys.modules
 assert matplotlib.rcParams.copy() == before
 """)
