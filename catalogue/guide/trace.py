@@ -131,6 +131,12 @@ def trace(
     return replace(found, fit=replace(found.fit, deviation=deviation))
 
 
+def again(guides: Span, traced: Traced, *, circle: bool, nodes: int) -> Traced:
+    """Measure guides, which do not return, over the same windows on another grid, their points as they are."""
+    low, high = traced.low.astype(float), traced.high.astype(float)
+    return _measure(guides, low, high, 0.5 * traced.fit.stroke.astype(float), circle, False, nodes)
+
+
 def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, split: bool, nodes: int) -> Traced:
     returning = bool(guides.cusp.any())
     points = grid(4 * nodes if returning else nodes, half.dtype)

@@ -9,11 +9,11 @@ import numpy as np
 from ..guide.in_place import Nominal, in_place
 from ..guide.kinds import SLOTS
 from ..guide.measures import LEAST_ARM, Measures, measure
-from ..guide.place import at_stroke, mid_stroke, mirrored, placed
+from ..guide.place import FINE, at_stroke, mid_stroke, mirrored, placed
 from ..guide.practice import Moves, practice
 from ..guide.room import bars, stays_clear, stays_inside
 from ..guide.span import Span, span
-from ..guide.trace import Traced, trace
+from ..guide.trace import Traced, again, trace
 from ..linkage import Array, Linkage
 from .narrow import flips
 from .request import PRACTICE, Constraints, Region, Request
@@ -55,8 +55,13 @@ def linkages(rows: dict[str, Array]) -> Linkage:
 
 def final(found: Answers, request: Request) -> Answers:
     """Return answers with their deviation measured on a finer grid, and with more digits where double lacks them."""
-    here = span(found.linkage, found.point, pole=found.pole)
-    traced = at_stroke(here, request.stroke, circle=request.kind == "circle", nodes=SHOWN)
+    here, circle = span(found.linkage, found.point, pole=found.pole), request.kind == "circle"
+    if here.cusp.any():
+        return replace(found, traced=at_stroke(here, request.stroke, circle=circle))
+    traced = again(here, found.traced, circle=circle, nodes=SHOWN)
+    fine = traced.relative < FINE
+    if fine.any():
+        traced = traced.replaced(fine, at_stroke(here[fine], request.stroke, circle=circle))
     return replace(found, traced=traced)
 
 
