@@ -15,7 +15,8 @@ from ..store import Database
 from .find import Trail, answer
 from .narrow import basis, conditions, joined, loosest
 from .ranking import Ranking
-from .request import Constraints, Region, Request
+from .region import Region
+from .request import Constraints, Request
 
 #: Constraints by a number, with the criterion that brings the nearest miss to the top and how it is measured.
 NUMBERS: dict[str, tuple[str, Callable[[Measures], Array]]] = {

@@ -16,7 +16,8 @@ from ..guide.span import Span, span
 from ..guide.trace import Traced, again, trace
 from ..linkage import Array, Linkage
 from .narrow import flips
-from .request import PRACTICE, Constraints, Region, Request
+from .region import Region
+from .request import PRACTICE, Constraints, Request
 
 #: Intervals between the Chebyshev points at which the deviation of an answer is measured: 32 leave up to 0.2 per cent
 #: of it open where a dead point is near, or many extremes are as large.

@@ -19,7 +19,8 @@ from ..guide.kinds import POINTS, RETURNS, SLOTS
 from ..guide.reach import LEVELS
 from ..linkage import Array
 from ..store import Batch, Database, Guide, Mechanism, Reach
-from .request import Constraints, Region, Request
+from .region import Region
+from .request import Constraints, Request
 
 #: How many levels below the loosest one are searched.
 DEPTH = 3

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..linkage import Array
+from .region import Region, zones
 
 #: What candidates can be ranked by; each is made a number of order 1 of which less is better.  The balance is the size
 #: over the stroke less the transmission angle over 90 degrees, the score that of `catalogue.query.ranking.score`.
@@ -147,57 +147,6 @@ def _check(request: Request) -> None:
 
 
 @dataclass(frozen=True)
-class Region:
-    """A convex or concave polygon, corners (k, 2); a box is given by its corners x0, y0, x1, y1."""
-
-    corners: Array
-    box: tuple[float, float, float, float]
-    is_box: bool
-
-    @classmethod
-    def of(cls, name: str, given: Any) -> Region:
-        """Return the region given as (x0, y0, x1, y1) or as a sequence of at least three points."""
-        try:
-            values = np.asarray(given, dtype=float)
-        except (TypeError, ValueError):
-            raise InvalidRequest(f"{name} must be x0, y0, x1, y1 or a list of points") from None
-        if values.shape == (4,):
-            x0, x1 = sorted((values[0], values[2]))
-            y0, y1 = sorted((values[1], values[3]))
-            corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
-        elif values.ndim == 2 and values.shape[1] == 2 and len(values) >= 3:
-            corners = values
-        else:
-            raise InvalidRequest(f"{name} must be x0, y0, x1, y1 or at least three points")
-        if not np.isfinite(corners).all():
-            raise InvalidRequest(f"{name} has a coordinate that is not finite")
-        low, high = corners.min(0), corners.max(0)
-        if not (high > low).all():
-            raise InvalidRequest(f"{name} is empty: it has no width or no height")
-        return cls(corners, (low[0], low[1], high[0], high[1]), values.ndim == 1)
-
-    def outside(self, z: Array) -> Array:
-        """Return how far the points z, complex, any shape, lie outside the bounding box; 0 inside."""
-        x0, y0, x1, y1 = self.box
-        x = np.maximum(np.maximum(x0 - z.real, z.real - x1), 0.0)
-        return np.hypot(x, np.maximum(np.maximum(y0 - z.imag, z.imag - y1), 0.0))
-
-    def holds(self, z: Array) -> Array:
-        """Return which of the points z, complex, any shape, lie inside or on the border of a box."""
-        x, y = z.real, z.imag
-        if self.is_box:
-            x0, y0, x1, y1 = self.box
-            return np.asarray((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))
-        inside = np.zeros(z.shape, dtype=bool)
-        a = self.corners
-        for (xa, ya), (xb, yb) in zip(a, np.roll(a, -1, axis=0), strict=True):
-            crosses = (ya > y) != (yb > y)
-            with np.errstate(all="ignore"):
-                inside ^= crosses & (x < xa + (y - ya) * (xb - xa) / (yb - ya))
-        return inside
-
-
-@dataclass(frozen=True)
 class Constraints:
     """What an answer must satisfy; lengths in the unit of the request.
 
@@ -277,7 +226,7 @@ class Constraints:
         for name in (*LENGTHS, *PRACTICE):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, positive(name, getattr(self, name)))
-        object.__setattr__(self, "keep_out", _zones(self.keep_out))
+        object.__setattr__(self, "keep_out", zones("keep_out", self.keep_out))
         for name in ("fixed_pivots_in", "pivots_in", "swept_in"):
             value = getattr(self, name)
             if value is not None and not isinstance(value, Region):
@@ -324,17 +273,6 @@ class Constraints:
     def active(self) -> list[str]:
         """Return the names of the constraints that are set."""
         return [f.name for f in fields(self) if getattr(self, f.name) not in ((), None, 0, 0.0, False)]
-
-
-def _zones(given: Any) -> tuple[Region, ...]:
-    """Return regions given as a sequence of them, or one of them."""
-    try:
-        zones = list(given)
-    except TypeError:
-        raise InvalidRequest("keep_out must be a sequence of regions: x0, y0, x1, y1 or points of each") from None
-    if zones and all(isinstance(value, int | float) for value in zones):
-        zones = [zones]
-    return tuple(z if isinstance(z, Region) else Region.of("keep_out", z) for z in zones)
 
 
 def _two_points(name: str, given: Any) -> tuple[tuple[float, float], ...]:

@@ -17,7 +17,8 @@ from ..guide.measures import LEAST_ARM
 from ..linkage import Array
 from ..motion import Motion
 from ..query.lay import Answers
-from ..query.request import Constraints, Region, Request
+from ..query.region import Region
+from ..query.request import Constraints, Request
 from .derivatives import COUNT, Swayed
 from .slopes import FAR, Row, apart, chosen, transmission, turning
 

@@ -13,7 +13,7 @@ from catalogue.guide.place import at_stroke
 from catalogue.guide.practice import Moves, _slopes
 from catalogue.guide.room import bars, stays_clear, stays_inside
 from catalogue.linkage import Array
-from catalogue.query.request import Region
+from catalogue.query.region import Region
 
 
 @pytest.fixture(scope="module")

@@ -13,7 +13,8 @@ from hypothesis import strategies as st
 
 import catalogue
 from catalogue import CircularArc, InvalidRequest, StraightLine
-from catalogue.query.request import CRITERIA, Constraints, Region, weights
+from catalogue.query.region import Region
+from catalogue.query.request import CRITERIA, Constraints, weights
 
 NUMBERS = [
     (math.nan, "finite number above zero, not nan"),
