@@ -18,7 +18,7 @@ from .query.explain import explain
 from .query.find import Trail, answer, check_names
 from .query.found import Found, candidates
 from .query.ranking import Ranking
-from .query.request import Constraints, Request, positive, whole
+from .query.request import DISTINCT, Constraints, Request, positive, whole
 from .store import Database, get_setting
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ class Catalogue:
         limit: int = 12,
         rank_by: str | Mapping[str, float] | Sequence[str] = "balance",
         per_series: int | None = None,
-        distinct: float = 0.0,
+        distinct: float = DISTINCT,
         effort: int = 1,
         refine: bool = True,
         cognates: bool = False,

@@ -14,7 +14,7 @@ from typing import Annotated, Any
 import typer
 
 from ..errors import InvalidRequest
-from ..query.request import CRITERIA, GIVEN, CircularArc, Request, StraightLine
+from ..query.request import CRITERIA, DISTINCT, GIVEN, CircularArc, Request, StraightLine
 from .options import Db, Format, Output, Plugins
 
 app = typer.Typer(
@@ -159,7 +159,7 @@ def _wishes(
     play: Play = 0.0,
     rank_by: RankBy = "balance",
     pareto: Pareto = None,
-    distinct: Distinct = 0.0,
+    distinct: Distinct = DISTINCT,
     per_series: PerSeries = None,
     effort: Effort = 1,
     refine: Refine = True,

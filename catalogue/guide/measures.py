@@ -26,7 +26,7 @@ class Measures:
     Attributes
     ----------
     size : ndarray, shape (n,)
-        Diameter of the finite pivots, in mid-stroke, together with the guided path.
+        Diameter of the finite pivots, in mid-stroke, together with the guided path (`POSES` points of it).
     max_link, min_link : ndarray, shape (n,)
         Longest and shortest of the cranks and the coupler; NaN where there is none.
     max_ground : ndarray, shape (n,)
@@ -65,8 +65,15 @@ class Measures:
         return Measures(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
-def measure(guides: Span, traced: Traced, poses: int = POSES) -> Measures:
-    """Return the measures of traced guides."""
+def measure(guides: Span, traced: Traced, poses: int = POSES, *, in_middle: bool = False) -> Measures:
+    """Return the measures of traced guides.
+
+    Parameters
+    ----------
+    in_middle : bool
+        The reference position is that of mid-stroke; else the pivots are interpolated there between the poses, which
+        leaves a few thousandths of the size open.
+    """
     linkage, moving = guides.linkage, guides.motion
     point = guides.point + traced.shift
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(poses) / (poses - 1))
@@ -81,10 +88,12 @@ def measure(guides: Span, traced: Traced, poses: int = POSES) -> Measures:
         middle = _middle(path, traced)
         fixed = np.where(linkage.finite[:, :, 0], z[:, :, 0], np.nan)
         now = np.stack([_at(m, middle) for m in at], axis=-1)
-        now = np.where(guides.cusp[:, None], z[:, :, 1], now)  # where the point turns
+        now = np.where(guides.cusp[:, None] | in_middle, z[:, :, 1], now)  # at a cusp: where the point turns
         now = np.where(linkage.finite[:, :, 1], now, np.nan)
-        every = np.concatenate([fixed, now, path[[0, poses // 2, -1]].T, point[:, None]], axis=1)
-        size = np.nanmax(np.abs(every[:, :, None] - every[:, None, :]), axis=(1, 2))
+        pivots = np.concatenate([fixed, now], axis=1)
+        between = np.fmax.reduce(np.abs(pivots[:, :, None] - pivots[:, None, :]), axis=(1, 2))
+        reach = np.fmax.reduce(np.abs(path[:, :, None] - pivots), axis=(0, 2))
+        size = np.maximum(np.maximum(between, reach), np.abs(path[-1] - path[0]))
         links = np.stack(
             [np.where(linkage.dyads[:, i] == RR, np.abs(z[:, i, 1] - z[:, i, 0]), np.nan) for i in (0, 1)]
             + [np.where(linkage.finite[:, :, 1].all(1), np.abs(z[:, 0, 1] - z[:, 1, 1]), np.nan)]

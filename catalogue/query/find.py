@@ -26,8 +26,8 @@ from .strokes import attempts
 CANDIDATES = 400
 #: Answers that are refined, per unit of effort.
 REFINED = 20
-#: How many answers are searched for each one that is given, if those are to be unlike each other.
-AMONG_LIKE = 6
+#: How many answers are searched for each one that is given, if those are to be unlike each other, or not the same.
+AMONG_LIKE, AMONG_NEAR = 6, 1.5
 #: Answers nearer to each other than this are one.
 IDENTICAL = 1e-6
 #: Constraints on where the pivots stand and how far apart: cognates have other pivots.

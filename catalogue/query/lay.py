@@ -97,7 +97,7 @@ def laid(
         linkage, point = mirrored(linkage, point, request.stroke, *turn)
     here = span(linkage, point, pole=pole)
     now = at_stroke(here, request.stroke, circle=circle, extend=False)
-    m = measure(here, now)
+    m = measure(here, now, in_middle=True)
     checks = checked(request, wanted, here, now, m)
     checks["deviation"] &= there
     if placed_in(wanted):
@@ -112,7 +112,7 @@ def in_its_place(
     linkage, point = mid_stroke(guides, in_place(guides, nominal))
     here = span(linkage, point, pole=guides.pole)
     now = in_place(here, nominal, nodes)
-    m = measure(here, now)
+    m = measure(here, now, in_middle=True)
     checks = checked(request, wanted, here, now, m)
     if placed_in(wanted):
         swept = bars(linkage, Moves.of(here, now)) if wanted.swept_in is not None or wanted.keep_out else None

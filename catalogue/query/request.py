@@ -18,6 +18,8 @@ from .region import Region, zones
 CRITERIA = ("balance", "size", "deviation", "transmission", "max_link", "max_ground", "max_arm", "score")
 
 
+#: How far from each other answers are as designs unless asked otherwise: refinement leads neighbours to one.
+DISTINCT = 0.02
 #: Bounds on lengths, and on what `catalogue.guide.practice` knows.
 LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "max_arm")
 PRACTICE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")

@@ -195,7 +195,7 @@ PRICE: dict[str, Callable[[Candidate], float]] = {
 @pytest.mark.parametrize("criterion", PRICE)
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 def test_answers_come_in_the_order_asked_for(small: Catalogue, request_: Any, criterion: str) -> None:
-    found = small.find(request_, rank_by=criterion, limit=20, per_series=0)
+    found = small.find(request_, rank_by=criterion, limit=20, per_series=0, distinct=0)
     price = np.array([PRICE[criterion](c) for c in found])
     assert len(price) == 20
     slack = 1e-12 * request_.stroke if criterion == "deviation" else 1e-9 * np.abs(price).max()

@@ -48,7 +48,7 @@ def test_tracing_few_finds_what_tracing_all_finds(small: Catalogue, request_: An
 
 
 def test_few_are_traced(small: Catalogue) -> None:
-    found = small.find(LINES[2], limit=12)
+    found = small.find(LINES[2], limit=12, distinct=0)
     assert len(found) == 12
     told = found.explain()
     assert "nothing that was not traced promises to be better" in told
