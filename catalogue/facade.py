@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from .build import Progress
     from .classification import Classification
     from .plugins import Registry
+    from .query.collected import Collected
     from .query.lay import Answers
     from .query.standstill import Dwellings, StandStill
     from .query.stored import StoredGuide
@@ -190,6 +191,82 @@ class Catalogue:
         check_names(self.database, wanted)
         limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
         return find_dwells(self.database, request, wanted, limit=limit, effort=effort)
+
+    def find_in(
+        self,
+        name: str,
+        request: Request,
+        *,
+        limit: int = 12,
+        rank_by: str = "deviation",
+        families: Sequence[str] = (),
+        series: Sequence[str] = (),
+        where: Mapping[str, tuple[float | None, float | None]] | None = None,
+        quiet: bool = False,
+    ) -> Collected:
+        """Return the best pieces of a collection, each verified on its finite motion at the stroke asked for.
+
+        The specimens of the collection are drawn on first use, with a progress bar unless `quiet`.
+
+        Parameters
+        ----------
+        name : str
+            Of the collection; `Registry.collections` has them all.
+        request : StraightLine or CircularArc
+        limit : int
+            How many at most.
+        rank_by : str
+            ``deviation``, or one of the collection's metrics, best first.
+        families, series : sequence of str
+            Allowed ones; all if empty.
+        where : mapping of str to (least, most)
+            Bounds on metrics, None for an open side: ``{"condition": (None, 50.0)}``.
+
+        Raises
+        ------
+        InvalidRequest
+            If the request, a bound or a name is impossible.
+        PluginError
+            If there is no such collection, or it breaks its contract.
+        DatabaseError
+            If the database cannot be read or written.
+        """
+        from .build.collect import state
+        from .query.find_in import find_in
+
+        if not isinstance(request, Request):
+            raise InvalidRequest(f"find_in wants a StraightLine or CircularArc, not {request!r}")
+        collection = self.registry.collection(name)
+        if not state(self.database, name).get("complete"):
+            from .progress import shown
+
+            with shown(quiet=quiet, label=f"drawing {name}") as report:
+                self.build_collection(name, report=report)
+        return find_in(
+            self.database,
+            collection,
+            request,
+            limit=limit,
+            rank_by=rank_by,
+            families=families,
+            series=series,
+            where=where,
+        )
+
+    def build_collection(
+        self,
+        name: str,
+        *,
+        count: int | None = None,
+        seed: int | None = None,
+        report: Callable[[Progress], None] = lambda _: None,
+    ) -> Progress:
+        """Draw the specimens of a collection up to a number; see `catalogue.build.collect.collect`."""
+        from .build.collect import collect
+
+        collection = self.registry.collection(name)
+        version = self.registry.provider(name).version
+        return collect(self.database, collection, version, count=count, seed=seed, report=report)
 
     def guide(self, name: int | str) -> StoredGuide:
         """Return a stored guide by its id, or the first guide of a named design.

@@ -9,6 +9,7 @@ from collections.abc import Iterable
 
 import pluggy
 
+from .collection import Collection
 from .families import Family
 from .series import Series
 
@@ -24,3 +25,8 @@ def catalogue_families() -> Iterable[Family]:  # type: ignore[empty-body]
 @hookspec
 def catalogue_series() -> Iterable[Series]:  # type: ignore[empty-body]
     """Return the series that this plugin adds."""
+
+
+@hookspec
+def catalogue_collections() -> Iterable[Collection]:  # type: ignore[empty-body]
+    """Return the collections that this plugin adds; called only when one is asked for, so import inside of it."""

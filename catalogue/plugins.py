@@ -11,6 +11,7 @@ import sys
 import warnings
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from hashlib import sha1
 from importlib.metadata import entry_points
 from pathlib import Path
@@ -20,6 +21,7 @@ from typing import Any
 import pluggy
 
 from . import __version__, hookspecs
+from .collection import Collection
 from .errors import DuplicateSeries, PluginError
 from .families import Family
 from .folders import folder, plugin_folders
@@ -42,8 +44,8 @@ class Record:
         File, or the package that declares the entry point.
     version : str
         ``__version__`` of the module, else the catalogue's for built-in plugins, else empty.
-    families, series : list of str
-        What it adds.
+    families, series, collections : list of str
+        What it adds; collections once they were asked for.
     error : str
         Why it was left out; empty if it was not.
     """
@@ -53,11 +55,12 @@ class Record:
     version: str = ""
     families: list[str] = field(default_factory=list)
     series: list[str] = field(default_factory=list)
+    collections: list[str] = field(default_factory=list)
     error: str = ""
 
 
 class Registry:
-    """The plugins of one session: their families and series by name.
+    """The plugins of one session: their families, series and collections by name.
 
     Parameters
     ----------
@@ -67,7 +70,7 @@ class Registry:
     Raises
     ------
     DuplicateSeries
-        If two plugins claim one series or family.
+        If two plugins claim one series, family or collection.
     PluginError
         If a folder does not exist.
     """
@@ -80,17 +83,46 @@ class Registry:
         self._provider: dict[str, Record] = {}
         manager = pluggy.PluginManager("catalogue")
         manager.add_hookspecs(hookspecs)
-        loaded = [self._register(manager, *found) for found in self._modules()]
-        for hook, kind in (("catalogue_families", Family), ("catalogue_series", Series)):
-            for record, module in loaded:
-                if not record.error:
-                    self._collect(manager, record, module, hook, kind)
-        for record in self.records:
+        self._manager = manager
+        self._loaded = [self._register(manager, *found) for found in self._modules()]
+        self._ask("catalogue_families", Family)
+        self._ask("catalogue_series", Series)
+        self._warn(self.records)
+
+    @cached_property
+    def collections(self) -> dict[str, Collection]:
+        """The collections by name; their plugins are asked, and load what they need, only now."""
+        sound = [record for record in self.records if not record.error]
+        self._collections: dict[str, Collection] = {}
+        self._ask("catalogue_collections", Collection)
+        self._warn(sound)
+        return self._collections
+
+    def collection(self, name: str) -> Collection:
+        """Return a collection by its name.
+
+        Raises
+        ------
+        PluginError
+            If there is none; the text lists those that there are.
+        """
+        if name not in self.collections:
+            there = f"there are {', '.join(self.collections)}" if self.collections else "there are none"
+            raise PluginError(f"no plugin provides the collection {name}; {there}")
+        return self.collections[name]
+
+    def _ask(self, hook: str, kind: type[Family] | type[Series] | type[Collection]) -> None:
+        for record, module in self._loaded:
+            if not record.error:
+                self._collect(self._manager, record, module, hook, kind)
+
+    def _warn(self, records: list[Record]) -> None:
+        for record in records:
             if record.error:
-                warnings.warn(f"plugin {record.name} ({record.origin}) is left out: {record.error}", PluginWarning, 3)
+                warnings.warn(f"plugin {record.name} ({record.origin}) is left out: {record.error}", PluginWarning, 4)
 
     def provider(self, code: str) -> Record:
-        """Return the record of the plugin that provides a series."""
+        """Return the record of the plugin that provides a series, family or collection."""
         return self._provider[code]
 
     def get(self, code: str) -> Series:
@@ -141,7 +173,12 @@ class Registry:
         return record, module
 
     def _collect(
-        self, manager: pluggy.PluginManager, record: Record, module: Any, hook: str, kind: type[Family] | type[Series]
+        self,
+        manager: pluggy.PluginManager,
+        record: Record,
+        module: Any,
+        hook: str,
+        kind: type[Family] | type[Series] | type[Collection],
     ) -> None:
         """Ask one plugin through one hook what it adds; all of it counts, or nothing."""
         others = [plugin for plugin in manager.get_plugins() if plugin is not module]
@@ -158,9 +195,14 @@ class Registry:
         except (Exception, SystemExit) as error:
             record.error = one_line(error)
             manager.unregister(module)
+            for code in record.series:  # of a plugin that fails nothing counts
+                del self.series[code]
+            for name in record.families:
+                del self.families[name]
+            record.series, record.families = [], []
             return
         for item in items:
-            name = item.name if isinstance(item, Family) else item.code
+            name = item.code if isinstance(item, Series) else item.name
             if other := self._provider.get(name):
                 raise DuplicateSeries(
                     f"{name} is claimed by two plugins, {other.origin} and {record.origin}; remove one"
@@ -169,6 +211,9 @@ class Registry:
             if isinstance(item, Family):
                 self.families[name] = item
                 record.families.append(name)
+            elif isinstance(item, Collection):
+                self._collections[name] = item
+                record.collections.append(name)
             else:
                 self.series[name] = item
                 record.series.append(name)

@@ -7,12 +7,14 @@ from typing import Annotated
 
 import typer
 
+from ..errors import InvalidRequest
 from .options import Db, Plugins
 
 
 def build(
     count: Annotated[
-        int | None, typer.Option(metavar="N", help="Guides wanted.", show_default="100000, or as begun")
+        int | None,
+        typer.Option(metavar="N", help="Guides wanted.", show_default="200000, or as begun; 3000 of a collection"),
     ] = None,
     series: Annotated[
         list[str] | None, typer.Option("--series", metavar="CODE", help="Only this series; may be repeated.")
@@ -20,6 +22,9 @@ def build(
     seed: Annotated[int | None, typer.Option(help="Seed of the sampling.", show_default="0, or as begun")] = None,
     processes: Annotated[
         int | None, typer.Option(metavar="N", help="Worker processes.", show_default="one per processor")
+    ] = None,
+    collection: Annotated[
+        str | None, typer.Option("--collection", metavar="NAME", help="Draw the specimens of this collection instead.")
     ] = None,
     db: Db = None,
     plugins: Plugins = None,
@@ -32,6 +37,17 @@ def build(
     from ..facade import open
     from ..progress import shown
 
+    if collection is not None:
+        if series or processes is not None:
+            raise InvalidRequest("--series and --processes do not go with --collection: one process draws all of it")
+        with (
+            open(db, plugins=plugins or (), build=False) as catalogue,
+            shown(quiet=False, label=f"drawing {collection}") as report,
+        ):
+            made = catalogue.build_collection(collection, count=count, seed=seed, report=report)
+        if not made.rows:
+            print(f"nothing to do: {made.guides} specimens of {collection} are stored", file=sys.stderr)
+        return
     with open(db, plugins=plugins or (), build=False) as catalogue:
         with shown(quiet=False, label="building the catalogue") as report:
             done = catalogue.build(count=count, series=series or (), seed=seed, processes=processes, report=report)

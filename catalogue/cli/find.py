@@ -123,6 +123,21 @@ Cognates = Annotated[
 RoundTo = Annotated[
     float | None, typer.Option(metavar="L", help="Make all lengths multiples of L, and keep those that still serve.")
 ]
+InCollection = Annotated[
+    str | None,
+    typer.Option(
+        "--collection", metavar="NAME",
+        help="Find mechanisms of another kind, which a plugin collects (`catalogue plugins` lists them). With --family, "
+        "--series, --where, --rank-by deviation or one of its metrics, --limit and the output; drawn on first use.",
+    ),
+]  # fmt: skip
+Where = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--where", metavar="METRIC>=X",
+        help="Bound a metric of the collection by >= or <=, e.g. 'size<=3'; a length in your unit. May be repeated.",
+    ),
+]  # fmt: skip
 Plot = Annotated[Path | None, typer.Option(metavar="FILE", help="Draw the best one: PNG, SVG or PDF by the suffix.")]
 Limit = Annotated[int, typer.Option(metavar="N", help="How many guides to list.")]
 Explain = Annotated[bool, typer.Option("--explain", help="Say what each constraint removed and how long it took.")]
@@ -166,6 +181,8 @@ def _wishes(
     cognates: Cognates = False,
     round_to: RoundTo = None,
     limit: Limit = 12,
+    collection: InCollection = None,
+    where: Where = None,
     explain: Explain = False,
     plot: Plot = None,
     format: Output = Format.table,
@@ -213,6 +230,14 @@ def circular_arc(stroke: Stroke, deviation: Deviation, radius: Radius = None) ->
 
 
 def _find(request: Request, options: dict[str, Any]) -> None:
+    if options["collection"] is not None:
+        from .collected import find_in
+
+        find_in(request, options, {name: p.default for name, p in signature(_wishes).parameters.items()})
+        return
+    if options["where"]:
+        raise InvalidRequest("--where bounds a metric of a collection: name it with --collection")
+    options = {name: value for name, value in options.items() if name not in ("collection", "where")}
     from ..facade import open
 
     plural = {"families": "family", "series": "series", "configurations": "configuration"}

@@ -4,14 +4,23 @@ from __future__ import annotations
 
 import json
 import warnings
+from pathlib import Path
+from typing import TYPE_CHECKING
 
 import typer
 
-from .options import Format, Output, Plugins
+from ..folders import default_database
+from .options import Db, Format, Output, Plugins
+
+if TYPE_CHECKING:
+    from ..plugins import Record
 
 
-def plugins(plugins: Plugins = None, format: Output = Format.table) -> None:
-    """List the plugins with what they add, and those that were left out with the reason."""
+def plugins(plugins: Plugins = None, format: Output = Format.table, db: Db = None) -> None:
+    """List the plugins with what they add, and those that were left out with the reason.
+
+    Of each collection it is said how many specimens the database holds.
+    """
     from dataclasses import asdict
 
     from ..plugins import PluginWarning, Registry
@@ -19,12 +28,17 @@ def plugins(plugins: Plugins = None, format: Output = Format.table) -> None:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PluginWarning)  # the table says it
         registry = Registry(plugins or ())
+        held = _stored(db or default_database(), list(registry.collections))
     if format is Format.json:
-        print(json.dumps([asdict(r) for r in registry.records], indent=1))
+        print(
+            json.dumps(
+                [{**asdict(r), "specimens": {c: held[c] for c in r.collections}} for r in registry.records], indent=1
+            )
+        )
     else:
         columns = [("plugin", "left"), ("version", "left"), ("adds", "left"), ("from", "left")]
         rows = [
-            [r.name, r.version, f"left out: {r.error}" if r.error else ", ".join(r.families + r.series), r.origin]
+            [r.name, r.version, f"left out: {r.error}" if r.error else ", ".join(_adds(r, held)), r.origin]
             for r in registry.records
         ]
         if format is Format.csv:
@@ -38,3 +52,18 @@ def plugins(plugins: Plugins = None, format: Output = Format.table) -> None:
             print_table("Plugins", columns, rows)
     if any(r.error for r in registry.records):
         raise typer.Exit(5)
+
+
+def _adds(record: Record, held: dict[str, int]) -> list[str]:
+    return [*record.families, *record.series, *(f"{name} ({held[name]} specimens)" for name in record.collections)]
+
+
+def _stored(file: Path, names: list[str]) -> dict[str, int]:
+    """Return how many specimens a database holds of each collection; none if there is no such file."""
+    if not names or not file.exists():
+        return dict.fromkeys(names, 0)
+    from ..build.collect import stored
+    from ..store import Database
+
+    with Database.open(file, create=False) as database:
+        return {name: sum(number for number, _ in stored(database, name).values()) for name in names}

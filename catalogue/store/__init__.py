@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from .bulk import drop_indexes, finish, is_indexed, make_indexes, prepare, remove_designs, write_batch
 from .database import Database
-from .models import Base, Batch, Guide, Mechanism, Reach, Setting
+from .models import Base, Batch, Guide, Mechanism, Reach, Setting, SpecimenRow
 from .prepared import Prepared
 from .settings import get_setting, set_setting
 
@@ -17,6 +17,7 @@ __all__ = [
     "Prepared",
     "Reach",
     "Setting",
+    "SpecimenRow",
     "drop_indexes",
     "finish",
     "get_setting",

@@ -1,4 +1,4 @@
-"""The tables: what was drawn, which mechanisms were kept, what each guides and how far.
+"""The tables: what was drawn, which mechanisms were kept, what each guides and how far; specimens of collections.
 
 A mechanism is stored once, in its canonical frame (pole at the origin, pole tangent along +x, unit inflection
 circle), and so without a length unit.  A guide has one `Reach` per decade of relative deviation; everything in a
@@ -217,6 +217,36 @@ class Reach(Base):
         Index("ix_reach_size", "kind", "series", "level", "size"),
         # in the order in which a search reads; the last three reject an arc without a look at its row
         Index("ix_reach_floor", "kind", "series", "level", "floor", "guide_id", "sweep", "size", "spread"),
+        {"sqlite_strict": True},
+    )
+
+
+class SpecimenRow(Base):
+    """A specimen of a collection, scale-free: lengths among its metrics are multiples of the stroke, so is `deviation`.
+
+    `block` says in which block of the collection's draws it was drawn, from which a build that was interrupted goes on.
+    """
+
+    __tablename__ = "specimens"
+
+    id: Mapped[Key]
+    collection: Mapped[str]
+    family: Mapped[str]
+    series: Mapped[str]
+    configuration: Mapped[str]
+    kind: Mapped[str]
+    block: Mapped[int]
+    deviation: Mapped[float]
+    parameters: Mapped[str]
+    metrics: Mapped[str]
+
+    __table_args__ = (
+        CheckConstraint("kind IN ('line', 'circle')", name="kind"),
+        CheckConstraint("block >= 0", name="block"),
+        CheckConstraint("deviation >= 0", name="deviation"),
+        CheckConstraint("json_valid(parameters) AND json_type(parameters) = 'object'", name="parameters"),
+        CheckConstraint("json_valid(metrics) AND json_type(metrics) = 'object'", name="metrics"),
+        Index("ix_specimens_deviation", "collection", "kind", "deviation"),
         {"sqlite_strict": True},
     )
 

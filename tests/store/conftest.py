@@ -14,6 +14,7 @@ import pytest
 import catalogue
 from catalogue.folders import folder
 from catalogue.store import Database
+from catalogue.store.upgrade import revisions
 
 FILLER = Path(__file__).with_name("filler.py")
 
@@ -52,14 +53,18 @@ def database(path: Path) -> Iterator[Database]:
 
 @pytest.fixture
 def add_migration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[str], None]:
-    """Return a function that adds revision 0003, with the given body, to a copy of the migrations, and uses that."""
+    """Return a function that adds the next revision, of a given body, to a copy of the migrations, and uses that."""
     copy = tmp_path / "migrations"
 
     def add(body: str) -> None:
         shutil.copytree(folder("migrations"), copy, ignore=shutil.ignore_patterns("__pycache__"))
-        text = "import sqlalchemy as sa\nfrom alembic import op\nrevision = '0003'\ndown_revision = '0002'\n"
+        newest = revisions()[-1]
+        following = f"{int(newest) + 1:04}"
+        text = (
+            f"import sqlalchemy as sa\nfrom alembic import op\nrevision = {following!r}\ndown_revision = {newest!r}\n"
+        )
         indented = "".join(f"    {line}\n" for line in body.splitlines())
-        (copy / "versions" / "0003_more.py").write_text(f"{text}def upgrade():\n{indented}")
+        (copy / "versions" / f"{following}_more.py").write_text(f"{text}def upgrade():\n{indented}")
         monkeypatch.setattr("catalogue.store.upgrade.folder", lambda name: tmp_path / name)
 
     return add

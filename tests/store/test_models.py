@@ -86,6 +86,18 @@ ROWS: dict[str, dict[str, Any]] = {
         "drive_angle": None,
         "rotation": 20.0,
     },
+    "specimens": {
+        "id": 1,
+        "collection": "swings",
+        "family": "pendulum",
+        "series": "simple",
+        "configuration": "bar",
+        "kind": "line",
+        "block": 0,
+        "deviation": 0.0,
+        "parameters": "{}",
+        "metrics": '{"size": 2.5}',
+    },
     "setting": {"key": "seed", "value": "0"},
 }
 
@@ -121,6 +133,10 @@ BROKEN: list[tuple[str, dict[str, Any]]] = [
     *(("ck_reach_fixed_box", {**NONE, name: 0.0}) for name in NONE),
     *(("ck_reach_fixed_box", {name: 2.0}) for name in ("fixed_x0", "fixed_y0")),
     *(("ck_reach_all_box", {name: 2.0}) for name in ("all_x0", "all_y0")),
+    ("ck_specimens_kind", {"kind": "parabola"}),
+    ("ck_specimens_block", {"block": -1}),
+    ("ck_specimens_deviation", {"deviation": -1e-9}),
+    *((f"ck_specimens_{name}", {name: text}) for name in ("parameters", "metrics") for text in ("", "{", "[]", "1")),
 ]
 
 SOUND: list[tuple[str, dict[str, Any]]] = [
@@ -234,5 +250,5 @@ def test_nothing_is_there_twice(connection: Connection, table: str, changes: dic
 def test_batch_takes_along_what_came_of_it(connection: Connection) -> None:
     add_parents(connection, "setting")
     connection.exec_driver_sql("DELETE FROM batch")
-    for table in ROWS:
+    for table in ("batch", "mechanism", "guide", "reach"):
         assert connection.exec_driver_sql(f"SELECT count(*) FROM {table}").scalar_one() == 0

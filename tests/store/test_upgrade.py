@@ -13,14 +13,15 @@ from alembic.autogenerate import compare_metadata
 from alembic.config import Config
 from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
-from sqlalchemy import create_engine
+from sqlalchemy import create_engine, func, select
 
 from catalogue.errors import DatabaseError, DatabaseTooNew
 from catalogue.folders import folder
-from catalogue.store import Base, Database, write_batch
+from catalogue.store import Base, Database, SpecimenRow, write_batch
 from catalogue.store.upgrade import revision, revisions
 
-HEAD, NEXT = "0002", "0003"
+HEAD = revisions()[-1]
+NEXT = f"{int(HEAD) + 1:04}"
 ADD_COLUMN = """
 with op.batch_alter_table("mechanism", recreate="always") as batch:
     batch.add_column(sa.Column("note", sa.TEXT))
@@ -84,18 +85,18 @@ def test_upgrade_keeps_all_rows_and_a_copy(filled: Path, add_migration: Callable
         assert "STRICT" in ddl
         assert "ck_mechanism_curvature" in ddl
     assert revision(filled) == NEXT
-    copy = filled.with_name("some.db.backup-0002")
-    assert rows(copy, "SELECT version_num FROM alembic_version") == [("0002",)]
+    copy = filled.with_name(f"some.db.backup-{HEAD}")
+    assert rows(copy, "SELECT version_num FROM alembic_version") == [(HEAD,)]
     assert rows(copy, "SELECT count(*) FROM reach") == [(24,)]
     assert len(copy.read_bytes()) == len(before)
 
 
 def test_older_copy_is_not_overwritten(filled: Path, add_migration: Callable[[str], None]) -> None:
-    filled.with_name("some.db.backup-0002").write_text("precious")
+    filled.with_name(f"some.db.backup-{HEAD}").write_text("precious")
     add_migration(ADD_COLUMN)
     Database.open(filled).close()
-    assert filled.with_name("some.db.backup-0002").read_text() == "precious"
-    assert revision(filled.with_name("some.db.backup-0002-2")) == HEAD
+    assert filled.with_name(f"some.db.backup-{HEAD}").read_text() == "precious"
+    assert revision(filled.with_name(f"some.db.backup-{HEAD}-2")) == HEAD
 
 
 @pytest.mark.parametrize(("body", "reason"), [(FAIL, r"\(no\)"), (ORPHAN, "2 rows without")])
@@ -107,7 +108,7 @@ def test_failed_upgrade_leaves_the_file_as_it_was(
     with pytest.raises(DatabaseError, match=reason) as caught:
         Database.open(filled)
     assert filled.read_bytes() == before
-    assert "some.db.backup-0002" in str(caught.value)
+    assert f"some.db.backup-{HEAD}" in str(caught.value)
     assert "\n" not in str(caught.value)
 
 
@@ -131,3 +132,16 @@ def test_newer_file_is_refused(filled: Path) -> None:
     with pytest.raises(DatabaseTooNew, match=r"0999.*upgrade mechanism-catalogue"):
         Database.open(filled)
     assert filled.read_bytes() == before
+
+
+def test_a_file_without_specimens_gets_their_table(path: Path, filled: Path) -> None:
+    (migration,) = (folder("migrations") / "versions").glob("*_specimens.py")
+    before = revisions()[revisions().index(migration.stem.partition("_")[0]) - 1]
+    with closing(sqlite3.connect(filled)) as connection, connection:
+        connection.execute("DROP TABLE specimens")
+        connection.execute("UPDATE alembic_version SET version_num = ?", [before])
+    with Database.open(path) as database:
+        found = database.read(select(func.count(SpecimenRow.id).label("rows")))
+    assert found["rows"].tolist() == [0]
+    assert rows(filled, "SELECT count(*) FROM reach") == [(24,)]
+    assert rows(filled, "SELECT sql LIKE '%STRICT' FROM sqlite_master WHERE name = 'specimens'") == [(1,)]
