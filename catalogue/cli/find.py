@@ -127,8 +127,8 @@ InCollection = Annotated[
     str | None,
     typer.Option(
         "--collection", metavar="NAME",
-        help="Find mechanisms of another kind, which a plugin collects (`catalogue plugins` lists them). With --family, "
-        "--series, --where, --rank-by deviation or one of its metrics, --limit and the output; drawn on first use.",
+        help="Find mechanisms of another kind, which a plugin collects (`catalogue plugins` lists them). With "
+        "--family, --series, --where, --rank-by deviation or one of its metrics, --limit and the output; drawn on first use.",
     ),
 ]  # fmt: skip
 Where = Annotated[

@@ -24,9 +24,30 @@ that of the mechanisms, with guides of different kinds side by side.  Modules, f
     with rates (1, 0, ...) the reduced ones, by the driver.
 ``continuation``, ``walk``, ``follow``
     ``follow(mechanisms, path, start)``: ``Motion`` along the path, up to turning points, branch points and edges.
+``plain``, ``fits``, ``measures``, ``points``, ``special``, ``draw``, ``picture``
+    Mechanisms as plain data; the nearest line and circle of a path; what is measured over a stroke; which point runs
+    straightest; well-known cases; random mechanisms; a drawing.
+``collection``
+    ``COLLECTION``: all of that as a collection of the catalogue, imported when one is asked for.
 
 >>> guides = [Guides("circle", r), Guides("circle", s, origins, quaternions), Guides(["cylinder", "torus"], shapes)]
 >>> batch = Mechanisms(body, guides, drivers=[(0, "u")])
 >>> motion = follow(batch, path, start)
 >>> jets(batch, motion.node(0), [[1.0, 0.0]]).spin
 """
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from catalogue.hookspecs import hookimpl
+
+if TYPE_CHECKING:
+    from catalogue.collection import Collection
+
+
+@hookimpl
+def catalogue_collections() -> list[Collection]:
+    from .collection import COLLECTION
+
+    return [COLLECTION]

@@ -1,0 +1,36 @@
+"""Spatially guided bodies as a collection of the catalogue."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from catalogue.collection import Collection
+
+from .draw import COINCIDENCES, draw
+from .measures import METRICS, measure
+from .special import classify
+
+if TYPE_CHECKING:
+    from catalogue.query.collected import Piece
+
+
+def plot(piece: Piece, file: Path | None) -> Any:
+    """Draw a piece; see `picture`."""
+    from .picture import picture
+
+    return picture(piece, file)
+
+
+COLLECTION = Collection(
+    name="spatial-guidance",
+    title="Bodies guided in space by points on surfaces and curves",
+    source="Mangeron, Oğuztöreli and Plitea 1970",
+    plan="1",
+    families={family: tuple(series) for family, series in COINCIDENCES.items()},
+    metrics=METRICS,
+    draw=draw,
+    measure=measure,
+    classify=classify,
+    plot=plot,
+)

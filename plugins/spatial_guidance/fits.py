@@ -1,0 +1,173 @@
+"""The line and the circle in space that a path is nearest to, the largest distance being least.
+
+The deviation from a line is the radius of the narrowest round cylinder that holds the path, from a circle that of the
+narrowest torus about it: the largest distance of a point of the path from the line or the circle.
+
+In the frame of a line or circle nearby a distance is, to first order, the modulus of two components, each less a
+combination of known functions: 1 and the abscissa for both components of the distance from a line; 1, cos and sin of
+the angle about the axis for the radial and the axial component of that from a circle.  The best combinations of both
+are found together by Lawson's iteration (weights grow with the distance), then the frame is renewed.  The weighted
+mean square is never above the least maximum (duality), so that how good the found one is, is known.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from catalogue.linkage import Array
+
+#: Lawson's iteration ends when the largest distance is so near to its lower bound, or after so many steps.
+TIGHT, STEPS = 1e-3, 400
+#: Frames that are tried one after the other.
+FRAMES = 4
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Best lines or circles of n paths.
+
+    Attributes
+    ----------
+    deviation : ndarray, shape (n,)
+        Largest distance of the path.
+    bound : ndarray, shape (n,)
+        No line (circle) nearby has a smaller one, to first order.
+    stroke : ndarray, shape (n,)
+        Distance of the ends, along the line or as a chord.
+    radius : ndarray, shape (n,)
+        Infinite for a line.
+    start : ndarray, shape (n, 3)
+        Where the stroke begins: the foot of the first point on the line; that point itself for a circle.
+    axes : ndarray, shape (n, 3, 3)
+        Rows: along the stroke; to the side to which an arc bulges; the third.
+    """
+
+    deviation: Array
+    bound: Array
+    stroke: Array
+    radius: Array
+    start: Array
+    axes: Array
+
+
+def line(x: Array, side: Array | None = None) -> Fit:
+    """Return the narrowest cylinders about the paths x (n, k, 3); `side` (n, 3) says where the second axis points."""
+    origin, along = x.mean(1), unit(x[:, -1] - x[:, 0])
+    for _ in range(FRAMES):
+        axes = frame(along, across(along) if side is None else side - origin)
+        s, *distance = np.moveaxis((x - origin[:, None]) @ np.swapaxes(axes, 1, 2), 2, 0)
+        half = np.abs(s).max(1)
+        basis = np.stack([np.ones_like(s), s / half[:, None]], axis=1)
+        c, bound = lawson(np.stack(distance, axis=1), np.stack([basis, basis], axis=1))
+        move = c[:, :, 0, None] * axes[:, 1:]
+        tilt = (c[:, :, 1] / half[:, None])[:, :, None] * axes[:, 1:]
+        origin, along = origin + move.sum(1), unit(along + tilt.sum(1))
+    axes = frame(along, across(along) if side is None else side - origin)
+    s, y, z = np.moveaxis((x - origin[:, None]) @ np.swapaxes(axes, 1, 2), 2, 0)
+    start = origin + s[:, :1] * along
+    return Fit(np.hypot(y, z).max(1), bound, s[:, -1] - s[:, 0], np.full(len(x), np.inf), start, axes)
+
+
+def circle(x: Array, radius: Array | None = None) -> Fit:
+    """Return the narrowest tori about the paths x (n, k, 3), of given radii (n,) if there are any.
+
+    NaN where the ends and the middle of a path are on a line.
+    """
+    first, middle, last = x[:, 0], x[:, x.shape[1] // 2], x[:, -1]
+    with np.errstate(all="ignore"):
+        centre, normal, r = through(first, middle, last)
+        if radius is not None:
+            centre = centre + (1 - radius / r)[:, None] * (middle - centre)
+            r = radius
+        bound = np.full(len(x), np.nan)
+        for _ in range(FRAMES + 2):
+            rho, h, cos, sin, axes = _about(x, centre, normal, middle)
+            ones, wide = np.ones_like(cos), np.maximum(np.abs(sin).max(1), 1e-12)[:, None]
+            high = np.maximum((1 - cos).max(1), 1e-24)[:, None]
+            basis = np.stack([ones, sin / wide, (1 - cos) / high], axis=1)
+            radial = basis.copy()
+            if radius is not None:  # the radius stays: no constant, but the cosine itself
+                radial[:, 0], radial[:, 2] = cos, 0
+            c, bound = lawson(np.stack([rho - r[:, None], h], axis=1), np.stack([radial, basis], axis=1))
+            a, b = c[:, 0], c[:, 1]
+            side = a[:, 0] if radius is not None else -a[:, 2] / high[:, 0]
+            if radius is None:
+                r = r + a[:, 0] + a[:, 2] / high[:, 0]
+            lift, tilt = b[:, 0] + b[:, 2] / high[:, 0], np.stack([-b[:, 2] / high[:, 0], b[:, 1] / wide[:, 0]], 1)
+            e, f = axes[:, 0], axes[:, 1]
+            centre = centre + side[:, None] * e + (a[:, 1] / wide[:, 0])[:, None] * f + lift[:, None] * normal
+            normal = unit(normal - (tilt[:, :1] * e + tilt[:, 1:] * f) / r[:, None])
+        rho, h, *_ = _about(x, centre, normal, middle)
+        chord = last - first
+        along = unit(chord)
+        return Fit(
+            np.hypot(rho - r[:, None], h).max(1), bound, np.sqrt((chord**2).sum(1)), r, first,
+            frame(along, middle - centre),
+        )  # fmt: skip
+
+
+def lawson(values: Array, basis: Array) -> tuple[Array, Array]:
+    """Return coefficients (n, 2, m) by which combinations of a basis (n, 2, m, k) come nearest to values (n, 2, k).
+
+    The largest modulus over k of the two errors becomes least; also a lower bound of it, shape (n,).
+    """
+    n, _, k = values.shape
+    weight, best = np.full((n, k), 1 / k), np.full(n, np.inf)
+    bound, kept = np.zeros(n), np.zeros(basis.shape[:3])
+    for _ in range(STEPS):
+        weighted = basis * weight[:, None, None]
+        normal = weighted @ np.swapaxes(basis, 2, 3)
+        trace = np.trace(normal, axis1=2, axis2=3)[..., None, None]
+        normal += 1e-15 * np.where(np.isfinite(trace), trace, 1) * np.eye(basis.shape[2])  # of functions that vanish
+        right = (weighted @ values[..., None])[..., 0]
+        c = np.linalg.solve(np.where(np.isfinite(normal), normal, np.eye(basis.shape[2])), right[..., None])[..., 0]
+        error = np.sqrt(((values - (c[:, :, None] @ basis)[:, :, 0]) ** 2).sum(1))
+        worst, mean = error.max(1), np.sqrt((weight * error**2).sum(1))
+        bound = np.fmax(bound, mean)
+        better = worst < best
+        best, kept = np.where(better, worst, best), np.where(better[:, None, None], c, kept)
+        if not (best > bound * (1 + TIGHT) + 1e-15 * np.abs(values).max((1, 2))).any():
+            break
+        weight = weight * error
+        with np.errstate(all="ignore"):
+            weight = weight / weight.sum(1, keepdims=True)
+        weight = np.where(np.isfinite(weight), weight, 1 / k)
+    return kept, bound
+
+
+def through(a: Array, b: Array, c: Array) -> tuple[Array, Array, Array]:
+    """Return centre (..., 3), axis (..., 3) and radius (...) of the circles through three points (..., 3)."""
+    p, q = a - b, c - b
+    normal = np.cross(p, q)
+    square = (normal**2).sum(-1, keepdims=True)
+    to = np.cross((p**2).sum(-1, keepdims=True) * q - (q**2).sum(-1, keepdims=True) * p, normal) / (2 * square)
+    return b + to, normal / np.sqrt(square), np.sqrt((to**2).sum(-1))
+
+
+def unit(v: Array) -> Array:
+    """Return vectors (..., 3) of length 1."""
+    return np.asarray(v / np.sqrt((v * v).sum(-1, keepdims=True)))
+
+
+def across(v: Array) -> Array:
+    """Return a vector across each (n, 3)."""
+    return np.cross(v, np.eye(3)[np.abs(v).argmin(1)])
+
+
+def frame(along: Array, side: Array) -> Array:
+    """Return axes (n, 3, 3): the first along, the second as near to a side as can be."""
+    second = unit(side - (side * along).sum(1, keepdims=True) * along)
+    return np.stack([along, second, np.cross(along, second)], axis=1)
+
+
+def _about(x: Array, centre: Array, normal: Array, middle: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Return distance from the axis, height, cosine and sine of the angle from the middle, and the axes (n, 2, 3)."""
+    out = middle - centre
+    e = unit(out - (out * normal).sum(1, keepdims=True) * normal)
+    f = np.cross(normal, e)
+    d = x - centre[:, None]
+    u, v, h = ((d * axis[:, None]).sum(2) for axis in (e, f, normal))
+    rho = np.hypot(u, v)
+    return rho, h, u / rho, v / rho, np.stack([e, f], axis=1)

@@ -1,0 +1,120 @@
+"""The point of a moving body that runs straightest, or most nearly on a circle, and over which part of the motion.
+
+A point's path is an affine function of the poses: all points of a grid in the body are tried over all windows of the
+motion at once, the best of each length of window is moved by a compass search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from catalogue.linkage import Array
+
+from .fits import through
+
+#: Nodes of the motion less one, and nodes of a window less one.
+WHOLE, PART = 48, 12
+#: Length of windows in nodes, and the distance between their beginnings.
+WINDOWS = ((48, 48), (24, 6), (12, 6))
+#: Points of the grid along each axis, and how far it goes [radii of the body].
+SIDE, REACH = 5, 2.0
+#: Steps of the compass search; a step that brings nothing is halved.
+COMPASS = 48
+#: Least stroke [diameters of the body], least and largest stroke over radius.
+LEAST, FLAT, FULL = 0.1, 0.25, 1.8
+#: How near to a point that a guide leads exactly a point may be [diameters of the body]: it would be a slide, a crank.
+CLEAR = 0.25
+
+Gap = Callable[[Array], Array]
+
+
+def line_gap(x: Array) -> Array:
+    """Return the distance of paths x (..., k, 3) from a line nearby, over the stroke; infinite if they turn back."""
+    with np.errstate(all="ignore"):
+        chord = x[..., -1, :] - x[..., 0, :]
+        stroke = np.sqrt((chord**2).sum(-1))
+        along = chord / stroke[..., None]
+        d = x - x.mean(-2, keepdims=True)
+        s = (d * along[..., None, :]).sum(-1)
+        slope = (s[..., None] * d).sum(-2) / (s * s).sum(-1)[..., None]
+        off = d - s[..., None] * slope[..., None, :]
+        gap = np.sqrt((off**2).sum(-1).max(-1)) / stroke
+    return np.where((np.diff(s, axis=-1) > 0).all(-1), gap, np.inf)
+
+
+def circle_gap(x: Array) -> Array:
+    """Return the distance of paths x (..., k, 3) from the circle through ends and middle, over the stroke."""
+    with np.errstate(all="ignore"):
+        chord = x[..., -1, :] - x[..., 0, :]
+        stroke = np.sqrt((chord**2).sum(-1))
+        centre, normal, radius = through(x[..., 0, :], x[..., x.shape[-2] // 2, :], x[..., -1, :])
+        d = x - centre[..., None, :]
+        h = (d * normal[..., None, :]).sum(-1)
+        rho = np.sqrt(np.maximum((d * d).sum(-1) - h * h, 0))
+        gap = np.sqrt(((rho - radius[..., None]) ** 2 + h * h).max(-1)) / stroke
+        s = (d * chord[..., None, :]).sum(-1)
+        fair = (np.diff(s, axis=-1) > 0).all(-1) & (stroke > FLAT * radius) & (stroke < FULL * radius)
+    return np.where(fair, gap, np.inf)
+
+
+GAPS: dict[str, Gap] = {"line": line_gap, "circle": circle_gap}
+
+
+def best(
+    rotation: Array, translation: Array, kind: str, centre: Array, size: Array, barred: Array, flat: Array
+) -> list[tuple[Array, Array, Array]]:
+    """Return for each length of window the best point (n, 3), the first node of its window (n,) and its gap (n,).
+
+    Parameters
+    ----------
+    rotation, translation : ndarray, shape (n, 49, 3, 3), (n, 49, 3)
+        Poses at even steps of the drivers.
+    kind : str
+        ``line`` or ``circle``.
+    centre, size : ndarray, shape (n, 3), (n,)
+        Of the body.
+    barred : ndarray, shape (n, p, 3)
+        Points of the body that guides lead exactly; NaN for none.
+    flat : ndarray, shape (n,)
+        Where the body moves in parallel to the plane z = 0: barred are then all points above and below.
+    """
+    gap = GAPS[kind]
+    ticks = np.linspace(-REACH / 2, REACH / 2, SIDE)
+    cells = np.stack(np.meshgrid(ticks, ticks, ticks, indexing="ij"), axis=-1).reshape(-1, 3)
+    tried = centre[:, None] + size[:, None, None] * cells
+    n, every, out = len(rotation), np.arange(len(rotation)), []
+    lift = np.where(flat[:, None], (1.0, 1.0, 0.0), (1.0, 1.0, 1.0))
+
+    def clear(points: Array) -> Array:
+        apart = (points[:, :, None] - barred[:, None]) * lift[:, None, None]
+        near = (apart**2).sum(-1) < (CLEAR * size[:, None, None]) ** 2
+        return ~near.any(-1)
+
+    def judged(points: Array, r: Array, t: Array) -> Array:
+        """Gaps (n, m) of points (n, m, 3) over windows (n, k, ...)."""
+        x = t[:, None] + np.einsum("nkij,nmj->nmki", r, points)
+        stroke = np.sqrt(((x[:, :, -1] - x[:, :, 0]) ** 2).sum(-1))
+        return np.where(clear(points) & (stroke > LEAST * size[:, None]), gap(x), np.inf)
+
+    for length, shift in WINDOWS:
+        firsts = np.arange(0, WHOLE - length + 1, shift)
+        steps = np.arange(0, length + 1, length // PART)
+        tables = np.stack([judged(tried, rotation[:, f + steps], translation[:, f + steps]) for f in firsts], axis=1)
+        chosen = tables.reshape(n, -1).argmin(1)
+        first, cell = firsts[chosen // len(cells)], chosen % len(cells)
+        r, t = rotation[every[:, None], first[:, None] + steps], translation[every[:, None], first[:, None] + steps]
+        point, value = tried[every, cell], tables.reshape(n, -1)[every, chosen]
+        step = 0.25 * size * REACH / (SIDE - 1)
+        ways = np.concatenate([np.eye(3), -np.eye(3)])
+        for _ in range(COMPASS):
+            around = point[:, None] + step[:, None, None] * ways
+            gaps = judged(around, r, t)
+            way = gaps.argmin(1)
+            better = gaps[every, way] < value
+            point = np.where(better[:, None], around[every, way], point)
+            value = np.where(better, gaps[every, way], value)
+            step = np.where(better, 1.5 * step, 0.5 * step)
+        out.append((point, first, value))
+    return out

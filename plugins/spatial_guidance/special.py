@@ -1,0 +1,90 @@
+"""Where a mechanism belongs, and which of the well-known mechanisms it is.
+
+``planar``: three points of the body that are not on a line stay in planes normal to one direction (on circles about it,
+on lines and planes across it), so that the body moves in parallel to them.  ``spherical``: three such points keep
+their distance from one point, which may be one of the body that is on three surfaces.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from catalogue.collection import Tags
+from catalogue.linkage import Array
+
+from .plain import strokes
+from .rotation import matrix
+
+#: Directions are one if the sine of their angle is less, points if they are nearer [diameters of the body].
+ONE = 1e-9
+#: Well-known mechanisms by their kinds of guides, sorted.
+NAMED: dict[tuple[str, ...], str] = {
+    ("sphere",) * 5: "5-SS",
+    ("circle", "sphere", "sphere", "sphere"): "RS-3SS",
+    ("circle", "circle", "cylinder"): "Altmann",
+    ("circle", "circle", "sphere"): "RSSR-SS",
+    ("plane",) * 3: "3-plane",
+}
+
+
+def classify(parameters: Mapping[str, Any]) -> Tags:
+    """Return family (class), series (degeneration), configuration (guides in order) and well-known cases."""
+    m = strokes([parameters]).mechanisms
+    kinds = [g.kinds[0].name.partition(":")[0] for g in m.guides]
+    names = []
+    if tuple(sorted(kinds)) in NAMED:
+        names.append(NAMED[tuple(sorted(kinds))])
+    if kinds.count("circle") == 2 and m.name == "III":
+        names.append("RSSR")
+    if sorted(kinds[:2]) == ["circle", "line"] and m.name == "III":
+        names.append("RSSP")
+    body = m.body[0]
+    if planar(kinds, body, _axes(m), m.diameter[0]):
+        names.append("planar")
+    if spherical(kinds, body, _axes(m), np.array([g.origin[0] for g in m.guides]), str(m.series[0]), m.diameter[0]):
+        names.append("spherical")
+    return Tags(m.name, str(m.series[0]), " ".join(kinds), tuple(names))
+
+
+def _axes(m: Any) -> Array:
+    """Return the local Z of each guide, shape (p, 3)."""
+    return np.array([matrix(g.quaternion[:1].T)[:, 2, 0] for g in m.guides])
+
+
+def planar(kinds: list[str], body: Array, axes: Array, size: float) -> bool:
+    """Return whether three points stay in planes normal to one direction."""
+    flat = [i for i, k in enumerate(kinds) if k in ("circle", "plane")]
+    lines = [i for i, k in enumerate(kinds) if k == "line"]
+    for normal in axes[flat]:
+        kept = [i for i in flat if np.abs(np.cross(axes[i], normal)).max() < ONE]
+        kept += [i for i in lines if abs(axes[i] @ normal) < ONE]
+        if _spread(body[kept], size):
+            return True
+    return False
+
+
+def spherical(kinds: list[str], body: Array, axes: Array, origins: Array, series: str, size: float) -> bool:
+    """Return whether three points keep their distance from one point."""
+    if "3" in series.partition(".")[2]:
+        return True  # a point on three surfaces stands still
+    held = [i for i, k in enumerate(kinds) if k in ("circle", "sphere")]
+    for some in combinations(held, 3):
+        # the point is on the axis of each circle, and at the centre of each sphere
+        rows = [np.eye(3) - np.outer(axes[i], axes[i]) if kinds[i] == "circle" else np.eye(3) for i in some]
+        right = np.concatenate([r @ origins[i] for r, i in zip(rows, some, strict=True)])
+        point, *_ = np.linalg.lstsq(np.concatenate(rows), right, rcond=None)
+        off = np.abs(np.concatenate(rows) @ point - right).max()
+        if off < ONE * size and _spread(body[list(some)], size):
+            return True
+    return False
+
+
+def _spread(points: Array, size: float) -> bool:
+    """Return whether three of the points are not on a line."""
+    if len(points) < 3:
+        return False
+    return bool(np.linalg.svd(points - points.mean(0), compute_uv=False)[1] > ONE * size)
