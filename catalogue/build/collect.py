@@ -20,7 +20,7 @@ from .fill import Progress
 #: Specimens of a collection if no other number is asked for.
 COUNT = 3000
 #: Mechanisms that are drawn together.
-BLOCK = 48
+BLOCK = 192
 #: A family that gives nothing in so many blocks in a row gives nothing.
 BARREN = 8
 

@@ -128,7 +128,7 @@ InCollection = Annotated[
     typer.Option(
         "--collection", metavar="NAME",
         help="Find mechanisms of another kind, which a plugin collects (`catalogue plugins` lists them). With "
-        "--family, --series, --where, --rank-by deviation or one of its metrics, --limit and the output; drawn on first use.",
+        "--family, --series, --where, --rank-by deviation or one of its metrics, --limit, the output.",
     ),
 ]  # fmt: skip
 Where = Annotated[

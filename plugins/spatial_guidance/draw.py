@@ -15,7 +15,7 @@ from catalogue.linkage import Array
 
 from .fits import unit
 from .follow import follow
-from .measures import METRICS, fitted, numbers, run
+from .measures import METRICS, Motion, fitted, known, numbers, run
 from .mechanism import Guides, Mechanisms
 from .plain import Strokes, plain
 from .points import GAPS, WHOLE, WINDOWS, best
@@ -26,7 +26,14 @@ from .special import classify
 SURFACES = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere", "plane")
 CURVES = ("circle", "helix", "line")
 #: Guides of each class, curves first (c) and then surfaces (s), and its degrees of freedom.
-CLASSES = {"I": ("sssss", 1), "II": ("csss", 1), "III": ("ccs", 1), "IV": ("ssss", 2), "V": ("css", 2), "VI": ("sss", 3)}
+CLASSES = {
+    "I": ("sssss", 1),
+    "II": ("csss", 1),
+    "III": ("ccs", 1),
+    "IV": ("ssss", 2),
+    "V": ("css", 2),
+    "VI": ("sss", 3),
+}
 #: Well-known kinds of guides.
 KNOWN: dict[str, tuple[tuple[str, ...], ...]] = {
     "I": (("sphere",) * 5, ("sphere", "sphere", "sphere", "plane", "plane"), ("cylinder",) * 5),
@@ -52,8 +59,8 @@ COINCIDENCES: dict[str, dict[str, tuple[tuple[int, int], ...]]] = {
 FAR, MARGIN = 2.5, 0.04
 #: What is stored: at most this deviation over the stroke, condition, size over the stroke.
 DEVIATION, CONDITION, SIZE = 0.05, 1000.0, 30.0
-#: Deviation over the stroke below which the point is led by a guide that leads nothing else.
-TRIVIAL = 1e-12
+#: Deviation over the stroke below which a point is, or is about to become, one that a guide leads exactly.
+TRIVIAL = 1e-5
 
 
 def draw(family: str, rng: np.random.Generator, count: int) -> list[Specimen]:
@@ -89,32 +96,31 @@ def _specimens(m: Mechanisms, path: Array, positions: Positions, flat: Array) ->
     n = len(m)
     rotation = np.moveaxis(matrix(positions.quaternion.T), 2, 0).reshape(n, -1, 3, 3)
     translation = positions.translation.reshape(n, -1, 3)
-    coordinates = positions.coordinates.reshape(n, WHOLE + 1, -1, 2)
-    every, out = np.arange(n), []
-    for kind in GAPS:
-        barred = led(m, kind)
-        for (length, _), (point, first, gap) in zip(
-            WINDOWS, best(rotation, translation, kind, m.body.mean(1), m.diameter, barred, flat), strict=True
-        ):
+    found: list[tuple[Array, ...]] = []  # mechanism, point, first and last node, and whether a circle
+    for circles, kind in enumerate(GAPS):
+        tried = best(rotation, translation, kind, m.body.mean(1), m.diameter, led(m, kind), flat)
+        for (length, _), (point, first, gap) in zip(WINDOWS, tried, strict=True):
             good = np.flatnonzero(gap < 2 * DEVIATION)
-            if len(good):
-                ends = path[every[good, None], first[good, None] + [0, length]]
-                given = Strokes(m[good], ends, coordinates[good, first[good]], point[good])
-                out += _measured(given, kind)
+            found.append((good, point[good], first[good], first[good] + length, np.full(len(good), circles)))
+    index, point, first, last, circles_ = (np.concatenate(column) for column in zip(*found, strict=True))
+    coordinates = positions.coordinates.reshape(n, WHOLE + 1, -1, 2)
+    ends = np.stack([path[index, first], path[index, last]], axis=1)
+    given = Strokes(m[index], ends, coordinates[index, first], point)
+    motion = run(given)
+    out = []
+    for circles, kind in enumerate(GAPS):
+        some = np.flatnonzero((circles_ == circles) & (motion.reason == ""))
+        if len(some):
+            out += _measured(given[some], motion[some], kind)
     return out
 
 
-def _measured(given: Strokes, kind: str) -> list[Specimen]:
+def _measured(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
     """Return specimens of those strokes that guide well enough, laid from (0, 0, 0) to (1, 0, 0)."""
-    motion = run(given, 32)
-    good = np.flatnonzero(motion.reason == "")
-    if not len(good):
-        return []
-    given, motion = given[good], type(motion)(*(v[good] for v in vars(motion).values()))
-    fit = fitted(given, motion, kind)
+    fit = fitted(motion, kind)
     values = numbers(given, motion, fit)
     relative = (fit.deviation + motion.missed) / fit.stroke
-    fair = (relative > TRIVIAL) & (relative <= DEVIATION) & (values["condition"] <= CONDITION)
+    fair = (relative > TRIVIAL) & (relative <= DEVIATION) & (values["condition"] <= CONDITION) & known(motion, fit)
     fair &= (values["size"] <= SIZE * fit.stroke) & (values["uniformity"] > 0)
     keep = np.flatnonzero(fair)
     if not len(keep):
@@ -125,14 +131,12 @@ def _measured(given: Strokes, kind: str) -> list[Specimen]:
         tags = classify(data)
         unit_of = {name: fit.stroke[j] if metric.unit == LENGTH else 1.0 for name, metric in METRICS.items()}
         metrics = {name: float(values[name][j] / unit_of[name]) for name in METRICS}
-        out.append(
-            Specimen(tags.family, tags.series, tags.configuration, kind, float(relative[j]), data, metrics)
-        )
+        out.append(Specimen(tags.family, tags.series, tags.configuration, kind, float(relative[j]), data, metrics))
     return out
 
 
 def led(m: Mechanisms, kind: str) -> Array:
-    """Return the points of the bodies that guides lead exactly along such a curve, or may, (n, p, 3); NaN for the rest."""
+    """Return the points of the bodies that guides may lead exactly along such a curve, (n, p, 3); NaN for the rest."""
     out = np.full(m.body.shape, np.nan)
     for i, guides in enumerate(m.guides):
         for k, where, _ in guides.each():
@@ -188,9 +192,7 @@ def _through(kinds: Array, x: Array, turn: Array, rng: np.random.Generator) -> t
     return Guides(kinds.tolist(), p, origin, turn), np.stack([u, np.where(curve, np.nan, w)], axis=1)
 
 
-def _about(
-    made: Guides, at: Array, x: Array, point: Array, where: Array, rng: np.random.Generator
-) -> Guides:
+def _about(made: Guides, at: Array, x: Array, point: Array, where: Array, rng: np.random.Generator) -> Guides:
     """Return the guides, those of `where` such that the points x keep their distance from a point; `at` is changed."""
     shape, origin, turn = made.parameters.copy(), made.origin.copy(), made.quaternion.copy()
     axis = unit(rng.normal(size=x.shape))

@@ -18,10 +18,11 @@ import numpy as np
 
 from catalogue.linkage import Array
 
-#: Lawson's iteration ends when the largest distance is so near to its lower bound, or after so many steps.
-TIGHT, STEPS = 1e-3, 400
-#: Frames that are tried one after the other.
-FRAMES = 4
+#: Lawson's iteration ends when the largest distance is so near to its lower bound, or after so many steps: in the
+#: last frame and in those before it.
+TIGHT, LOOSE, STEPS = 1e-3, 0.05, 400
+#: Frames of a line and of a circle that are tried one after the other.
+LINE, CIRCLE = 3, 5
 
 
 @dataclass(frozen=True)
@@ -55,12 +56,12 @@ class Fit:
 def line(x: Array, side: Array | None = None) -> Fit:
     """Return the narrowest cylinders about the paths x (n, k, 3); `side` (n, 3) says where the second axis points."""
     origin, along = x.mean(1), unit(x[:, -1] - x[:, 0])
-    for _ in range(FRAMES):
+    for last in [False] * (LINE - 1) + [True]:
         axes = frame(along, across(along) if side is None else side - origin)
         s, *distance = np.moveaxis((x - origin[:, None]) @ np.swapaxes(axes, 1, 2), 2, 0)
         half = np.abs(s).max(1)
         basis = np.stack([np.ones_like(s), s / half[:, None]], axis=1)
-        c, bound = lawson(np.stack(distance, axis=1), np.stack([basis, basis], axis=1))
+        c, bound = lawson(np.stack(distance, axis=1), np.stack([basis, basis], axis=1), TIGHT if last else LOOSE)
         move = c[:, :, 0, None] * axes[:, 1:]
         tilt = (c[:, :, 1] / half[:, None])[:, :, None] * axes[:, 1:]
         origin, along = origin + move.sum(1), unit(along + tilt.sum(1))
@@ -82,7 +83,7 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
             centre = centre + (1 - radius / r)[:, None] * (middle - centre)
             r = radius
         bound = np.full(len(x), np.nan)
-        for _ in range(FRAMES + 2):
+        for final in [False] * (CIRCLE - 1) + [True]:
             rho, h, cos, sin, axes = _about(x, centre, normal, middle)
             ones, wide = np.ones_like(cos), np.maximum(np.abs(sin).max(1), 1e-12)[:, None]
             high = np.maximum((1 - cos).max(1), 1e-24)[:, None]
@@ -90,7 +91,8 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
             radial = basis.copy()
             if radius is not None:  # the radius stays: no constant, but the cosine itself
                 radial[:, 0], radial[:, 2] = cos, 0
-            c, bound = lawson(np.stack([rho - r[:, None], h], axis=1), np.stack([radial, basis], axis=1))
+            off = np.stack([rho - r[:, None], h], axis=1)
+            c, bound = lawson(off, np.stack([radial, basis], axis=1), TIGHT if final else LOOSE)
             a, b = c[:, 0], c[:, 1]
             side = a[:, 0] if radius is not None else -a[:, 2] / high[:, 0]
             if radius is None:
@@ -108,32 +110,33 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
         )  # fmt: skip
 
 
-def lawson(values: Array, basis: Array) -> tuple[Array, Array]:
+def lawson(values: Array, basis: Array, tight: float) -> tuple[Array, Array]:
     """Return coefficients (n, 2, m) by which combinations of a basis (n, 2, m, k) come nearest to values (n, 2, k).
 
-    The largest modulus over k of the two errors becomes least; also a lower bound of it, shape (n,).
+    The largest modulus over k of the two errors becomes least, to a part `tight`; also a lower bound of it, shape (n,).
     """
     n, _, k = values.shape
     weight, best = np.full((n, k), 1 / k), np.full(n, np.inf)
     bound, kept = np.zeros(n), np.zeros(basis.shape[:3])
+    scale, eye = np.abs(values).max((1, 2)), np.eye(basis.shape[2])
+    who = np.flatnonzero(np.isfinite(values).all((1, 2)) & np.isfinite(basis).all((1, 2, 3)))
+    kept[np.setdiff1d(np.arange(n), who)] = np.nan
     for _ in range(STEPS):
-        weighted = basis * weight[:, None, None]
-        normal = weighted @ np.swapaxes(basis, 2, 3)
-        trace = np.trace(normal, axis1=2, axis2=3)[..., None, None]
-        normal += 1e-15 * np.where(np.isfinite(trace), trace, 1) * np.eye(basis.shape[2])  # of functions that vanish
-        right = (weighted @ values[..., None])[..., 0]
-        c = np.linalg.solve(np.where(np.isfinite(normal), normal, np.eye(basis.shape[2])), right[..., None])[..., 0]
-        error = np.sqrt(((values - (c[:, :, None] @ basis)[:, :, 0]) ** 2).sum(1))
-        worst, mean = error.max(1), np.sqrt((weight * error**2).sum(1))
-        bound = np.fmax(bound, mean)
-        better = worst < best
-        best, kept = np.where(better, worst, best), np.where(better[:, None, None], c, kept)
-        if not (best > bound * (1 + TIGHT) + 1e-15 * np.abs(values).max((1, 2))).any():
+        y, f, w = values[who], basis[who], weight[who]
+        weighted = f * w[:, None, None]
+        normal = weighted @ np.swapaxes(f, 2, 3)
+        normal += 1e-15 * np.trace(normal, axis1=2, axis2=3)[..., None, None] * eye  # a function may vanish
+        c = np.linalg.solve(normal, weighted @ y[..., None])[..., 0]
+        error = np.sqrt(((y - (c[:, :, None] @ f)[:, :, 0]) ** 2).sum(1))
+        worst = error.max(1)
+        bound[who] = np.fmax(bound[who], np.sqrt((w * error**2).sum(1)))
+        better = worst < best[who]
+        best[who[better]], kept[who[better]] = worst[better], c[better]
+        left = best[who] > bound[who] * (1 + tight) + 1e-15 * scale[who]
+        weight[who] = w * error / np.maximum((w * error).sum(1, keepdims=True), 1e-300)
+        who = who[left]
+        if not len(who):
             break
-        weight = weight * error
-        with np.errstate(all="ignore"):
-            weight = weight / weight.sum(1, keepdims=True)
-        weight = np.where(np.isfinite(weight), weight, 1 / k)
     return kept, bound
 
 

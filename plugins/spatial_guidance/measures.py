@@ -23,12 +23,14 @@ from .plain import Strokes, alike, plain, strokes
 from .rotation import matrix
 
 #: Intervals between the nodes of a stroke; there are four times as many between the points that are looked at.
-NODES = 64
+NODES = 48
 #: Part of the deviation, and of the stroke, that the interpolant may miss.
 MISSED, ROUNDING = 1e-3, 1e-11
 
 METRICS = {
-    "range": Metric("range of the first driving coordinate over the stroke; others go proportionally", "rad", more=True),
+    "range": Metric(
+        "range of the first driving coordinate over the stroke; others go proportionally", "rad", more=True
+    ),
     "condition": Metric("worst condition number of the position equations over the stroke", "1"),
     "rotation": Metric("largest angle between two orientations of the body over the stroke", "deg"),
     "uniformity": Metric("least over largest speed of the point along its path, drivers steady", "1", more=True),
@@ -52,8 +54,6 @@ class Motion:
     path : ndarray, shape (n, f, 3)
     missed : ndarray, shape (n,)
         Bound on what the interpolated path misses.
-    coordinates : ndarray, shape (n, p, 2)
-        At the end.
     """
 
     reason: Array
@@ -62,12 +62,15 @@ class Motion:
     condition: Array
     path: Array
     missed: Array
-    coordinates: Array
+
+    def __getitem__(self, index: Any) -> Motion:
+        return Motion(*(v[index] for v in vars(self).values()))
 
 
-def run(given: Strokes, nodes: int = NODES) -> Motion:
-    """Follow the strokes from end to end."""
-    n, at = len(given), grid(nodes)
+def run(given: Strokes) -> Motion:
+    """Follow the strokes from end to end, in diameters of the body: so nothing depends on the unit."""
+    n, at, size = len(given), grid(NODES), given.mechanisms.diameter
+    given = given.moved(1 / size, np.broadcast_to(np.eye(3), (n, 3, 3)), np.zeros((n, 3)))
     share = 0.5 * (1 + at.nodes)[:, None]
     drivers = given.path[:, :1] + share * (given.path[:, 1:] - given.path[:, :1])
     moved = follow(given.mechanisms, drivers, given.start)
@@ -76,20 +79,26 @@ def run(given: Strokes, nodes: int = NODES) -> Motion:
     path = s.translation.reshape(n, -1, 3) + np.einsum("nsij,nj->nsi", turn, given.point)
     fine = np.einsum("fs,nsi->nfi", at.fine, path)
     ends = np.einsum("fs,nsi->nfi", at.coefficients[-2:], path - path.mean(1, keepdims=True))
+    long = size[:, None, None, None]
     with np.errstate(all="ignore"):
         worst = np.nanmax(np.where(s.success, s.condition, np.nan).reshape(n, -1), axis=1, initial=0)
     return Motion(
-        moved.reason, turn, s.points.reshape(n, nodes + 1, -1, 3), worst, fine, np.abs(ends).sum(1).max(1),
-        s.coordinates.reshape(n, nodes + 1, -1, 2)[:, -1],
+        moved.reason, turn, long * s.points.reshape(n, NODES + 1, -1, 3), worst, long[..., 0] * fine,
+        size * np.abs(ends).sum(1).max(1),
     )  # fmt: skip
 
 
-def fitted(given: Strokes, motion: Motion, kind: str, radius: Array | None = None) -> Fit:
+def fitted(motion: Motion, kind: str, radius: Array | None = None) -> Fit:
     """Return the best lines or circles; a line's second axis points away from the middle of the body."""
     if kind == "circle":
         return circle(motion.path, radius)
     middle = motion.points[:, motion.points.shape[1] // 2].mean(1)
     return line(motion.path, 2 * motion.path.mean(1) - middle)
+
+
+def known(motion: Motion, fit: Fit) -> Array:
+    """Return where the nodes determine the path well enough, shape (n,)."""
+    return np.asarray(motion.missed <= MISSED * fit.deviation + ROUNDING * fit.stroke)
 
 
 def numbers(given: Strokes, motion: Motion, fit: Fit) -> dict[str, Array]:
@@ -148,21 +157,21 @@ def _measured(given: Strokes, request: Request) -> list[Measured]:
     out = [Measured.no(f"the motion ends before the stroke does ({reason})") for reason in first.reason]
     if not len(sound):
         return out
-    given, first = given[sound], Motion(*(v[sound] for v in vars(first).values()))
+    given, first = given[sound], first[sound]
     chord = np.sqrt(((first.path[:, -1] - first.path[:, 0]) ** 2).sum(1))
-    fit = fitted(given, first, request.kind, None if wanted is None else chord / wanted)
+    fit = fitted(first, request.kind, None if wanted is None else chord / wanted)
     laid = given.moved(request.stroke / fit.stroke, fit.axes, fit.start)
     second = run(laid)
     radius = None if wanted is None else np.full(len(laid), request.stroke / wanted)
-    fit = fitted(laid, second, request.kind, radius)
-    values, data = numbers(laid, second, fit), plain(laid)
+    fit = fitted(second, request.kind, radius)
+    values, data, resolved = numbers(laid, second, fit), plain(laid), known(second, fit)
     for k, j in enumerate(sound):
         deviation = float(fit.deviation[k] + second.missed[k])
         if second.reason[k]:
             out[j] = Measured.no(f"the motion ends before the stroke does ({second.reason[k]})")
         elif not np.isfinite(deviation):
             out[j] = Measured.no("the path is no arc")
-        elif second.missed[k] > MISSED * fit.deviation[k] + ROUNDING * request.stroke:
+        elif not resolved[k]:
             out[j] = Measured.no("the path is not resolved")
         elif values["uniformity"][k] <= 0:
             out[j] = Measured.no("the point does not run one way")

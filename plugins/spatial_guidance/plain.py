@@ -16,7 +16,7 @@ stroke, between which they go straight; ``start`` are the coordinates of all poi
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -49,11 +49,6 @@ class Strokes:
 
     def __getitem__(self, index: Any) -> Strokes:
         return Strokes(self.mechanisms[index], self.path[index], self.start[index], self.point[index])
-
-    def reversed(self, back: Array, coordinates: Array) -> Strokes:
-        """Return the strokes, those of `back` (n,) run the other way, from the coordinates (n, p, 2) at their ends."""
-        path = np.where(back[:, None, None], self.path[:, ::-1], self.path)
-        return replace(self, path=path, start=np.where(back[:, None, None], coordinates, self.start))
 
     def moved(self, scale: Array, axes: Array, origin: Array) -> Strokes:
         """Return them in a frame with rows `axes` (n, 3, 3) about `origin` (n, 3), lengths times `scale` (n,)."""

@@ -90,7 +90,7 @@ def best(
     def clear(points: Array) -> Array:
         apart = (points[:, :, None] - barred[:, None]) * lift[:, None, None]
         near = (apart**2).sum(-1) < (CLEAR * size[:, None, None]) ** 2
-        return ~near.any(-1)
+        return np.asarray(~near.any(-1))
 
     def judged(points: Array, r: Array, t: Array) -> Array:
         """Gaps (n, m) of points (n, m, 3) over windows (n, k, ...)."""

@@ -1,0 +1,186 @@
+"""A guided body in space: guides translucent, the body in mid-stroke with ghosts at the ends, the path of its point."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from catalogue.draw.paper import blank, kind_of, write
+from catalogue.draw.symbols import PAPER
+from catalogue.linkage import Array
+
+from .fits import circle, line
+from .follow import follow
+from .kinds import Kind
+from .plain import Strokes, strokes
+from .rotation import matrix
+
+if TYPE_CHECKING:
+    from catalogue.query.collected import Piece
+
+#: Nodes of the motion that is drawn.
+NODES = 41
+#: Points of a patch along each of its coordinates.
+MESH = 25
+#: How far a patch goes beyond what its point passes [rad; diameters of the drawing].
+BEYOND, FURTHER = 0.35, 0.12
+#: Where it is seen from [deg].
+ELEVATION, AZIMUTHS = 24, range(-100, 101, 5)
+INK, BODY, PATH, CURVE = "#222222", "#2f5d8a", "#b5342b", "#3d7a4e"
+SURFACES = ("#c9a227", "#8a6fb0", "#5b9aa0", "#c07a4a", "#7d9b5a")
+
+
+def picture(piece: Piece, file: Path | None) -> Any:
+    """Draw a piece in three dimensions, in its own frame: the stroke from the origin along x.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    MissingExtra
+        Without matplotlib.
+    InvalidRequest
+        If the file cannot be written.
+    """
+    kind = kind_of(file) if file is not None else ""
+    figure = blank(8.5, 7.5)
+    from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
+
+    ax: Any = figure.add_axes((0.0, 0.0, 1.0, 0.92), projection=Axes3D.name, computed_zorder=False)
+    given = strokes([piece.parameters])
+    share = np.linspace(0, 1, NODES)[:, None]
+    path = given.path[0, 0] + share * (given.path[0, 1] - given.path[0, 0])
+    moved = follow(given.mechanisms, path[None], given.start).positions
+    turn = np.moveaxis(matrix(moved.quaternion.T), 2, 0)
+    guided = moved.translation + np.einsum("sij,j->si", turn, given.point[0])
+    cloud = np.concatenate([moved.points.reshape(-1, 3), guided])
+    low, high = cloud.min(0), cloud.max(0)
+    size = float(np.sqrt(((high - low) ** 2).sum()))
+    _guides(ax, given, moved.coordinates, size)
+    middle = NODES // 2
+    for node, alpha in ((0, 0.25), (NODES - 1, 0.25), (middle, 1.0)):
+        _body(ax, moved.points[node], guided[node], alpha)
+    _nominal(ax, guided, piece.radius is not None)
+    ax.plot(*guided.T, color=PATH, lw=2.4, zorder=8)
+    ax.scatter(*guided[[middle]].T, color=PATH, s=34, zorder=9, depthshade=False)
+    _frame(ax, low, high, size)
+    ax.view_init(elev=ELEVATION, azim=_azimuth(given, moved.coordinates[middle]))
+    radius = "" if piece.radius is None else f", radius {piece.radius:.4g}"
+    special = f" ({', '.join(piece.special)})" if piece.special else ""
+    head = f"class {piece.family}, series {piece.series}: {piece.configuration}{special}"
+    foot = (
+        f"stroke {piece.stroke:.4g}{radius}, deviation {piece.deviation:.3g}, rotation {piece.metrics['rotation']:.3g}°"
+    )
+    figure.text(0.5, 0.955, head, ha="center", fontsize=12, color=INK)
+    figure.text(0.5, 0.925, foot, ha="center", fontsize=10, color=INK)
+    if file is not None:
+        write(figure, file, kind)
+    return figure
+
+
+def _guides(ax: Any, given: Strokes, coordinates: Array, size: float) -> None:
+    colours = iter(SURFACES)
+    for i, g in enumerate(given.mechanisms.guides):
+        kind, p = g.kinds[0], g.parameters[0]
+        frame, origin = matrix(g.quaternion[:1].T)[:, :, 0], g.origin[0]
+        passed = coordinates[:, i]
+        if kind.conditions == 2:
+            ends = _reach(np.unwrap(passed[:, 0]) if "u" not in kind.lengths else passed[:, 0], kind, 0, size)
+            points = _points(kind, np.linspace(*ends, 120), np.zeros(120), p)
+            ax.plot(*(origin[:, None] + frame @ points), color=CURVE, lw=1.6, zorder=3)
+        else:
+            sides = [_reach(_unbroken(passed[:, axis], kind, axis), kind, axis, size) for axis in (0, 1)]
+            if kind.name == "plane":  # its chart has a pole: a rectangle looks better than a sector
+                sides, kind = _rectangle(passed, size)
+            u, w = (v.ravel() for v in np.meshgrid(*(np.linspace(*e, MESH) for e in sides)))
+            x = (origin[:, None] + frame @ _points(kind, u, w, p)).reshape(3, MESH, MESH)
+            ax.plot_surface(*x, color=next(colours), alpha=0.28, lw=0, shade=True, zorder=1)
+            ax.plot_wireframe(*x, color=INK, alpha=0.12, lw=0.4, rcount=9, ccount=9, zorder=2)
+
+
+def _azimuth(given: Strokes, coordinates: Array) -> float:
+    """Return from where neither the stroke nor any surface is seen from its edge."""
+    edges = [np.array([0.0, 1.0, 0.0]), np.array([0.0, 0.0, 1.0])]  # across the stroke
+    for g, (u, w) in zip(given.mechanisms.guides, coordinates, strict=True):
+        kind, p = g.kinds[0], g.parameters[:1].T
+        if kind.conditions == 1:
+            _, (one, other) = kind.tangents(np.array([u]), np.array([w]), p[: len(kind.parameters)])
+            normal = np.cross(one[:, 0], other[:, 0])
+            edges.append(matrix(g.quaternion[:1].T)[:, :, 0] @ normal / np.sqrt((normal**2).sum()))
+    turns, tip = np.radians(AZIMUTHS), np.radians(ELEVATION)
+    view = np.stack([np.cos(tip) * np.cos(turns), np.cos(tip) * np.sin(turns), np.full(len(turns), np.sin(tip))])
+    seen = np.abs(np.array(edges) @ view)
+    stroke = np.sqrt(seen[0] ** 2 + seen[1] ** 2)
+    return float(AZIMUTHS[int(np.concatenate([stroke[None] - 0.4, seen[2:]]).min(0).argmax())])
+
+
+def _points(kind: Kind, u: Array, w: Array, p: Array) -> Array:
+    shape = np.repeat(p[: len(kind.parameters), None], len(u), axis=1)
+    return np.stack(np.broadcast_arrays(*kind.point(u, w, shape), u)[:3])
+
+
+def _unbroken(values: Array, kind: Kind, axis: int) -> Array:
+    angle = "uw"[axis] not in kind.lengths and kind.spans[axis] == np.pi
+    return np.unwrap(values) if angle else values
+
+
+def _reach(values: Array, kind: Kind, axis: int, size: float) -> tuple[float, float]:
+    more = FURTHER * size if "uw"[axis] in kind.lengths else BEYOND
+    return float(values.min() - more), float(values.max() + more)
+
+
+def _rectangle(passed: Array, size: float) -> tuple[list[tuple[float, float]], Kind]:
+    from .mechanism import KINDS
+
+    chart = KINDS["plane:cartesian"]
+    x, y = passed[:, 1] * np.cos(passed[:, 0]), passed[:, 1] * np.sin(passed[:, 0])
+    return [_reach(v, chart, axis, size) for axis, v in enumerate((x, y))], chart
+
+
+def _body(ax: Any, points: Array, guided: Array, alpha: float) -> None:
+    """Draw the body as all edges between its points and to the guided one."""
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
+
+    n = len(points)
+    edges = [(points[i], points[j]) for i in range(n) for j in range(i)]
+    ax.add_collection3d(Line3DCollection(edges, colors=BODY, lw=1.8 * alpha + 0.5, alpha=alpha, zorder=6))
+    arms = [(p, guided) for p in points]
+    ax.add_collection3d(Line3DCollection(arms, colors=BODY, lw=0.8, alpha=0.6 * alpha, linestyles=":", zorder=5))
+    if alpha == 1:
+        ax.scatter(*points.T, color="white", edgecolor=INK, s=30, zorder=7, depthshade=False)
+        apart = np.sqrt(((points[:, None] - points) ** 2).sum(2))
+        for i, point in enumerate(points):
+            here = np.flatnonzero(apart[i] < 1e-9 * apart.max())
+            if here[0] == i:
+                ax.text(*point, "  " + " = ".join(f"A{j + 1}" for j in here), fontsize=9, color=INK, zorder=10)
+
+
+def _nominal(ax: Any, guided: Array, arc: bool) -> None:
+    fit = circle(guided[None]) if arc else line(guided[None])
+    along, side = fit.axes[0, 0], fit.axes[0, 1]
+    stroke = fit.stroke[0]
+    s = np.linspace(-0.15, 1.15, 80) * stroke
+    if arc:
+        r, half = fit.radius[0], stroke / 2
+        s = half + r * np.sin(np.linspace(-1.15, 1.15, 80) * np.arcsin(min(half / r, 1)))
+        bulge = np.sqrt(np.maximum(r * r - (s - half) ** 2, 0)) - np.sqrt(r * r - half * half)
+    else:
+        bulge = np.zeros_like(s)
+    ax.plot(*(fit.start[0][:, None] + np.outer(along, s) + np.outer(side, bulge)), color=INK, lw=0.8, ls="--", zorder=4)
+
+
+def _frame(ax: Any, low: Array, high: Array, size: float) -> None:
+    """Set equal scales, a plain background and a small cross of axes at the origin."""
+    middle, half = 0.5 * (low + high), 0.5 * max((high - low).max(), 0.3 * size) * 1.12
+    for name, c in zip("xyz", middle, strict=True):
+        getattr(ax, f"set_{name}lim")(c - half, c + half)
+    ax.set_box_aspect((1, 1, 1), zoom=1.3)
+    ax.set_axis_off()
+    ax.set_facecolor(PAPER)
+    for axis, name in zip(np.eye(3) * 0.14 * size, "xyz", strict=True):
+        ax.plot(*np.stack([np.zeros(3), axis]).T, color=INK, lw=1, zorder=4)
+        ax.text(*(1.12 * axis - (0.03 * size * np.eye(3)[2] if name == "x" else 0)), name, fontsize=9, zorder=10)
