@@ -1,0 +1,114 @@
+"""The contract of a collection, as tests that every plugin inherits."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict
+from functools import lru_cache
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import pytest
+
+from ..collection import LENGTH, Collection, Specimen
+from ..query.collected import Piece
+from ..query.request import CircularArc, Request, StraightLine
+
+#: Another stroke than that of the specimens, and how far numbers over it may be from the stored ones.
+STROKE, CLOSE = 250.0, 1e-3
+
+
+class CollectionContract:
+    """Tests that every collection must pass.
+
+    To test yours: 1. subclass this with a name that begins with ``Test``; 2. set `collection`, for instance to
+    ``Registry([folder]).collection("mine")``.
+
+    Attributes
+    ----------
+    collection : Collection
+    count : int
+        Mechanisms of each family that are drawn.
+    """
+
+    collection: ClassVar[Collection]
+    count: ClassVar[int] = 12
+
+    def pytest_generate_tests(self, metafunc: pytest.Metafunc) -> None:
+        """Run each test for every family."""
+        if "family" in metafunc.fixturenames:
+            metafunc.parametrize("family", list(self.collection.families))
+
+    def specimens(self, family: str) -> list[Specimen]:
+        """Return what is drawn of a family."""
+        found = list(_drawn(type(self), family))
+        assert found, f"{family}: {self.count} mechanisms guide nothing"
+        return found
+
+    def test_draws_are_declared_and_repeatable(self, family: str) -> None:
+        first = self.specimens(family)
+        again = self.collection.draw(family, np.random.default_rng(1), self.count)
+        assert [json.dumps(asdict(s)) for s in first] == [json.dumps(asdict(s)) for s in again]
+        for specimen in first:
+            self.collection.owns(specimen)
+
+    def test_classes_are_those_of_the_draw(self, family: str) -> None:
+        for s in self.specimens(family):
+            tags = self.collection.classify(json.loads(json.dumps(dict(s.parameters))))
+            assert (tags.family, tags.series, tags.configuration) == (s.family, s.series, s.configuration)
+
+    @pytest.mark.parametrize("kind", ["line", "circle"])
+    def test_what_is_stored_is_measured_again_at_any_stroke(self, family: str, kind: str) -> None:
+        some = [s for s in self.specimens(family) if s.kind == kind and s.deviation <= 0.1]
+        found = self.collection.measure([s.parameters for s in some], _wish(kind))
+        assert len(found) == len(some)
+        for s, m in zip(some, found, strict=True):
+            assert m.reason == ""
+            assert m.deviation / STROKE == pytest.approx(s.deviation, rel=CLOSE, abs=1e-12)
+            for name, metric in self.collection.metrics.items():
+                value = m.metrics[name] / (STROKE if metric.unit == LENGTH else 1)
+                assert value == pytest.approx(s.metrics[name], rel=CLOSE, abs=1e-9), name
+            assert (m.radius is None) == (kind == "line")
+
+    @pytest.mark.parametrize("kind", ["line", "circle"])
+    def test_what_is_laid_stays_where_it_is(self, family: str, kind: str) -> None:
+        some = [s.parameters for s in self.specimens(family) if s.kind == kind and s.deviation <= 0.1]
+        laid = self.collection.measure(some, _wish(kind))
+        again = self.collection.measure([m.parameters for m in laid], _wish(kind))
+        for one, other in zip(laid, again, strict=True):
+            assert json.dumps(dict(one.parameters), allow_nan=False)
+            assert other.deviation == pytest.approx(one.deviation, rel=CLOSE, abs=1e-12 * STROKE)
+            for a, b in zip(_flat(one.parameters), _flat(other.parameters), strict=True):
+                assert b == pytest.approx(a, rel=1e-6, abs=1e-6 * STROKE)
+
+    def test_nothing_is_measured_of_nothing(self) -> None:
+        assert list(self.collection.measure([], _wish("line"))) == []
+
+    def test_a_piece_is_drawn(self, family: str, tmp_path: Path) -> None:
+        pytest.importorskip("matplotlib")
+        s = self.specimens(family)[0]
+        (m,) = self.collection.measure([s.parameters], _wish(s.kind))
+        tags = self.collection.classify(m.parameters)
+        piece = Piece(1, self.collection, tags.family, tags.series, tags.configuration, tags.special, STROKE,
+                      m.deviation, m.radius, dict(m.metrics), m.parameters)  # fmt: skip
+        piece.plot(tmp_path / "piece.png")
+        assert (tmp_path / "piece.png").read_bytes().startswith(b"\x89PNG")
+
+
+@lru_cache
+def _drawn(contract: type[CollectionContract], family: str) -> tuple[Specimen, ...]:
+    return tuple(contract.collection.draw(family, np.random.default_rng(1), contract.count))
+
+
+def _wish(kind: str) -> Request:
+    return StraightLine(STROKE, 0.1 * STROKE) if kind == "line" else CircularArc(STROKE, None, 0.1 * STROKE)
+
+
+def _flat(value: object) -> list[float]:
+    """Return all numbers of plain data, in order."""
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, list | tuple):
+        return [number for item in value for number in _flat(item)]
+    return [float(value)] if isinstance(value, int | float) else []

@@ -1,0 +1,265 @@
+"""Answers from a collection: within the bounds, measured at the stroke, ranked, explained."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import math
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import catalogue
+from catalogue import Catalogue, CircularArc, InvalidRequest, PluginError, StraightLine
+from catalogue.query.bounds import parsed
+from catalogue.query.find_in import find_in
+
+LINE = StraightLine(200, 4)
+
+
+def test_answers_keep_what_was_asked_for(swings: Catalogue) -> None:
+    found = swings.find_in("swings", LINE, where={"swing": (16, None), "size": (None, 720.0)}, limit=1000)
+    assert 20 < len(found) <= 1000
+    for p in found:
+        assert p.stroke == 200
+        assert p.deviation <= 4
+        assert p.radius is None
+        assert p.metrics["swing"] >= 16
+        assert p.metrics["size"] <= 720
+        if p.family == "pendulum":  # in closed form
+            half = math.radians(p.metrics["swing"] / 2)
+            assert p.metrics["size"] == pytest.approx(100 / math.sin(half), rel=1e-12)
+            assert p.deviation == pytest.approx(50 * math.tan(half / 2), rel=1e-9)
+    assert [p.deviation for p in found] == sorted(p.deviation for p in found)
+    assert {p.family for p in found} == {"pendulum", "roller"}
+
+
+def test_no_better_one_is_missed(swings: Catalogue) -> None:
+    every = swings.find_in("swings", StraightLine(1, 0.1), limit=2000)
+    best = swings.find_in("swings", StraightLine(1, 0.1), limit=3, rank_by="swing")
+    assert len(every) > 300
+    assert [p.id for p in best] == [p.id for p in sorted(every, key=lambda p: -p.metrics["swing"])][:3]
+    small = swings.find_in("swings", StraightLine(1, 0.1), limit=3, rank_by="size")
+    assert [p.id for p in small] == [p.id for p in sorted(every, key=lambda p: p.metrics["size"])][:3]
+
+
+def test_the_stroke_only_scales(swings: Catalogue) -> None:
+    one = swings.find_in("swings", StraightLine(1, 0.02), limit=5)
+    far = swings.find_in("swings", StraightLine(1e4, 200), limit=5)
+    assert [p.id for p in one] == [p.id for p in far]
+    for a, b in zip(one, far, strict=True):
+        assert b.deviation == pytest.approx(1e4 * a.deviation)
+        assert b.metrics["size"] == pytest.approx(1e4 * a.metrics["size"])
+        assert b.metrics["swing"] == pytest.approx(a.metrics["swing"])
+
+
+def test_names_narrow_and_special_cases_are_said(swings: Catalogue) -> None:
+    found = swings.find_in("swings", StraightLine(1, 0.05), families="pendulum", limit=300)
+    assert {p.family for p in found} == {"pendulum"}
+    assert {p.special for p in found} == {(), ("seconds",)}
+    assert {p.family for p in swings.find_in("swings", LINE, series=["curtate"])} == {"roller"}
+
+
+def test_a_given_radius_is_kept(swings: Catalogue) -> None:
+    found = swings.find_in("swings", CircularArc(100, 250, 0.3), limit=1000)
+    assert found
+    for p in found:
+        assert p.radius == 250
+        assert 0 < p.deviation <= 0.3
+        half = math.radians(p.metrics["swing"] / 2)
+        bar, rise = p.metrics["size"], 250 - math.sqrt(250**2 - 50**2)
+        assert p.deviation == pytest.approx(abs(bar * (1 - math.cos(half)) - rise) / 2, rel=0.05, abs=1e-4)
+    everything = swings.find_in("swings", CircularArc(100, None, 0.3), limit=2000)
+    assert all(p.deviation < 1e-12 and p.radius == pytest.approx(p.metrics["size"]) for p in everything)
+    near = [p for p in everything if abs(p.metrics["size"] - 250) < 5]  # that the narrowing does not lose
+    assert {p.id for p in near} <= {p.id for p in found}
+
+
+def test_to_pandas_and_json(swings: Catalogue) -> None:
+    found = swings.find_in("swings", LINE, limit=4)
+    table, rows = found.to_pandas(), json.loads(found.to_json())
+    assert list(table.columns) == found.columns == list(rows[0])
+    assert table["id"].tolist() == [p.id for p in found] == [r["id"] for r in rows]
+    assert table["size"].tolist() == [p.metrics["size"] for p in found]
+    assert rows[0]["parameters"]["kind"] == found[0].family
+    assert found[:2] == found.pieces[:2]
+    assert swings.find_in("swings", StraightLine(1, 1e-9)).to_pandas().columns.tolist() == found.columns
+
+
+def test_explanations(swings: Catalogue) -> None:
+    found = swings.find_in("swings", LINE, where={"swing": (40, None)}, limit=2)
+    told = found.explain()
+    assert "specimens guide a point along a line" in told
+    assert "swing >= 40 alone excludes" in told
+    assert "2 are shown" in told
+    empty = swings.find_in("swings", LINE, where={"size": (None, 10.0)}).explain()
+    assert "no piece found: relax size <= 10, which alone excludes" in empty
+    nearest = min(p.metrics["size"] for p in swings.find_in("swings", LINE, limit=2000))
+    assert f"the nearest has {nearest:.4g}" in empty
+    most = swings.find_in("swings", LINE, where={"swing": (170, None)}).explain()
+    best = max(p.metrics["swing"] for p in swings.find_in("swings", LINE, limit=2000))
+    assert "relax swing >= 170, which alone excludes" in most
+    assert f"the nearest has {best:.4g}" in most
+    exact = swings.find_in("swings", StraightLine(1, 1e-7)).explain()
+    assert "relax deviation 1e-07" in exact
+    both = swings.find_in("swings", LINE, where={"swing": (170, None), "size": (None, 1.0)}).explain()
+    assert "exclude one another" in both
+    nothing = swings.find_in("swings", CircularArc(1, None, 0.01), families=["roller"]).explain()
+    assert "relax family" in nothing
+
+
+def test_what_fails_on_the_finite_motion_is_not_shown(swings: Catalogue) -> None:
+    """Though its stored numbers are fine."""
+    collection = swings.registry.collection("swings")
+
+    def worse(parameters: Any, request: Any) -> Any:
+        found = collection.measure(parameters, request)
+        return [replace(m, deviation=m.deviation + 2) for m in found]
+
+    found = find_in(swings.database, replace(collection, measure=worse), LINE, limit=1000)
+    assert found
+    assert all(2 < p.deviation <= 4 for p in found)
+    none = find_in(swings.database, replace(collection, measure=worse), StraightLine(200, 1))
+    assert not none
+    assert "failed on the finite motion; the nearest holds 2." in none.explain()
+
+    def shorter(parameters: Any, request: Any) -> Any:
+        return collection.measure(parameters, request)[1:]
+
+    with pytest.raises(PluginError, match="31 of 32 mechanisms were measured"):
+        find_in(swings.database, replace(collection, measure=shorter), LINE)
+
+    def raising(parameters: Any, request: Any) -> Any:
+        raise RuntimeError(f"no {request} with {len(parameters)}")
+
+    with pytest.raises(PluginError, match="swings cannot be measured: RuntimeError: no StraightLine"):
+        find_in(swings.database, replace(collection, measure=raising), LINE)
+
+
+@pytest.mark.parametrize(
+    ("wish", "message"),
+    [
+        ({"limit": 0}, "limit must be at least 1"),
+        ({"rank_by": "beauty"}, "cannot rank by 'beauty'; swings has deviation, size, swing, sweep"),
+        ({"families": ["gears"]}, "there is no family 'gears'; there are pendulum, roller"),
+        ({"series": "x"}, "there is no series 'x'; there are simple, curtate"),
+        ({"where": {"beauty": (1, None)}}, "swings has no metric 'beauty'; it has size, swing, sweep"),
+        ({"where": {"size": 3}}, "size must be bounded by two numbers"),
+        ({"where": {"size": ("a", None)}}, "size must be bounded by two numbers"),
+        ({"where": {"size": (3, 2)}}, "size cannot be at least 3 and at most 2"),
+        ({"where": {"size": (math.nan, None)}}, "size cannot be at least nan"),
+    ],
+)
+def test_a_wish_that_cannot_be_meant(swings: Catalogue, wish: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidRequest, match=message.replace("(", r"\(")):
+        swings.find_in("swings", LINE, **wish)
+
+
+def test_a_wish_that_is_none(swings: Catalogue) -> None:
+    with pytest.raises(InvalidRequest, match="find_in wants a StraightLine or CircularArc, not 3"):
+        swings.find_in("swings", 3)  # type: ignore[arg-type]
+
+
+def test_conditions_in_words() -> None:
+    assert parsed(["size<=3", " swing >= 20 ", "size>=1e0"]) == {"size": (1.0, 3.0), "swing": (20.0, None)}
+    for text in ("size", "size<3", "size=3", "size<=x", "<=3", ""):
+        with pytest.raises(InvalidRequest, match="--where takes a condition such as"):
+            parsed([text])
+    with pytest.raises(InvalidRequest, match="--where bounds size <= twice"):
+        parsed(["size<=3", "size<=4"])
+
+
+# -- the command ------------------------------------------------------------------------------------------------------
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture
+def run(dropin: Path) -> Run:
+    """Return the command as a process that knows the drop-in."""
+    kept = {k: v for k, v in os.environ.items() if not k.startswith("CATALOGUE_")}
+    root = str(Path(catalogue.__file__).parents[1])
+    environment = {**kept, "PYTHONPATH": root, "CATALOGUE_PLUGINS": str(dropin), "COLUMNS": "120", "NO_COLOR": "1"}
+
+    def call(*arguments: Any) -> subprocess.CompletedProcess[str]:
+        done = subprocess.run(
+            [sys.executable, "-m", "catalogue", *map(str, arguments)],
+            env=environment, capture_output=True, text=True, timeout=120,
+        )  # fmt: skip
+        assert "Traceback" not in done.stderr
+        return done
+
+    return call
+
+
+WISH = ("find", "straight-line", "--stroke", 200, "--deviation", 4, "--collection", "swings")
+
+
+def test_the_command_answers_like_the_library(run: Run, swings_db: Path, swings: Catalogue) -> None:
+    options = ("--where", "swing>=20", "--where", "size<=400", "--family", "roller", "--rank-by", "size", "--limit", 3)
+    same = swings.find_in(
+        "swings", LINE, where={"swing": (20, None), "size": (None, 400)}, families=["roller"], rank_by="size", limit=3
+    )
+    done = run(*WISH, *options, "--format", "json", "--db", swings_db)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout) == json.loads(same.to_json())
+    rows = list(csv.DictReader(io.StringIO(run(*WISH, *options, "--format", "csv", "--db", swings_db).stdout)))
+    assert list(rows[0]) == same.columns
+    assert [float(r["size"]) for r in rows] == [p.metrics["size"] for p in same]
+    table = run(*WISH, *options, "--db", swings_db).stdout
+    assert "Things that swing, a straight line of 200" in table
+    assert "swing°" in table
+
+
+def test_the_first_use_draws_the_specimens(run: Run, tmp_path: Path) -> None:
+    file, drawing = tmp_path / "new.db", tmp_path / "best.svg"
+    first = run(*WISH, "--limit", 1, "--format", "json", "--plot", drawing, "--explain", "--db", file)
+    assert first.returncode == 0
+    assert "drawing swings: 3" in first.stderr
+    assert "1 are shown" in first.stderr
+    assert drawing.stat().st_size > 3000
+    again = run(*WISH, "--limit", 1, "--format", "json", "--db", file)
+    assert (again.stdout, again.stderr) == (first.stdout, "")
+    told = run("plugins", "--format", "json", "--db", file)
+    (record,) = [r for r in json.loads(told.stdout) if r["name"] == "swings"]
+    assert record["collections"] == ["swings"]
+    assert record["specimens"]["swings"] >= 3000
+    assert "nothing to do: 3" in run("build", "--collection", "swings", "--db", file).stderr
+    assert "drawing swings" in run("build", "--collection", "swings", "--count", 4500, "--db", file).stderr
+    assert run(*WISH, "--limit", 1, "--format", "json", "--db", file).returncode == 0
+
+
+@pytest.mark.parametrize(
+    ("options", "code", "message"),
+    [
+        ((*WISH, "--where", "size<=1"), 1, "catalogue: no piece found: relax size <= 1"),
+        ((*WISH, "--where", "size=1"), 2, "--where takes a condition"),
+        ((*WISH, "--min-link", 3), 2, "--min-link does not go with --collection, which knows --where, --family"),
+        ((*WISH, "--pins-only"), 2, "--pins-only does not go with --collection"),
+        ((*WISH[:-1], "gears"), 5, "no plugin provides the collection gears"),
+        ((*WISH[:-2], "--where", "size<=1"), 2, "--where bounds a metric of a collection: name it with --collection"),
+        (("build", "--collection", "swings", "--series", "x"), 2, "--series and --processes do not go with"),
+        (("build", "--collection", "swings", "--count", 0), 2, "a build needs a count of at least 1"),
+    ],
+)
+def test_what_cannot_be_answered_is_one_line(
+    run: Run, swings_db: Path, options: tuple[Any, ...], code: int, message: str
+) -> None:
+    done = run(*options, "--db", swings_db)
+    assert done.returncode == code
+    assert message in done.stderr
+    assert len(done.stderr.splitlines()) == 1
+    assert done.stdout == ""
+
+
+def test_plugins_lists_collections_without_a_database(run: Run, tmp_path: Path) -> None:
+    done = run("plugins", "--db", tmp_path / "none.db")
+    assert done.returncode == 0
+    assert "swings (0 specimens)" in done.stdout.replace("\n", " ")
+    assert not (tmp_path / "none.db").exists()

@@ -1,0 +1,343 @@
+"""The collection: verified guides, measured again by another solver, classified, drawn, and loaded only when needed."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from importlib import import_module
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.optimize import least_squares, minimize
+
+import catalogue
+from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue.plugins import Registry
+from catalogue.testing import CollectionContract
+
+COLLECTION = Registry().collection("spatial-guidance")
+
+
+class TestContract(CollectionContract):
+    """Of collections."""
+
+    collection = COLLECTION
+    count = 10
+
+
+@pytest.fixture(scope="module")
+def modules() -> SimpleNamespace:
+    """Return the modules that belong to the collection."""
+    package = COLLECTION.draw.__module__.partition(".")[0]
+    names = ("fits", "special", "plain", "draw", "measures", "points")
+    return SimpleNamespace(**{name: import_module(f"{package}.{name}") for name in names})
+
+
+@pytest.fixture(scope="module")
+def cat(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Catalogue]:
+    """Return a catalogue with a block of each class."""
+    with catalogue.open(tmp_path_factory.mktemp("spatial") / "some.db", build=False) as opened:
+        opened.build_collection("spatial-guidance", count=6)
+        yield opened
+
+
+# -- by another route -------------------------------------------------------------------------------------------------
+def rotation(q: Any) -> Any:
+    s, x, y, z = np.asarray(q) / np.linalg.norm(q)
+    return np.array(
+        [
+            [1 - 2 * (y * y + z * z), 2 * (x * y - s * z), 2 * (x * z + s * y)],
+            [2 * (x * y + s * z), 1 - 2 * (x * x + z * z), 2 * (y * z - s * x)],
+            [2 * (x * z - s * y), 2 * (y * z + s * x), 1 - 2 * (x * x + y * y)],
+        ]
+    )
+
+
+def on_guide(guide: dict[str, Any], u: float, w: float) -> Any:
+    """Return the point of a guide at (u, w), written out from Table I and the definitions of the curves."""
+    s, c, d = guide["shape"], np.cos(u), np.sin(u)
+    local = {
+        "cylinder": lambda: (s["R"] * c, s["R"] * d, w),
+        "cone": lambda: (w * c, w * d, w / np.tan(s["delta"])),
+        "hyperboloid:sinh": lambda: (s["m"] * np.cosh(w) * c, s["m"] * np.cosh(w) * d, s["n"] * np.sinh(w)),
+        "torus": lambda: ((s["p"] + s["r"] * np.sin(w)) * c, (s["p"] + s["r"] * np.sin(w)) * d, s["r"] * np.cos(w)),
+        "sphere": lambda: (-s["R"] * c * np.cos(w), s["R"] * np.sin(w), s["R"] * d * np.cos(w)),
+        "plane": lambda: (w * c, w * d, 0.0),
+        "circle": lambda: (s["R"] * c, s["R"] * d, 0.0),
+        "helix": lambda: (s["R"] * c, s["R"] * d, s["h"] * u),
+        "line": lambda: (0.0, 0.0, u),
+    }[guide["kind"]]()
+    return np.array(guide["origin"]) + rotation(guide["quaternion"]) @ local
+
+
+def independent_path(p: dict[str, Any], count: int) -> Any:
+    """Return the path of the guided point, shape (count, 3): closure equations for quaternion, translation and all
+    coordinates, solved by scipy from one position to the next."""
+    body, first, last = np.array(p["body"]), np.array(p["path"][0]), np.array(p["path"][1])
+    driven = {(i, "uw".index(k)): j for j, (i, k) in enumerate(p["drivers"])}
+    start = np.array([[np.nan if v is None else v for v in row] for row in p["start"]], float)
+    free = [(i, a) for i in range(len(body)) for a in (0, 1) if (i, a) not in driven and not np.isnan(start[i, a])]
+    size = np.linalg.norm(body[:, None] - body, axis=2).max()
+
+    def placed(x: Any, q: Any) -> Any:
+        coordinates = np.zeros((len(body), 2))
+        for (i, a), value in zip(free, x[7:], strict=True):
+            coordinates[i, a] = value
+        for (i, a), j in driven.items():
+            coordinates[i, a] = q[j]
+        return np.array([on_guide(g, u, w) for g, (u, w) in zip(p["guides"], coordinates, strict=True)])
+
+    def closure(x: Any, q: Any) -> Any:
+        gaps = (placed(x, q) - x[4:7] - body @ rotation(x[:4]).T) / size
+        return np.append(gaps.ravel(), x[:4] @ x[:4] - 1)
+
+    guess = np.concatenate([np.zeros(7), [start[i, a] for i, a in free]])
+    world = placed(guess, first)
+    to, of = world - world.mean(0), body - body.mean(0)
+    left, _, right = np.linalg.svd(to.T @ of)
+    turn = left @ np.diag([1, 1, np.linalg.det(left @ right)]) @ right
+    w = np.sqrt(max(1 + np.trace(turn), 0)) / 2
+    if w < 0.05:  # nearly half a turn: the axis is the eigenvector
+        value, vector = np.linalg.eigh(turn + turn.T)
+        guess[1:4] = vector[:, value.argmax()]
+    else:
+        guess[:4] = [
+            w,
+            *(np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 4 / w),
+        ]
+    guess[4:7] = world.mean(0) - turn @ body.mean(0)
+    x, before, points = guess, guess, []
+    for share in np.linspace(0, 1, count):
+        q = first + share * (last - first)
+        ahead = x + (x - before) if points else x
+        found = least_squares(closure, ahead, args=(q,), method="lm", xtol=1e-15, ftol=1e-15, gtol=1e-15)
+        assert np.abs(found.fun).max() < 1e-10
+        before, x = x if points else found.x, found.x
+        points.append(x[4:7] + rotation(x[:4]) @ np.array(p["point"]))
+    return np.array(points)
+
+
+def cylinder(x: Any, stroke: float) -> float:
+    """Return the radius of the narrowest cylinder about a path that runs along +x, by a simplex search."""
+
+    def widest(v: Any) -> float:
+        along = np.array([1, v[2], v[3]]) / np.sqrt(1 + v[2] ** 2 + v[3] ** 2)
+        arm = x - [0, stroke * v[0], stroke * v[1]]
+        return float(np.sqrt(((arm - np.outer(arm @ along, along)) ** 2).sum(1).max()))
+
+    return _least(widest, 4)
+
+
+def torus(x: Any, stroke: float, radius: float) -> float:
+    """Return the radius of the narrowest torus about an arc from (0, 0, 0) to (stroke, 0, 0) in the plane z = 0."""
+
+    def widest(v: Any) -> float:
+        r = radius + stroke * v[5]
+        centre = np.array([stroke / 2, -np.sqrt(radius**2 - stroke**2 / 4), 0]) + stroke * v[:3]
+        normal = np.array([v[3], v[4], 1]) / np.sqrt(1 + v[3] ** 2 + v[4] ** 2)
+        d = x - centre
+        h = d @ normal
+        return float(np.hypot(np.sqrt(np.maximum((d * d).sum(1) - h * h, 0)) - r, h).max())
+
+    return _least(widest, 6)
+
+
+def _least(f: Any, n: int) -> float:
+    best = np.zeros(n)
+    for scale in (1e-2, 1e-3, 1e-4, 1e-2, 1e-3):
+        simplex = best + scale * np.vstack([np.zeros(n), np.eye(n)])
+        found = minimize(f, best, method="Nelder-Mead", options={
+            "initial_simplex": simplex, "xatol": 1e-9, "fatol": 1e-12, "maxiter": 4000, "maxfev": 4000})  # fmt: skip
+        best = found.x
+    return float(found.fun)
+
+
+@pytest.mark.parametrize("family", list(COLLECTION.families))
+@pytest.mark.parametrize("request_", [StraightLine(20, 0.4), CircularArc(20, None, 0.4)], ids=["line", "circle"])
+def test_deviations_are_those_of_an_independent_solution(cat: Catalogue, family: str, request_: Any) -> None:
+    found = cat.find_in("spatial-guidance", request_, families=[family], rank_by="size", limit=2)
+    assert len(found) == 2
+    for piece in found:
+        x = independent_path(dict(piece.parameters), 161)
+        assert np.abs(x[0]).max() < 2 * piece.deviation
+        assert np.abs(x[-1] - [20, 0, 0]).max() < 2 * piece.deviation
+        if piece.radius is None:
+            again = cylinder(x, 20)
+        else:
+            assert x[80, 1] > 0  # it bulges to +y
+            again = torus(x, 20, piece.radius)
+        assert again == pytest.approx(piece.deviation, rel=5e-3)
+
+
+def test_a_given_radius_is_followed(cat: Catalogue) -> None:
+    for piece in cat.find_in("spatial-guidance", CircularArc(20, 15, 0.5), limit=3):
+        assert piece.radius == 15
+        x = independent_path(dict(piece.parameters), 101)
+        d = x - x[50] + [0, 15, 0]
+        assert np.abs(np.linalg.norm(d[:, :2], axis=1) - 15).max() < 3 * piece.deviation
+        assert piece.deviation <= 0.5
+    assert cat.find_in("spatial-guidance", CircularArc(20, 15, 0.5), limit=1)
+
+
+# -- fits -------------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("sweep", [0.3, 1.0, 2.2])
+def test_fits_do_not_depend_on_where_a_path_lies(modules: SimpleNamespace, sweep: float) -> None:
+    rng = np.random.default_rng(8)
+    t = np.cos(np.pi * np.arange(161) / 160)[::-1]
+    wave = 0.004 * sweep * np.array([np.polynomial.chebyshev.chebval(t, rng.normal(size=7)) for _ in range(2)])
+    at = t * sweep / 2
+    arc = np.stack([(1 + wave[0]) * np.sin(at), (1 + wave[0]) * np.cos(at), wave[1]], axis=1)
+    turn = rotation(rng.normal(size=4))
+    both = np.stack([arc, 70 * arc @ turn.T + [3, 4, 5]])
+    for fit in (modules.fits.circle(both), modules.fits.line(both)):
+        assert fit.deviation[1] == pytest.approx(70 * fit.deviation[0], rel=2e-3)
+        assert (fit.bound <= fit.deviation * (1 + 1e-6)).all()
+        np.testing.assert_allclose(
+            fit.axes @ np.swapaxes(fit.axes, 1, 2), np.broadcast_to(np.eye(3), (2, 3, 3)), atol=1e-12
+        )
+    fit = modules.fits.circle(both)
+    assert fit.bound[0] > 0.99 * fit.deviation[0]
+    wide = modules.fits.circle(both, 1.05 * fit.radius)
+    np.testing.assert_allclose(wide.radius, 1.05 * fit.radius)
+    assert (wide.deviation >= fit.deviation * (1 - 1e-3)).all()
+
+
+def test_exact_lines_and_circles_are_exact(modules: SimpleNamespace) -> None:
+    s = np.linspace(0, 1, 65)
+    straight = 3.0 + np.outer(s, [1.0, 2.0, -2.0])
+    assert modules.fits.line(straight[None]).deviation[0] < 1e-14
+    assert modules.fits.line(straight[None]).stroke[0] == pytest.approx(3, rel=1e-14)
+    turn = rotation([1, 2, 3, 4])
+    round_ = np.stack([np.cos(s), np.sin(s), 0 * s], axis=1) @ turn.T * 5 + 7
+    fit = modules.fits.circle(round_[None])
+    assert fit.deviation[0] < 1e-13
+    assert fit.radius[0] == pytest.approx(5, rel=1e-12)
+
+
+# -- classes ----------------------------------------------------------------------------------------------------------
+def special(parameters: dict[str, Any]) -> set[str]:
+    return set(COLLECTION.classify(parameters).special)
+
+
+def test_well_known_mechanisms_are_named() -> None:
+    rng = np.random.default_rng(2)
+    seen: dict[str, set[str]] = {}
+    for family in COLLECTION.families:
+        for s in COLLECTION.draw(family, rng, 60):
+            for name in special(dict(s.parameters)):
+                seen.setdefault(name, set()).add(f"{family} {s.configuration}")
+    assert seen["5-SS"] == {"I sphere sphere sphere sphere sphere"}
+    assert seen["Altmann"] == {"III circle circle cylinder"}
+    assert seen["RS-3SS"] == {"II circle sphere sphere sphere"}
+    assert {name.partition(" ")[0] for name in seen["RSSR"]} == {"III"}
+    assert "III circle circle plane" in seen["planar"]
+    assert "III circle circle sphere" in seen["spherical"]
+
+
+def motion(modules: SimpleNamespace, parameters: dict[str, Any]) -> Any:
+    moved = modules.measures.run(modules.plain.strokes([parameters]))
+    assert moved.reason[0] == ""
+    return moved
+
+
+def test_planar_and_spherical_ones_move_like_that(modules: SimpleNamespace) -> None:
+    rng = np.random.default_rng(4)
+    found: dict[str, int] = {"planar": 0, "spherical": 0, "": 0}
+    for s in [*COLLECTION.draw("III", rng, 60), *COLLECTION.draw("I", rng, 40)]:
+        p = dict(s.parameters)
+        turn = motion(modules, p).rotation[0]
+        relative = np.einsum("sij,kj->sik", turn, turn[0])
+        axes = np.stack([relative[:, 2, 1] - relative[:, 1, 2], relative[:, 0, 2] - relative[:, 2, 0],
+                         relative[:, 1, 0] - relative[:, 0, 1]], axis=1)[1:]  # fmt: skip
+        one_axis = np.linalg.svd(axes, compute_uv=False)[1] < 1e-9 * np.linalg.norm(axes)
+        # about a fixed point: x(s) = c for one body point, so that  R b + t = c  is solvable for all poses at once
+        points = motion(modules, p).points[0]
+        body = np.array(p["body"])
+        rows = np.concatenate([np.concatenate([r, -np.eye(3)], axis=1) for r in turn])
+        right = -np.concatenate([q[0] - r @ body[0] for q, r in zip(points, turn, strict=True)])
+        x, *_ = np.linalg.lstsq(rows, right, rcond=None)
+        turns = np.abs(rows @ x - right).max() < 1e-7
+        names = special(p)
+        assert ("planar" in names) == one_axis, names
+        if not one_axis:
+            assert ("spherical" in names) == turns, names
+        for name in found:
+            found[name] += name in names
+    assert found["planar"] > 3
+    assert found["spherical"] > 10
+
+
+def test_series_are_drawn_as_declared(cat: Catalogue) -> None:
+    drawn = cat.find_in("spatial-guidance", StraightLine(1, 0.1), limit=3000)
+    series = {(p.family, p.series) for p in drawn}
+    assert series == {(family, code) for family, codes in COLLECTION.families.items() for code in codes}
+
+
+# -- drawing, loading -------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize("family", ["I", "III", "VI"])
+def test_a_drawing_shows_guides_body_and_path(cat: Catalogue, family: str, tmp_path: Path) -> None:
+    piece = cat.find_in("spatial-guidance", CircularArc(5, None, 0.1), families=[family], limit=1)[0]
+    figure = piece.plot(tmp_path / "piece.svg")
+    text = (tmp_path / "piece.svg").read_text("utf-8")
+    assert text.startswith("<?xml")
+    piece.plot(tmp_path / "again.svg")
+    assert (tmp_path / "again.svg").read_text("utf-8") == text
+    (axes,) = figure.axes
+    surfaces = [c for c in axes.collections if type(c).__name__ == "Poly3DCollection"]
+    curves = sum(name in ("circle", "helix", "line") for name in piece.configuration.split())
+    assert len(surfaces) == len(piece.configuration.split()) - curves
+    assert all(s.get_alpha() < 0.5 for s in surfaces)
+
+
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
+    """Return an environment in which a new process imports the catalogue that is tested here."""
+    kept = {k: v for k, v in os.environ.items() if not k.startswith("CATALOGUE_")}
+    return {
+        **kept,
+        "PYTHONPATH": str(Path(catalogue.__file__).parents[1]),
+        "HOME": str(tmp_path_factory.mktemp("home")),
+    }
+
+
+def imported(code: str, environment: dict[str, str]) -> list[str]:
+    """Return the modules that a process imports."""
+    command = [sys.executable, "-X", "importtime", "-c", code]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    assert done.returncode == 0, done.stderr[-2000:]
+    return [line.rpartition("|")[2].strip() for line in done.stderr.splitlines() if line.startswith("import time")]
+
+
+def test_a_planar_request_imports_nothing_of_it(small_db: Path, environment: dict[str, str]) -> None:
+    """Not even the package, nor the core's part of collections; its plugin is loaded with the others, but light."""
+    find = "cat.find(catalogue.StraightLine(150, 0.5), limit=1, refine=False)"
+    code = f"import catalogue\nwith catalogue.open({str(small_db)!r}) as cat: {find}"
+    names = imported(code, environment)
+    assert "catalogue.facade" in names
+    assert not [n for n in names if "spatial" in n or "collect" in n.removeprefix("collections")
+                and n.startswith("catalogue")]  # fmt: skip
+    loading = imported("from catalogue.plugins import Registry; Registry().get('II.xy')", environment)
+    package = [n for n in loading if n.startswith("catalogue_plugin_spatial")]
+    assert [n for n in package if "." in n] == []
+    asked = imported("from catalogue.plugins import Registry; Registry().collections", environment)
+    assert [n for n in asked if n.endswith(".measures")]
+    assert not [n for n in asked if n.startswith("matplotlib")]
+
+
+def test_the_command_answers(cat: Catalogue, environment: dict[str, str]) -> None:
+    command = [sys.executable, "-m", "catalogue", "find", "straight-line", "--stroke", "1", "--deviation", "0.01",
+               "--collection", "spatial-guidance", "--where", "range>=0.5", "--limit", "3", "--format", "json",
+               "--db", str(cat.database.path)]  # fmt: skip
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
+    assert (done.returncode, done.stderr) == (0, "")
+    rows = json.loads(done.stdout)
+    assert len(rows) == 3
+    assert all(row["deviation"] <= 0.01 and row["range"] >= 0.5 for row in rows)
+    same = cat.find_in("spatial-guidance", StraightLine(1, 0.01), where={"range": (0.5, None)}, limit=3)
+    assert rows == json.loads(same.to_json())
