@@ -60,7 +60,7 @@ FAR, MARGIN = 2.5, 0.04
 #: What is stored: at most this deviation over the stroke, condition, size over the stroke.
 DEVIATION, CONDITION, SIZE = 0.05, 1000.0, 30.0
 #: Deviation over the stroke below which a point is, or is about to become, one that a guide leads exactly.
-TRIVIAL = 1e-5
+TRIVIAL = 1e-6
 
 
 def draw(family: str, rng: np.random.Generator, count: int) -> list[Specimen]:

@@ -20,9 +20,9 @@ from catalogue.linkage import Array
 
 #: Lawson's iteration ends when the largest distance is so near to its lower bound, or after so many steps: in the
 #: last frame and in those before it.
-TIGHT, LOOSE, STEPS = 1e-3, 0.05, 400
+TIGHT, LOOSE, STEPS = 1e-3, 0.01, 400
 #: Frames of a line and of a circle that are tried one after the other.
-LINE, CIRCLE = 3, 5
+LINE, CIRCLE = 3, 4
 
 
 @dataclass(frozen=True)

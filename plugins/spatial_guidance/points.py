@@ -18,8 +18,8 @@ from .fits import through
 WHOLE, PART = 48, 12
 #: Length of windows in nodes, and the distance between their beginnings.
 WINDOWS = ((48, 48), (24, 6), (12, 6))
-#: Points of the grid along each axis, and how far it goes [radii of the body].
-SIDE, REACH = 5, 2.0
+#: Points of the grid along each axis, its width, and how far from the middle a point may be [diameters of the body].
+SIDE, REACH, FAR = 5, 2.0, 2.0
 #: Steps of the compass search; a step that brings nothing is halved.
 COMPASS = 48
 #: Least stroke [diameters of the body], least and largest stroke over radius.
@@ -87,16 +87,17 @@ def best(
     n, every, out = len(rotation), np.arange(len(rotation)), []
     lift = np.where(flat[:, None], (1.0, 1.0, 0.0), (1.0, 1.0, 1.0))
 
-    def clear(points: Array) -> Array:
+    def fair(points: Array) -> Array:
         apart = (points[:, :, None] - barred[:, None]) * lift[:, None, None]
         near = (apart**2).sum(-1) < (CLEAR * size[:, None, None]) ** 2
-        return np.asarray(~near.any(-1))
+        out = ((points - centre[:, None]) ** 2).sum(-1) > (FAR * size[:, None]) ** 2
+        return np.asarray(~(near.any(-1) | out))
 
     def judged(points: Array, r: Array, t: Array) -> Array:
         """Gaps (n, m) of points (n, m, 3) over windows (n, k, ...)."""
         x = t[:, None] + np.einsum("nkij,nmj->nmki", r, points)
         stroke = np.sqrt(((x[:, :, -1] - x[:, :, 0]) ** 2).sum(-1))
-        return np.where(clear(points) & (stroke > LEAST * size[:, None]), gap(x), np.inf)
+        return np.where(fair(points) & (stroke > LEAST * size[:, None]), gap(x), np.inf)
 
     for length, shift in WINDOWS:
         firsts = np.arange(0, WHOLE - length + 1, shift)
@@ -106,7 +107,7 @@ def best(
         first, cell = firsts[chosen // len(cells)], chosen % len(cells)
         r, t = rotation[every[:, None], first[:, None] + steps], translation[every[:, None], first[:, None] + steps]
         point, value = tried[every, cell], tables.reshape(n, -1)[every, chosen]
-        step = 0.25 * size * REACH / (SIDE - 1)
+        step = 0.5 * size * REACH / (SIDE - 1)
         ways = np.concatenate([np.eye(3), -np.eye(3)])
         for _ in range(COMPASS):
             around = point[:, None] + step[:, None, None] * ways
