@@ -68,12 +68,11 @@ def draw(family: str, rng: np.random.Generator, count: int) -> list[Specimen]:
     m, at, flat = mechanisms(family, rng, count)
     ratio = np.concatenate([np.ones((count, 1)), rng.uniform(-1, 1, (count, m.freedom - 1))], axis=1)
     q = np.stack([at[:, i, "uw".index(k)] for i, k in m.drivers], axis=1)
-    ends, sound = [], np.ones(count, bool)
-    for way in (-FAR, FAR):
-        moved = follow(m, np.stack([q, q + way * ratio], axis=1), at)
-        ends.append(way * moved.end)
-        sound &= moved.reached > 0
-    low, high = np.array(ends)
+    both = np.tile(np.arange(count), 2)
+    way = np.repeat([-FAR, FAR], count)
+    moved = follow(m[both], np.stack([q[both], q[both] + way[:, None] * ratio[both]], axis=1), at[both])
+    low, high = (way * moved.end).reshape(2, count)
+    sound = (moved.reached > 0).reshape(2, count).all(0)
     margin = MARGIN * (high - low)
     low, high = low + margin, high - margin
     sound &= (high - low > 0.2) & (low < 0) & (high > 0)
