@@ -144,4 +144,4 @@ def test_a_file_without_specimens_gets_their_table(path: Path, filled: Path) -> 
         found = database.read(select(func.count(SpecimenRow.id).label("rows")))
     assert found["rows"].tolist() == [0]
     assert rows(filled, "SELECT count(*) FROM reach") == [(24,)]
-    assert rows(filled, "SELECT sql LIKE '%STRICT' FROM sqlite_master WHERE name = 'specimens'") == [(1,)]
+    assert rows(filled, "SELECT sql LIKE '%STRICT%' FROM sqlite_master WHERE name = 'specimens'") == [(1,)]
