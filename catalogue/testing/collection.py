@@ -11,7 +11,7 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from ..collection import LENGTH, Collection, Specimen
+from ..collection import LENGTH, Collection, Draw, Specimen
 from ..query.collected import Piece
 from ..query.request import CircularArc, Request, StraightLine
 
@@ -42,7 +42,7 @@ class CollectionContract:
 
     def specimens(self, family: str) -> list[Specimen]:
         """Return what is drawn of a family."""
-        found = list(_drawn(type(self), family))
+        found = list(_drawn(self.collection.draw, family, self.count))
         assert found, f"{family}: {self.count} mechanisms guide nothing"
         return found
 
@@ -97,8 +97,8 @@ class CollectionContract:
 
 
 @lru_cache
-def _drawn(contract: type[CollectionContract], family: str) -> tuple[Specimen, ...]:
-    return tuple(contract.collection.draw(family, np.random.default_rng(1), contract.count))
+def _drawn(draw: Draw, family: str, count: int) -> tuple[Specimen, ...]:
+    return tuple(draw(family, np.random.default_rng(1), count))
 
 
 def _wish(kind: str) -> Request:

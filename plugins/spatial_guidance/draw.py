@@ -15,8 +15,9 @@ from catalogue.linkage import Array
 
 from .fits import unit
 from .follow import follow
+from .guides import Guides
 from .measures import METRICS, Motion, fitted, known, numbers, run
-from .mechanism import Guides, Mechanisms
+from .mechanism import Mechanisms
 from .plain import Strokes, plain
 from .points import GAPS, WHOLE, WINDOWS, best
 from .position import Positions

@@ -134,7 +134,7 @@ def _reach(values: Array, kind: Kind, axis: int, size: float) -> tuple[float, fl
 
 
 def _rectangle(passed: Array, size: float) -> tuple[list[tuple[float, float]], Kind]:
-    from .mechanism import KINDS
+    from .guides import KINDS
 
     chart = KINDS["plane:cartesian"]
     x, y = passed[:, 1] * np.cos(passed[:, 0]), passed[:, 1] * np.sin(passed[:, 0])

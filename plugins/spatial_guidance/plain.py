@@ -23,7 +23,8 @@ import numpy as np
 
 from catalogue.linkage import Array
 
-from .mechanism import KINDS, Guides, Mechanisms
+from .guides import KINDS, Guides
+from .mechanism import Mechanisms
 from .rotation import matrix, quaternion
 
 
