@@ -206,7 +206,8 @@ class Catalogue:
     ) -> Collected:
         """Return the best pieces of a collection, each verified on its finite motion at the stroke asked for.
 
-        The specimens of the collection are drawn on first use, with a progress bar unless `quiet`.
+        The specimens of the collection are drawn on first use, or when a newer plugin draws them otherwise, with a
+        progress bar unless `quiet`.
 
         Parameters
         ----------
@@ -231,13 +232,13 @@ class Catalogue:
         DatabaseError
             If the database cannot be read or written.
         """
-        from .build.collect import state
+        from .build.collect import is_current
         from .query.find_in import find_in
 
         if not isinstance(request, Request):
             raise InvalidRequest(f"find_in wants a StraightLine or CircularArc, not {request!r}")
         collection = self.registry.collection(name)
-        if not state(self.database, name).get("complete"):
+        if not is_current(self.database, collection, self.registry.provider(name).version):
             from .progress import shown
 
             with shown(quiet=quiet, label=f"drawing {name}") as report:

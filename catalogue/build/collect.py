@@ -102,6 +102,12 @@ def state(database: Database, name: str) -> dict[str, Any]:
     return found
 
 
+def is_current(database: Database, collection: Collection, version: str) -> bool:
+    """Return whether a collection was drawn to the end, in the way that it is drawn now."""
+    begun = state(database, collection.name)
+    return bool(begun.get("complete")) and (begun["plan"], begun["version"]) == (collection.plan, version)
+
+
 def _set_state(database: Database, name: str, value: dict[str, Any]) -> None:
     set_setting(database, f"collection {name}", json.dumps(value))
 

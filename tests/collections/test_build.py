@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+import catalogue
 from catalogue import Catalogue, InvalidRequest, PluginError
-from catalogue.build.collect import BARREN, BLOCK, collect, state, stored
+from catalogue.build.collect import BARREN, BLOCK, collect, is_current, state, stored
 from catalogue.collection import Collection, Specimen
 
 Make = Callable[..., Catalogue]
@@ -82,6 +83,19 @@ def test_more_adds_and_another_seed_or_plan_replaces(make: Make, swings: Collect
         assert collect(cat.database, swings, "1.0", count=100).rows == 0
         assert collect(cat.database, replace(swings, plan="2"), "1.0", count=100).rows == len(before)
         assert collect(cat.database, replace(swings, plan="2"), "1.1", count=100).rows == len(before)
+
+
+def test_what_another_version_drew_is_drawn_again_on_use(make: Make, swings: Collection) -> None:
+    with make() as cat:
+        assert not is_current(cat.database, swings, "1.0")
+        collect(cat.database, swings, "0.9", count=100)
+        assert is_current(cat.database, swings, "0.9")
+        assert not is_current(cat.database, swings, "1.0")
+        assert not is_current(cat.database, replace(swings, plan="2"), "0.9")
+        old = content(cat)
+        assert cat.find_in("swings", catalogue.StraightLine(1, 0.05), quiet=True)
+        assert is_current(cat.database, swings, "1.0")
+        assert content(cat) == old  # same seed, same draws
 
 
 def test_other_collections_are_left_alone(make: Make, swings: Collection) -> None:
