@@ -40,10 +40,6 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING
-
 from catalogue.hookspecs import hookimpl
 
 if TYPE_CHECKING:
