@@ -74,6 +74,6 @@ def test_found_guides_have_round_lengths_and_serve(small: catalogue.Catalogue) -
     assert len(found) == 8
     for c in found:
         assert c.deviation <= 0.5
-        assert all(abs(v - round(v)) < 1e-6 for v in c.lengths.values())
+        assert all(abs(v - round(v)) < 1e-10 for v in c.lengths.values())
         assert c.to_dict()["lengths"] == c.lengths
     assert found.to_pandas()["lengths"][0] == found[0].lengths

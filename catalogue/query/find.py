@@ -272,7 +272,8 @@ def _with_round_lengths(found: Answers, step: float, request: Request, wanted: C
     rows = {name: values[made] for name, values in found.rows.items()}
     guides = span(linkage, point, pole=found.pole[made])
     traced = at_stroke(guides, request.stroke, circle=request.kind == "circle", nodes=16, extend=False)
-    answers, checks = laid(request, wanted, rows, guides, traced)
+    fit = replace(traced.fit, stroke=np.full(len(point), request.stroke))  # not to be scaled by what rounding leaves
+    answers, checks = laid(request, wanted, rows, guides, replace(traced, fit=fit))
     return answers, np.logical_and.reduce(list(checks.values()))
 
 
