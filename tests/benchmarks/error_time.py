@@ -36,7 +36,6 @@ is measured on its finite motion, whatever its way took it for.  Optimisers vary
 the guided point being the origin (job c: the moving pivots and the height of the point); they had {:g} s.  The
 plain objective samples the path at crank angles; the one in batches is the measurement of this catalogue, 320 linkages
 at once; the swarm is that of pylinkage; least squares and minimax start from random linkages, over and over.
-In job (d) some optimisers, and `find` at higher efforts, come upon parallelograms, whose circles are exact.
 """
 
 

@@ -163,7 +163,8 @@ def sampled(job: Job, x: Array) -> Path:
         ordered = sorted([*links, abs(a - b)])
         broken += max(0.0, ordered[0] + ordered[3] - ordered[1] - ordered[2]) + max(0.0, links[0] - ordered[0])
     if "pivots_in" in c:
-        turn = np.conj(tangent) / abs(tangent)
+        with np.errstate(all="ignore"):
+            turn = np.conj(tangent) / abs(tangent)
         for z in (a, m, b, k):
             p = (z - point) * turn + 0.5
             x0, y0, x1, y1 = c["pivots_in"]
