@@ -27,6 +27,9 @@ import numpy as np
 
 from ..linkage import Array
 
+#: Most exchanges to the best polynomial.
+EXCHANGES = 12
+
 
 @dataclass(frozen=True)
 class Grid:
@@ -99,7 +102,8 @@ def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
     middle = len(u) // 2
     first, last, origin = (u[i] + 1j * v[i] for i in (0, -1, middle))
     with np.errstate(all="ignore"):
-        heading = chord = (last - first) / np.abs(last - first)
+        chord = (last - first) / np.abs(last - first)
+        heading = chord.copy()
         u, v = nodes.fine @ (u - u[middle]), nodes.fine @ (v - v[middle])
         curvature = np.zeros_like(u[0])
         if circle:
@@ -108,25 +112,30 @@ def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
             curvature = np.where(np.abs(sagitta) < half, curvature, np.nan)
         size = 4 if circle else 3
         where = np.rint((len(u) - 1) / 2 * (1 - np.cos(np.pi * np.arange(size) / (size - 1)))).astype(int)
-        index = np.repeat(where[:, None], u.shape[1], axis=1)
-        centre = np.zeros_like(origin)
+        open_, index = np.arange(u.shape[1]), np.repeat(where[:, None], u.shape[1], axis=1)
+        centre, deviation, reach = np.zeros_like(origin), np.full_like(curvature, np.nan), 0.5 * np.abs(last - first)
         for _ in range(5 if circle else 2):
-            x = (u - centre.real) * heading.real + (v - centre.imag) * heading.imag
-            y = (v - centre.imag) * heading.real - (u - centre.real) * heading.imag
+            at, ahead = centre[open_], heading[open_]
+            x = (u - at.real) * ahead.real + (v - at.imag) * ahead.imag
+            y = (v - at.imag) * ahead.real - (u - at.real) * ahead.imag
             if circle:
-                g, x, weight = polar(x, y, curvature)
-                c, deviation, index = exchange(x, g, index, weight)
+                bend = curvature[open_]
+                g, x, weight = polar(x, y, bend)
+                c, error, index = exchange(x, g, index, weight)
+                curvature[open_] = bend + 2 * c[2] + 0.5 * c[0] * bend**2
+                far = reach[open_]
+                moved = (np.abs(c[0]) + (np.abs(c[1]) + np.abs(c[2]) * far) * far) / (1e-1 * error + 1e-12 * far)
             else:
-                c, deviation, index = exchange(x, y, index)
-            centre = centre + 1j * c[0] * heading
-            heading = heading * (1 + 1j * c[1]) / np.hypot(1, c[1])
-            moved = np.abs(c[1])  # a line is linear but for its tilt; a circle has to come to rest
-            if circle:
-                curvature = curvature + 2 * c[2] + 0.5 * c[0] * curvature**2
-                reach = 0.5 * np.abs(last - first)
-                moved = (np.abs(c[0]) + (moved + np.abs(c[2]) * reach) * reach) / (1e-1 * deviation + 1e-12 * reach)
-            if not (moved > 1e-4).any():
+                c, error, index = exchange(x, y, index)
+                moved = np.abs(c[1])  # a line is linear but for its tilt; a circle has to come to rest
+            centre[open_] = at + 1j * c[0] * ahead
+            heading[open_] = ahead * (1 + 1j * c[1]) / np.hypot(1, c[1])
+            deviation[open_] = error
+            more = moved > 1e-4
+            if not more.any():
                 break
+            if not more.all():
+                open_, u, v, index = open_[more], u[:, more], v[:, more], index[:, more]
         if circle:
             return Fit(deviation, np.abs(last - first), first, chord, curvature, unresolved)
         stroke = ((last - first) * heading.conj()).real
@@ -143,35 +152,48 @@ def polar(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
 
 def exchange(
     x: Array, g: Array, index: Array, by: Array | None = None, peaks: bool = True
-) -> tuple[list[Array], Array, Array]:
+) -> tuple[Array, Array, Array]:
     """Best uniform approximation of g by a polynomial in x of degree len(index) - 2, over `by`, by Remez exchange.
 
-    With `peaks`, extremes between the points are read off parabolas.  Returns the coefficients, the largest error, and
-    the reference (indices of the alternating extremes, (k, n)).
+    With `peaks`, extremes between the points are read off parabolas.  Returns the coefficients (k - 1, n), the largest
+    error (n,), and the reference (indices of the alternating extremes, (k, n)).  A path leaves the exchange as soon as
+    its reference stands, so that none costs more than it needs nor depends on its neighbours.
     """
-    size = len(index)
+    size, n = index.shape
     sign = np.where(np.arange(size) % 2 == 0, 1.0, -1.0)[:, None].astype(g.dtype)
-    residual, value = g, g[0]
-    c: list[Array] = []
-    last = x.shape[0] - 1
     rounding = 4 * np.finfo(g.dtype).eps * np.abs(x[-1] - x[0])
-    for _ in range(12):
-        c, level = _level(x, np.take_along_axis(g, index, 0), index, sign, by)
-        found = (c[2] * x + c[1]) * x + c[0] if size == 4 else c[1] * x + c[0]
-        residual = g - (found if by is None else found / by)
+    index, c, value = index.copy(), np.empty((size - 1, n), g.dtype), np.empty(n, g.dtype)
+    open_, xs, gs, bs, at = np.arange(n), x, g, by, index
+    for _ in range(EXCHANGES):
+        c[:, open_], level = _level(xs, np.take_along_axis(gs, at, 0), at, sign, bs)
+        residual = _residual(c[:, open_], xs, gs, bs)
         worst = np.argmax(np.abs(residual), axis=0)
-        value = np.take_along_axis(residual, worst[None], 0)[0]
-        better = np.abs(value) > np.abs(level) * (1 + 1e-6) + rounding
+        value[open_] = farthest = np.take_along_axis(residual, worst[None], 0)[0]
+        better = np.abs(farthest) > np.abs(level) * (1 + 1e-6) + rounding[open_]
         if not better.any():
             break
-        index = np.where(better, _replace(index, worst, np.sign(value) == np.sign(level), last), index)
-    at = _peaks(residual, index) if peaks else np.take_along_axis(residual, index, 0)
-    more, level = _level(x, at, index, sign, by)
+        like_first = np.sign(farthest[better]) == np.sign(level[better])
+        at = _replace(at[:, better], worst[better], like_first, len(x) - 1)
+        open_, xs, gs, bs = open_[better], xs[:, better], gs[:, better], None if bs is None else bs[:, better]
+        index[:, open_] = at
+    more, level = _level(x, _peaks(c, x, g, index, by) if peaks else _at(c, x, g, index, by), index, sign, by)
     noise = np.where(np.abs(value) <= 4 * rounding, np.abs(value), 0)  # where the exchange stopped short of it
-    return [a + b for a, b in zip(c, more, strict=True)], np.maximum(np.abs(level), noise), index
+    return c + more, np.maximum(np.abs(level), noise), index
 
 
-def _level(x: Array, gs: Array, index: Array, sign: Array, by: Array | None) -> tuple[list[Array], Array]:
+def _residual(c: Array, x: Array, g: Array, by: Array | None) -> Array:
+    """Return what a polynomial over `by` leaves of g."""
+    found = (c[2] * x + c[1]) * x + c[0] if len(c) == 3 else c[1] * x + c[0]
+    return np.asarray(g - (found if by is None else found / by))
+
+
+def _at(c: Array, x: Array, g: Array, index: Array, by: Array | None) -> Array:
+    """Return the residual at points given by their indices, (k, n)."""
+    x, g = (np.take_along_axis(a, index, 0) for a in (x, g))
+    return _residual(c, x, g, None if by is None else np.take_along_axis(by, index, 0))
+
+
+def _level(x: Array, gs: Array, index: Array, sign: Array, by: Array | None) -> tuple[Array, Array]:
     """Polynomial (over `by`) whose errors at the reference are equal but for their alternating sign, and that error."""
     xs = np.take_along_axis(x, index, 0)
     gaps = xs[:, None] - xs[None] + np.eye(len(xs))[:, :, None]
@@ -184,13 +206,13 @@ def _level(x: Array, gs: Array, index: Array, sign: Array, by: Array | None) -> 
     return _interpolate(xs, bs * (gs - sign * level)), level
 
 
-def _interpolate(xs: Array, gs: Array) -> list[Array]:
+def _interpolate(xs: Array, gs: Array) -> Array:
     """Coefficients of the polynomial through the points (all but the last of which determine it)."""
     first = (gs[1] - gs[0]) / (xs[1] - xs[0])
     if len(xs) == 3:
-        return [gs[0] - first * xs[0], first]
+        return np.stack([gs[0] - first * xs[0], first])
     second = ((gs[2] - gs[1]) / (xs[2] - xs[1]) - first) / (xs[2] - xs[0])
-    return [gs[0] - first * xs[0] + second * xs[0] * xs[1], first - second * (xs[0] + xs[1]), second]
+    return np.stack([gs[0] - first * xs[0] + second * xs[0] * xs[1], first - second * (xs[0] + xs[1]), second])
 
 
 def _replace(index: Array, new: Array, like_first: Array, last: int) -> Array:
@@ -213,14 +235,14 @@ def _replace(index: Array, new: Array, like_first: Array, last: int) -> Array:
     return np.clip(out, 0, last)
 
 
-def _peaks(residual: Array, index: Array) -> Array:
+def _peaks(c: Array, x: Array, g: Array, index: Array, by: Array | None) -> Array:
     """Residuals at the reference, those at inner extremes read off a parabola through three fine points, (k, n)."""
-    inner = np.clip(index, 1, len(residual) - 2)
-    at, low, high = (np.take_along_axis(residual, inner + k, 0) for k in (0, -1, 1))
+    inner = np.clip(index, 1, len(x) - 2)
+    at, low, high = (_at(c, x, g, inner + k, by) for k in (0, -1, 1))
     bend = low - 2 * at + high
     gain = np.where(bend != 0, (high - low) ** 2 / (8 * np.where(bend == 0, 1, bend)), 0)
     gain = np.where(np.abs(gain) <= 0.1 * np.abs(at), gain, 0)  # no extreme there: an end, or rounding
-    return np.where(inner == index, at - gain, np.take_along_axis(residual, index, 0))
+    return np.where(inner == index, at - gain, np.where(index < inner, low, high))
 
 
 def resolved(found: Fit, tolerance: float = 1e-4, floor: Any = 4e-16) -> Array:

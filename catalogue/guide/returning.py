@@ -39,21 +39,27 @@ def fit_returning(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
         centre, heading, curvature = np.zeros_like(last), np.ones_like(last), np.zeros_like(stroke)
         if circle:
             centre, heading, curvature = _mean_circle(x, y, stroke)
-        deviation = stroke
-        first = np.repeat(np.array([[0], [len(x) // 2], [len(x) - 1]]), x.shape[1], axis=1)
+        deviation = stroke.copy()
         apart = APART * stroke * np.arange(len(x))[:, None]
+        open_, xs, ys = np.arange(x.shape[1]), x, y
         for _ in range(EXCHANGES):
-            a, b = _seen(x, y, centre, heading)
-            distance, _, _ = polar(a, b, curvature)
+            a, b = _seen(xs, ys, centre[open_], heading[open_])
+            bend = curvature[open_]
+            distance, _, _ = polar(a, b, bend)
             # a circle that is moved but keeps its radius: (c0 + c1 X) cos, X = tan(theta)/curvature
-            inverse_cosine = np.hypot(curvature * a, 1 - curvature * b) / (1 - curvature * b)
-            run = a / (1 - curvature * b)
+            inverse_cosine = np.hypot(bend * a, 1 - bend * b) / (1 - bend * b)
+            run = a / (1 - bend * b)
             order = np.argsort(run, axis=0)
             run, distance, by = (np.take_along_axis(f, order, 0) for f in (run, distance, inverse_cosine))
-            c, deviation, _ = exchange(run + apart, distance, first, by, peaks=False)
-            centre, heading = _moved(centre, heading, c[0], c[1])
-            if not (np.abs(c[0]) + np.abs(c[1]) * stroke > 1e-4 * deviation + AT_REST * stroke).any():
+            first = np.repeat(np.array([[0], [len(x) // 2], [len(x) - 1]]), len(open_), axis=1)
+            (c0, c1), level, _ = exchange(run + apart[:, open_], distance, first, by, peaks=False)
+            deviation[open_] = level
+            centre[open_], heading[open_] = _moved(centre[open_], heading[open_], c0, c1)
+            length = stroke[open_]
+            moved = np.abs(c0) + np.abs(c1) * length > 1e-4 * level + AT_REST * length
+            if not moved.any():
                 break
+            open_, xs, ys = open_[moved], xs[:, moved], ys[:, moved]
         worst = np.abs(polar(*_seen(x, y, centre, heading), curvature)[0]).max(0)
         settled = (worst <= SETTLED * deviation + AT_REST * stroke) & (np.abs(curvature) * stroke < 2)
         deviation = np.where(settled, worst, np.nan)
@@ -72,20 +78,24 @@ def _mean_circle(x: Array, y: Array, stroke: Array) -> tuple[Array, Array, Array
     at_x, at_y = (np.take_along_axis(a, half, 0)[0] for a in (x, y))
     curvature = -2 * at_y / (at_y**2 + at_x * (stroke - at_x))
     centre, heading = at_x + 1j * at_y, np.ones_like(at_x + 1j * at_y)
+    open_, xs, ys = np.arange(x.shape[1]), x, y
     for _ in range(STEPS):
-        a, b = _seen(x, y, centre, heading)
-        distance, at, weight = polar(a, b, curvature)
-        run = at / stroke
+        length = stroke[open_]
+        a, b = _seen(xs, ys, centre[open_], heading[open_])
+        distance, at, weight = polar(a, b, curvature[open_])
+        run = at / length
         basis = np.stack([1 / weight, run / weight, run * run / weight])
         normal = np.einsum("imn,jmn->nij", basis, basis).astype(float)
         right = np.einsum("imn,mn->ni", basis, distance).astype(float)
         good = np.isfinite(normal).all((1, 2)) & np.isfinite(right).all(1)
         normal, right = np.where(good[:, None, None], normal, np.eye(3)), np.where(good[:, None], right, np.nan)
         c0, c1, c2 = np.linalg.solve(normal, right[..., None])[..., 0].T
-        curvature = curvature + 2 * c2 / stroke**2 + 0.5 * c0 * curvature**2
-        centre, heading = _moved(centre, heading, c0, c1 / stroke)
-        if not (np.abs(c0) + np.abs(c1) + np.abs(c2) > AT_REST * stroke).any():
+        curvature[open_] += 2 * c2 / length**2 + 0.5 * c0 * curvature[open_] ** 2
+        centre[open_], heading[open_] = _moved(centre[open_], heading[open_], c0, c1 / length)
+        moved = np.abs(c0) + np.abs(c1) + np.abs(c2) > AT_REST * length
+        if not moved.any():
             break
+        open_, xs, ys = open_[moved], xs[:, moved], ys[:, moved]
     return centre, heading, curvature
 
 
