@@ -1,7 +1,8 @@
 """Least deviation against wall time: this catalogue and optimisers, on the same jobs in the same run.
 
-``python tests/benchmarks/error_time.py DATABASE [SECONDS]`` writes ``data/reports/error_time.md`` and ``.svg``; SECONDS
-is what each optimiser is given for each job, 60 if not given.
+``python tests/benchmarks/error_time.py DATABASE [SECONDS [JOBS]]`` writes ``data/reports/error_time.md`` and ``.svg``;
+SECONDS is what each optimiser is given for each job, 60 if not given.  With JOBS, as ``ab``, only these are done, and
+their letters are added to the names of the files.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import io
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from functools import partial
 from pathlib import Path
 
@@ -28,7 +29,7 @@ import catalogue
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "error_time"
 #: When the best so far is read [s].
-TIMES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 60.0)
+TIMES = (0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0, 20.0, 60.0, 200.0, 600.0)
 EFFORTS = (1, 2, 4, 8, 16)
 EXPLAINED = """\
 Half the width of the narrowest strip (annulus) over the stroke, of the best linkage known after so many seconds; each
@@ -86,9 +87,9 @@ def best_after(history: History, moment: float) -> float:
     return min((value for at, value in history if at <= moment), default=np.inf)
 
 
-def runs(database: Path, limit: float) -> Iterator[tuple[Job, str, History]]:
-    """Do every job in every way."""
-    for job in JOBS:
+def runs(jobs: Sequence[Job], database: Path, limit: float) -> Iterator[tuple[Job, str, History]]:
+    """Do jobs in every way."""
+    for job in jobs:
         for name, way in WAYS.items():
             print(f"job {job.name}: {name}", file=sys.stderr)
             yield job, name, way(job, database, limit)
@@ -96,37 +97,39 @@ def runs(database: Path, limit: float) -> Iterator[tuple[Job, str, History]]:
 
 def main() -> None:
     """Write the report."""
-    database, limit = Path(sys.argv[1]), float(sys.argv[2]) if len(sys.argv) > 2 else 60.0
-    found = list(runs(database, limit))
+    database, limit, letters = Path(sys.argv[1]), float([*sys.argv, "60"][2]), "".join(sys.argv[3:])
+    jobs = [job for job in JOBS if job.name in letters or not letters]
+    report = REPORT.with_name("_".join(["error_time", *sys.argv[3:]]))
+    found = list(runs(jobs, database, limit))
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
         title("Error against run time")
         print(EXPLAINED.format(limit))
-        for job in JOBS:
+        for job in jobs:
             print(f"Job ({job.name}), {job.text}.\n")
             times = [t for t in TIMES if t <= limit]
             rows = [[name, *(_number(best_after(h, t)) for t in times)] for j, name, h in found if j is job]
             table(["way", *(f"{t:g} s" for t in times)], rows)
-        print("![error against run time](error_time.svg)")
-    REPORT.with_suffix(".md").write_text(text.getvalue(), "utf-8")
+        print(f"![error against run time]({report.name}.svg)")
+    report.with_suffix(".md").write_text(text.getvalue(), "utf-8")
     print(text.getvalue())
-    plot(found, limit)
+    plot(report, jobs, found, limit)
 
 
 def _number(value: float) -> str:
     return f"{value:.2e}" if value < 1 else "-"
 
 
-def plot(found: list[tuple[Job, str, History]], limit: float) -> None:
+def plot(report: Path, jobs: Sequence[Job], found: list[tuple[Job, str, History]], limit: float) -> None:
     """Draw the curves, one panel a job."""
     import matplotlib as mpl
 
     mpl.use("Agg")
     import matplotlib.pyplot as plt
 
-    figure, panels = plt.subplots(1, len(JOBS), figsize=(19, 4.6), sharey=True)
+    figure, panels = plt.subplots(1, len(jobs), figsize=(3.8 * len(jobs) + 1, 4.6), sharey=True, squeeze=False)
     colours = ["#0072b2", "#56b4e9", "#d55e00", "#999999", "#555555", "#009e73", "#cc79a7"]
-    for axes, job in zip(panels, JOBS, strict=True):
+    for axes, job in zip(panels[0], jobs, strict=True):
         for colour, name in zip(colours, WAYS, strict=True):
             (history,) = [h for j, n, h in found if j is job and n == name]
             at = np.array([t for t, v in history if v < 1])
@@ -140,10 +143,10 @@ def plot(found: list[tuple[Job, str, History]], limit: float) -> None:
         axes.set_xlim(0.05, max(limit, 10))
         axes.set_xlabel("wall time [s]")
         axes.grid(which="major", alpha=0.25)
-    panels[0].set_ylabel("deviation / stroke")
-    panels[0].legend(fontsize=7, frameon=False)
+    panels[0, 0].set_ylabel("deviation / stroke")
+    panels[0, 0].legend(fontsize=7, frameon=False)
     figure.tight_layout()
-    figure.savefig(REPORT.with_suffix(".svg"), metadata={"Date": None})
+    figure.savefig(report.with_suffix(".svg"), metadata={"Date": None})
 
 
 if __name__ == "__main__":
