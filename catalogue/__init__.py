@@ -25,9 +25,10 @@ if TYPE_CHECKING:
         MissingExtra,
         PluginError,
     )
-    from .facade import Catalogue, classify, open
+    from .facade import Catalogue
     from .instant import Curvature, curvature
     from .linkage import Linkage
+    from .opening import classify, open
     from .query import Candidate, CircularArc, Constraints, Found, StraightLine
     from .query.standstill import StandStill
 
@@ -49,9 +50,9 @@ _HOME = {
     "PluginError": "errors",
     "StandStill": "query.standstill",
     "StraightLine": "query",
-    "classify": "facade",
+    "classify": "opening",
     "curvature": "instant",
-    "open": "facade",
+    "open": "opening",
 }
 
 __all__ = [

@@ -147,29 +147,35 @@ class Classification(Sequence[Memberships]):
         )
 
 
-def classify(linkage: Linkage, series: Mapping[str, Series], tolerance: float = TOLERANCE) -> Classification:
+def classify(
+    linkage: Linkage | npt.ArrayLike, series: Mapping[str, Series], tolerance: float | None = None
+) -> Classification:
     """Return the memberships of each linkage in the given series.
 
     Parameters
     ----------
-    linkage : Linkage of n
+    linkage : Linkage of n, or its pivots
     series : mapping of Series
         By code.  One that raises is left out, with a `PluginWarning`.
-    tolerance : float
+    tolerance : float, optional
         Residual up to which a series holds, if its margin is larger: what the rounding of the pivots makes of zero.
+        `TOLERANCE` if not given.
 
     Raises
     ------
+    InvalidLinkage
+        If the pivots are no linkage.
     InvalidRequest
         If the tolerance is not in [0, 1).
     """
     from .plugins import PluginWarning, one_line
 
-    instant = Instant(linkage)
+    instant = Instant(linkage if isinstance(linkage, Linkage) else Linkage(linkage))
+    tolerance = TOLERANCE if tolerance is None else tolerance
     if not 0 <= tolerance < 1:
         raise InvalidRequest(f"the tolerance must be a residual from 0 up to 1, not {tolerance}")
     tested = list(series.values())
-    residual, margin = (np.full((len(linkage), len(tested)), np.nan) for _ in range(2))
+    residual, margin = (np.full((len(instant.linkage), len(tested)), np.nan) for _ in range(2))
     for k, one in enumerate(tested):
         try:
             residual[:, k], margin[:, k] = one.classify(instant)

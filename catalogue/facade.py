@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
-from os import PathLike
 from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
-import numpy.typing as npt
-
-from .errors import InvalidRequest
-from .folders import default_database
-from .linkage import Linkage
-from .query.explain import explain
-from .query.find import Trail, answer, check_names
-from .query.found import Found, candidates
-from .query.ranking import Ranking
-from .query.request import DISTINCT, Constraints, Request, positive, whole
+from .query.constraints import Constraints
+from .query.criteria import DISTINCT
 from .store import Database, get_setting
 
 if TYPE_CHECKING:
+    import numpy.typing as npt
+
     from .build import Progress
     from .classification import Classification
+    from .linkage import Linkage
     from .plugins import Registry
+    from .query import Found
     from .query.collected import Collected
-    from .query.lay import Answers
+    from .query.request import Request
     from .query.standstill import Dwellings, StandStill
     from .query.stored import StoredGuide
 
@@ -77,7 +71,7 @@ class Catalogue:
         limit : int
             How many at most.
         rank_by : str, mapping or sequence of str
-            One of `catalogue.query.request.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
+            One of `catalogue.query.criteria.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
             sequence, ``["size", "deviation"]``, weighs nothing: the Pareto front of these criteria comes first, spread
             over all of it, then the second front; `Candidate.front` says which.
         per_series : int, optional
@@ -98,7 +92,7 @@ class Catalogue:
             Make the lengths of links, and the place of the guided point in the coupler, multiples of this; see
             `Candidate.lengths`.
         **constraints
-            See `catalogue.query.request.Constraints`.
+            See `catalogue.query.constraints.Constraints`.
 
         Raises
         ------
@@ -107,55 +101,13 @@ class Catalogue:
         DatabaseError
             If the database cannot be read.
         """
-        if not isinstance(request, Request):
-            raise InvalidRequest(f"find wants a StraightLine or CircularArc, not {request!r}")
-        limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
-        wanted = _constraints(constraints)
-        ranking = Ranking.of(rank_by, per_series, distinct, limit)
-        trail = Trail()
-        if round_to is not None:
-            round_to = positive("round_to", round_to)
-        if wanted.given and (cognates or round_to is not None):
-            raise InvalidRequest(
-                "cognates and round_to move the pivots: they cannot be asked for where pivots are given"
-            )
-        if wanted.given:
-            return self._constructed(request, wanted, ranking, limit=limit, effort=effort, trail=trail)
-        check_names(self.database, wanted)
-        found = answer(
-            self.database,
-            request,
-            wanted,
-            ranking,
-            limit=limit,
-            effort=effort,
-            trail=trail,
-            refine=refine,
-            cognates=cognates,
-            round_to=round_to,
-        )
-        if found is not None and refine:
-            stop = trail.timed("drift")
-            found = self._with_drift(found, wanted)
-            stop()
-        listed = candidates(found, request, wanted.play) if found is not None else []
-        return Found(listed, lambda: explain(self.database, request, wanted, trail, len(listed)))
+        from .query.ask import ask
 
-    def _with_drift(self, found: Answers, wanted: Constraints) -> Answers:
-        from .refine import drift
-
-        return replace(found, rows=found.rows | {"drift": drift(found, self.registry.series, wanted.slots)})
-
-    def _constructed(
-        self, request: Request, wanted: Constraints, ranking: Ranking, *, trail: Trail, **how: int
-    ) -> Found:
-        """Return guides with the given pivots, made in closed form and refined: the database is not asked."""
-        from .query.construct import constructed
-        from .query.explain import explain_constructed
-
-        found = constructed(self.registry.series, request, wanted, ranking, trail=trail, **how)
-        listed = candidates(found, request, wanted.play) if found is not None else []
-        return Found(listed, lambda: explain_constructed(request, wanted, trail, len(listed)))
+        return ask(
+            self.database, lambda: self.registry.series, request, Constraints.of(constraints),
+            limit=limit, rank_by=rank_by, per_series=per_series, distinct=distinct, effort=effort, refine=refine,
+            cognates=cognates, round_to=round_to,
+        )  # fmt: skip
 
     def find_dwells(self, request: StandStill, *, limit: int = 12, effort: int = 1, **constraints: Any) -> Dwellings:
         """Return crank-driven linkages with a dyad whose rocker stands still, the best transmission angle first.
@@ -169,7 +121,7 @@ class Catalogue:
             How many stored arcs of each series are looked at, 150 per unit.
         **constraints
             families, series, configurations, order, pins_only and min_transmission of
-            `catalogue.query.request.Constraints`.
+            `catalogue.query.constraints.Constraints`.
 
         Raises
         ------
@@ -179,18 +131,8 @@ class Catalogue:
             If the database cannot be read.
         """
         from .query.dwells import find_dwells
-        from .query.standstill import StandStill
 
-        if not isinstance(request, StandStill):
-            raise InvalidRequest(f"find_dwells wants a StandStill, not {request!r}")
-        wanted = _constraints(constraints)
-        known = {"families", "series", "configurations", "order", "pins_only", "min_transmission"}
-        other = [name for name in wanted.active() if name not in known]
-        if other:
-            raise InvalidRequest(f"{other[0]} does not go with a dwell; there are {', '.join(sorted(known))}")
-        check_names(self.database, wanted)
-        limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
-        return find_dwells(self.database, request, wanted, limit=limit, effort=effort)
+        return find_dwells(self.database, request, Constraints.of(constraints), limit=limit, effort=effort)
 
     def find_in(
         self,
@@ -234,9 +176,9 @@ class Catalogue:
         """
         from .build.collect import is_current
         from .query.find_in import find_in
+        from .query.request import path_request
 
-        if not isinstance(request, Request):
-            raise InvalidRequest(f"find_in wants a StraightLine or CircularArc, not {request!r}")
+        request = path_request("find_in", request)
         collection = self.registry.collection(name)
         if not is_current(self.database, collection, self.registry.provider(name).version):
             from .progress import shown
@@ -283,7 +225,9 @@ class Catalogue:
 
     def classify(self, linkage: Linkage | npt.ArrayLike, *, tolerance: float | None = None) -> Classification:
         """Return the memberships of given linkages in all series that are registered; see `catalogue.classify`."""
-        return _classify(linkage, self.registry, tolerance)
+        from .classification import classify
+
+        return classify(linkage, self.registry.series, tolerance)
 
     def build(
         self,
@@ -322,78 +266,3 @@ class Catalogue:
 
     def __repr__(self) -> str:
         return f"<Catalogue {self.database.path}>"
-
-
-def open(
-    path: str | PathLike[str] | None = None, *, plugins: Sequence[str] = (), build: bool = True, quiet: bool = False
-) -> Catalogue:
-    """Open the catalogue, building its database on first use.
-
-    Parameters
-    ----------
-    path : path, optional
-        Database file; if not given ``CATALOGUE_DB``, else a file in the user's data directory.
-    plugins : sequence of str
-        Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
-    build : bool
-        Build the database if it is empty, or finish it if a build was interrupted (70 s on two cores).
-    quiet : bool
-        No progress bar while building.
-
-    Raises
-    ------
-    DatabaseError
-        If the file cannot be used.
-    """
-    opened = Catalogue(Database.open(path if path is not None else default_database()), plugins)
-    try:
-        if build and not opened.complete:
-            from .progress import shown
-
-            with shown(quiet=quiet, label="building the catalogue") as report:
-                opened.build(report=report)
-    except BaseException:
-        opened.close()
-        raise
-    return opened
-
-
-def classify(
-    linkage: Linkage | npt.ArrayLike, *, tolerance: float | None = None, plugins: Sequence[str] = ()
-) -> Classification:
-    """Return the memberships of given linkages in all series; no database is opened.
-
-    Parameters
-    ----------
-    linkage : Linkage or array_like, shape (2, 2, 3) or (n, 2, 2, 3)
-    tolerance : float, optional
-        Residual up to which a series holds, if its margin is larger; 1e-9, for pivots rounded to double precision, if
-        not given.  Give more for proportions rounded to a few digits.
-    plugins : sequence of str
-        Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
-
-    Raises
-    ------
-    InvalidLinkage, InvalidRequest
-        If the pivots are no linkage, or the tolerance is not in [0, 1).
-    """
-    from .plugins import Registry
-
-    return _classify(linkage, Registry(plugins), tolerance)
-
-
-def _constraints(given: dict[str, Any]) -> Constraints:
-    try:
-        return Constraints(**given)
-    except TypeError as error:
-        raise InvalidRequest(f"unknown constraint: {str(error).split('argument')[-1].strip()}") from None
-
-
-def _classify(linkage: Linkage | npt.ArrayLike, registry: Registry, tolerance: float | None) -> Classification:
-    from .classification import TOLERANCE, classify
-
-    given = linkage if isinstance(linkage, Linkage) else Linkage(linkage)
-    return classify(given, registry.series, TOLERANCE if tolerance is None else tolerance)
-
-
-__all__ = ["Catalogue", "classify", "open"]

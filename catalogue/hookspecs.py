@@ -1,6 +1,7 @@
 """The whole contract between the catalogue and its plugins.
 
-A plugin is a Python file with functions marked ``@hookimpl`` (``from catalogue.hookspecs import hookimpl``).
+A plugin is a Python file with functions marked ``@hookimpl`` (``from catalogue.hookspecs import hookimpl``).  The
+specifications here have no body: pluggy calls those of the plugins.
 """
 
 from __future__ import annotations
@@ -18,15 +19,15 @@ hookimpl = pluggy.HookimplMarker("catalogue")
 
 
 @hookspec
-def catalogue_families() -> Iterable[Family]:  # type: ignore[empty-body]
+def catalogue_families() -> Iterable[Family]:  # type: ignore[empty-body]  # no body
     """Return the linkage families that this plugin adds."""
 
 
 @hookspec
-def catalogue_series() -> Iterable[Series]:  # type: ignore[empty-body]
+def catalogue_series() -> Iterable[Series]:  # type: ignore[empty-body]  # no body
     """Return the series that this plugin adds."""
 
 
 @hookspec
-def catalogue_collections() -> Iterable[Collection]:  # type: ignore[empty-body]
+def catalogue_collections() -> Iterable[Collection]:  # type: ignore[empty-body]  # no body
     """Return the collections that this plugin adds; called only when one is asked for, so import inside of it."""

@@ -9,8 +9,8 @@ from catalogue.guide.place import at_stroke
 from catalogue.guide.span import span
 from catalogue.linkage import Array, Linkage
 from catalogue.motion import CRANK_1
+from catalogue.query.constraints import Constraints
 from catalogue.query.lay import Answers, laid
-from catalogue.query.request import Constraints
 from catalogue.refine import Parametric
 
 LINE = StraightLine(1, 0.01)

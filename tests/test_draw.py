@@ -20,7 +20,7 @@ from catalogue.guide.place import at_stroke, placed
 from catalogue.guide.span import span
 from catalogue.guide.trace import trace
 from catalogue.linkage import FAMILIES, PR, RP, RR, Linkage
-from catalogue.query.found import Candidate
+from catalogue.query.candidate import Candidate
 
 
 def normal(degrees: float) -> list[float]:
@@ -266,7 +266,7 @@ def test_drawing_leaves_pyplot_and_settings_alone() -> None:
     run(f"""
 import sys, matplotlib
 from catalogue.draw import draw
-from catalogue.query.found import Candidate
+from catalogue.query.candidate import Candidate
 before = matplotlib.rcParams.copy()
 draw(Candidate(**{asdict(ARC)!r}))
 assert 'matplotlib.pyplot' not in sys.modules

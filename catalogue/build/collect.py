@@ -9,7 +9,7 @@ from typing import Any
 from zlib import crc32
 
 import numpy as np
-from sqlalchemy import delete, func, select
+from sqlalchemy import delete, func, insert, select
 
 from ..collection import Collection, Specimen
 from ..errors import InvalidRequest, PluginError
@@ -152,4 +152,4 @@ def _write(database: Database, name: str, number: int, specimens: list[Specimen]
     ]
     if rows:
         with database.begin() as connection:
-            connection.execute(SpecimenRow.__table__.insert(), rows)  # type: ignore[attr-defined]
+            connection.execute(insert(SpecimenRow), rows)

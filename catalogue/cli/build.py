@@ -34,7 +34,7 @@ def build(
     Same seed and count, same content. A build that is interrupted, even killed, loses nothing that was finished: run it
     again and it goes on.
     """
-    from ..facade import open
+    from ..opening import open
     from ..progress import shown
 
     if collection is not None:

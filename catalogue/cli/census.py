@@ -12,7 +12,7 @@ from .options import Db, Format, Output, Plugins
 def census(format: Output = Format.table, db: Db = None, plugins: Plugins = None) -> None:
     """Count the stored mechanisms: series by family by configuration, and say why a cell is empty."""
     from .. import census as counting
-    from ..facade import open
+    from ..opening import open
 
     with open(db, plugins=plugins or ()) as catalogue:
         cells = counting.census(catalogue.database, catalogue.registry)

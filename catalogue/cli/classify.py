@@ -45,7 +45,7 @@ def classify(
     CSV: 8 numbers a line (x, y of A1, A1*, A2, A2*) or 12 (x, y, w of each), a heading line is skipped; or columns
     under a heading that names link lengths.
     """
-    from ..facade import classify as run
+    from ..opening import classify as run
     from .reading import read_linkages
 
     found = run(read_linkages(file), tolerance=tolerance, plugins=plugins or ())

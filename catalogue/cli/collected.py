@@ -26,7 +26,7 @@ KNOWN = (
 
 def find_in(request: Request, options: Mapping[str, Any], defaults: Mapping[str, Any]) -> None:
     """Answer a request from the collection that the options name."""
-    from ..facade import open
+    from ..opening import open
 
     for name, value in options.items():
         if name not in KNOWN and value != defaults[name]:

@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from .find import Codes, Effort, Limit, Names, Order, PinsOnly
 from .options import Db, Format, Output, Plugins
+from .wishes import Codes, Effort, Limit, Names, Order, PinsOnly
 
 Angle = Annotated[float, typer.Option(metavar="DEG", help="By how much the crank turns meanwhile, at least.")]
 Residual = Annotated[float, typer.Option(metavar="DEG", help="Band of angles in which the rocker may stray meanwhile.")]
@@ -42,7 +42,7 @@ def dwell(
 
     catalogue find dwell --angle 90 --residual 0.5 --swing 30
     """
-    from ..facade import open
+    from ..opening import open
     from ..query.standstill import Dwelling, StandStill
 
     with open(db, plugins=plugins or ()) as catalogue:

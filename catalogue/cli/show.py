@@ -16,7 +16,7 @@ from .options import Db, Format, Output, Plugins
 if TYPE_CHECKING:
     from ..designs import Design
     from ..membership import Memberships
-    from ..query.found import Candidate
+    from ..query.candidate import Candidate
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def show(
     series on the same stroke, no larger, is named beside it.
     """
     from ..designs import designs
-    from ..facade import open
+    from ..opening import open
 
     with open(db, plugins=plugins or ()) as catalogue:
         guide = catalogue.guide(name)

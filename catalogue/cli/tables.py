@@ -8,7 +8,8 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ..query.found import Candidate, Found
+from ..query.candidate import Candidate
+from ..query.found import Found
 from ..series import EXACT
 
 

@@ -41,7 +41,7 @@ def blank(width: float, height: float) -> Figure:
         raise MissingExtra('drawing needs matplotlib: pip install "mechanism-catalogue[plot]"') from error
     figure = Figure(figsize=(width, height), dpi=100, facecolor=PAPER)
     FigureCanvasAgg(figure)
-    setattr(figure, "_repr_png_", partial(_written, figure, "png"))  # noqa: B010
+    setattr(figure, "_repr_png_", partial(_written, figure, "png"))  # noqa: B010, mypy knows no such attribute
     return figure
 
 

@@ -15,7 +15,7 @@ from ..guide.trace import Traced, extended
 from ..linkage import PR, RP, Array
 
 if TYPE_CHECKING:
-    from ..query.found import Candidate
+    from ..query.candidate import Candidate
 
 #: Points of the drawn path, and positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
 POINTS, POSES = 201, 33

@@ -1,6 +1,8 @@
 """From a wish to ranked, verified candidates."""
 
-from .found import Candidate, Found
-from .request import CircularArc, Constraints, StraightLine
+from .candidate import Candidate
+from .constraints import Constraints
+from .found import Found
+from .request import CircularArc, StraightLine
 
 __all__ = ["Candidate", "CircularArc", "Constraints", "Found", "StraightLine"]

@@ -18,10 +18,12 @@ from ..instant import Instant, leading_error
 from ..linkage import Array, Linkage
 from ..posed import Posed
 from ..series import Series
-from .find import REFINED, Trail, improved
+from .constraints import Constraints
+from .improve import REFINED, improved
 from .lay import SHOWN, Answers, in_its_place
 from .ranking import Ranking, given
-from .request import Constraints, Request
+from .request import Request
+from .trail import Trail
 
 #: Places of the path, from start to end, at which the point is posed when the fixed pivots are given.
 PLACES = np.linspace(0.04, 0.96, 47)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from ..errors import InvalidRequest
 from ..guide.dwell import Dwell, dwells, turned
 from ..guide.kinds import POINTS
 from ..guide.measures import measure
@@ -13,11 +14,15 @@ from ..guide.span import Span, span
 from ..guide.trace import trace
 from ..linkage import Array
 from ..store import Database, Guide, Mechanism, Reach
+from .constraints import Constraints
 from .lay import canonical
+from .names import check_names
 from .narrow import COLUMNS, SLIDING, held, joined
-from .request import Constraints
+from .request import whole
 from .standstill import Dwelling, Dwellings, StandStill
 
+#: Constraints that go with a dwell.
+GOVERNED = ("families", "series", "configurations", "order", "pins_only", "min_transmission")
 #: Stored guides that are traced of each series, per unit of effort.
 SHARE = 150
 #: Lengths of rockers over that of the rod, and directions from the joint to their pivots, that are tried.
@@ -32,8 +37,17 @@ BLOCK = 40
 def find_dwells(database: Database, request: StandStill, wanted: Constraints, *, limit: int, effort: int) -> Dwellings:
     """Return at most `limit` dwells, the best transmission angle first, one for each stored guide.
 
-    Of `wanted` count families, series, configurations, order, pins_only and min_transmission.
+    Raises
+    ------
+    InvalidRequest
+        If the request is none, a number impossible, a name unknown, or a constraint set that is not in `GOVERNED`.
     """
+    if not isinstance(request, StandStill):
+        raise InvalidRequest(f"find_dwells wants a StandStill, not {request!r}")
+    limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
+    if other := [name for name in wanted.active() if name not in GOVERNED]:
+        raise InvalidRequest(f"{other[0]} does not go with a dwell; there are {', '.join(GOVERNED)}")
+    check_names(database, wanted)
     stored = _turning(database, wanted, request, effort)
     if stored is None:
         return Dwellings([], "no dwell found: no stored arc spans so much of a full turn of its crank; ask for less")

@@ -12,11 +12,13 @@ from sqlalchemy import and_, case, func, true
 from ..guide.measures import Measures
 from ..linkage import Array
 from ..store import Database
-from .find import Trail, answer
+from .constraints import Constraints
+from .find import answer
 from .narrow import basis, conditions, joined, loosest
 from .ranking import Ranking
 from .region import Region
-from .request import Constraints, Request
+from .request import Request
+from .trail import Trail
 
 #: Constraints by a number, with the criterion that brings the nearest miss to the top and how it is measured.
 NUMBERS: dict[str, tuple[str, Callable[[Measures], Array]]] = {
@@ -95,8 +97,7 @@ def explain(database: Database, request: Request, wanted: Constraints, trail: Tr
     lines += [f"  on the finite motion {name} removed {number}" for name, number in trail.removed.items()]
     if not count:
         lines.append(advice(database, request, wanted, trail, relaxed))
-    plugins = "plugins, for the drift alone" if "drift" in trail.seconds else "no plugin was needed"
-    lines.append(f"loaded: {database.path}; {plugins}; {_seconds(trail)}")
+    lines.append(f"loaded: {database.path}; no plugin was needed; {_seconds(trail)}")
     return "\n".join(lines)
 
 

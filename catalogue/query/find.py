@@ -2,62 +2,30 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
-from dataclasses import dataclass, field, fields, replace
-from typing import Any
+from dataclasses import fields, replace
 
 import numpy as np
-from sqlalchemy import select
 
-from ..errors import InvalidRequest
-from ..guide.place import at_stroke
-from ..guide.span import span
 from ..linkage import Array
-from ..store import Database, Mechanism
+from ..store import Database
+from .constraints import Constraints
+from .improve import REFINED, improved, strayed, with_cognates, with_round_lengths
 from .lay import Answers, canonical, final, laid, merged, together
 from .narrow import narrow
 from .ranking import Ranking, given, price
-from .request import Constraints, Request
+from .request import Request
 from .search import search
 from .strokes import attempts
+from .trail import Trail
 
 #: Stored guides that are traced for one answer of effort 1.
 CANDIDATES = 400
-#: Answers that are refined, per unit of effort.
-REFINED = 20
 #: How many answers are searched for each one that is given, if those are to be unlike each other, or not the same.
 AMONG_LIKE, AMONG_NEAR = 6, 1.5
 #: Answers nearer to each other than this are one.
 IDENTICAL = 1e-6
 #: Constraints on where the pivots stand and how far apart: cognates have other pivots.
 PLACES = ("fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "max_arm")
-SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
-
-
-@dataclass
-class Trail:
-    """How an answer came about: seconds per step, and how many candidates each constraint removed after tracing; where
-    pivots are given, how many linkages the series gave, and the least deviation that was reached.
-
-    `certain`: nothing that was not traced promises to be among the answers.
-    """
-
-    seconds: dict[str, float] = field(default_factory=dict)
-    traced: int = 0
-    removed: dict[str, int] = field(default_factory=dict)
-    solved: int = 0
-    least: float = np.nan
-    certain: bool = False
-
-    def timed(self, step: str) -> Callable[[], None]:
-        """Start a step; call what is returned when it ends."""
-        start = time.perf_counter()
-
-        def stop() -> None:
-            self.seconds[step] = self.seconds.get(step, 0.0) + time.perf_counter() - start
-
-        return stop
 
 
 def answer(
@@ -100,11 +68,11 @@ def answer(
     if refine:
         stop = trail.timed("refine")
         found = improved(given(found, good, request, more, wide), request, wanted, dict(ranking.weights), effort)
-        found, good = _strayed(found, wanted), np.ones(len(found.point), bool)
+        found, good = strayed(found, wanted), np.ones(len(found.point), bool)
         stop()
     if round_to is not None:
         stop = trail.timed("round lengths")
-        found, good = _with_round_lengths(found, round_to, request, wanted)
+        found, good = with_round_lengths(found, round_to, request, wanted)
         stop()
         if not good.any():
             trail.removed["round_to"] = len(good)
@@ -176,42 +144,9 @@ def _gathered(
     stop = trail.timed("trace and place")
     found, good = _measured(request, wanted, rank, rows, trail)
     if cognates:
-        found, good = _with_cognates(found, good, request, wanted)
+        found, good = with_cognates(found, good, request, wanted)
     stop()
     return found, good
-
-
-def improved(
-    found: Answers, request: Request, wanted: Constraints, rank: dict[str, float], effort: int, **more: Any
-) -> Answers:
-    """Return refined answers; what each had for a deviation stands in the row ``unrefined``, how good it is in ``gap``
-    and ``alternations``.  More: what the `Task` says besides."""
-    from ..refine import Task, certified, refined
-    from ..refine.refine import ROUNDS
-
-    others = {name: weight for name, weight in rank.items() if name != "deviation"}
-    others = {name: weight / sum(others.values()) for name, weight in others.items()}
-
-    def besides(some: Answers) -> Array:
-        return price(some, request, others) if others else np.zeros(len(some.point))
-
-    before = found.traced.fit.deviation.astype(float)
-    task = Task(request, wanted, besides, others, **more)
-    found, ceiling = refined(found, task, ROUNDS + effort.bit_length() - 1)
-    seal = certified(found, task, ceiling)
-    rows = found.rows | {"unrefined": before, "gap": seal.gap, "alternations": seal.alternations}
-    return replace(found, rows=rows)
-
-
-def _strayed(found: Answers, wanted: Constraints) -> Answers:
-    """Return answers with how far play strays their paths in the row ``stray``; infinite for points that return."""
-    if not wanted.play:
-        return found
-    from ..refine.sensitivity import sensitivity
-
-    guides = span(found.linkage, found.point, pole=found.pole)
-    stray = np.where(guides.cusp, np.inf, 2 * wanted.play * sensitivity(guides, found.traced).rms)
-    return replace(found, rows=found.rows | {"stray": stray})
 
 
 def _measured(
@@ -236,7 +171,7 @@ def _measured(
     for name, passed in checks.items():
         if not passed.all():
             trail.removed[name] = trail.removed.get(name, 0) + int((~passed).sum())
-    return _strayed(found, wanted), np.logical_and.reduce(list(checks.values()))
+    return strayed(found, wanted), np.logical_and.reduce(list(checks.values()))
 
 
 def _both(one: dict[str, Array], two: dict[str, Array]) -> dict[str, Array]:
@@ -245,50 +180,3 @@ def _both(one: dict[str, Array], two: dict[str, Array]) -> dict[str, Array]:
         return two if len(two["id"]) else one
     new = ~np.isin(two["id"], one["id"])
     return {name: np.concatenate([values, two[name][new]]) for name, values in one.items()}
-
-
-def _with_cognates(found: Answers, good: Array, request: Request, wanted: Constraints) -> tuple[Answers, Array]:
-    """Return answers and the cognates of all that are straight enough, and which of them meet all constraints."""
-    from ..cognates import cognates
-
-    straight = np.flatnonzero(found.traced.fit.deviation <= request.deviation)
-    linkage, which, number = cognates(found.linkage[straight], found.point[straight])
-    found.rows["cognate"] = np.zeros(len(found.point), dtype=int)
-    if not len(linkage):
-        return found, good
-    which = straight[which]
-    guides = span(linkage, found.point[which], pole=found.pole[which])
-    traced = at_stroke(guides, request.stroke, circle=request.kind == "circle", nodes=16, extend=False)
-    rows = {name: values[which] for name, values in found.rows.items()} | {"cognate": number}
-    more, checks = laid(request, wanted, rows, guides, traced)
-    return together(found, more), np.concatenate([good, np.logical_and.reduce(list(checks.values()))])
-
-
-def _with_round_lengths(found: Answers, step: float, request: Request, wanted: Constraints) -> tuple[Answers, Array]:
-    """Return answers with lengths that are multiples of a step, and which of them meet all constraints."""
-    from ..dimensions import rounded
-
-    linkage, point, made = rounded(found.linkage, found.point, step)
-    rows = {name: values[made] for name, values in found.rows.items()}
-    guides = span(linkage, point, pole=found.pole[made])
-    traced = at_stroke(guides, request.stroke, circle=request.kind == "circle", nodes=16, extend=False)
-    fit = replace(traced.fit, stroke=np.full(len(point), request.stroke))  # not to be scaled by what rounding leaves
-    answers, checks = laid(request, wanted, rows, guides, replace(traced, fit=fit))
-    return answers, np.logical_and.reduce(list(checks.values()))
-
-
-def check_names(database: Database, wanted: Constraints) -> None:
-    """Raise `InvalidRequest` if a family, series or configuration is asked for that the database does not hold."""
-    columns = {"families": Mechanism.family, "series": Mechanism.series, "configurations": Mechanism.configuration}
-    for name, column in columns.items():
-        asked = getattr(wanted, name)
-        if asked:
-            unknown = [
-                a for a in asked if not len(database.read(select(column).where(column == a).limit(1))[column.key])
-            ]
-            if unknown:
-                held = sorted(set(database.read(select(column.label("name")).distinct())["name"]))
-                raise InvalidRequest(
-                    f"the database holds no {SINGULAR[name]} {unknown[0]!r}; it holds "
-                    f"{', '.join(held)}. `catalogue build --series CODE` adds a series"
-                )

@@ -15,9 +15,10 @@ from ..guide.room import bars, stays_clear, stays_inside
 from ..guide.span import Span, span
 from ..guide.trace import Traced, again, trace
 from ..linkage import Array, Linkage
+from .constraints import PRACTICE, Constraints
 from .narrow import flips
 from .region import Region
-from .request import PRACTICE, Constraints, Request
+from .request import Request
 
 #: Intervals between the Chebyshev points at which the deviation of an answer is measured: 32 leave up to 0.2 per cent
 #: of it open where a dead point is near, or many extremes are as large.

@@ -19,8 +19,9 @@ from ..guide.kinds import POINTS, RETURNS, SLOTS
 from ..guide.reach import LEVELS
 from ..linkage import Array
 from ..store import Batch, Database, Guide, Mechanism, Reach
+from .constraints import Constraints
 from .region import Region
-from .request import Constraints, Request
+from .request import Request
 
 #: How many levels below the loosest one are searched.
 DEPTH = 3
@@ -79,11 +80,6 @@ def stretch(request: Request, level: int, rank: dict[str, float]) -> float:
     return math.cbrt(min(spare, 10.0) if "deviation" in rank else spare)
 
 
-def _sweep(request: Request) -> float | None:
-    """Return chord over radius of an arc of given radius."""
-    return request.sweep if request.kind == "circle" else None  # type: ignore[union-attr]
-
-
 def conditions(
     request: Request, wanted: Constraints, level: int, rank: dict[str, float], least: Any = None
 ) -> dict[str, ColumnElement[bool]]:
@@ -95,7 +91,7 @@ def conditions(
     if least is None:
         least = s / stretch(request, level, rank)
     most: Any = s
-    if (sweep := _sweep(request)) is not None:
+    if (sweep := request.sweep) is not None:
         least = most = s * Reach.sweep / sweep
     found: dict[str, ColumnElement[bool]] = {}
     for name in ("families", "series", "configurations"):
@@ -184,14 +180,14 @@ def basis(request: Request, wanted: Constraints, level: Any) -> ColumnElement[bo
     """Return the condition that no constraint can be traded against: kind, level, and for an arc enough of it."""
     kinds = SLOTS if wanted.slots else RETURNS if wanted.returns else POINTS
     terms = [Reach.kind == kinds[request.kind], Reach.level == level]
-    if (sweep := _sweep(request)) is not None:
+    if (sweep := request.sweep) is not None:
         terms.append(Reach.sweep >= sweep)
     return and_(*terms)
 
 
 def cost(request: Request, rank: dict[str, float]) -> ColumnElement[Any]:
     """Return the SQL expression that a reach is ranked by before it is traced: less is better."""
-    sweep = _sweep(request)
+    sweep = request.sweep
     by = Reach.sweep / sweep if sweep is not None else 1.0
     terms = {
         "balance": Reach.size * by - Reach.min_transmission / 90,

@@ -10,10 +10,11 @@ import numpy as np
 
 from ..errors import InvalidRequest
 from ..linkage import Array
+from .criteria import weights
 from .fronts import spread_order
 from .lay import Answers
 from .likeness import distances, normal_form
-from .request import Request, weights, whole
+from .request import Request, whole
 
 #: Criteria that differ by less than a unit of this decimal are equal in a front: rounding is no merit.
 DECIMALS = 9

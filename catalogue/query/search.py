@@ -15,9 +15,10 @@ import numpy as np
 
 from ..linkage import Array
 from ..store import Database
+from .constraints import Constraints
 from .lay import Answers, together
 from .narrow import LEAST, held
-from .request import Constraints, Request
+from .request import Request
 from .streams import Rows, Streams
 
 #: Part of the size by which the least may err besides: a longer window has another middle, where pivots stand nearer.

@@ -16,10 +16,12 @@ from ..guide.kinds import RETURNS, SLOTS
 from ..guide.reach import LEVELS
 from ..linkage import Array, Linkage
 from ..store import Batch, Database, Guide, Mechanism, Reach
-from .found import Candidate, candidates
+from .candidate import Candidate
+from .constraints import Constraints
+from .found import candidates
 from .lay import Answers, lay_stored, linkages
 from .narrow import COLUMNS, joined
-from .request import CircularArc, Constraints, Request, StraightLine, positive
+from .request import CircularArc, Request, StraightLine, positive
 
 SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
 

@@ -14,8 +14,9 @@ from sqlalchemy.orm import aliased
 from ..guide.reach import LEVELS
 from ..linkage import Array
 from ..store import Prepared, Reach
+from .constraints import Constraints
 from .narrow import COLUMNS, DEPTH, basis, conditions, joined, loosest, stretch
-from .request import CircularArc, Constraints, Request
+from .request import CircularArc, Request
 
 #: Rows of the first page of a stream; each further one is four times as long, up to the longest.
 PAGE, LONGEST_PAGE = 16, 512

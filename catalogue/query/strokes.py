@@ -17,8 +17,9 @@ from ..guide.reach import USABLE, Ladder, reach
 from ..guide.span import Span
 from ..guide.trace import Traced, trace
 from ..linkage import Array
+from .constraints import Constraints
 from .narrow import LENGTHS
-from .request import Constraints, Request
+from .request import Request
 
 Rows = dict[str, Array]
 Attempt = Callable[[Rows, Span], Traced]
@@ -32,7 +33,7 @@ MARGINS = (1.005, 1.05, 1.15, 1.4, 2.0)
 def attempts(request: Request, wanted: Constraints, rank: dict[str, float]) -> list[Attempt]:
     """Return the attempts for a request, the most desirable first."""
     if request.kind == "circle":
-        sweep = request.sweep  # type: ignore[union-attr]
+        sweep = request.sweep
         return [partial(_arc, sweep) if sweep is not None else partial(_stored, circle=True)]
     if "deviation" in rank:
         bounds = {name: request.stroke / b for name in LENGTHS if (b := getattr(wanted, name)) is not None}

@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..designs import Design
-from .found import Candidate, candidates
+from .candidate import Candidate
+from .constraints import Constraints
+from .found import candidates
 from .lay import laid
-from .request import CircularArc, Constraints, Request, StraightLine, positive
+from .request import CircularArc, Request, StraightLine, positive
 
 if TYPE_CHECKING:
     from ..facade import Catalogue

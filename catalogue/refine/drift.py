@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +17,32 @@ from ..series import Series
 
 #: Intervals between the instants of the stroke that are looked at.
 INSTANTS = 64
+
+
+class Drifts:
+    """How far refined answers have drifted from their series; measured when first asked for, as it takes the plugins.
+
+    Parameters
+    ----------
+    found : Answers of n
+    series : callable
+        Returns the series that are registered, by code.
+    slots : bool
+        The guides are slots.
+    """
+
+    def __init__(self, found: Answers, series: Callable[[], Mapping[str, Series]], slots: bool = False) -> None:
+        self._asked = found, series, slots
+
+    @cached_property
+    def least(self) -> Array:
+        """Least residuals of the guides' own series, shape (n,)."""
+        found, series, slots = self._asked
+        return drift(found, series(), slots)
+
+    def __getstate__(self) -> dict[str, Any]:
+        """What is copied or pickled is what was measured."""
+        return {"least": self.least}
 
 
 def drift(found: Answers, series: Mapping[str, Series], slots: bool = False) -> Array:

@@ -16,9 +16,10 @@ import numpy as np
 from ..guide.measures import LEAST_ARM
 from ..linkage import Array
 from ..motion import Motion
+from ..query.constraints import Constraints
 from ..query.lay import Answers
 from ..query.region import Region
-from ..query.request import Constraints, Request
+from ..query.request import Request
 from .derivatives import COUNT, Swayed
 from .slopes import FAR, Row, apart, chosen, transmission, turning
 

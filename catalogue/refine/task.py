@@ -13,8 +13,9 @@ from ..guide.place import at_stroke
 from ..guide.span import Span
 from ..guide.trace import Traced
 from ..linkage import Array, Linkage
+from ..query.constraints import Constraints
 from ..query.lay import Answers, in_its_place, laid
-from ..query.request import Constraints, Request
+from ..query.request import Request
 from .derivatives import COUNT, displaced
 
 #: Moves of a pivot nearer to the guided point than this part of the stroke are measured as if it stood there.

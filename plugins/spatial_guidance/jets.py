@@ -136,8 +136,8 @@ def _residual(system: System, mechanisms: Mechanisms, arms: Array, free: Array, 
     for i in dict.fromkeys(system.points):
         local = _local(system, i, base + arms[:, :, i])
         for kind, where, p in mechanisms.guides[i].each():
-            x = tuple(Taylor(local[:, axis, where]) for axis in range(3))
-            functions = kind.implicit(x, kind.scaled(p, system.unit[where]))  # type: ignore[arg-type]
+            x = Taylor(local[:, 0, where]), Taylor(local[:, 1, where]), Taylor(local[:, 2, where])
+            functions = kind.implicit(x, kind.scaled(p, system.unit[where]))
             _, gradients = kind.gradients(local[0][:, where], kind.scaled(p, system.unit[where]))
             for j, (f, g) in enumerate(zip(functions, gradients, strict=True)):
                 out[row + j, where] = coefficients(f, order, (len(where),))[-1] / np.sqrt((g**2).sum(0))

@@ -56,7 +56,7 @@ class Kind:
         """Return where the parameters p (parameters, n) are in their domain, shape (n,)."""
         return np.asarray((p > 0).all(0))
 
-    def reaches(self, u: Array, w: Array, p: Array) -> Array:  # noqa: ARG002
+    def reaches(self, u: Array, w: Array, p: Array) -> Array:  # noqa: ARG002, other kinds are bounded
         """Return where the chart has a point at (u, w)."""
         return np.isfinite(u) & np.isfinite(w)
 
@@ -72,7 +72,7 @@ class Kind:
         """Return (u, w) of points x (3, n) on the guide; w is NaN on a curve, both are NaN off the chart."""
         raise NotImplementedError
 
-    def apex(self, x: Array, p: Array) -> Array:  # noqa: ARG002
+    def apex(self, x: Array, p: Array) -> Array:  # noqa: ARG002, other kinds have one
         """Return the distance from points x (3, n) to where the guide itself is singular, infinite if nowhere."""
         return np.full(x.shape[1:], np.inf)
 

@@ -151,7 +151,7 @@ def measure(parameters: Sequence[Mapping[str, Any]], request: Request) -> list[M
 
 def _measured(given: Strokes, request: Request) -> list[Measured]:
     """Lay by a first run, measure by a second."""
-    wanted = request.sweep if request.kind == "circle" else None  # type: ignore[union-attr]
+    wanted = request.sweep
     first = run(given)
     sound = np.flatnonzero(first.reason == "")
     out = [Measured.no(f"the motion ends before the stroke does ({reason})") for reason in first.reason]

@@ -48,7 +48,7 @@ def picture(piece: Piece, file: Path | None) -> Any:
     """
     kind = kind_of(file) if file is not None else ""
     figure = blank(8.5, 7.5)
-    from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]
+    from mpl_toolkits.mplot3d import Axes3D  # type: ignore[import-untyped]  # it ships no types
 
     ax: Any = figure.add_axes((0.0, 0.0, 1.0, 0.92), projection=Axes3D.name, computed_zorder=False)
     given = strokes([piece.parameters])
@@ -143,7 +143,7 @@ def _rectangle(passed: Array, size: float) -> tuple[list[tuple[float, float]], K
 
 def _body(ax: Any, points: Array, guided: Array, alpha: float) -> None:
     """Draw the body as all edges between its points and to the guided one."""
-    from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]
+    from mpl_toolkits.mplot3d.art3d import Line3DCollection  # type: ignore[import-untyped]  # it ships no types
 
     n = len(points)
     edges = [(points[i], points[j]) for i in range(n) for j in range(i)]

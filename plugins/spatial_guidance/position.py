@@ -200,7 +200,7 @@ def rough(mechanisms: Mechanisms, system: System, coordinates: Any) -> State:
     world = np.empty((p, 3, n))
     frames = np.moveaxis(system.frames, 2, 0)
     free = np.zeros((system.free, n))
-    columns = {d.slot.point: d for d in system.driven if d.column is not None}
+    columns = {d.slot.point: (d, d.column - 3) for d in system.driven if d.column is not None}
     for i, guides in enumerate(mechanisms.guides):
         for kind, where, shape in guides.each():
             u, w = given[where, i].T
@@ -213,12 +213,12 @@ def rough(mechanisms: Mechanisms, system: System, coordinates: Any) -> State:
             x = np.stack(np.broadcast_arrays(*kind.point(u, w, shape)))
             world[i][:, where] = guides.origin[where].T + (frames[i][..., where] * x).sum(1)
             if i in columns:
-                d = columns[i]
+                d, row = columns[i]
                 axis = d.driver.index(None)
                 smooth = axis == 1 and kind.smooth
                 value = smooth.locate(x, shape)[1] if smooth else (u, w)[axis]
                 unit = np.ones_like(u) if smooth else kind.coordinate_unit(axis, mechanisms.unit[where])
-                free[d.column - 3, where] = value / unit  # type: ignore[operator]
+                free[row, where] = value / unit
     return State(fitted(np.moveaxis(mechanisms.body, 0, -1), world), free)
 
 

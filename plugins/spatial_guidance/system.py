@@ -62,9 +62,10 @@ class System:
         order = list(dict.fromkeys(i for i, _ in drivers))
         driven, column = [], 3
         for i in order:
-            driver = tuple(drivers.index((i, k)) if (i, k) in drivers else None for k in "uw")
+            u, w = (drivers.index((i, k)) if (i, k) in drivers else None for k in "uw")
+            driver = u, w
             free = None in driver and not mechanisms.curves[i]
-            driven.append(Driven(_slot(i, mechanisms, smooth=driver[1] is None), column if free else None, driver))  # type: ignore[arg-type]
+            driven.append(Driven(_slot(i, mechanisms, smooth=driver[1] is None), column if free else None, driver))
             column += free
         others: list[tuple[Slot, int]] = []
         points: list[int] = []

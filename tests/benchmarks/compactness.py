@@ -22,7 +22,7 @@ import numpy as np
 
 import catalogue
 from catalogue import Candidate, Catalogue, StraightLine
-from catalogue.query.request import Constraints
+from catalogue.query.constraints import Constraints
 from catalogue.refine import Task, certified, refined
 
 sys.path.insert(0, str(Path(__file__).parent))

@@ -22,10 +22,11 @@ from measuring import seconds, table, title
 
 import catalogue
 from catalogue import CircularArc, StraightLine
-from catalogue.query.find import Trail, answer
+from catalogue.query.constraints import Constraints
+from catalogue.query.find import answer
 from catalogue.query.narrow import loosest
 from catalogue.query.ranking import Ranking
-from catalogue.query.request import Constraints
+from catalogue.query.trail import Trail
 
 LINE = StraightLine(stroke=150, deviation=0.05)
 QUERIES: dict[str, tuple[Any, dict[str, Any]]] = {

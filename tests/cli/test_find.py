@@ -14,7 +14,7 @@ from typing import Any
 import pytest
 
 from catalogue import Catalogue, StandStill, StraightLine
-from catalogue.query.found import COLUMNS
+from catalogue.query.candidate import COLUMNS
 
 Run = Callable[..., Any]
 LINE = ("find", "straight-line", "--stroke", 150, "--deviation", 0.05)
@@ -108,7 +108,7 @@ def test_explain_goes_to_standard_error(run: Run, small_db: Path) -> None:
     done = run(*LINE, "--explain", "--max-size", 500, "--format", "json", "--db", small_db)
     assert json.loads(done.out)
     assert "max_size alone excludes" in done.err
-    assert "plugins, for the drift alone" in done.err
+    assert "no plugin was needed" in done.err
 
 
 @pytest.mark.parametrize("output", ["json", "csv", "table"])

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, Found, Linkage, StraightLine
-from catalogue.query.found import COLUMNS
+from catalogue.query.candidate import COLUMNS
 
 Again = Callable[[Candidate], Any]
 #: The least that the second measurement resolves, in units of size: its loops are closed in extended precision.

@@ -73,7 +73,7 @@ def test_a_full_answer_explains_itself(small: Catalogue, found: Found) -> None:
     assert "8 are shown" in told
     assert f"loaded: {small.database.path}" in told
     assert "loaded: " in told
-    assert "plugins, for the drift alone" in told
+    assert "no plugin was needed" in told
     assert "refine" in told
     assert "narrow in the database" in told
     assert "trace and place" in told

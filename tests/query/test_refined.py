@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, Linkage, StraightLine
-from catalogue.query.find import Trail, answer
+from catalogue.query.constraints import Constraints
+from catalogue.query.find import answer
 from catalogue.query.ranking import Ranking
-from catalogue.query.request import Constraints
+from catalogue.query.trail import Trail
 from catalogue.refine import Free, Task, refined
 from tests.query.test_find import check
 

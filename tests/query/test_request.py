@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 
 import catalogue
 from catalogue import CircularArc, InvalidRequest, StraightLine
+from catalogue.query.constraints import Constraints
+from catalogue.query.criteria import CRITERIA, weights
 from catalogue.query.region import Region
-from catalogue.query.request import CRITERIA, Constraints, weights
 
 NUMBERS = [
     (math.nan, "finite number above zero, not nan"),

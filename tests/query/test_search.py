@@ -10,11 +10,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.query.find import Trail, _gathered, _searched
+from catalogue.query.constraints import Constraints
+from catalogue.query.find import _gathered, _searched
 from catalogue.query.ranking import Ranking, price
 from catalogue.query.ranking import given as best
-from catalogue.query.request import Constraints
 from catalogue.query.search import Standing
+from catalogue.query.trail import Trail
 
 RANK = {"balance": 1.0}
 LINES = [StraightLine(100, 100 * 10**k) for k in (-5.3, -4.0, -3.5, -2.8, -2.0)]

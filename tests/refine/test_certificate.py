@@ -11,9 +11,10 @@ from scipy.optimize import linprog
 from catalogue import Catalogue, StraightLine
 from catalogue.guide.minimax import grid
 from catalogue.guide.span import span
-from catalogue.query.find import Trail, answer
+from catalogue.query.constraints import Constraints
+from catalogue.query.find import answer
 from catalogue.query.ranking import Ranking
-from catalogue.query.request import Constraints
+from catalogue.query.trail import Trail
 from catalogue.refine import Task, certified
 from catalogue.refine.certificate import alternations, lower_bound
 from catalogue.refine.linear import NODES, Linear, linearised

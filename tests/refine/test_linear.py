@@ -15,10 +15,11 @@ from catalogue.guide.measures import rotates
 from catalogue.guide.place import at_stroke
 from catalogue.guide.span import span
 from catalogue.linkage import RR, Array, Linkage
-from catalogue.query.find import Trail, answer
+from catalogue.query.constraints import Constraints
+from catalogue.query.find import answer
 from catalogue.query.lay import Answers
 from catalogue.query.ranking import Ranking
-from catalogue.query.request import Constraints
+from catalogue.query.trail import Trail
 from catalogue.refine.derivatives import swayed
 from catalogue.refine.limits import bounds, excess, limits
 from catalogue.refine.linear import linearised

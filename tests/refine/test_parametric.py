@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import minimize
 
 from catalogue.guide.span import span
-from catalogue.query.request import Constraints
+from catalogue.query.constraints import Constraints
 from catalogue.refine import Task, certified, refined
 from catalogue.refine.certificate import alternations
 from catalogue.refine.linear import linearised

@@ -315,7 +315,7 @@ def imported(code: str, environment: dict[str, str]) -> list[str]:
 
 
 def test_a_planar_request_imports_nothing_of_it(small_db: Path, environment: dict[str, str]) -> None:
-    find = "cat.find(catalogue.StraightLine(150, 0.5), limit=1, refine=False)"
+    find = "cat.find(catalogue.StraightLine(150, 0.5), limit=1)"
     names = imported(f"import catalogue\nwith catalogue.open({str(small_db)!r}) as cat: {find}", environment)
     assert "catalogue.facade" in names
     assert [
