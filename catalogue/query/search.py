@@ -25,8 +25,8 @@ from .streams import Rows, Streams
 SLACK = 0.01
 #: Balance up to which streams are read at first; then up to a multiple of it, and so on, to the last.
 CEILING, STEP, LAST_CEILING = 0.75, 2.0, 32.0
-#: Reaches that are traced at once: at first, then four times as many, up to the most.
-BATCH, LARGEST_BATCH = 64, 256
+#: Reaches that are traced at once: at first, then a third more each time, up to the most.
+BATCH, LARGEST_BATCH = 96, 256
 
 Measured = Callable[[Rows], tuple[Answers, Array, Array]]
 
@@ -132,7 +132,7 @@ def search(
             standing.add(rows["series"][good], prices[good])
             for code in rows["series"].tolist():
                 spent[code] += 1
-            batch, most = min(4 * batch, LARGEST_BATCH), 4 * most
+            batch, most = min(batch * 4 // 3, LARGEST_BATCH), 4 * most
     good = np.concatenate(passed)
     whole = parts[0] if parts else None
     for part in parts[1:]:
