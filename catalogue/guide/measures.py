@@ -177,17 +177,22 @@ def rotates(linkage: Linkage) -> Array:
 
 def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Array) -> Array:
     """Return the parameter at which the guided point is in the middle of its stroke, or at its cusp, shape (n,)."""
-    low, high = traced.low, traced.high
+    start, end = traced.low, traced.high
     middle = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
     path = moving.point(point, traced.fit.along)
     offset = ((point - middle) * traced.fit.along.conj()).real
     with np.errstate(all="ignore"):
-        for _ in range(60):
-            t = 0.5 * (low + high)
-            u, _ = path(t[None])
-            below = u[0] + offset < 0
-            low, high = np.where(below, t, low), np.where(below, high, t)
-    return np.where(cusp, 0.0, 0.5 * (low + high))
+        ends, _ = path(np.stack([start, end]))
+        (f0, f1), t = ends + offset, end
+        for _ in range(60):  # regula falsi (Illinois)
+            t = end - f1 * (end - start) / np.where(f1 == f0, 1, f1 - f0)
+            f = path(t[None])[0][0] + offset
+            crossed = (f < 0) != (f1 < 0)
+            start, f0 = np.where(crossed, end, start), np.where(crossed, f1, 0.5 * f0)
+            end, f1 = t, f
+            if not (np.abs(f) > 16 * np.finfo(f.dtype).eps * (traced.fit.stroke + np.abs(offset))).any():
+                break
+    return np.where(cusp, 0.0, t)
 
 
 def _middle(path: Array, traced: Traced) -> tuple[Array, Array]:

@@ -165,10 +165,11 @@ def exchange(
     index, c, value = index.copy(), np.empty((size - 1, n), g.dtype), np.empty(n, g.dtype)
     open_, xs, gs, bs, at = np.arange(n), x, g, by, index
     for _ in range(EXCHANGES):
-        c[:, open_], level = _level(xs, np.take_along_axis(gs, at, 0), at, sign, bs)
+        column = np.arange(len(open_))
+        c[:, open_], level = _level(xs, gs[at, column], at, sign, bs)
         residual = _residual(c[:, open_], xs, gs, bs)
         worst = np.argmax(np.abs(residual), axis=0)
-        value[open_] = farthest = np.take_along_axis(residual, worst[None], 0)[0]
+        value[open_] = farthest = residual[worst, column]
         better = np.abs(farthest) > np.abs(level) * (1 + 1e-6) + rounding[open_]
         if not better.any():
             break
@@ -189,19 +190,20 @@ def _residual(c: Array, x: Array, g: Array, by: Array | None) -> Array:
 
 def _at(c: Array, x: Array, g: Array, index: Array, by: Array | None) -> Array:
     """Return the residual at points given by their indices, (k, n)."""
-    x, g = (np.take_along_axis(a, index, 0) for a in (x, g))
-    return _residual(c, x, g, None if by is None else np.take_along_axis(by, index, 0))
+    column = np.arange(index.shape[1])
+    return _residual(c, x[index, column], g[index, column], None if by is None else by[index, column])
 
 
 def _level(x: Array, gs: Array, index: Array, sign: Array, by: Array | None) -> tuple[Array, Array]:
     """Polynomial (over `by`) whose errors at the reference are equal but for their alternating sign, and that error."""
-    xs = np.take_along_axis(x, index, 0)
+    column = np.arange(index.shape[1])
+    xs = x[index, column]
     gaps = xs[:, None] - xs[None] + np.eye(len(xs))[:, :, None]
     weight = 1 / np.prod(gaps, axis=1)
     if by is None:
         level = (weight * gs).sum(0) / np.abs(weight).sum(0) * np.sign(weight[0])
         return _interpolate(xs, gs - sign * level), level
-    bs = np.take_along_axis(by, index, 0)
+    bs = by[index, column]
     level = (weight * bs * gs).sum(0) / (np.abs(weight) * bs).sum(0) * np.sign(weight[0])
     return _interpolate(xs, bs * (gs - sign * level)), level
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, fields
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -123,6 +124,7 @@ class Moves:
         return np.where(driver > 0, one, np.nan), np.where(driver > 0, two, np.nan)
 
 
+@lru_cache
 def _slopes(count: int) -> Array:
     """Return the matrix (m, m) that differentiates values at the nodes of a grid by the parameter in [-1, 1]."""
     points = grid(count)

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..instant.jet import path_series
 from ..linkage import Array, Linkage
-from ..motion import CHARTS, COUPLER, Motion, Path, motion
+from ..motion import CHARTS, Motion, Path, motion
 
 #: Half the number of intervals of the table.
 STEPS = 16
@@ -141,20 +141,28 @@ def span(
     change point without a pole has extent 0.
     """
     point = np.asarray(point, dtype=complex)
-    best: Array | None = None
-    chosen = np.full(len(linkage), COUPLER)
-    for candidate in CHARTS if chart is None else ():
-        moving = motion(linkage, candidate, point, pole=pole)
-        u = _table(moving, point)[2]
-        finite = np.where(np.isfinite(u), u, 0)
-        score = np.minimum(-finite.min(0), finite.max(0)) * np.sqrt(np.minimum(moving.conditioning, 1))
-        score = np.where(moving.conditioning > SINGULAR, score, -1.0)
-        if best is None:
-            best = score
-        else:
-            chosen = np.where(score > best * (1 + 1e-9), candidate, chosen)
-            best = np.maximum(score, best)
-    moving = motion(linkage, chosen if chart is None else chart, point, dtype, pole)
+    if chart is None:
+        n = len(linkage)
+        each = np.tile(np.arange(n), len(CHARTS))
+        every = _ready(
+            linkage[each], point[each], np.repeat(CHARTS, n), float, None if pole is None else np.asarray(pole)[each]
+        )
+        conditioning = every.motion.conditioning
+        score = np.where(
+            conditioning > SINGULAR, every.extent.min(0) * np.sqrt(np.minimum(conditioning, 1)), -1.0
+        ).reshape(len(CHARTS), n)
+        chosen = np.zeros(n, dtype=int)
+        for i in range(1, len(CHARTS)):
+            chosen = np.where(score[i] > score[:i].max(0) * (1 + 1e-9), i, chosen)
+        if dtype is float:
+            return every[chosen * n + np.arange(n)]
+        chart = np.array(CHARTS)[chosen]
+    return _ready(linkage, point, chart, dtype, pole)
+
+
+def _ready(linkage: Linkage, point: Array, chart: Array, dtype: Any, pole: Array | None) -> Span:
+    """Return the spans in given charts."""
+    moving = motion(linkage, chart, point, dtype, pole)
     tangent, t, u, limit, cusp = _table(moving, point)
     return Span(moving, point, tangent, t, u, limit, cusp, pole)
 

@@ -145,7 +145,8 @@ def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, s
         found, shift = fit_returning(u, v, circle, points), np.zeros_like(guides.tangent)
     elif split:
         cos, sin = guides.turn.window(low, high, points.nodes)
-        found, shift, plain = _split(u, v, cos, sin, half, circle, points, LEASH)
+        moved_u, moved_v, shift, plain = _straightened(u, v, cos, sin, half, circle, points, LEASH)
+        found = _fit(moved_u, moved_v, circle, points)
         poor = ~(found.deviation < HELPS * plain) & (np.abs(shift) > SHORT_LEASH * half)
         if poor.any():
             found, shift = _split_again(found, shift, poor, (u, v, cos, sin), half, circle, points)
@@ -171,8 +172,11 @@ def _split_again(
     """Split those that a long step did not make straighter on a short leash, or not at all."""
     u, v, cos, sin = (p[:, poor] for p in paths)
     shift = shift.copy()
-    short, step, _ = _split(u, v, cos, sin, half[poor], circle, points, SHORT_LEASH)
-    for other, by in ((short, step), (_fit(u, v, circle, points), np.zeros_like(step))):
+    moved_u, moved_v, step, _ = _straightened(u, v, cos, sin, half[poor], circle, points, SHORT_LEASH)
+    n = len(step)
+    both = _fit(np.concatenate([moved_u, u], axis=1), np.concatenate([moved_v, v], axis=1), circle, points)
+    short, plain = (Fit(*(getattr(both, f.name)[part] for f in fields(Fit))) for part in (slice(n), slice(n, None)))
+    for other, by in ((short, step), (plain, np.zeros_like(step))):
         better = np.zeros_like(poor)
         better[poor] = ~(found.deviation[poor] <= other.deviation)
         chosen = better[poor]
@@ -181,10 +185,10 @@ def _split_again(
     return found, shift
 
 
-def _split(
+def _straightened(
     u: Array, v: Array, cos: Array, sin: Array, half: Array, circle: bool, points: Grid, leash: float
-) -> tuple[Fit, Array, Array]:
-    """Return the fit of the split paths, the shift along and across the tangent, and about what it was before."""
+) -> tuple[Array, Array, Array, Array]:
+    """Return the split paths (u, v), the shift along and across the tangent, and about how large the error was."""
     shift = np.zeros(len(half), dtype=(u[:1] + 0j).dtype)
     curvature = _bend(u, v) if circle else np.zeros_like(half)
     before = None
@@ -194,7 +198,7 @@ def _split(
         shift = shift + step
         u, v = u + cos * step.real - sin * step.imag, v + cos * step.imag + sin * step.real
     assert before is not None
-    return _fit(u, v, circle, points), shift, before
+    return u, v, shift, before
 
 
 def _step(
