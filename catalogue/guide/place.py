@@ -109,6 +109,16 @@ def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int =
     return found
 
 
+def near_stroke(guides: Span, stroke: float, *, circle: bool, nodes: int = 16) -> Traced:
+    """Trace each guide, its point as it is, over the window about its reference position whose ends are so far apart.
+
+    Good enough to be laid by, and measured anew: the stroke along the nominal is off by a few deviations squared.
+    """
+    half, centre = np.where(guides.cusp, stroke, 0.5 * stroke), np.zeros(len(guides))
+    half = np.where(guides.cusp, half, _of_chord(guides, half, centre, np.full_like(half, stroke)))
+    return trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
+
+
 def _of_chord(guides: Span, half: Array, centre: Array, chord: Array) -> Array:
     """Return half windows whose ends are as far apart as `chord` says, beginning with `half`; nothing is fitted."""
     for _ in range(ROUNDS):

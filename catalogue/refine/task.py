@@ -9,7 +9,7 @@ from typing import Protocol
 import numpy as np
 
 from ..guide.in_place import Nominal
-from ..guide.place import at_stroke
+from ..guide.place import near_stroke
 from ..guide.span import Span
 from ..guide.trace import Traced
 from ..linkage import Array, Linkage
@@ -173,7 +173,7 @@ class Task:
         if self.nominal is not None:
             return in_its_place(self.request, self.wanted, rows, moved, self.nominal)
         circle = self.request.kind == "circle"
-        traced = _forward(at_stroke(moved, self.request.stroke, circle=circle, nodes=16, extend=False))
+        traced = _forward(near_stroke(moved, self.request.stroke, circle=circle))
         return laid(self.request, self.wanted, rows, moved, traced)
 
 
