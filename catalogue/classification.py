@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 TOLERANCE = 1e-9
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Classification(Sequence[Memberships]):
     """Memberships of n linkages.
 
@@ -45,6 +45,9 @@ class Classification(Sequence[Memberships]):
     residual: Array
     margin: Array
     tolerance: float = TOLERANCE
+
+    def __repr__(self) -> str:
+        return f"<Classification of {self.instant.linkage!r} in {len(self.tested)} series>"
 
     @property
     def family(self) -> Array:

@@ -144,7 +144,7 @@ class Guided:
         return replace(self, label=inverse_words(self.label), pairs=half_turn(self.pairs[:, ::-1]))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Series:
     """A class of linkages whose cubics of stationary curvature degenerate in one way.
 
@@ -194,6 +194,9 @@ class Series:
         keys = [m.key for m in self.members]
         if len(set(keys)) != len(keys):
             raise PluginError(f"series {self.code}: two members have the name {max(keys, key=keys.count)!r}")
+
+    def __repr__(self) -> str:
+        return f"<Series {self.code}: {self.title}>"
 
     @property
     def families(self) -> list[str]:

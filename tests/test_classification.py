@@ -50,6 +50,11 @@ def test_general_and_parallel_come_last(random_linkages: Maker) -> None:
             assert not one.nearest.holds
 
 
+def test_a_classification_is_printed_in_a_line() -> None:
+    assert repr(catalogue.classify(WATT)) == "<Classification of <Linkage: 1 four-bar> in 25 series>"
+    assert repr(REGISTRY.get("II.xy")) == "<Series II.xy: one crank along the coupler, one perpendicular to it (Evans)>"
+
+
 def test_tolerance_is_what_counts_as_zero() -> None:
     rounded = [[[0, 0, 1], [1, 0.001, 1]], [[2, -1.2, 1], [1.001, -1.201, 1]]]
     assert catalogue.classify(rounded)[0].series == ["general"]

@@ -130,6 +130,22 @@ def test_nan_paths_stay_nan_and_leave_the_others_alone() -> None:
         np.testing.assert_array_equal(found.deviation[[0, 2]], alone[circle][[0, 2]])
 
 
+@pytest.mark.parametrize("circle", [False, True])
+def test_a_path_is_fitted_as_if_it_were_alone(circle: bool) -> None:
+    """What others need more rounds of the exchange leaves it as it is, but for the rounding of matrix products."""
+    nodes = grid(NODES)
+    paths = []
+    for k, count in enumerate((2, 3, 5, 8)):
+        u = run(k, nodes.nodes)
+        v = 10.0 ** -(2 + k) * chebyshev.chebval(nodes.nodes, waves(count, k)) - (0.2 * u**2 if circle else 0.3 * u)
+        paths.append((u, v))
+    together = fit(*(np.stack(part, axis=1) for part in zip(*paths, strict=True)), circle, nodes)
+    for k, (u, v) in enumerate(paths):
+        alone = one(u, v, circle)
+        for name in ("deviation", "stroke", "curvature"):
+            np.testing.assert_allclose(getattr(together, name)[k], getattr(alone, name)[0], rtol=1e-9, atol=1e-15)
+
+
 def test_arc_beyond_a_half_circle_is_refused() -> None:
     turn = np.multiply.outer(grid(NODES).nodes, np.array([3.1, 3.2]) / 2)
     found = fit(np.sin(turn), np.cos(turn), True, grid(NODES))

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import catalogue
 from catalogue import Candidate, Catalogue, CircularArc, Linkage, StraightLine
 from catalogue.query.constraints import Constraints
 from catalogue.query.find import answer
@@ -92,6 +95,18 @@ def test_refined_guides_say_how_good_they_are(small: Catalogue) -> None:
         assert not row or c.drift <= row[0].residual + 1e-12  # of mid-stroke, one of the instants
     for c in small.find(LINE, refine=False, **wish):
         assert c.gap is c.alternations is c.drift is c.unrefined is None
+
+
+def test_drift_is_measured_when_it_is_asked_for(small_db: Path) -> None:
+    """Only then are the plugins loaded; a copy has what was measured."""
+    with catalogue.open(small_db, build=False) as cat:
+        first, *_ = cat.find(LINE, limit=3, series=["II.xy"])
+        assert "registry" not in vars(cat)
+        copied = pickle.loads(pickle.dumps(first))
+        assert "registry" in vars(cat)
+        assert first.drift is not None
+        assert copied.drift == first.drift
+        assert copied.to_dict() == first.to_dict()
 
 
 def test_what_does_not_move_does_not_drift(small: Catalogue) -> None:
