@@ -27,18 +27,23 @@ class Ladder:
     ----------
     half : ndarray, shape (STROKES, n)
         Half strokes tried [length].
-    relative : ndarray, shape (STROKES, n)
-        Deviation over stroke found there; NaN where the guide could not be traced.
+    traced : Traced of (STROKES, n)
+        What was found there.
     centre : ndarray, shape (n,)
         Middle of the window in half strokes.
     """
 
     half: Array
-    relative: Array
+    traced: Traced
     centre: Array
 
+    @property
+    def relative(self) -> Array:
+        """Deviation over stroke, NaN where the guide could not be traced, shape (STROKES, n)."""
+        return self.traced.relative
+
     def __getitem__(self, index: Any) -> Ladder:
-        return Ladder(self.half[:, index], self.relative[:, index], self.centre[index])
+        return Ladder(self.half[:, index], self.traced[:, index], self.centre[index])
 
 
 def scan(guides: Span, *, circle: bool, three: Array, nodes: int = 16) -> Ladder:
@@ -64,7 +69,7 @@ def scan(guides: Span, *, circle: bool, three: Array, nodes: int = 16) -> Ladder
     half = _longest(guides, centre) * RATIO ** np.arange(STROKES)[:, None]
     each = np.tile(np.arange(n), STROKES)
     found = trace(guides[each], half.ravel(), circle=circle, split=True, centre=centre[each], nodes=nodes)
-    return Ladder(half, found.relative.reshape(half.shape), centre)
+    return Ladder(half, found.reshaped(half.shape), centre)
 
 
 def reach(
@@ -83,7 +88,7 @@ def reach(
         returned was itself traced and holds.
     """
     tolerance = np.broadcast_to(np.asarray(tolerance, dtype=float), len(guides))
-    found = Traced.nothing(len(guides), ladder.half.dtype)
+    column = np.arange(len(guides))
 
     def traced(where: Array, half: Array) -> tuple[Traced, Array]:
         now = trace(guides[where], half[where], circle=circle, split=True, centre=ladder.centre[where], nodes=nodes)
@@ -94,11 +99,12 @@ def reach(
     with np.errstate(all="ignore"):
         holds = ladder.relative <= tolerance
         k = np.argmax(holds, axis=0)
-        some = holds.any(axis=0)
+        some = np.asarray(holds.any(axis=0))
         ends = (k, np.maximum(k - 1, 0))
-        good, bad = (np.take_along_axis(ladder.half, end[None], 0)[0] for end in ends)
-        good_e, bad_e = (np.log(np.take_along_axis(ladder.relative, end[None], 0)[0] / tolerance) for end in ends)
+        good, bad = (ladder.half[end, column] for end in ends)
+        good_e, bad_e = (np.log(ladder.relative[end, column] / tolerance) for end in ends)
         good = np.where(some, good, np.nan)
+        found = Traced.nothing(len(guides), ladder.half.dtype).replaced(some, ladder.traced[k[some], column[some]])
         for _ in range(steps):
             open_ = some & (k > 0) & (bad > good * 1.001)
             if not open_.any():
@@ -112,8 +118,6 @@ def reach(
             found = found.replaced(hit, now[hit[open_]])
             good, good_e = np.where(hit, tried, good), np.where(hit, e, good_e)
             bad, bad_e = np.where(miss, tried, bad), np.where(miss, e, bad_e)
-        rest = some & np.isnan(found.fit.deviation)
-        found = found.replaced(rest, traced(rest, good)[0])
     return good, found
 
 

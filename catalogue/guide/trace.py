@@ -68,6 +68,11 @@ class Traced:
         part = Fit(*(getattr(self.fit, f.name)[index] for f in fields(Fit)))
         return Traced(part, self.shift[index], self.low[index], self.high[index])
 
+    def reshaped(self, shape: tuple[int, ...]) -> Traced:
+        """Return the same guides in rows and columns."""
+        fit = Fit(*(getattr(self.fit, f.name).reshape(shape) for f in fields(Fit)))
+        return Traced(fit, *(getattr(self, name).reshape(shape) for name in ("shift", "low", "high")))
+
     def followed_by(self, other: Traced) -> Traced:
         """Return these guides and the other ones after them."""
         fit = Fit(*(np.concatenate([getattr(self.fit, f.name), getattr(other.fit, f.name)]) for f in fields(Fit)))

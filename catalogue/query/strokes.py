@@ -68,7 +68,7 @@ def _longest(relative: float, rows: Rows, guides: Span) -> Traced:
     half = np.stack([_usable(guides, h, rows) for h in rows["half"] * np.minimum(spare ** powers[:, None], 3.0)])
     each = np.tile(np.arange(len(guides)), len(half))
     tried = trace(guides[each], half.ravel(), circle=False, split=True, centre=rows["centre"][each], nodes=16)
-    ladder = Ladder(half, tried.relative.reshape(half.shape), rows["centre"])
+    ladder = Ladder(half, tried.reshaped(half.shape), rows["centre"])
     return reach(guides, ladder, relative * 0.999, circle=False)[1]
 
 
