@@ -29,27 +29,30 @@ if TYPE_CHECKING:
     from .instant import Curvature, curvature
     from .linkage import Linkage
     from .opening import classify, open
-    from .query import Candidate, CircularArc, Constraints, Found, StraightLine
+    from .query.candidate import Candidate
+    from .query.constraints import Constraints
+    from .query.found import Found
+    from .query.request import CircularArc, StraightLine
     from .query.standstill import StandStill
 
 _HOME = {
-    "Candidate": "query",
+    "Candidate": "query.candidate",
     "Catalogue": "facade",
     "CatalogueError": "errors",
-    "CircularArc": "query",
-    "Constraints": "query",
+    "CircularArc": "query.request",
+    "Constraints": "query.constraints",
     "Curvature": "instant",
     "DatabaseError": "errors",
     "DatabaseTooNew": "errors",
     "DuplicateSeries": "errors",
-    "Found": "query",
+    "Found": "query.found",
     "InvalidLinkage": "errors",
     "InvalidRequest": "errors",
     "Linkage": "linkage",
     "MissingExtra": "errors",
     "PluginError": "errors",
     "StandStill": "query.standstill",
-    "StraightLine": "query",
+    "StraightLine": "query.request",
     "classify": "opening",
     "curvature": "instant",
     "open": "opening",

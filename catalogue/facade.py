@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from .classification import Classification
     from .linkage import Linkage
     from .plugins import Registry
-    from .query import Found
     from .query.collected import Collected
+    from .query.found import Found
     from .query.request import Request
     from .query.standstill import Dwellings, StandStill
     from .query.stored import StoredGuide
