@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
-from types import TracebackType
 from typing import TYPE_CHECKING, Any
 
+from .closing import Closing
 from .query.constraints import Constraints
 from .query.criteria import DISTINCT
 from .store import Database, get_setting
@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .query.stored import StoredGuide
 
 
-class Catalogue:
+class Catalogue(Closing):
     """A database of guides with what can be asked of it; made by `catalogue.open`.
 
     Attributes
@@ -255,14 +255,6 @@ class Catalogue:
     def close(self) -> None:
         """Let go of the file."""
         self.database.close()
-
-    def __enter__(self) -> Catalogue:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         return f"<Catalogue {self.database.path}>"

@@ -7,12 +7,12 @@ from contextlib import contextmanager
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 import numpy as np
 from sqlalchemy import Connection, Engine, Select
 
+from ..closing import Closing
 from ..errors import DatabaseError
 from .columns import read_columns
 from .connecting import engine_for
@@ -21,7 +21,7 @@ from .trouble import plainly
 from .upgrade import bring_up_to_date
 
 
-class Database:
+class Database(Closing):
     """A database file with current tables; leave it as a context manager, or `close` it.
 
     Attributes
@@ -95,14 +95,6 @@ class Database:
     def close(self) -> None:
         """Let go of the file."""
         self.engine.dispose()
-
-    def __enter__(self) -> Database:
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        self.close()
 
     def __repr__(self) -> str:
         return f"Database({str(self.path)!r})"
