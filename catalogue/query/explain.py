@@ -119,7 +119,10 @@ def _advice_constructed(request: Request, trail: Trail) -> str:
     if not trail.solved:
         return "no guide found: no series has a linkage with these pivots; move them, or give a tolerance (within)"
     if not trail.traced:
-        return "no guide found: no linkage with these pivots carries the point from end to end; move them"
+        return (
+            f"no guide found: of the {trail.solved} linkages that the series have for these pivots none carries the "
+            "point from end to end; move them, or give a tolerance (within)"
+        )
     worst = max(trail.removed, key=lambda name: trail.removed[name])
     least = f"; the nearest holds {trail.least:.3g}" if trail.least > request.deviation else ""
     return (
