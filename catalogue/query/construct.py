@@ -18,6 +18,7 @@ from ..instant import Instant, leading_error
 from ..linkage import Array, Linkage
 from ..posed import Posed
 from ..series import Series
+from .complete import completed
 from .constraints import Constraints
 from .improve import REFINED, improved
 from .lay import SHOWN, Answers, in_its_place
@@ -53,6 +54,12 @@ class Built:
     def __getitem__(self, index: Array) -> Built:
         return Built(self.linkage[index], self.point[index], self.series[index], self.exact[index])
 
+    def followed_by(self, other: Built) -> Built:
+        """Return these and then the others."""
+        linkage = Linkage._trusted(np.concatenate([self.linkage.pivots, other.linkage.pivots]))
+        rest = ((getattr(self, name), getattr(other, name)) for name in ("point", "series", "exact"))
+        return Built(linkage, *(np.concatenate(two) for two in rest))
+
 
 def constructed(
     series: Mapping[str, Series], request: Request, wanted: Constraints, ranking: Ranking, *, limit: int, effort: int,
@@ -68,8 +75,14 @@ def constructed(
     built = solved([series[code] for code in wanted.series or series], problems, wanted)
     trail.solved = len(built.point)
     stop()
-    stop = trail.timed("trace in place")
     nominal = _nominal(request, wanted)
+    if wanted.given != "fixed" and not wanted.series and (not wanted.families or "four-bar" in wanted.families):
+        stop = trail.timed("complete")
+        more = _completed(problems, nominal)
+        trail.completed = len(more.point)
+        built = built.followed_by(more)
+        stop()
+    stop = trail.timed("trace in place")
     traced = in_place(span(built.linkage, built.point), nominal)
     order = np.argsort(np.where(np.isnan(traced.fit.deviation), np.inf, traced.fit.deviation), kind="stable")
     order = order[: np.isfinite(traced.fit.deviation).sum()]
@@ -133,6 +146,15 @@ def solved(series: Iterable[Series], problems: Posed, wanted: Constraints) -> Bu
         codes.append(np.full(len(linkage), one.code))
         exact.append(np.repeat(first, k)[good])
     return Built(Linkage._trusted(np.concatenate(pivots)), *(np.concatenate(x) for x in (points, codes, exact)))
+
+
+def _completed(problems: Posed, nominal: Nominal) -> Built:
+    """Return linkages for the given pivots that no series has; they count as general ones."""
+    pivots, of = completed(problems.given, problems.pivots, nominal)
+    linkage, good = Linkage.valid(pivots)
+    of = of[good]
+    exact = (problems.pivots[of] == problems.pivots[:1]).all(1)
+    return Built(linkage, problems.point[of], np.full(len(of), "general"), exact)
 
 
 def _seeds(built: Built, order: Array, request: Request, count: int) -> Array:

@@ -12,6 +12,7 @@ from sqlalchemy import and_, case, func, true
 from ..guide.measures import Measures
 from ..linkage import Array
 from ..store import Database
+from .complete import reaches
 from .constraints import Constraints
 from .find import answer
 from .narrow import basis, conditions, joined, loosest
@@ -105,23 +106,26 @@ def explain_constructed(request: Request, wanted: Constraints, trail: Trail, cou
     """Return the explanation of an answer with `count` guides that were made for given pivots."""
     what = "one crank" if wanted.given == "crank" else f"both {wanted.given} pivots"
     lines = [
-        f"{_what(request)}, {what} given: the series have {trail.solved} linkages for that",
+        f"{_what(request)}, {what} given: the series have {trail.solved} linkages for that, "
+        f"{trail.completed} more were completed along the path",
         f"  {trail.traced} carry the point from end to end; the straightest were refined; {count} are shown",
     ]
     lines += [f"  on the finite motion {name} removed {number}" for name, number in trail.removed.items()]
     if not count:
-        lines.append(_advice_constructed(request, trail))
+        lines.append(_advice_constructed(request, wanted, trail))
     lines.append(f"nothing was read from the database; {_seconds(trail)}")
     return "\n".join(lines)
 
 
-def _advice_constructed(request: Request, trail: Trail) -> str:
-    if not trail.solved:
-        return "no guide found: no series has a linkage with these pivots; move them, or give a tolerance (within)"
+def _advice_constructed(request: Request, wanted: Constraints, trail: Trail) -> str:
+    if wanted.given == "crank" and not trail.traced and not reaches(wanted.places, request):
+        return "no guide found: this crank, with the arm to the point, is too short for the path; lengthen or move it"
+    if not trail.solved + trail.completed:
+        return "no guide found: there is no linkage with these pivots; move them, or give a tolerance (within)"
     if not trail.traced:
         return (
-            f"no guide found: of the {trail.solved} linkages that the series have for these pivots none carries the "
-            "point from end to end; move them, or give a tolerance (within)"
+            f"no guide found: of {trail.solved + trail.completed} linkages with these pivots none carries the point "
+            "from end to end; move them, or give a tolerance (within)"
         )
     worst = max(trail.removed, key=lambda name: trail.removed[name])
     least = f"; the nearest holds {trail.least:.3g}" if trail.least > request.deviation else ""

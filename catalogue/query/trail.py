@@ -12,7 +12,8 @@ import numpy as np
 @dataclass
 class Trail:
     """How an answer came about: seconds per step, and how many candidates each constraint removed after tracing; where
-    pivots are given, how many linkages the series gave, and the least deviation that was reached.
+    pivots are given, how many linkages the series gave, how many were completed numerically, and the least
+    deviation that was reached.
 
     `certain`: nothing that was not traced promises to be among the answers.
     """
@@ -21,6 +22,7 @@ class Trail:
     traced: int = 0
     removed: dict[str, int] = field(default_factory=dict)
     solved: int = 0
+    completed: int = 0
     least: float = np.nan
     certain: bool = False
 

@@ -10,6 +10,8 @@ import pytest
 
 import catalogue
 from catalogue.errors import InvalidRequest
+from catalogue.guide.in_place import Nominal
+from catalogue.query.complete import circles, completed, turns
 
 LINE = catalogue.StraightLine(1.0, 0.01)
 ARC = catalogue.CircularArc(1.0, 1.0, 0.01)
@@ -67,6 +69,55 @@ def test_a_crank_stays_what_it_was(small: catalogue.Catalogue, naive: SimpleName
     for c in found:
         np.testing.assert_allclose(c.pivots[0], [[*crank[0], 1], [*crank[1], 1]], atol=1e-9)
         assert strays(c, naive, LINE) == pytest.approx(c.deviation, rel=1e-3)
+
+
+@pytest.mark.parametrize("request_", [LINE, catalogue.CircularArc(1.0, 1.2, 0.01)], ids=["line", "arc"])
+@pytest.mark.parametrize("given", ["crank", "moving"])
+def test_what_is_given_of_a_good_guide_leads_to_one_as_good(
+    small: catalogue.Catalogue, given: str, request_: Any
+) -> None:
+    """The best four-bars of the catalogue, of which a crank or the moving pivots are kept."""
+    wish: dict[str, Any] = {"series": ["II.xy", "II*.xy"], "max_link": 2.0, "max_ground": 2.0, "min_transmission": 25}
+    for known in small.find(request_, families=["four-bar"], limit=4, **wish):
+        (a, a_), (_, b_) = ((tuple(p[:2]) for p in dyad) for dyad in known.pivots)
+        kept = {"crank": (a, a_)} if given == "crank" else {"moving_pivots": (a_, b_)}
+        found = small.find(request_, rank_by="deviation", **kept)
+        assert found[0].deviation <= max(1.5 * known.deviation, 1e-4)
+        assert all(c.deviation <= request_.deviation for c in found)
+        assert "completed along the path" in found.explain()
+
+
+def test_completed_linkages_carry_the_point_along_the_path() -> None:
+    """The point stands on the nominal at all stations, the crank keeps its length, and the other one nearly does."""
+    nominal = Nominal(1.0, 1.5)
+    path = nominal.at(np.linspace(0, 1, 9))[0]
+    fixed, moving = np.array([0.2 - 0.9j]), np.array([0.1 - 0.1j])
+    turn = turns(fixed, moving, path)
+    np.testing.assert_allclose(np.abs(turn), 1, rtol=1e-12)
+    np.testing.assert_allclose(turn[4], 1, rtol=1e-12)
+    crank = np.abs(path[:, None] + turn * (moving - path[4]) - fixed)
+    np.testing.assert_allclose(crank, np.abs(moving - fixed)[0], rtol=1e-12)
+    pivots, of = completed("crank", np.array([[fixed[0], moving[0]]]), nominal)
+    assert len(of) > 3
+    z = pivots[..., 0] + 1j * pivots[..., 1]
+    np.testing.assert_array_equal(z[:, 0], [[fixed[0], moving[0]]] * len(of))
+    ends = path[[0, -1], None] + turn[[0, -1]] * (z[:, 1, 1] - path[4])
+    np.testing.assert_allclose(np.abs(ends - z[:, 1, 0]), np.abs(z[:, 1, 1] - z[:, 1, 0])[None].repeat(2, 0), atol=0.3)
+
+
+def test_circles_are_recovered() -> None:
+    rng = np.random.default_rng(3)
+    centre, radius = rng.normal(size=(2, 20)).T @ [1, 1j], rng.uniform(0.5, 3, 20)
+    z = centre + radius * np.exp(1j * np.linspace(0.2, 1.4, 17))[:, None]
+    found, off = circles(z)
+    np.testing.assert_allclose(found, centre, atol=1e-10)
+    assert off.max() < 1e-12
+
+
+def test_a_crank_that_cannot_follow_is_said_so(small: catalogue.Catalogue) -> None:
+    found = small.find(LINE, crank=((-0.2, 0.6), (0.4, 0.2)))
+    assert not len(found)
+    assert "too short for the path" in found.explain()
 
 
 def test_a_tolerance_gives_guides_at_least_as_straight(small: catalogue.Catalogue) -> None:
