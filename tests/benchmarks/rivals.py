@@ -8,6 +8,7 @@ from __future__ import annotations
 import contextlib
 import time
 import warnings
+from itertools import count
 
 import numpy as np
 from jobs import STATIONS, Array, Job, errors, measured, plain, sampled
@@ -48,7 +49,7 @@ class Watch:
 
 
 def evolved_on_kernel(job: Job, limit: float) -> History:
-    """Differential evolution in batches, on this catalogue's own measurement."""
+    """Differential evolution in batches, on this catalogue's own measurement, started anew when it rests."""
     watch = Watch(job, limit)
 
     def objective(x: Array) -> Array:
@@ -57,16 +58,18 @@ def evolved_on_kernel(job: Job, limit: float) -> History:
         return value
 
     with contextlib.suppress(OutOfTime):
-        differential_evolution(objective, job.bounds, vectorized=True, updating="deferred", popsize=40, tol=0,
-                               atol=0, maxiter=10**6, polish=False, seed=1)  # fmt: skip
+        for seed in count(1):
+            differential_evolution(objective, job.bounds, vectorized=True, updating="deferred", popsize=40,
+                                   maxiter=10**6, polish=False, seed=seed)  # fmt: skip
     return watch.history
 
 
 def evolved_on_plain(job: Job, limit: float) -> History:
-    """Differential evolution on a sampled path, as one would write it."""
+    """Differential evolution on a sampled path, as one would write it, started anew when it rests."""
     watch = Watch(job, limit)
     with contextlib.suppress(OutOfTime):
-        differential_evolution(watch.plain, job.bounds, popsize=15, tol=0, atol=0, maxiter=10**6, polish=False, seed=1)
+        for seed in count(1):
+            differential_evolution(watch.plain, job.bounds, maxiter=10**6, seed=seed)
     return watch.history
 
 
