@@ -16,7 +16,7 @@ from hashlib import sha1
 from importlib.metadata import entry_points
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, TypeVar
 
 import pluggy
 
@@ -26,6 +26,8 @@ from .errors import DuplicateSeries, PluginError
 from .families import Family
 from .folders import folder, plugin_folders
 from .series import Series
+
+Item = TypeVar("Item", Series, Collection)
 
 
 class PluginWarning(UserWarning):
@@ -106,10 +108,7 @@ class Registry:
         PluginError
             If there is none; the text lists those that there are.
         """
-        if name not in self.collections:
-            there = f"there are {', '.join(self.collections)}" if self.collections else "there are none"
-            raise PluginError(f"no plugin provides the collection {name}; {there}")
-        return self.collections[name]
+        return _named(name, self.collections, "the collection")
 
     def _ask(self, hook: str, kind: type[Family] | type[Series] | type[Collection]) -> None:
         for record, module in self._loaded:
@@ -133,9 +132,7 @@ class Registry:
         PluginError
             If there is none; the text lists those that there are.
         """
-        if code not in self.series:
-            raise PluginError(f"no plugin provides series {code}; there are {', '.join(self.series)}")
-        return self.series[code]
+        return _named(code, self.series, "series")
 
     def _modules(self) -> list[tuple[Record, ModuleType | None]]:
         found: list[tuple[Record, ModuleType | None]] = []
@@ -240,6 +237,13 @@ def _load(path: Path) -> tuple[Record, ModuleType | None]:
         return record, None
     record.version = str(getattr(module, "__version__", record.version))
     return record, module
+
+
+def _named(name: str, among: dict[str, Item], what: str) -> Item:
+    if name not in among:
+        there = f"there are {', '.join(among)}" if among else "there are none"
+        raise PluginError(f"no plugin provides {what} {name}; {there}")
+    return among[name]
 
 
 def one_line(error: BaseException) -> str:

@@ -110,7 +110,8 @@ def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int =
 
 
 def near_stroke(guides: Span, stroke: float, *, circle: bool, nodes: int = 16) -> Traced:
-    """Trace each guide, its point as it is, over the window about its reference position whose ends are so far apart.
+    """Trace each of n guides, its point as it is, over the window about its reference position whose ends are so far
+    apart [length of the guides]; NaN where it does not reach so far.
 
     Good enough to be laid by, and measured anew: the stroke along the nominal is off by a few deviations squared.
     """

@@ -35,7 +35,7 @@ def completed(given: str, pivots: Array, nominal: Nominal) -> tuple[Array, Array
     given : str
         ``moving`` or ``crank``; see `catalogue.posed.Posed`.
     pivots : complex ndarray, shape (m, 2)
-        The given pairs, in mid-stroke.
+        The given pairs, in mid-stroke, in the unit of the path.
     nominal : Nominal
         The path.
     """
@@ -81,28 +81,34 @@ def reaches(crank: tuple[tuple[float, float], ...], request: Request) -> bool:
 
 
 def turns(fixed: Array, moving: Array | complex, path: Array) -> Array:
-    """Return by which unit factors the coupler is turned at each station, shape (k, n); NaN where the crank is too
-    short to reach.
+    """Return by which unit factors the coupler is turned at each station, shape (k, n).
+
+    NaN where crank and arm, the line from the moving pivot to the point, do not reach; and everywhere if they lie in
+    line in mid-stroke, where the point may leave to either side.
 
     Parameters
     ----------
     fixed, moving : complex ndarray, shape (n,)
         Cranks in mid-stroke.
     path : complex ndarray, shape (k,)
-        Places of the guided point, of which the middle one is mid-stroke.
+        Places of the guided point, k odd, of which the middle one is mid-stroke; lengths in one unit of any kind.
     """
     middle = path[len(path) // 2]
     crank, arm = moving - fixed, moving - middle
     span = path[:, None] - fixed
     along = 0.5 * (np.abs(span) + (np.abs(crank) ** 2 - np.abs(arm) ** 2) / np.abs(span))
-    across = np.sqrt(np.abs(crank) ** 2 - along**2) * np.sign((crank * (middle - fixed).conj()).imag)
+    side = np.sign((crank * (middle - fixed).conj()).imag)
+    across = np.sqrt(np.abs(crank) ** 2 - along**2) * np.where(side == 0, np.nan, side)
     at = fixed + span / np.abs(span) * (along + 1j * across)
     return np.asarray((at - path[:, None]) / arm)
 
 
 def circles(z: Array) -> tuple[Array, Array]:
-    """Return centres of the circles nearest to paths z (k, n) in the sense of least squares of the power, and the
-    largest distances of the stations from them, each (n,)."""
+    """Return centres of the circles nearest to paths z (k, n), and half the widths of the annuli about these centres
+    that hold the stations, each (n,); NaN for points in line.
+
+    Least squares of the power of the stations with respect to the circle (Kasa 1976), which is linear.
+    """
     origin = z.mean(axis=0)
     x, y = (z - origin).real, (z - origin).imag
     power = 0.5 * (x * x + y * y)

@@ -125,7 +125,8 @@ def posed(request: Request, wanted: Constraints, effort: int) -> Posed:
 
 def _nominal(request: Request, wanted: Constraints) -> Nominal:
     if request.radius is None:
-        raise InvalidRequest(f"give the radius of the arc too, where {wanted.given} pivots are given")
+        what = "a crank is" if wanted.given == "crank" else f"{wanted.given} pivots are"
+        raise InvalidRequest(f"give the radius of the arc too, where {what} given")
     return Nominal(request.stroke, request.radius)
 
 

@@ -119,7 +119,10 @@ def explain_constructed(request: Request, wanted: Constraints, trail: Trail, cou
 
 def _advice_constructed(request: Request, wanted: Constraints, trail: Trail) -> str:
     if wanted.given == "crank" and not trail.traced and not reaches(wanted.places, request):
-        return "no guide found: this crank, with the arm to the point, is too short for the path; lengthen or move it"
+        return (
+            "no guide found: this crank with its arm to the point is too short for the path, or in line with the arm "
+            "in mid-stroke; lengthen or move it"
+        )
     if not trail.solved + trail.completed:
         return "no guide found: there is no linkage with these pivots; move them, or give a tolerance (within)"
     if not trail.traced:

@@ -118,6 +118,14 @@ def test_a_crank_that_cannot_follow_is_said_so(small: catalogue.Catalogue) -> No
     found = small.find(LINE, crank=((-0.2, 0.6), (0.4, 0.2)))
     assert not len(found)
     assert "too short for the path" in found.explain()
+    in_line = small.find(LINE, crank=((0.5, -0.4), (0.5, 0.4)))
+    assert not len(in_line)
+    assert "in line with the arm" in in_line.explain()
+
+
+def test_an_arc_for_a_crank_needs_a_radius(small: catalogue.Catalogue) -> None:
+    with pytest.raises(InvalidRequest, match="give the radius of the arc too, where a crank is given"):
+        small.find(catalogue.CircularArc(1.0, None, 0.01), crank=((0, 0), (0, 1)))
 
 
 def test_a_tolerance_gives_guides_at_least_as_straight(small: catalogue.Catalogue) -> None:
