@@ -42,7 +42,7 @@ class Constraints:
         Where the fixed pivots (all pivots, in mid-stroke, of returning points at rest) must stand, in the frame in
         which the path runs from (0, 0) to (stroke, 0).  A pivot at infinity stands nowhere.
     fixed_pivots, moving_pivots : two points (x, y), optional
-        Exactly where both fixed pivots stand, or both moving ones in mid-stroke.
+        Exactly where both fixed pivots stand, or both moving ones in mid-stroke; within 10,000 strokes of the path.
     crank : two points (x, y), optional
         Where the fixed and, in mid-stroke, the moving pivot of one crank stand.
     within : float

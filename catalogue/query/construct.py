@@ -38,6 +38,8 @@ HELD = {
     "moving": np.array([0, 0, 1, 1, 0, 0, 1, 1, 1, 0], bool),
     "crank": np.array([1, 1, 1, 1, 0, 0, 0, 0, 1, 0], bool),
 }
+#: No pivot stands farther from the middle of the path, in strokes: its rounding would move the path by 1e-12 of that.
+FARTHEST = 1e4
 #: Designs whose pivots and points differ by less than this part of the stroke are one.
 SAME = 1e-3
 
@@ -76,6 +78,7 @@ def constructed(
     trail.solved = len(built.point)
     stop()
     nominal = _nominal(request, wanted)
+    built = built[_near(built.linkage, request)]
     if wanted.given != "fixed" and not wanted.series and (not wanted.families or "four-bar" in wanted.families):
         stop = trail.timed("complete")
         more = _completed(problems, nominal)
@@ -112,6 +115,13 @@ def posed(request: Request, wanted: Constraints, effort: int) -> Posed:
     """Return the problems that a request with given pivots poses."""
     kind, pivots = wanted.given, np.array([complex(*p) for p in wanted.places])
     assert kind is not None
+    far = np.abs(pivots - 0.5 * request.stroke) > FARTHEST * request.stroke
+    if far.any():
+        x, y = wanted.places[int(far.argmax())]
+        raise InvalidRequest(
+            f"the pivot ({x:g}, {y:g}) is more than {FARTHEST:g} strokes from the path, where its rounding decides: "
+            "move it nearer, or ask for a slider"
+        )
     places = PLACES if kind == "fixed" else np.array([0.5])
     pairs = pivots[None]
     if wanted.within:
@@ -158,6 +168,12 @@ def _completed(problems: Posed, nominal: Nominal) -> Built:
     return Built(linkage, problems.point[of], np.full(len(of), "general"), exact)
 
 
+def _near(linkage: Linkage, request: Request) -> Array:
+    """Return which linkages have no pivot beyond `FARTHEST`, shape (n,)."""
+    off = np.where(linkage.finite, np.abs(linkage.points - 0.5 * request.stroke), 0.0)
+    return np.asarray((off <= FARTHEST * request.stroke).all(axis=(1, 2)))
+
+
 def _seeds(built: Built, order: Array, request: Request, count: int) -> Array:
     """Return the first `count` of an order that are unlike each other, of the pivots themselves and of those near."""
     exact = built.exact[order]
@@ -197,6 +213,7 @@ def _refined(
     moves = Free(HELD[wanted.given])
     found = improved(found, loose, wanted, rank, EFFORT * effort, moves=moves, nominal=nominal)
     found, checks = in_its_place(request, wanted, found.rows, span(found.linkage, found.point), nominal, SHOWN)
+    checks["the distance of the pivots"] = _near(found.linkage, request)
     if wanted.order:
         checks["order"] = law.order >= wanted.order
     return found, checks

@@ -123,6 +123,14 @@ def test_a_crank_that_cannot_follow_is_said_so(small: catalogue.Catalogue) -> No
     assert "in line with the arm" in in_line.explain()
 
 
+def test_pivots_so_far_that_rounding_decides_are_refused(small: catalogue.Catalogue) -> None:
+    with pytest.raises(InvalidRequest, match=r"\(1e\+09, 0\) is more than 10000 strokes from the path"):
+        small.find(LINE, moving_pivots=((1e9, 0), (0.8, 0.4)))
+    for given in ({"moving_pivots": ((900.0, 0.1), (0.8, 0.4))}, {"fixed_pivots": ((0.2, 3e3), (0.8, 3e3))}):
+        for c in small.find(LINE, **given):
+            assert np.abs(c.linkage.points[c.linkage.finite]).max() <= 1.0001e4
+
+
 def test_an_arc_for_a_crank_needs_a_radius(small: catalogue.Catalogue) -> None:
     with pytest.raises(InvalidRequest, match="give the radius of the arc too, where a crank is given"):
         small.find(catalogue.CircularArc(1.0, None, 0.01), crank=((0, 0), (0, 1)))
