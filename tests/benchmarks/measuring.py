@@ -27,8 +27,10 @@ def seconds(run: Callable[[], Any], times: int) -> float:
 
 def title(text: str) -> None:
     """Print a heading, the command, and where and when it ran."""
-    name = Path(sys.argv[0]).name
-    words = " ".join([f"python tests/benchmarks/{name}", *("FOLDER" if a.startswith("/") else a for a in sys.argv[1:])])
+    spec = sys.modules["__main__"].__spec__
+    how = f"-m {spec.name}" if spec else f"tests/benchmarks/{Path(sys.argv[0]).name}"
+    given = ("DATABASE" if a.endswith(".db") else "FOLDER" if a.startswith("/") else a for a in sys.argv[1:])
+    words = " ".join([f"python {how}", *given])
     machine = f"{os.cpu_count()} cores, {platform.machine()}, load {os.getloadavg()[0]:.1f}"
     python = f"Python {platform.python_version()}, numpy {version('numpy')}"
     print(f"# {text}\n\n`{words}`\n\n{date.today()}; {machine}; {python}.\n", flush=True)
