@@ -147,24 +147,30 @@ def _symmetric(guides: Span, traced: Traced, stroke: Array) -> tuple[Array, Arra
     return 0.5 * (high - low), (high + low) / (high - low)
 
 
-def at_sweep(guides: Span, half: Array, centre: Array, sweep: float, nodes: int = 16) -> tuple[Array, Traced]:
+def at_sweep(
+    guides: Span, half: Array, centre: Array, known: Array, sweep: float, nodes: int = 16
+) -> tuple[Array, Traced]:
     """Trace circular guides over windows whose chord is `sweep` times the radius; the half windows and what was traced.
 
     Parameters
     ----------
-    half : ndarray, shape (n,)
-        First guess [length].
+    half, known : ndarray, shape (n,)
+        A window [length] and its sweep, to begin with.
     """
-    power, last = np.ones(len(guides)), np.ones(len(guides))  # the sweep goes about with this power of the window
-    factor = np.ones(len(guides))
+    power = np.ones(len(guides))  # the sweep goes about with this power of the window
+    factor = last = sweep / known
+    half = half * factor
+    traced, open_ = Traced.nothing(len(guides)), np.ones(len(guides), bool)
     for _ in range(8):
-        traced = trace(guides, half, circle=True, split=True, centre=centre, nodes=nodes)
+        now = trace(guides[open_], half[open_], circle=True, split=True, centre=centre[open_], nodes=nodes)
+        traced = traced.replaced(open_, now)
         with np.errstate(all="ignore"):
             error = sweep / (traced.fit.stroke * np.abs(traced.fit.curvature))
-            if not (np.abs(error - 1) > 1e-6).any():
+            open_ = np.abs(error - 1) > 1e-6
+            if not open_.any():
                 break
             steepness = np.log(last / error) / np.log(factor)
             power = np.where((steepness > 0.3) & (steepness < 3), steepness, power)
             factor, last = np.clip(error ** (1 / power), 0.5, 2.0), error
-        half = half * factor
+        half[open_] *= factor[open_]
     return half, traced

@@ -45,7 +45,7 @@ def attempts(request: Request, wanted: Constraints, rank: dict[str, float]) -> l
 
 def _arc(sweep: float, rows: Rows, guides: Span) -> Traced:
     """The part whose chord is to the radius as is asked for."""
-    return at_sweep(guides, rows["half"] * sweep / rows["sweep"], rows["centre"], sweep)[1]
+    return at_sweep(guides, rows["half"], rows["centre"], rows["sweep"], sweep)[1]
 
 
 def _stored(rows: Rows, guides: Span, circle: bool = False) -> Traced:

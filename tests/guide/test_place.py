@@ -138,8 +138,9 @@ def test_at_sweep_has_the_wanted_chord_over_radius(drawn: Drawn) -> None:
     half = 0.2 * guides.extent.min(0)
     centre = np.zeros(len(guides))
     start = trace(guides, half, circle=True, split=True)
-    sweep = 0.8 * np.nanmedian(start.fit.stroke * np.abs(start.fit.curvature))
-    half, found = at_sweep(guides, half, centre, float(sweep))
+    known = start.fit.stroke * np.abs(start.fit.curvature)
+    sweep = 0.8 * np.nanmedian(known)
+    half, found = at_sweep(guides, half, centre, known, float(sweep))
     good = np.isfinite(found.fit.deviation) & (found.relative < 1e-2)
     assert good.mean() > 0.3
     reached = (found.fit.stroke * np.abs(found.fit.curvature))[good]
