@@ -12,9 +12,14 @@ from typing import Any
 import mpmath as mp  # type: ignore[import-untyped]
 import numpy as np
 import pytest
+from alembic import command
+from alembic.config import Config
 
 import catalogue
+from catalogue.folders import folder
 from catalogue.linkage import FAMILIES, PR, RP, RR, Array, Linkage
+from catalogue.store import Base
+from catalogue.store.connecting import connect, engine_for
 
 GOLDEN = Path(__file__).with_name("golden") / "planar.json"
 
@@ -162,3 +167,21 @@ def _turn(other: _Dyad, target: Any, moving: Any, angle: Any) -> tuple[Any, Any]
         if abs(step) < mp.mpf(10) ** -45:
             return target - mp.expj(angle) * moving, angle
     raise ArithmeticError("the loop does not close")
+
+
+@pytest.fixture(scope="session")
+def at_revision() -> Callable[[Path, str], Path]:
+    """Return a maker of empty database files as they were at a revision."""
+
+    def make(path: Path, revision: str) -> Path:
+        connect(path, create=True).close()
+        config = Config()
+        config.set_main_option("script_location", str(folder("migrations")))
+        engine = engine_for(path)
+        with engine.connect() as opened, opened.begin():
+            config.attributes.update(connection=opened, metadata=Base.metadata)
+            command.upgrade(config, revision)
+        engine.dispose()
+        return path
+
+    return make

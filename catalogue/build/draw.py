@@ -13,7 +13,7 @@ from ..series import Member, Series
 #: Samples per block, a power of two as the sequence wants.
 BLOCK = 512
 #: Changed whenever the same seed would give other content: blocks of another plan are not mixed with these.
-PLAN = "4"
+PLAN = "5"
 
 #: Proportions, in units of rho0 (parallel cranks: of the height of crank 1).
 FARTHEST = 8.0

@@ -14,7 +14,7 @@ from ..instant import Instant
 from ..instant.error import leading_error
 from ..linkage import Array, Linkage
 from ..series import EXACT
-from .floor import floors, spreads
+from .promise import RUNGS, balance, of_arcs, of_lines
 
 Columns = dict[str, Any]
 #: A reach is stored while the mechanism is smaller than this many strokes and this transmission angle is held.  Where
@@ -76,7 +76,7 @@ def guide_columns(
     if not len(guides):
         return None
     ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle) & ~guides.cusp)
-    steps = np.array(sorted(LEVELS))
+    steps = np.array(sorted(LEVELS) if circle else RUNGS)
     with np.errstate(all="ignore"):
         step, k = np.nonzero((ladder.relative <= 10.0 ** steps[:, None, None]).any(1))
     tried, ladder = guides[k], ladder[k]
@@ -88,12 +88,15 @@ def guide_columns(
         reaches = {name: np.concatenate([v, *[more[name]] * len(steps)]) for name, v in reaches.items()}
         step = np.concatenate([step, np.repeat(np.arange(len(steps)), len(guides))])
     least = np.where(at_design(guides.linkage) >= LEAST_TRANSMISSION, LEAST_TRANSMISSION, 0.0)
-    step, row = _longest(reaches, step, steps, least, circle)
-    reaches = {name: v[row] for name, v in reaches.items()} | {"level": steps[step]}
+    best = _longest(reaches, step, steps, least, circle)
+    if not (best >= 0).any():
+        return None
+    step, guide = np.nonzero((best >= 0) & np.isin(steps, LEVELS)[:, None])
+    promise = {} if circle else of_lines(np.where(best >= 0, balance(reaches)[best], np.nan), step, guide)
+    row = best[step, guide]
+    reaches = {name: v[row] for name, v in reaches.items()} | {"level": steps[step].astype(int)} | promise
     reaches["max_arm"] = np.nan_to_num(reaches["max_arm"])  # two slides: there is no arm
     used, reaches["guide"] = np.unique(reaches["guide"], return_inverse=True)
-    if not len(used):
-        return None
     columns = {k: v[used] for k, v in points.items() if circle or k != "centre"}
     tangent = guides.tangent[used]
     radius = columns.pop("centre") - (columns["x"] + 1j * columns["y"]) if circle else np.zeros(len(used), complex)
@@ -109,8 +112,7 @@ def guide_columns(
     }
     order = np.lexsort((-reaches["level"], reaches["guide"]))
     reaches = {k: v[order] for k, v in reaches.items()}
-    spread = spreads(reaches, columns["curvature"][reaches["guide"]])
-    return columns, reaches | {"floor": floors(reaches, circle), "spread": spread}
+    return columns, reaches | (of_arcs(reaches, columns["curvature"][reaches["guide"]]) if circle else {})
 
 
 def _leading(guides: Span, circle: bool, order: Array) -> Array:
@@ -125,8 +127,9 @@ def at_design(linkage: Linkage) -> Array:
     return transmission(linkage, [np.stack([z[:, i, 1]] * 2) for i in (0, 1)], np.zeros((2, len(linkage)), complex))[0]
 
 
-def _longest(reaches: Columns, step: Array, steps: Array, least: Array, circle: bool) -> tuple[Array, Array]:
-    """Return the rows to be stored with the step of the ladder that each is for: of a guide the longest that holds it.
+def _longest(reaches: Columns, step: Array, steps: Array, least: Array, circle: bool) -> Array:
+    """Return for each step of the ladder which row of a guide is the longest that holds it, shape (steps, guides); -1
+    where none does.
 
     A tighter one serves where the longest window runs into a dead point, or where its path is shorter.
     """
@@ -141,8 +144,7 @@ def _longest(reaches: Columns, step: Array, steps: Array, least: Array, circle: 
         for i in range(len(steps)):
             rows = order[step[order] <= i]
             best[i, guide[rows]] = rows  # the last one stays
-    some = best >= 0
-    return np.nonzero(some)[0], best[some]
+    return best
 
 
 def _reaches(guides: Span, traced: Traced, circle: bool) -> Columns:

@@ -79,7 +79,7 @@ def _turning(
     """Return stored arcs in the middle of their dwells, on cranks that turn fully through the angle that is wanted."""
     parts = []
     with database.reading() as read:
-        for code in held(database, wanted):
+        for code in held(database.read, wanted):
             select = joined(*COLUMNS, Reach.rotates).where(
                 Reach.series == code, Reach.kind == POINTS["circle"], Reach.level == -3, Reach.rotates > 0
             )

@@ -58,7 +58,7 @@ def relaxations(database: Database, request: Request, wanted: Constraints) -> tu
         others = and_(true(), *(t for n, t in tests.items() if n != name))
         columns.append(func.coalesce(func.sum(case((test, 0), else_=1)), 0).label(f"excluded {name}"))
         columns.append(func.coalesce(func.sum(case((others, 1), else_=0)), 0).label(f"freed {name}"))
-    row = {k: int(v[0]) for k, v in database.read(joined(*columns).where(basis(request, wanted, level))).items()}
+    row = {k: int(v[0]) for k, v in database.read(joined(*columns).where(basis(request, wanted, [level]))).items()}
     return row["all"], [Relaxation(name, row[f"excluded {name}"], row[f"freed {name}"]) for name in tests]
 
 

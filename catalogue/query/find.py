@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, replace
+from typing import Any
 
 import numpy as np
 
@@ -21,7 +22,7 @@ from .trail import Trail
 #: Stored guides that are traced for one answer of effort 1.
 CANDIDATES = 400
 #: How many answers are searched for each one that is given, if those are to be unlike each other, or not the same.
-AMONG_LIKE, AMONG_NEAR = 6, 1.5
+AMONG_LIKE, AMONG_NEAR = 2, 1.5
 #: Answers nearer to each other than this are one.
 IDENTICAL = 1e-6
 #: Constraints on where the pivots stand and how far apart: cognates have other pivots.
@@ -56,7 +57,10 @@ def answer(
         if list(rank) == ["balance"] and not cognates and request.radius is not None:
             many = AMONG_LIKE * wide if ranking.distinct else wide
             share = -(-more.per_series * many // wide)
-            found, good = _searched(database, request, wanted, rank, trail, many, share, count)
+            found, good = _searched(
+                database, request, wanted, rank, trail,
+                limit=many, per_series=share, count=count, distinct=ranking.distinct, fine=refine or effort > 1,
+            )  # fmt: skip
         else:
             found, good = _gathered(database, request, wanted, rank, trail, count, cognates)
         if found is not None and good.any():
@@ -96,16 +100,9 @@ def _united(parts: list[Answers]) -> Answers:
 
 
 def _searched(
-    database: Database,
-    request: Request,
-    wanted: Constraints,
-    rank: dict[str, float],
-    trail: Trail,
-    limit: int,
-    per_series: int,
-    count: int,
+    database: Database, request: Request, wanted: Constraints, rank: dict[str, float], trail: Trail, **how: Any
 ) -> tuple[Answers | None, Array]:
-    """Return what was traced until the best are certain, and which of it meets all constraints."""
+    """Return what was traced until the best are certain, and which of it meets all constraints; see `search`."""
     trail.seconds["narrow in the database"] = 0.0
     stop = trail.timed("narrow in the database")
 
@@ -115,9 +112,7 @@ def _searched(
         done()
         return found, good, price(found, request, rank)
 
-    found, good, trail.certain = search(
-        database, request, wanted, measured, limit=limit, per_series=per_series, count=count
-    )
+    found, good, trail.certain = search(database, request, wanted, measured, **how)
     stop()
     trail.seconds["narrow in the database"] -= trail.seconds.get("trace and place", 0.0)
     return found, good

@@ -10,6 +10,7 @@ checked again afterwards on the traced motion.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -109,7 +110,8 @@ def conditions(
     if wanted.min_link is not None:
         found["min_link"] = func.coalesce(Reach.min_link * most >= wanted.min_link, True)
     if wanted.min_transmission:
-        found["min_transmission"] = Reach.min_transmission >= wanted.min_transmission
+        best = func.max(Reach.min_transmission, func.coalesce(Reach.inner_transmission, 0.0))
+        found["min_transmission"] = best >= wanted.min_transmission
     if wanted.full_rotation:
         found["full_rotation"] = Reach.rotates > 0
     found |= _turning(wanted, least / s, most / s)
@@ -167,19 +169,19 @@ def _bounds(
     low_x: Any, high_x: Any, low_y: Any, high_y: Any, wanted: list[float], least: Any, most: Any
 ) -> ColumnElement[bool]:
     def above(value: Any, bound: float) -> ColumnElement[bool]:
-        return func.max(value * least, value * most) >= bound
+        return (value * least if least is most else func.max(value * least, value * most)) >= bound
 
     def below(value: Any, bound: float) -> ColumnElement[bool]:
-        return func.min(value * least, value * most) <= bound
+        return (value * least if least is most else func.min(value * least, value * most)) <= bound
 
     test = and_(above(low_x, wanted[0]), above(low_y, wanted[1]), below(high_x, wanted[2]), below(high_y, wanted[3]))
     return func.coalesce(test, True)
 
 
-def basis(request: Request, wanted: Constraints, level: Any) -> ColumnElement[bool]:
+def basis(request: Request, wanted: Constraints, levels: Sequence[int]) -> ColumnElement[bool]:
     """Return the condition that no constraint can be traded against: kind, level, and for an arc enough of it."""
     kinds = SLOTS if wanted.slots else RETURNS if wanted.returns else POINTS
-    terms = [Reach.kind == kinds[request.kind], Reach.level == level]
+    terms = [Reach.kind == kinds[request.kind], Reach.level.in_(levels)]
     if (sweep := request.sweep) is not None:
         terms.append(Reach.sweep >= sweep)
     return and_(*terms)
@@ -215,13 +217,13 @@ def joined(*columns: Any) -> Select[Any]:
     )
 
 
-def held(database: Database, wanted: Constraints) -> list[str]:
-    """Return the codes of the series that the database holds and that are wanted, of a family that is wanted.
+def held(read: Callable[[Any], dict[str, Array]], wanted: Constraints) -> list[str]:
+    """Return the codes of the series that a database holds and that are wanted, of a family that is wanted.
 
     A series without such a family would be searched to its end in vain.  One of which the database holds only named
     guides counts if it is asked for by its code.
     """
-    rows = database.read(select(Batch.series.label("code"), Batch.member).distinct().order_by(Batch.series))
+    rows = read(select(Batch.series.label("code"), Batch.member).distinct().order_by(Batch.series))
     codes = []
     for code, member in zip(rows["code"], rows["member"], strict=True):
         family = member.split()[0]  # a member is named by its family and a name of its own
@@ -230,7 +232,7 @@ def held(database: Database, wanted: Constraints) -> list[str]:
             codes.append(str(code))
     if wanted.series:
         named = select(Mechanism.series.label("code")).where(Mechanism.batch_id.is_(None)).distinct()
-        codes += sorted(str(code) for code in database.read(named)["code"] if code in wanted.series)
+        codes += sorted(str(code) for code in read(named)["code"] if code in wanted.series)
     return list(dict.fromkeys(codes))
 
 
@@ -247,12 +249,10 @@ def narrow(
     levels = [level for level in LEVELS if top - deep < level <= top]
     if only_deviation:
         levels.reverse()  # the tightest first, and no looser than is needed
-    codes = held(database, wanted)
-    share = max(limit // max(len(codes), 1), LEAST)
     order = cost(request, rank)
     selects = {
         level: joined(*COLUMNS, order.label("cost"))
-        .where(basis(request, wanted, level), Reach.series == bindparam("code"))
+        .where(basis(request, wanted, [level]), Reach.series == bindparam("code"))
         .where(*conditions(request, wanted, level, rank).values())
         .order_by(order)
         .limit(bindparam("room"))
@@ -260,6 +260,8 @@ def narrow(
     }
     parts = []
     with database.reading() as read:
+        codes = held(read, wanted)
+        share = max(limit // max(len(codes), 1), LEAST)
         for code in codes:
             room = share
             for level in levels:

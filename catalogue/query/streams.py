@@ -1,60 +1,44 @@
-"""Stored reaches in the order of the least that an answer made of them can cost, page by page."""
+"""Stored reaches in the order of what they promise, page by page."""
 
 from __future__ import annotations
 
-import math
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from sqlalchemy import ColumnElement, and_, bindparam, case, func, or_
-from sqlalchemy.orm import aliased
+from sqlalchemy import INTEGER, and_, bindparam, case, cast, column, func, literal_column, or_, select
 
-from ..guide.reach import LEVELS
 from ..linkage import Array
 from ..store import Prepared, Reach
 from .constraints import Constraints
-from .narrow import COLUMNS, DEPTH, basis, conditions, joined, loosest, stretch
-from .request import CircularArc, Request
+from .narrow import COLUMNS, basis, conditions, joined, stretch
+from .promise import levels, promised, within
+from .request import Request
 
 #: Rows of the first page of a stream; each further one is four times as long, up to the longest.
-PAGE, LONGEST_PAGE = 16, 512
-#: How much longer a stroke of two inflections becomes for a decade of deviation.
-DECADE = 10.0 ** (1 / 3)
-#: A reach below this part of its level ends for another reason than its deviation.
-AMPLE = 0.5
-#: Where the least that an answer may cost is taken to lie: so much of the way from its estimate to the floor, which
-#: holds for all requests between two levels.  Few answers cost less: see tests/query/test_search.py.  For lines the
-#: database estimates coarsely, and with more doubt.
-DOUBT = 0.3
-COARSE_DOUBT = 0.5
-LOOSER = aliased(Reach)
-MORE = (
-    Reach.min_transmission,
-    LOOSER.stroke.label("looser_stroke"),
-    LOOSER.size.label("looser_size"),
-    LOOSER.deviation.label("looser_deviation"),
-    LOOSER.min_transmission.label("looser_angle"),
-)
+PAGE, LONGEST_PAGE = 12, 768
+#: Cells of size [strokes] and transmission angle [deg] in which reaches are alike, if answers are at a distance of 1;
+#: fine ones, where the best of a cell often fails what others may meet.
+CELL, FINE_CELL = (1.25, 150.0), (0.15, 18.0)
+#: Where fewer of the rows of a page than this part serve, cells become fine.
+POOR = 0.7
 
 Rows = dict[str, Array]
 
 
 @dataclass
 class Stream:
-    """The reaches of one series and level, read up to (floor, guide)."""
+    """The reaches of one series, read up to (promise, guide)."""
 
-    code: str
-    level: int
     room: int = PAGE
-    floor: float = -np.inf
+    edge: float = -np.inf
     guide: int = -1
-    ended: bool = False
 
 
 class Streams:
-    """All reaches that may serve a request ranked by balance, of each series and level in the order of their floor.
+    """All reaches that may serve a request ranked by balance, of each series in the order of their promise.
 
     Parameters
     ----------
@@ -64,140 +48,87 @@ class Streams:
         What is asked for; of an arc the radius too.
     codes : sequence of str
         The series.
+    distinct : float
+        How far apart answers are that are not alike.  Of the reaches of a series that are about as large and transmit
+        about as well only the most promising one is read; 0: all are.
+    fine : bool
+        Whether that means nearly the same.
     """
 
     def __init__(
-        self, prepare: Callable[[Any], Prepared], request: Request, wanted: Constraints, codes: list[str]
+        self,
+        prepare: Callable[[Any], Prepared],
+        request: Request,
+        wanted: Constraints,
+        codes: list[str],
+        distinct: float = 0.0,
+        fine: bool = False,
     ) -> None:
-        self._request = request
-        rank = {"balance": 1.0}
-        top = loosest(request)
-        levels = [level for level in LEVELS if top - DEPTH < level <= top]
-        self._fixed = {
-            level: {"level": level, "least": request.stroke / stretch(request, level, rank), **_shares(request, level)}
-            for level in levels
-        }
-        self._streams = [Stream(code, level) for level in levels for code in codes]
-        self._low = -np.inf  # rows of lower estimate have been read
+        self._streams = {code: Stream() for code in codes}
+        self._distinct, self._fine = distinct, fine
+        rank, some, promise = {"balance": 1.0}, levels(request, wanted), promised(request, wanted)
+        least = None
+        if request.kind == "line":
+            shrunk = {level: request.stroke / stretch(request, level, rank) for level in some}
+            least = case(shrunk, value=Reach.level)
+        tests = conditions(request, wanted, some[0], rank, least)
+        by_index = [within(request), *(tests.pop(name) for name in ("min_transmission",) if name in tests)]
+        row = literal_column("reach.rowid", INTEGER).label("row")
         # values are of the right type, since the select is compiled before it is given any
         below: Any = bindparam("below", 0.0)
-        floor: Any = bindparam("floor", 0.0)
+        edge: Any = bindparam("edge", 0.0)
         guide: Any = bindparam("guide", 0)
-        least: Any = bindparam("least", 0.0) if request.kind == "line" else None
-        # where a longer stroke may break a constraint the stored one serves
-        self._stays = any(getattr(wanted, name) for name in ("min_transmission", "fixed_pivots_in", "pivots_in"))
-        own = Reach.size - Reach.min_transmission / 90
-        estimate = _least(func.min(_line(), own) if self._stays else _line(), COARSE_DOUBT)
-        rough: list[ColumnElement[bool]] = []
-        if isinstance(request, CircularArc) and request.sweep is not None:
-            estimate = _least(_arc(request.sweep, Reach.min_transmission / 90), DOUBT)
-            within = _arc(request.sweep, Reach.size - Reach.floor)
-            rough.append(_least(within, DOUBT) < below)  # decided by the index alone
-        select = (
-            joined(*COLUMNS, *(MORE if request.kind == "line" else ()), estimate.label("least"), Reach.floor)
-            .outerjoin(LOOSER, and_(LOOSER.guide_id == Reach.guide_id, LOOSER.level == Reach.level + 1))
-            .where(basis(request, wanted, bindparam("level", 0)), Reach.series == bindparam("code", ""))
-            .where(
-                Reach.floor >= floor,
-                Reach.floor < bindparam("to", 0.0),
-                or_(Reach.floor > floor, Reach.guide_id > guide),
-            )
-            .where(*rough, estimate.between(bindparam("low", 0.0), below))
-            .where(*conditions(request, wanted, top, rank, least).values())
-            .order_by(Reach.floor, Reach.guide_id)
+        page = (
+            select(row, Reach.guide_id, (func.min(promise) if distinct else promise).label("promise"))
+            .where(basis(request, wanted, some), Reach.series == bindparam("code", ""), Reach.floor < below, *by_index)
+            .where(promise < below, or_(promise > edge, and_(promise == edge, Reach.guide_id > guide)))
+            .order_by("promise", Reach.guide_id)
             .limit(bindparam("room", 0))
         )
-        self._select = prepare(select)
+        if distinct:  # SQLite gives the row of the minimum
+            by_size: Any = bindparam("by_size", 0.0)
+            by_angle: Any = bindparam("by_angle", 0.0)
+            page = page.group_by(cast(Reach.size / by_size, INTEGER), cast(Reach.min_transmission / by_angle, INTEGER))
+        self._page = prepare(page)
+        picked = func.json_each(bindparam("picked", "")).table_valued(column("key", INTEGER), column("value", INTEGER))
+        self._look = prepare(
+            joined(*COLUMNS, picked.c.key.label("place")).join(picked, row == picked.c.value).where(*tests.values())
+        )
 
-    def read(self, to: Mapping[str, float], below: Mapping[str, float]) -> Rows:
-        """Return the next page of each stream, up to a floor for each series, of rows that may cost less than `below`.
+    def read(self, below: Mapping[str, float]) -> Rows:
+        """Return the next page of some series, of rows that promise less than `below`, those that meet the conditions
+        on what is stored.
 
-        What is left out for costing more is not read again before the next `lift`.
-
-        The rows of a guide come once: of a straight line that of the longest stroke, of an arc that of the shortest.
+        The rows of a guide come once: that of the longest stroke.
         """
-        found = []
-        for stream in self._streams:
-            limit = to[stream.code]
-            if stream.ended or stream.floor >= limit:
+        found: list[tuple[Any, ...]] = []
+        by_size, by_angle = (self._distinct * step for step in (FINE_CELL if self._fine else CELL))
+        for code, limit in below.items():
+            stream = self._streams[code]
+            if stream.edge >= limit:
                 continue
-            place = {"code": stream.code, "floor": stream.floor, "guide": stream.guide, "room": stream.room}
-            rows = self._select.rows(
-                place | self._fixed[stream.level] | {"to": limit, "below": below[stream.code], "low": self._low}
-            )
+            place = {"code": code, "below": limit, "edge": stream.edge, "guide": stream.guide, "room": stream.room}
+            rows = self._page.rows(place | {"by_size": by_size, "by_angle": by_angle})
             found += rows
             if len(rows) < stream.room:
-                stream.floor = limit
-                stream.ended = limit == np.inf
+                stream.edge, stream.guide = limit, -1
             else:
-                stream.guide, stream.floor = rows[-1][0], rows[-1][-1]
+                _, stream.guide, stream.edge = rows[-1]
                 stream.room = min(4 * stream.room, LONGEST_PAGE)
-        columns = self._select.columns(found)
-        loosest_first = 1 if self._request.kind == "circle" else -1
-        order = np.lexsort((loosest_first * columns["level"], columns["id"]))
-        first = order[np.flatnonzero(np.diff(columns["id"][order], prepend=-1))]
-        kept = {name: values[first] for name, values in columns.items()}
-        if self._request.kind == "line":
-            kept["least"] = _least_of_lines(kept, self._request, self._stays)
-        return kept
+        self.gave = bool(found)
+        columns = self._look.columns(self._look.rows({"picked": json.dumps([row for row, _, _ in found])}))
+        columns["promise"] = np.array([promise for _, _, promise in found])[columns.pop("place")]
+        self.served(len(columns["promise"]), len(found))
+        order = np.lexsort((-columns["level"], columns["id"]))
+        return {name: values[order[_first(columns["id"][order])]] for name, values in columns.items()}
 
-    def lift(self, low: float) -> None:
-        """Read rows whose estimate is at least `low`, all others having been read."""
-        self._low = low
-        for stream in self._streams:
-            stream.floor, stream.guide, stream.room = -np.inf, -1, PAGE
+    def served(self, number: int, of: int) -> None:
+        """Take note of how many rows of how many serve.  If too few, all are read again, in fine cells."""
+        if self._distinct and not self._fine and number < POOR * of:
+            self._fine = True
+            self._streams = {code: Stream(2 * PAGE) for code in self._streams}
 
 
-def _least_of_lines(rows: Rows, request: Request, stays: bool) -> Array:
-    """Return what answers may cost at least, shape (n,): the reach and the looser one, weighed by their deviations."""
-    with np.errstate(all="ignore"):
-        spare = np.maximum(request.relative / np.maximum(rows["deviation"], 1e-16), 1.0)
-        decade = np.fmax(rows["looser_deviation"] / np.maximum(rows["deviation"], 1e-16), 1.0)
-        decade = np.where(np.isnan(rows["looser_deviation"]), 10.0, decade)
-        longer = np.where(np.isnan(rows["looser_stroke"]), DECADE, rows["looser_stroke"] / rows["stroke"])
-        part = np.where(decade > 1.001, np.clip(np.log(spare) / np.log(decade), 0.0, 1.0), 0.0)
-        # the looser one is the same, for want of transmission: the stroke may still grow with the tolerance
-        same = (longer < 1.001) & (rows["deviation"] > AMPLE * 10.0 ** rows["level"])
-        grown = np.where(same, np.cbrt(spare), np.maximum(longer, 1.0) ** part)
-        grown = np.where(rows["level"] == loosest(request), grown, 1.0)
-        size = np.fmax(np.maximum(rows["size"] / grown, 1.0), np.where(same, np.nan, rows["looser_size"]))
-        share = np.where(longer > 1.001, (grown - 1) / (longer - 1), 0.0)
-        loss = share * np.nan_to_num(rows["min_transmission"] - rows["looser_angle"])
-    estimate = size - (rows["min_transmission"] - loss) / 90
-    if stays:
-        estimate = np.minimum(estimate, rows["size"] - rows["min_transmission"] / 90)
-    return np.asarray(estimate - DOUBT * np.maximum(estimate - rows["floor"], 0.0))
-
-
-def _shares(request: Request, level: int) -> dict[str, float]:
-    """Return how far the request lies from one level to the next looser one: in decades, and in size."""
-    share = min(max(math.log10(request.relative) - level, 0.0), 1.0) if level == loosest(request) else 0.0
-    return {"looser": 10.0 ** (level + 1), "share": share, "part": (1 - DECADE**-share) / (1 - 1 / DECADE)}
-
-
-def _least(estimate: ColumnElement[float], doubt: float) -> ColumnElement[float]:
-    return (1 - doubt) * estimate + doubt * Reach.floor
-
-
-def _line() -> ColumnElement[float]:
-    """Return the balance of the longest stroke within the tolerance, between this reach and the next looser one.
-
-    The linkage keeps its size while the stroke grows, until the path is as large.
-    """
-    looser: Any = bindparam("looser", 0.0)
-    ample = func.coalesce(LOOSER.deviation < AMPLE * looser, Reach.deviation < 0.1 * AMPLE * looser)
-    part: Any = case((ample, 1.0), else_=bindparam("part", 0.0))
-    share: Any = case((ample, 1.0), else_=bindparam("share", 0.0))
-    longer = func.coalesce(Reach.stroke / LOOSER.stroke, 1 / DECADE)
-    size = func.max(1.0, func.coalesce(LOOSER.size, 1.0), Reach.size * (1 + part * (longer - 1)))
-    angle = Reach.min_transmission + share * (
-        func.coalesce(LOOSER.min_transmission, Reach.min_transmission) - Reach.min_transmission
-    )
-    balance: ColumnElement[float] = size - angle / 90
-    return balance
-
-
-def _arc(sweep: float, angle: ColumnElement[float]) -> ColumnElement[float]:
-    """Return the balance of an arc that is shorter than the stored one: the path shrinks, the pivots stay."""
-    factor = Reach.sweep / sweep
-    return func.max(1.0, 1 + (Reach.size - 1) * factor, Reach.spread * factor) - angle
+def _first(values: Array) -> Array:
+    """Return where a new value begins."""
+    return np.flatnonzero(np.diff(values, prepend=-1))

@@ -26,6 +26,13 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 Key = Annotated[int, mapped_column(primary_key=True)]
 
 
+#: Columns of a reach that say what it costs in an answer.
+PROMISE = (
+    "deviation", "sweep", "size", "min_transmission", "halfway", "farther", "inner_sweep", "inner_size",
+    "inner_transmission",
+)  # fmt: skip
+
+
 class Base(DeclarativeBase):
     """Base of the tables: SQLite's own types, and a name for every constraint, so that an error names its rule."""
 
@@ -151,8 +158,9 @@ class Reach(Base):
     The stroke is a chord in canonical units, `sweep` the stroke times the curvature of the fitted nominal; the other
     lengths are multiples of the stroke.  Boxes are those of the pivots at finite distance, in the guide's frame (the
     path runs from (0, 0) to (1, 0)).  Bit i of `rotates`: crank i + 1 turns fully.
-    `floor` is the least balance, the size less the transmission angle over 90 degrees, that an answer made of it can
-    have, `spread` the least size however short a part of it is used; see `catalogue.build.floor`.
+    What it promises to a request between it and its neighbour, see `catalogue.build.promise`: `floor` is the least
+    balance, the size less the transmission angle over 90 degrees; of a line `halfway` and `farther` are the balance at
+    10**0.5 and at 10 times the deviation, of an arc the `inner_` columns are of the next tighter reach.
     `drive_angle` and `rotation` are those of the better driving crank and of the coupler over the stroke [deg].
     `half` and `centre` are the window that was traced: half its length along the tangent, canonical units, and where
     its middle lies, in halves from the design position.
@@ -176,7 +184,11 @@ class Reach(Base):
     max_arm: Mapped[float]
     min_transmission: Mapped[float]
     floor: Mapped[float]
-    spread: Mapped[float]
+    halfway: Mapped[float | None]
+    farther: Mapped[float | None]
+    inner_sweep: Mapped[float | None]
+    inner_size: Mapped[float | None]
+    inner_transmission: Mapped[float | None]
     rotates: Mapped[int]
     fixed_x0: Mapped[float | None]  # NULL, all four: every fixed pivot is at infinity
     fixed_y0: Mapped[float | None]
@@ -205,7 +217,11 @@ class Reach(Base):
         CheckConstraint("max_arm >= 0", name="max_arm"),
         CheckConstraint("min_transmission BETWEEN 0 AND 90", name="min_transmission"),
         CheckConstraint("floor <= size - min_transmission / 90 + 1e-9 * size", name="floor"),
-        CheckConstraint("spread >= 0", name="spread"),
+        CheckConstraint(
+            "CASE WHEN sweep = 0 THEN halfway IS NOT NULL AND farther IS NOT NULL ELSE coalesce("
+            "inner_sweep BETWEEN 0 AND sweep AND inner_size >= 0 AND inner_transmission BETWEEN 0 AND 90, FALSE) END",
+            name="promise",
+        ),
         CheckConstraint("rotates BETWEEN 0 AND 3", name="rotates"),
         # A box with some sides missing compares as NULL, which a CHECK lets pass: hence coalesce.
         CheckConstraint(
@@ -215,8 +231,8 @@ class Reach(Base):
         ),
         CheckConstraint("all_x0 <= all_x1 AND all_y0 <= all_y1", name="all_box"),
         Index("ix_reach_size", "kind", "series", "level", "size"),
-        # in the order in which a search reads; the last three reject an arc without a look at its row
-        Index("ix_reach_floor", "kind", "series", "level", "floor", "guide_id", "sweep", "size", "spread"),
+        # all that the promise of a reach is computed from, so that few rows are looked at
+        Index("ix_reach_promise", "kind", "series", "level", "floor", "guide_id", *PROMISE),
         {"sqlite_strict": True},
     )
 

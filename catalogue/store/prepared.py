@@ -38,6 +38,10 @@ class Prepared:
         self._cursor.execute(self._sql, values)
         return list(self._cursor.fetchall())
 
+    def read(self) -> dict[str, Array]:
+        """Return the columns of what the select gives as it is."""
+        return self.columns(self.rows({}))
+
     def columns(self, rows: Sequence[tuple[Any, ...]]) -> dict[str, Array]:
         """Return the columns of rows, of one run or of several, as arrays; see `read_columns`."""
         values = zip(*rows, strict=True) if rows else ((),) * len(self._types)

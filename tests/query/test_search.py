@@ -26,6 +26,7 @@ WISHES: list[dict[str, Any]] = [
     {"fixed_pivots_in": (-200, -200, 300, 200), "pins_only": True},
     {"max_size": 350, "order": 4},
 ]
+HOW = {"limit": 12, "per_series": 4, "count": 400, "distinct": 0.0, "fine": False}
 #: Estimates err, so that now and then one of the answers is missed: of the balance, which is a number of order 1.
 WORSE = 0.03
 
@@ -37,7 +38,7 @@ def test_tracing_few_finds_what_tracing_all_finds(small: Catalogue, request_: An
         prices = []
         trails = Trail(), Trail()
         everything = _gathered(small.database, request_, wanted, RANK, trails[0], 100_000, False)
-        few = _searched(small.database, request_, wanted, RANK, trails[1], 12, 4, 400)
+        few = _searched(small.database, request_, wanted, RANK, trails[1], **HOW)
         for found, good in (everything, few):
             some = found is not None and good.any()
             prices.append(price(best(found, good, request_, ranking, 12), request_, RANK) if some else np.zeros(0))
@@ -55,7 +56,7 @@ def test_few_are_traced(small: Catalogue) -> None:
     assert "nothing that was not traced promises to be better" in told
     all_, few = Trail(), Trail()
     _gathered(small.database, LINES[2], Constraints(), RANK, all_, 100_000, False)
-    _searched(small.database, LINES[2], Constraints(), RANK, few, 12, 4, 400)
+    _searched(small.database, LINES[2], Constraints(), RANK, few, **HOW)
     assert few.traced < 0.1 * all_.traced
 
 

@@ -58,6 +58,7 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
     }
     length = random.uniform(0.5, 4, size=(8, total * LEVELS))
     fixed = np.where(np.arange(total * LEVELS) % LEVELS == 0, np.nan, length[5])
+    arc = np.repeat(np.tile([False, True], count), LEVELS)
     reaches = {
         "guide": np.repeat(np.arange(total), LEVELS),
         "level": np.tile(np.arange(-LEVELS, 0), total),
@@ -65,7 +66,7 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
         "half": 0.5 * length[0],
         "centre": 0.0,
         "deviation": length[1] * 1e-3,
-        "sweep": np.repeat(np.tile([0.0, 0.2], count), LEVELS),
+        "sweep": np.where(arc, 0.2, 0.0),
         "size": length[2],
         "max_link": length[3],
         "min_link": np.nan,
@@ -73,7 +74,11 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
         "max_arm": length[4],
         "min_transmission": 20 * length[6],
         "floor": length[2] - 20 * length[6] / 90,
-        "spread": length[0],
+        "halfway": np.where(arc, np.nan, length[2]),
+        "farther": np.where(arc, np.nan, length[2]),
+        "inner_sweep": np.where(arc, 0.1, np.nan),
+        "inner_size": np.where(arc, length[0], np.nan),
+        "inner_transmission": np.where(arc, 10.0, np.nan),
         "rotates": np.arange(total * LEVELS) % 4,
         "drive_angle": np.nan,
         "rotation": 10 * length[6],

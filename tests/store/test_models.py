@@ -13,6 +13,10 @@ from sqlalchemy.exc import IntegrityError
 from catalogue.store import Base, Database
 
 NONE = {f"fixed_{side}": None for side in ("x0", "y0", "x1", "y1")}
+ARC = {
+    "kind": "circle", "sweep": 0.1, "halfway": None, "farther": None,
+    "inner_sweep": 0.05, "inner_size": 1.0, "inner_transmission": 50.0,
+}  # fmt: skip
 ROWS: dict[str, dict[str, Any]] = {
     "batch": {
         "id": 1,
@@ -73,7 +77,11 @@ ROWS: dict[str, dict[str, Any]] = {
         "max_arm": 0.0,
         "min_transmission": 45.0,
         "floor": 1.5,
-        "spread": 1.0,
+        "halfway": 1.4,
+        "farther": 1.3,
+        "inner_sweep": None,
+        "inner_size": None,
+        "inner_transmission": None,
         "rotates": 3,
         "fixed_x0": 0.0,
         "fixed_y0": 0.0,
@@ -127,7 +135,7 @@ BROKEN: list[tuple[str, dict[str, Any]]] = [
     ("ck_reach_max_arm", {"max_arm": -1.0}),
     *(("ck_reach_min_transmission", {"min_transmission": value}) for value in (-0.1, 90.1)),
     ("ck_reach_floor", {"floor": 1.6}),
-    ("ck_reach_spread", {"spread": -0.1}),
+    *(("ck_reach_promise", {name: None}) for name in ("halfway", "farther")),
     *(("ck_reach_rotates", {"rotates": value}) for value in (-1, 4)),
     *(("ck_reach_fixed_box", {name: None}) for name in NONE),
     *(("ck_reach_fixed_box", {**NONE, name: 0.0}) for name in NONE),
@@ -182,7 +190,21 @@ def test_sound_row_is_taken(connection: Connection, table: str, changes: dict[st
 def test_circular_reach_is_taken(connection: Connection) -> None:
     add_parents(connection, "guide")
     add(connection, "guide", kind="circle", curvature=1.0)
-    add(connection, "reach", kind="circle", sweep=0.1)
+    add(connection, "reach", **ARC)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        *({name: None} for name in ("inner_sweep", "inner_size", "inner_transmission")),
+        {"inner_sweep": 0.2}, {"inner_size": -0.1}, {"inner_transmission": 91.0},
+    ],
+)  # fmt: skip
+def test_circular_reach_without_its_promise_is_not(connection: Connection, wrong: dict[str, Any]) -> None:
+    add_parents(connection, "guide")
+    add(connection, "guide", kind="circle", curvature=1.0)
+    with pytest.raises(IntegrityError, match="CHECK constraint failed: ck_reach_promise\n"):
+        add(connection, "reach", **ARC | wrong)
 
 
 @pytest.mark.parametrize(("rule", "changes"), BROKEN)
@@ -229,7 +251,7 @@ def test_value_of_another_type_is_refused(connection: Connection, table: str, ch
         add(connection, table, **changes)
 
 
-@pytest.mark.parametrize("changes", [{"kind": "circle", "sweep": 0.1}, {"guide_id": 2}])
+@pytest.mark.parametrize("changes", [ARC, {"guide_id": 2}])
 def test_reach_belongs_to_a_guide_of_its_kind(connection: Connection, changes: dict[str, Any]) -> None:
     add_parents(connection, "reach")
     with pytest.raises(IntegrityError, match="FOREIGN KEY"):

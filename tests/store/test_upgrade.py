@@ -134,14 +134,11 @@ def test_newer_file_is_refused(filled: Path) -> None:
     assert filled.read_bytes() == before
 
 
-def test_a_file_without_specimens_gets_their_table(path: Path, filled: Path) -> None:
+def test_a_file_without_specimens_gets_their_table(path: Path, at_revision: Callable[[Path, str], Path]) -> None:
     (migration,) = (folder("migrations") / "versions").glob("*_specimens.py")
-    before = revisions()[revisions().index(migration.stem.partition("_")[0]) - 1]
-    with closing(sqlite3.connect(filled)) as connection, connection:
-        connection.execute("DROP TABLE specimens")
-        connection.execute("UPDATE alembic_version SET version_num = ?", [before])
+    at_revision(path, revisions()[revisions().index(migration.stem.partition("_")[0]) - 1])
+    assert rows(path, "SELECT count(*) FROM sqlite_master WHERE name = 'specimens'") == [(0,)]
     with Database.open(path) as database:
         found = database.read(select(func.count(SpecimenRow.id).label("rows")))
     assert found["rows"].tolist() == [0]
-    assert rows(filled, "SELECT count(*) FROM reach") == [(24,)]
-    assert rows(filled, "SELECT sql LIKE '%STRICT%' FROM sqlite_master WHERE name = 'specimens'") == [(1,)]
+    assert rows(path, "SELECT sql LIKE '%STRICT%' FROM sqlite_master WHERE name = 'specimens'") == [(1,)]

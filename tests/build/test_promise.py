@@ -1,0 +1,106 @@
+"""What is stored to spare tracing is what the measures of a guide's reaches say, and what a migration computes."""
+
+from __future__ import annotations
+
+import math
+import sqlite3
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import catalogue
+from catalogue import Catalogue, StraightLine
+from catalogue.guide.reach import LEVELS
+from catalogue.store import Database
+
+QUERY = "SELECT r.*, g.curvature FROM reach r JOIN guide g ON g.id = r.guide_id ORDER BY guide_id, level DESC"
+
+
+def guides(path: Path) -> list[list[dict[str, Any]]]:
+    """Return the reaches of each guide, the loosest first."""
+    with closing(sqlite3.connect(path)) as connection:
+        connection.row_factory = sqlite3.Row
+        found: dict[int, list[dict[str, Any]]] = {}
+        for row in connection.execute(QUERY):
+            found.setdefault(row["guide_id"], []).append(dict(row))
+    return list(found.values())
+
+
+def own(reach: dict[str, Any]) -> float:
+    return float(reach["size"] - reach["min_transmission"] / 90)
+
+
+def test_a_line_promises_what_was_measured_farther(small: Catalogue) -> None:
+    for reaches in guides(small.database.path)[::7]:
+        for k, r in enumerate(reaches):
+            if not r["sweep"]:
+                if k:
+                    assert r["farther"] == pytest.approx(own(reaches[k - 1]), rel=1e-12)
+                assert r["floor"] == pytest.approx(min(own(r), r["halfway"], r["farther"]), rel=1e-12)
+
+
+def test_an_arc_promises_what_the_next_tighter_one_is(small: Catalogue) -> None:
+    for reaches in guides(small.database.path)[::7]:
+        for k, r in enumerate(reaches):
+            if not r["sweep"]:
+                continue
+            sides = [own(r)]
+            if inner := reaches[k + 1 :]:
+                share = r["inner_sweep"] / r["sweep"]
+                assert r["inner_sweep"] == pytest.approx(min(inner[0]["sweep"], r["sweep"]), rel=1e-12)
+                assert r["inner_size"] == pytest.approx(inner[0]["size"] * share, rel=1e-12)
+                assert r["inner_transmission"] == inner[0]["min_transmission"]
+                if share < 1:
+                    angle = max(r["min_transmission"], r["inner_transmission"])
+                    sides.append(min(r["size"], inner[0]["size"]) - angle / 90)
+            else:
+                half = 0.5 * r["sweep"]
+                height = -math.copysign(half * (0.25 + 0.0625 * half**2), r["curvature"])
+                x0, y0, x1, y1 = (r[f"all_{side}"] for side in ("x0", "y0", "x1", "y1"))
+                spread = max(x1 - x0, y1 - y0, 0.5 - x0, x1 - 0.5, height - y0, y1 - height)
+                assert (r["inner_sweep"], r["inner_transmission"]) == (0.0, r["min_transmission"])
+                assert r["inner_size"] == pytest.approx(spread, rel=1e-12)
+            assert r["floor"] == pytest.approx(min(sides), rel=1e-12, abs=1e-13)
+
+
+def test_height_of_the_path_is_about_that_of_the_arc() -> None:
+    sweep = np.linspace(0.01, 1.0, 20)
+    half = 0.5 * sweep
+    true = (1 - np.sqrt(1 - half**2)) / sweep
+    np.testing.assert_allclose(half * (0.25 + 0.0625 * half**2), true, rtol=0.2 * half.max() ** 4)
+
+
+def test_an_upgraded_database_holds_the_same(
+    small: Catalogue, tmp_path: Path, at_revision: Callable[[Path, str], Path]
+) -> None:
+    """A file of the first revision, filled with the same rows, is brought to what is built today."""
+    old = at_revision(tmp_path / "old.db", "0001")
+    with closing(sqlite3.connect(old)) as target, target:
+        target.execute("ATTACH ? AS built", (str(small.database.path),))
+        for table in ("batch", "mechanism", "guide", "reach"):
+            names = [row[1] for row in target.execute(f"PRAGMA main.table_info({table})")]
+            chosen = ["size - min_transmission / 90" if name == "balance" else name for name in names]
+            target.execute(f"INSERT INTO main.{table} SELECT {', '.join(chosen)} FROM built.{table}")
+    Database.open(old).close()
+    columns = (
+        "SELECT guide_id, level, sweep, inner_sweep, inner_size, inner_transmission, floor, halfway, farther "
+        "FROM reach ORDER BY guide_id, level"
+    )
+    with closing(sqlite3.connect(old)) as one, closing(sqlite3.connect(small.database.path)) as other:
+        upgraded, built = (np.array(c.execute(columns).fetchall(), dtype=float) for c in (one, other))
+    np.testing.assert_array_equal(upgraded[:, :3], built[:, :3])
+    arc, top = built[:, 2] > 0, built[:, 1] == max(LEVELS)
+    np.testing.assert_allclose(upgraded[arc], built[arc], rtol=1e-12, atol=1e-13)
+    np.testing.assert_allclose(upgraded[~arc & ~top, 8], built[~arc & ~top, 8], rtol=1e-12, atol=1e-13)
+    # half-way a migration cannot measure: answers are a little worse
+    request = StraightLine(100, 100 * 10**-3.5)
+    with catalogue.open(old, build=False) as upgraded_:
+        means = [
+            np.mean([c.size / 100 - c.min_transmission / 90 for c in cat.find(request, refine=False)])
+            for cat in (upgraded_, small)
+        ]
+    assert means[0] <= means[1] + 0.05
