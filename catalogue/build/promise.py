@@ -43,48 +43,33 @@ def of_lines(ladder: Array, step: Array, guide: Array) -> dict[str, Array]:
     }  # fmt: skip
 
 
-def of_arcs(reaches: dict[str, Array], curvature: Array) -> dict[str, Array]:
+def of_arcs(reaches: dict[str, Array], last: Array, halves: dict[str, Array]) -> dict[str, Array]:
     """Return the columns of circular reaches: sweep, size and angle of the next tighter one, in strokes of this one.
 
-    Where there is none: sweep 0, the extent of the pivots, and the angle of the reach itself.
+    Where there is none the sweep is 0, and size and angle are those over half the window.
 
     Parameters
     ----------
     reaches : mapping of columns
         By guide, from the loosest level to the tightest.
-    curvature : ndarray, shape (n,)
-        Of the nominal; the path bulges to the other side.
+    last : ndarray of bool, shape (n,)
+        Which are the tightest of their guides.
+    halves : mapping of columns
+        ``stroke, size, min_transmission`` of these over half their windows; NaN where that could not be traced.
     """
-    guide, sweep, size, angle = (reaches[k] for k in ("guide", "sweep", "size", "min_transmission"))
-    inner = np.minimum(np.arange(len(guide)) + 1, len(guide) - 1)
-    has = (guide[inner] == guide) & (inner > np.arange(len(guide)))
-    inner_sweep = np.where(has, np.minimum(sweep[inner], sweep), 0.0)
-    inner_size = np.where(has, size[inner] * inner_sweep / sweep, extents(reaches, curvature))
-    inner_angle = np.where(has, angle[inner], angle)
-    least = np.minimum(size, np.where(has, size[inner], size)) - np.maximum(angle, inner_angle) / 90
-    least = np.where(inner_sweep < sweep, least, balance(reaches))
-    none = np.full(len(guide), np.nan)
+    sweep, size, angle, stroke = (reaches[k] for k in ("sweep", "size", "min_transmission", "stroke"))
+    inner = np.minimum(np.arange(len(last)) + 1, len(last) - 1)
+    inner_sweep = np.where(last, 0.0, np.minimum(sweep[inner], sweep))
+    inner_size, inner_angle = size[inner] * inner_sweep / sweep, angle[inner]
+    traced = np.isfinite(halves["size"])
+    inner_size[last] = np.where(traced, halves["size"] * halves["stroke"] / stroke[last], 0.75 * size[last])
+    inner_angle[last] = np.where(traced, halves["min_transmission"], angle[last])
+    # over the shortest windows the angle is as much better again, at most
+    best = np.maximum(angle, np.where(last, np.minimum(2 * inner_angle - angle, 90.0), inner_angle))
+    least = np.where(last, size, np.minimum(size, size[inner])) - best / 90
+    none = np.full(len(last), np.nan)
     return {
-        "floor": np.minimum(least, balance(reaches)), "halfway": none, "farther": none,
+        "floor": np.where(inner_sweep < sweep, np.minimum(least, balance(reaches)), balance(reaches)),
+        "halfway": none, "farther": none,
         "inner_sweep": inner_sweep, "inner_size": inner_size, "inner_transmission": inner_angle,
     }  # fmt: skip
-
-
-def extents(reaches: dict[str, Array], curvature: Array) -> Array:
-    """Return the least size of each reach, in strokes, however short a part of the path is used.
-
-    It is the extent of the box of the pivots, or its distance from the middle of the path, which for an arc lies off
-    the chord by about its height (to fifth order in the sweep).
-
-    Parameters
-    ----------
-    reaches : mapping of columns
-        ``sweep, all_x0, all_y0, all_x1, all_y1``.
-    curvature : ndarray, shape (n,)
-        Of the nominal; the path bulges to the other side.
-    """
-    x0, y0, x1, y1 = (reaches[f"all_{side}"] for side in ("x0", "y0", "x1", "y1"))
-    half = 0.5 * reaches["sweep"]
-    height = -np.sign(curvature) * half * (0.25 + 0.0625 * half * half)
-    across, along = np.maximum(0.5 - x0, x1 - 0.5), np.maximum(height - y0, y1 - height)
-    return np.asarray(np.max([x1 - x0, y1 - y0, across, along], axis=0))

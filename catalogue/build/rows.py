@@ -112,7 +112,17 @@ def guide_columns(
     }
     order = np.lexsort((-reaches["level"], reaches["guide"]))
     reaches = {k: v[order] for k, v in reaches.items()}
-    return columns, reaches | (of_arcs(reaches, columns["curvature"][reaches["guide"]]) if circle else {})
+    if circle:
+        last = np.append(np.diff(reaches["guide"]) != 0, True)
+        reaches |= of_arcs(reaches, last, _halves(guides[used], {k: v[last] for k, v in reaches.items()}))
+    return columns, reaches
+
+
+def _halves(guides: Span, reaches: Columns) -> Columns:
+    """Return the columns of circular reaches over half their windows."""
+    some = guides[reaches["guide"]]
+    traced = trace(some, 0.5 * reaches["half"], circle=True, split=True, centre=reaches["centre"], nodes=16)
+    return _reaches(some, traced, circle=True)
 
 
 def _leading(guides: Span, circle: bool, order: Array) -> Array:

@@ -15,7 +15,8 @@ from ..store import Database
 from .complete import reaches
 from .constraints import Constraints
 from .find import answer
-from .narrow import basis, conditions, joined, loosest
+from .narrow import basis, conditions, joined
+from .promise import levels, loosest
 from .ranking import Ranking
 from .region import Region
 from .request import Request
@@ -51,14 +52,14 @@ class Relaxation:
 
 def relaxations(database: Database, request: Request, wanted: Constraints) -> tuple[int, list[Relaxation]]:
     """Return how many stored guides could serve without constraints, and what relaxing each constraint would bring."""
-    level = loosest(request)
-    tests = conditions(request, wanted, level, {})
+    some = levels(request, 1)
+    tests = conditions(request, wanted, some[0], {})
     columns: list[Any] = [func.count().label("all")]
     for name, test in tests.items():
         others = and_(true(), *(t for n, t in tests.items() if n != name))
         columns.append(func.coalesce(func.sum(case((test, 0), else_=1)), 0).label(f"excluded {name}"))
         columns.append(func.coalesce(func.sum(case((others, 1), else_=0)), 0).label(f"freed {name}"))
-    row = {k: int(v[0]) for k, v in database.read(joined(*columns).where(basis(request, wanted, [level]))).items()}
+    row = {k: int(v[0]) for k, v in database.read(joined(*columns).where(basis(request, wanted, some))).items()}
     return row["all"], [Relaxation(name, row[f"excluded {name}"], row[f"freed {name}"]) for name in tests]
 
 

@@ -21,11 +21,10 @@ from ..guide.reach import LEVELS
 from ..linkage import Array
 from ..store import Batch, Database, Guide, Mechanism, Reach
 from .constraints import Constraints
+from .promise import DEPTH, levels, shape, within
 from .region import Region
 from .request import Request
 
-#: How many levels below the loosest one are searched.
-DEPTH = 3
 #: Bounds on lengths with the column they bound.
 LENGTHS: dict[str, Any] = {
     "max_size": Reach.size,
@@ -35,6 +34,8 @@ LENGTHS: dict[str, Any] = {
 }
 #: Least number of candidates that a series sends.
 LEAST = 40
+#: How far the size of an arc is from what it promises, at most.
+LOOSE = 1.05
 #: How far angles of a longer or shorter stroke are from proportion, at most.
 TURNS = 1.5
 SLIDING = ("slider-crank", "inverted-slider-crank", "swinging-block", "elliptic-trammel", "oldham")
@@ -62,12 +63,6 @@ COLUMNS = (
     Reach.max_ground,
     Reach.max_arm,
 )
-
-
-def loosest(request: Request) -> int:
-    """Return the level whose reaches satisfy the request."""
-    level = math.floor(math.log10(request.relative) + 1e-9)
-    return int(min(max(level, min(LEVELS)), max(LEVELS)))
 
 
 def stretch(request: Request, level: int, rank: dict[str, float]) -> float:
@@ -105,7 +100,9 @@ def conditions(
         found["order"] = Guide.contact_order >= wanted.order
     for name, column in LENGTHS.items():
         bound = getattr(wanted, name)
-        if bound is not None:
+        if bound is not None and name == "max_size" and sweep is not None:  # the path is a part of it that shrinks
+            found[name] = shape(request)[0] * s <= bound * LOOSE
+        elif bound is not None:
             found[name] = func.coalesce(column * least <= bound, True)
     if wanted.min_link is not None:
         found["min_link"] = func.coalesce(Reach.min_link * most >= wanted.min_link, True)
@@ -179,28 +176,27 @@ def _bounds(
 
 
 def basis(request: Request, wanted: Constraints, levels: Sequence[int]) -> ColumnElement[bool]:
-    """Return the condition that no constraint can be traded against: kind, level, and for an arc enough of it."""
+    """Return the condition that no constraint can be traded against: kind, level, and of an arc the one reach of each
+    guide that is just long enough."""
     kinds = SLOTS if wanted.slots else RETURNS if wanted.returns else POINTS
-    terms = [Reach.kind == kinds[request.kind], Reach.level.in_(levels)]
-    if (sweep := request.sweep) is not None:
-        terms.append(Reach.sweep >= sweep)
-    return and_(*terms)
+    return and_(Reach.kind == kinds[request.kind], Reach.level.in_(levels), within(request))
 
 
 def cost(request: Request, rank: dict[str, float]) -> ColumnElement[Any]:
     """Return the SQL expression that a reach is ranked by before it is traced: less is better."""
-    sweep = request.sweep
-    by = Reach.sweep / sweep if sweep is not None else 1.0
+    size, degrees = shape(request)
+    angle, by = degrees / 90, 1.0 if request.sweep is None else Reach.sweep / request.sweep
+    if request.kind == "circle":
+        size = func.max(1.0, size)
     terms = {
-        "balance": Reach.size * by - Reach.min_transmission / 90,
-        "size": Reach.size * by,
+        "balance": size - angle,
+        "size": size,
         "max_link": func.coalesce(Reach.max_link, 0.0) * by,
         "max_ground": func.coalesce(Reach.max_ground, 0.0) * by,
         "max_arm": Reach.max_arm * by,
-        "transmission": 1 - Reach.min_transmission / 90,
+        "transmission": 1 - angle,
         "deviation": Reach.deviation / request.relative,
-        # sin(90 deg x) is nearly x (2 - x)
-        "score": 1 - Reach.min_transmission / 90 * (2 - Reach.min_transmission / 90) / (Reach.size * by),
+        "score": 1 - angle * (2 - angle) / size,  # sin(90 deg x) is nearly x (2 - x)
     }
     if list(rank) == ["size"] and request.kind == "line":
         return Reach.size.expression  # so that the index gives the order
@@ -243,29 +239,28 @@ def narrow(
 
     Each series sends its share, so that none is crowded out by another whose members are alike.
     """
-    top = loosest(request)
     only_deviation = list(rank) == ["deviation"]
-    deep = len(LEVELS) if "deviation" in rank else DEPTH
-    levels = [level for level in LEVELS if top - deep < level <= top]
+    some = levels(request, len(LEVELS) if "deviation" in rank else DEPTH)
+    groups = [[level] for level in some] if request.sweep is None else [some]
     if only_deviation:
-        levels.reverse()  # the tightest first, and no looser than is needed
+        groups.reverse()  # the tightest first, and no looser than is needed
     order = cost(request, rank)
-    selects = {
-        level: joined(*COLUMNS, order.label("cost"))
-        .where(basis(request, wanted, [level]), Reach.series == bindparam("code"))
-        .where(*conditions(request, wanted, level, rank).values())
+    selects = [
+        joined(*COLUMNS, order.label("cost"))
+        .where(basis(request, wanted, group), Reach.series == bindparam("code"))
+        .where(*conditions(request, wanted, group[0], rank).values())
         .order_by(order)
         .limit(bindparam("room"))
-        for level in levels
-    }
+        for group in groups
+    ]
     parts = []
     with database.reading() as read:
         codes = held(read, wanted)
         share = max(limit // max(len(codes), 1), LEAST)
         for code in codes:
             room = share
-            for level in levels:
-                parts.append(read(selects[level], {"code": code, "room": room}))
+            for select_ in selects:
+                parts.append(read(select_, {"code": code, "room": room}))
                 if only_deviation and (room := room - len(parts[-1]["id"])) <= 0:
                     break
     parts = [p for p in parts if len(p["id"])] or parts[:1]

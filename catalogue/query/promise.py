@@ -2,8 +2,9 @@
 
 A request lies between a reach and its neighbour, whose measures are stored with it (see `catalogue.build.promise`).
 For a straight line: the parabola through the balances at the deviation of the reach, at 10**0.5 and at 10 times that.
-For an arc: the linkage keeps its place while its window shrinks, so that its size, in a fixed unit, and its
-transmission angle go in proportion to the sweep from the reach to the one inside it.
+For an arc: the linkage keeps its place while its window shrinks, so that its size, in a fixed unit, goes in proportion
+to the sweep from the reach to the one inside it, and its transmission angle in proportion to the angle of the arc;
+where none is inside, to half the window, and on from there with the same size.
 """
 
 from __future__ import annotations
@@ -16,9 +17,10 @@ from sqlalchemy import ColumnElement, and_, case, func, true
 from ..guide.reach import LEVELS
 from ..store import Reach
 from .constraints import Constraints
-from .narrow import DEPTH, loosest
 from .request import Request
 
+#: How many levels are searched where a shorter stroke may serve.
+DEPTH = 3
 #: Constraints that a shorter part of the path may meet where the longest does not.
 SHORTER = (
     "min_transmission", "fixed_pivots_in", "pivots_in", "swept_in", "keep_out", "min_link", "max_drive_angle",
@@ -27,18 +29,27 @@ SHORTER = (
 
 #: A reach below this part of its level ends where its deviation jumps: a request just above the level is beyond it.
 AMPLE = 0.5
+#: Below this size the path is larger than the linkage: from there to the reach inside the size first falls, then stays.
+PATH = 1.0 + 1e-6
 OWN: ColumnElement[Any] = Reach.size - Reach.min_transmission / 90
 
 
-def levels(request: Request, wanted: Constraints) -> list[int]:
-    """Return the levels whose reaches may serve: the loosest that satisfies the request, and tighter ones.
+def loosest(request: Request) -> int:
+    """Return the level whose reaches satisfy the request."""
+    level = math.floor(math.log10(request.relative) + 1e-9)
+    return int(min(max(level, min(LEVELS)), max(LEVELS)))
 
-    The window of an arc lies between two reaches, of whatever levels; a line needs a tighter reach only where a longer
-    stroke may break a constraint.
-    """
+
+def levels(request: Request, depth: int) -> list[int]:
+    """Return the levels whose reaches may serve: of a line `depth`, from the loosest that satisfies a request; of an arc,
+    whose window lies between two reaches of whatever levels, all of them."""
     top = loosest(request)
-    depth = len(LEVELS) if request.sweep is not None else DEPTH if _stays(wanted) else 1
-    return [level for level in LEVELS if top - depth < level <= top]
+    return [level for level in LEVELS if level <= top and (request.sweep is not None or level > top - depth)]
+
+
+def depth(wanted: Constraints) -> int:
+    """Return how many levels of a line are to be searched: one, unless a shorter stroke may meet a constraint."""
+    return DEPTH if _stays(wanted) else 1
 
 
 def within(request: Request) -> ColumnElement[bool]:
@@ -48,10 +59,33 @@ def within(request: Request) -> ColumnElement[bool]:
     return and_(Reach.sweep >= request.sweep, Reach.inner_sweep < request.sweep)
 
 
+def shape(request: Request) -> tuple[ColumnElement[Any], ColumnElement[Any]]:
+    """Return about how large a linkage is beside the stroke, its path apart, and its transmission angle [deg]."""
+    sweep = request.sweep
+    if sweep is None:
+        return Reach.size.expression, Reach.min_transmission.expression
+    none = Reach.inner_sweep == 0
+    inner: Any = case((none, 0.5 * Reach.sweep), else_=Reach.inner_sweep)
+    outer = Reach.sweep
+    share = func.max((sweep - inner) / (outer - inner), 0.0)
+    size: Any = Reach.inner_size + share * (Reach.size - Reach.inner_size)
+    size = case((Reach.size < PATH, 0.5 * (size + func.max(Reach.inner_size, sweep / outer))), else_=size)
+    turned = (_turn(sweep) - _turn(inner)) / (_turn(outer) - _turn(inner))
+    angle = Reach.inner_transmission + turned * (Reach.min_transmission - Reach.inner_transmission)
+    return size * outer / sweep, func.min(angle, 90.0)
+
+
+def _turn(sweep: Any) -> Any:
+    """Return about the angle of an arc whose chord is `sweep` radii: 2 arcsin(sweep / 2), less by 5 % at 1.9."""
+    square = sweep * sweep
+    return sweep * (1 + square * (1 / 24 + square / 128))
+
+
 def promised(request: Request, wanted: Constraints) -> ColumnElement[Any]:
     """Return the balance that is likely, not below the floor of the reach."""
     if request.sweep is not None:
-        return func.max(Reach.floor, _arc(request.sweep))
+        size, angle = shape(request)
+        return func.max(Reach.floor, func.max(1.0, size) - angle / 90)
     top = loosest(request)
     share = min(max(math.log10(request.relative) - top, 0.0), 1.0)
     here = case((Reach.deviation < AMPLE * 10.0**top, func.min(OWN, Reach.halfway)), else_=OWN)
@@ -65,14 +99,6 @@ def promised(request: Request, wanted: Constraints) -> ColumnElement[Any]:
     # where a longer stroke may break a constraint the stored one serves, and so does that of a tighter level
     between = func.max(Reach.floor, func.min(parabola, OWN))
     return case((Reach.level == top, between), else_=OWN)
-
-
-def _arc(sweep: float) -> ColumnElement[Any]:
-    share = (sweep - Reach.inner_sweep) / (Reach.sweep - Reach.inner_sweep)
-    size = (Reach.inner_size + share * (Reach.size - Reach.inner_size)) * Reach.sweep / sweep
-    angle = Reach.inner_transmission + share * (Reach.min_transmission - Reach.inner_transmission)
-    balance: ColumnElement[Any] = func.max(1.0, size) - angle / 90
-    return balance
 
 
 def _stays(wanted: Constraints) -> bool:

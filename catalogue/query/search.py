@@ -51,6 +51,11 @@ class Standing:
         for code in set(series.tolist()):
             self.prices[code].sort()
 
+    @property
+    def count(self) -> int:
+        """How many answers there are."""
+        return sum(len(of) for of in self.prices.values())
+
     def entry(self) -> tuple[float, dict[str, float]]:
         """Return below which price an answer of any series would be given, and of those that have had their share."""
         firsts = sorted(price for of in self.prices.values() for price in of[: self.per_series])
@@ -120,6 +125,9 @@ def search(
                     ceiling *= STEP
                     continue
                 if not len(chosen):
+                    if standing.count < limit and streams.closer():
+                        ceiling = CEILING
+                        continue
                     break
             rows = waiting.take(chosen)
             found, good, prices = measured(rows)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any
 
@@ -76,7 +76,7 @@ class StoredGuide:
     s: float | None
     provenance: dict[str, Any]
     reaches: dict[str, Array]
-    rows: dict[int, dict[str, Array]]
+    rows: dict[int, dict[str, Array]] = field(repr=False)
 
     @property
     def is_slot(self) -> bool:

@@ -14,7 +14,7 @@ from ..linkage import Array
 from ..store import Prepared, Reach
 from .constraints import Constraints
 from .narrow import COLUMNS, basis, conditions, joined, stretch
-from .promise import levels, promised, within
+from .promise import depth, levels, promised, shape
 from .request import Request
 
 #: Rows of the first page of a stream; each further one is four times as long, up to the longest.
@@ -66,13 +66,13 @@ class Streams:
     ) -> None:
         self._streams = {code: Stream() for code in codes}
         self._distinct, self._fine = distinct, fine
-        rank, some, promise = {"balance": 1.0}, levels(request, wanted), promised(request, wanted)
+        rank, some, promise = {"balance": 1.0}, levels(request, depth(wanted)), promised(request, wanted)
         least = None
         if request.kind == "line":
             shrunk = {level: request.stroke / stretch(request, level, rank) for level in some}
             least = case(shrunk, value=Reach.level)
         tests = conditions(request, wanted, some[0], rank, least)
-        by_index = [within(request), *(tests.pop(name) for name in ("min_transmission",) if name in tests)]
+        by_index = [tests.pop(name) for name in ("min_transmission",) if name in tests]
         row = literal_column("reach.rowid", INTEGER).label("row")
         # values are of the right type, since the select is compiled before it is given any
         below: Any = bindparam("below", 0.0)
@@ -88,7 +88,8 @@ class Streams:
         if distinct:  # SQLite gives the row of the minimum
             by_size: Any = bindparam("by_size", 0.0)
             by_angle: Any = bindparam("by_angle", 0.0)
-            page = page.group_by(cast(Reach.size / by_size, INTEGER), cast(Reach.min_transmission / by_angle, INTEGER))
+            cells = zip(shape(request), (by_size, by_angle), strict=True)
+            page = page.group_by(*(cast(value / step, INTEGER) for value, step in cells))
         self._page = prepare(page)
         picked = func.json_each(bindparam("picked", "")).table_valued(column("key", INTEGER), column("value", INTEGER))
         self._look = prepare(
@@ -124,9 +125,16 @@ class Streams:
 
     def served(self, number: int, of: int) -> None:
         """Take note of how many rows of how many serve.  If too few, all are read again, in fine cells."""
-        if self._distinct and not self._fine and number < POOR * of:
+        if number < POOR * of:
+            self.closer()
+
+    def closer(self) -> bool:
+        """Begin anew, in fine cells; return False if they are."""
+        coarse = self._distinct > 0 and not self._fine
+        if coarse:
             self._fine = True
             self._streams = {code: Stream(2 * PAGE) for code in self._streams}
+        return coarse
 
 
 def _first(values: Array) -> Array:

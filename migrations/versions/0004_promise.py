@@ -12,7 +12,7 @@ DECADE = 10.0 ** (1 / 3)
 #: Half-way between two levels, where it was not measured, so much of the way from one balance to the other is gone.
 HALFWAY = 0.6
 
-# What `catalogue.build.promise` computes for new rows, but for what was measured half-way.
+# What `catalogue.build.promise` computes for new rows, but for what is measured half-way and over half a window.
 OWN = "(reach.size - reach.min_transmission / 90)"
 FARTHER = f"""
 coalesce(
@@ -28,7 +28,7 @@ LINE = {
 INNER_SWEEP = "coalesce(min(next.sweep, reach.sweep), 0.0)"
 ARC = {
     "inner_sweep": INNER_SWEEP,
-    "inner_size": f"coalesce(next.size * {INNER_SWEEP} / reach.sweep, reach.spread)",
+    "inner_size": f"coalesce(next.size * {INNER_SWEEP} / reach.sweep, max(0.5, reach.spread))",
     "inner_transmission": "coalesce(next.min_transmission, reach.min_transmission)",
     "floor": f"""
 CASE WHEN {INNER_SWEEP} < reach.sweep THEN min(

@@ -3,7 +3,6 @@
 ``python tests/benchmarks/query_time.py FOLDER``: the databases are made in FOLDER, once.
 """
 
-
 from __future__ import annotations
 
 import os
@@ -26,7 +25,7 @@ from catalogue import CircularArc, StraightLine
 from catalogue.query.constraints import Constraints
 from catalogue.query.criteria import DISTINCT
 from catalogue.query.find import answer
-from catalogue.query.narrow import loosest
+from catalogue.query.promise import loosest
 from catalogue.query.ranking import Ranking
 from catalogue.query.trail import Trail
 

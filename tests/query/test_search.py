@@ -31,14 +31,16 @@ HOW = {"limit": 12, "per_series": 4, "count": 400, "distinct": 0.0, "fine": Fals
 WORSE = 0.03
 
 
+@pytest.mark.parametrize("distinct", [0.0, 0.02])
 @pytest.mark.parametrize("request_", [*LINES, *ARCS], ids=str)
-def test_tracing_few_finds_what_tracing_all_finds(small: Catalogue, request_: Any) -> None:
+def test_tracing_few_finds_what_tracing_all_finds(small: Catalogue, request_: Any, distinct: float) -> None:
+    how = {**HOW, "limit": 24, "per_series": 8, "distinct": distinct} if distinct else HOW  # as `answer` asks
     for wish in WISHES:
-        wanted, ranking = Constraints(**wish), Ranking(RANK, per_series=4)
+        wanted, ranking = Constraints(**wish), Ranking(RANK, per_series=4, distinct=distinct)
         prices = []
         trails = Trail(), Trail()
         everything = _gathered(small.database, request_, wanted, RANK, trails[0], 100_000, False)
-        few = _searched(small.database, request_, wanted, RANK, trails[1], **HOW)
+        few = _searched(small.database, request_, wanted, RANK, trails[1], **how)
         for found, good in (everything, few):
             some = found is not None and good.any()
             prices.append(price(best(found, good, request_, ranking, 12), request_, RANK) if some else np.zeros(0))

@@ -13,7 +13,7 @@ from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.query.constraints import Constraints
 from catalogue.query.find import _measured
 from catalogue.query.narrow import basis
-from catalogue.query.promise import levels, promised, within
+from catalogue.query.promise import depth, levels, promised
 from catalogue.query.ranking import price
 from catalogue.query.request import Request
 from catalogue.query.streams import PAGE, Streams
@@ -30,7 +30,7 @@ def everything(small: Catalogue, request: Request, wanted: Constraints, code: st
     promise = promised(request, wanted)
     return small.database.read(
         select(*Reach.__table__.columns, promise.label("promise"))
-        .where(basis(request, wanted, levels(request, wanted)), within(request), Reach.series == code)
+        .where(basis(request, wanted, levels(request, depth(wanted))), Reach.series == code)
         .order_by(promise, Reach.guide_id)
     )
 
@@ -45,9 +45,14 @@ def by_hand(request: Request, reach: dict[str, Any]) -> float:
         if reach["deviation"] < 0.5 * 10.0 ** reach["level"]:
             knots[0] = min(knots[:2])
         return max(reach["floor"], float(np.polyval(np.polyfit([0, 0.5, 1], knots, 2), share)))
-    ends = [reach["inner_sweep"], reach["sweep"]]
-    extent = np.interp(request.sweep, ends, [reach["inner_size"], reach["size"]]) * reach["sweep"] / request.sweep
-    angle = np.interp(request.sweep, ends, [reach["inner_transmission"], reach["min_transmission"]])
+    ends = [reach["inner_sweep"] or 0.5 * reach["sweep"], reach["sweep"]]
+    extent = np.interp(request.sweep, ends, [reach["inner_size"], reach["size"]])
+    if reach["size"] < 1 + 1e-6:
+        extent = 0.5 * (extent + max(reach["inner_size"], request.sweep / reach["sweep"]))
+    extent = extent * reach["sweep"] / request.sweep
+    turn = [w + w**3 / 24 + w**5 / 128 for w in (request.sweep, *ends)]
+    slope = (reach["min_transmission"] - reach["inner_transmission"]) / (turn[2] - turn[1])
+    angle = min(reach["inner_transmission"] + slope * (turn[0] - turn[1]), 90.0)
     return max(reach["floor"], max(1.0, float(extent)) - float(angle) / 90)
 
 
@@ -118,8 +123,8 @@ def test_of_a_cell_the_most_promising_one_is_read(small: Catalogue) -> None:
 
 def test_levels_and_promises_where_a_shorter_stroke_may_serve(small: Catalogue) -> None:
     steep = Constraints(min_transmission=40)
-    assert levels(LINES[2], Constraints()) == [-4]
-    assert levels(LINES[2], steep) == [-4, -5, -6]
+    assert levels(LINES[2], depth(Constraints())) == [-4]
+    assert levels(LINES[2], depth(steep)) == [-4, -5, -6]
     plain, held = (everything(small, LINES[2], wanted, "I.GG") for wanted in (Constraints(), steep))
     own = held["size"] - held["min_transmission"] / 90
     assert (held["promise"] <= own + 1e-12).all()
