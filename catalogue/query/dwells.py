@@ -14,10 +14,11 @@ from ..guide.span import Span, span
 from ..guide.trace import trace
 from ..linkage import Array
 from ..store import Database, Guide, Mechanism, Reach
+from .conditions import SLIDING
 from .constraints import Constraints
 from .lay import canonical
 from .names import check_names
-from .narrow import COLUMNS, SLIDING, held, joined
+from .narrow import COLUMNS, held, joined
 from .request import whole
 from .standstill import Dwelling, Dwellings, StandStill
 

@@ -13,9 +13,10 @@ from ..guide.measures import Measures
 from ..linkage import Array
 from ..store import Database
 from .complete import reaches
+from .conditions import basis, conditions
 from .constraints import Constraints
 from .find import answer
-from .narrow import basis, conditions, joined
+from .narrow import joined
 from .promise import levels, loosest
 from .ranking import Ranking
 from .region import Region

@@ -15,8 +15,8 @@ from ..guide.room import bars, stays_clear, stays_inside
 from ..guide.span import Span, span
 from ..guide.trace import Traced, again, trace
 from ..linkage import Array, Linkage
+from .conditions import flips
 from .constraints import PRACTICE, Constraints
-from .narrow import flips
 from .region import Region
 from .request import Request
 

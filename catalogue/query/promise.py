@@ -41,8 +41,8 @@ def loosest(request: Request) -> int:
 
 
 def levels(request: Request, depth: int) -> list[int]:
-    """Return the levels whose reaches may serve: of a line `depth`, from the loosest that satisfies a request; of an arc,
-    whose window lies between two reaches of whatever levels, all of them."""
+    """Return the levels whose reaches may serve: of a line `depth`, from the loosest that satisfies a request; all from
+    there of an arc, whose window lies between two reaches of whatever levels."""
     top = loosest(request)
     return [level for level in LEVELS if level <= top and (request.sweep is not None or level > top - depth)]
 

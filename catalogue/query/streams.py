@@ -12,8 +12,9 @@ from sqlalchemy import INTEGER, and_, bindparam, case, cast, column, func, liter
 
 from ..linkage import Array
 from ..store import Prepared, Reach
+from .conditions import basis, conditions, stretch
 from .constraints import Constraints
-from .narrow import COLUMNS, basis, conditions, joined, stretch
+from .narrow import COLUMNS, joined
 from .promise import depth, levels, promised, shape
 from .request import Request
 

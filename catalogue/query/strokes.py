@@ -17,8 +17,8 @@ from ..guide.reach import USABLE, Ladder, reach
 from ..guide.span import Span
 from ..guide.trace import Traced, trace
 from ..linkage import Array
+from .conditions import LENGTHS
 from .constraints import Constraints
-from .narrow import LENGTHS
 from .request import Request
 
 Rows = dict[str, Array]

@@ -10,9 +10,9 @@ import pytest
 from sqlalchemy import select
 
 from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue.query.conditions import basis
 from catalogue.query.constraints import Constraints
 from catalogue.query.find import _measured
-from catalogue.query.narrow import basis
 from catalogue.query.promise import depth, levels, promised
 from catalogue.query.ranking import price
 from catalogue.query.request import Request
