@@ -1,8 +1,9 @@
-"""Complete a four-bar of which one crank, or both moving pivots, are given: numerically, along the whole path.
+"""Complete a four-bar of which one crank, or both fixed or both moving pivots, are given: along the whole path.
 
 While the guided point stays on the nominal, a crank leaves the coupler no freedom, so that the path of every other
-coupler point is known.  Where such a path is nearly a circle, its centre and that point are the second dyad.  Theory
-has these in closed form for one position only; what is found here are starts for the refinement, of no series.
+coupler point is known, and of every fixed point in the inverse motion.  Where such a path is nearly a circle, its
+centre and that point are the second dyad.  Theory has these in closed form for one position only; what is found here
+are starts for the refinement, of no series.
 """
 
 from __future__ import annotations
@@ -18,9 +19,8 @@ from .request import Request
 
 #: Stations along the path are the Chebyshev points of so many intervals, of which the middle is mid-stroke.
 INTERVALS = 16
-#: Places that are tried for the missing pivot: a square of so many by so many, and half its side in strokes; fixed
-#: pivots are sought farther away than moving ones.
-SIDE, NEAR, FAR = 61, 1.5, 3.0
+#: Places that are tried for a missing pivot: a square of so many by so many, and half its side in strokes.
+SIDE, HALF = 61, {"crank": 1.5, "moving": 3.0, "fixed": 4.0}
 #: Shortest and longest crank in strokes; no moving pivot is nearer to the point or the other one than the shortest.
 SHORTEST, LONGEST = 0.04, 10.0
 #: Starts for each pair of given pivots.
@@ -33,7 +33,7 @@ def completed(given: str, pivots: Array, nominal: Nominal) -> tuple[Array, Array
     Parameters
     ----------
     given : str
-        ``moving`` or ``crank``; see `catalogue.posed.Posed`.
+        See `catalogue.posed.Posed`.
     pivots : complex ndarray, shape (m, 2)
         The given pairs, in mid-stroke, in the unit of the path.
     nominal : Nominal
@@ -52,23 +52,25 @@ def _best(given: str, pair: Array, nominal: Nominal) -> Iterator[Array]:
     share = 0.5 * (1 + grid(INTERVALS).nodes)
     path = nominal.at(share)[0]
     middle, stroke = path[len(path) // 2], nominal.stroke
-    half = stroke * (NEAR if given == "crank" else FAR)
-    ticks = np.linspace(-half, half, SIDE)
+    ticks = stroke * np.linspace(-HALF[given], HALF[given], SIDE)
     place = (middle + ticks[:, None] + 1j * ticks).ravel()
-    fixed, moving, other = (pair[0], pair[1], place) if given == "crank" else (place, pair[0], pair[1])
+    one, two = (np.full(place.shape, pivot) for pivot in pair)
     with np.errstate(all="ignore"):
-        z = path[:, None] + turns(np.broadcast_to(fixed, place.shape), moving, path) * (other - middle)
-        centre, off = circles(z)
-        crank = np.stack(np.broadcast_arrays(np.abs(moving - fixed), np.abs(other - centre)))
-        apart = np.stack(np.broadcast_arrays(np.abs(other - moving), np.abs(other - middle), np.abs(moving - middle)))
+        if given == "fixed":  # the second pivot runs about its moving one in the inverse motion
+            a, a_, b = one, place, two
+            centre, off = circles(turns(a, a_, path).conj() * (b - path[:, None]))
+            b_ = middle + centre
+        else:
+            a, a_, b_ = (one, two, place) if given == "crank" else (place, one, two)
+            b, off = circles(path[:, None] + turns(a, a_, path) * (b_ - middle))
+        crank, apart = np.abs([a_ - a, b_ - b]), np.abs([b_ - a_, a_ - middle, b_ - middle])
         good = (crank > SHORTEST * stroke).all(0) & (crank < LONGEST * stroke).all(0)
         good &= (apart > SHORTEST * stroke).all(0) & np.isfinite(off)
     off = np.where(good, off, np.inf)
     order = np.argsort(off, kind="stable")
     order = order[(_least_around(off.reshape(SIDE, SIDE)).ravel() & good)[order]][:STARTS]
     for i in order:
-        first = place[i] if given == "moving" else fixed
-        yield np.array([[first, moving], [centre[i], place[i] if given == "crank" else other]])
+        yield np.array([[a[i], a_[i]], [b[i], b_[i]]])
 
 
 def reaches(crank: tuple[tuple[float, float], ...], request: Request) -> bool:

@@ -1,7 +1,8 @@
 """Answer a request for which pivots are given: closed-form guides of every series, refined where they stand.
 
-The guided point is posed at many places of the path; each series gives the linkages that guide it there.  They are
-traced in place, the straightest are refined with the given pivots held, and what comes of them is checked and ranked.
+The guided point is posed at many places of the path; each series gives the linkages that guide it there, and more are
+completed numerically.  They are traced in place, the straightest are refined with the given pivots held, and what comes
+of them is checked and ranked.
 """
 
 from __future__ import annotations
@@ -40,6 +41,8 @@ HELD = {
 }
 #: No pivot stands farther from the middle of the path, in strokes: its rounding would move the path by 1e-12 of that.
 FARTHEST = 1e4
+#: Nor so many times as far as the stroke is long, and the given pivots are off.
+FARTHER = 100.0
 #: Designs whose pivots and points differ by less than this part of the stroke are one.
 SAME = 1e-3
 
@@ -78,8 +81,8 @@ def constructed(
     trail.solved = len(built.point)
     stop()
     nominal = _nominal(request, wanted)
-    built = built[_near(built.linkage, request)]
-    if wanted.given != "fixed" and not wanted.series and (not wanted.families or "four-bar" in wanted.families):
+    built = built[_near(built.linkage, request, wanted)]
+    if not wanted.series and (not wanted.families or "four-bar" in wanted.families):
         stop = trail.timed("complete")
         more = _completed(problems, nominal)
         trail.completed = len(more.point)
@@ -161,17 +164,21 @@ def solved(series: Iterable[Series], problems: Posed, wanted: Constraints) -> Bu
 
 def _completed(problems: Posed, nominal: Nominal) -> Built:
     """Return linkages for the given pivots that no series has; they count as general ones."""
-    pivots, of = completed(problems.given, problems.pivots, nominal)
+    pairs = problems.pivots[:: len(PLACES)] if problems.given == "fixed" else problems.pivots
+    pivots, of = completed(problems.given, pairs, nominal)
     linkage, good = Linkage.valid(pivots)
-    of = of[good]
-    exact = (problems.pivots[of] == problems.pivots[:1]).all(1)
-    return Built(linkage, problems.point[of], np.full(len(of), "general"), exact)
+    exact = (pairs[of[good]] == pairs[0]).all(1)
+    point = np.broadcast_to(nominal.at(np.array([0.5]))[0], len(linkage))
+    return Built(linkage, point, np.full(len(linkage), "general"), exact)
 
 
-def _near(linkage: Linkage, request: Request) -> Array:
-    """Return which linkages have no pivot beyond `FARTHEST`, shape (n,)."""
-    off = np.where(linkage.finite, np.abs(linkage.points - 0.5 * request.stroke), 0.0)
-    return np.asarray((off <= FARTHEST * request.stroke).all(axis=(1, 2)))
+def _near(linkage: Linkage, request: Request, wanted: Constraints) -> Array:
+    """Return which linkages have no pivot much farther off than those that are given, shape (n,)."""
+    middle = 0.5 * request.stroke
+    given_ = max(abs(complex(*p) - middle) for p in wanted.places)
+    farthest = min(FARTHER * max(given_, request.stroke), FARTHEST * request.stroke)
+    off = np.where(linkage.finite, np.abs(linkage.points - middle), 0.0)
+    return np.asarray((off <= farthest).all(axis=(1, 2)))
 
 
 def _seeds(built: Built, order: Array, request: Request, count: int) -> Array:
@@ -213,7 +220,7 @@ def _refined(
     moves = Free(HELD[wanted.given])
     found = improved(found, loose, wanted, rank, EFFORT * effort, moves=moves, nominal=nominal)
     found, checks = in_its_place(request, wanted, found.rows, span(found.linkage, found.point), nominal, SHOWN)
-    checks["the distance of the pivots"] = _near(found.linkage, request)
+    checks["the distance of the pivots"] = _near(found.linkage, request, wanted)
     if wanted.order:
         checks["order"] = law.order >= wanted.order
     return found, checks
