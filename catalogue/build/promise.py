@@ -69,7 +69,7 @@ def of_arcs(reaches: dict[str, Array], last: Array, halves: dict[str, Array]) ->
     least = np.where(last, size, np.minimum(size, size[inner])) - best / 90
     none = np.full(len(last), np.nan)
     return {
-        "floor": np.where(inner_sweep < sweep, np.minimum(least, balance(reaches)), balance(reaches)),
+        "floor": np.where(inner_sweep < sweep, np.minimum(least, balance(reaches)), np.inf),  # else it serves nothing
         "halfway": none, "farther": none,
         "inner_sweep": inner_sweep, "inner_size": inner_size, "inner_transmission": inner_angle,
     }  # fmt: skip

@@ -160,7 +160,8 @@ class Reach(Base):
     path runs from (0, 0) to (1, 0)).  Bit i of `rotates`: crank i + 1 turns fully.
     What it promises to a request between it and its neighbour, see `catalogue.build.promise`: `floor` is the least
     balance, the size less the transmission angle over 90 degrees; of a line `halfway` and `farther` are the balance at
-    10**0.5 and at 10 times the deviation, of an arc the `inner_` columns are of the next tighter reach.
+    10**0.5 and at 10 times the deviation, of an arc the `inner_` columns are of the next tighter reach.  If that is as
+    long, this one serves nothing and its floor is infinite.
     `drive_angle` and `rotation` are those of the better driving crank and of the coupler over the stroke [deg].
     `half` and `centre` are the window that was traced: half its length along the tangent, canonical units, and where
     its middle lies, in halves from the design position.
@@ -216,7 +217,9 @@ class Reach(Base):
         CheckConstraint("max_ground >= 0", name="max_ground"),
         CheckConstraint("max_arm >= 0", name="max_arm"),
         CheckConstraint("min_transmission BETWEEN 0 AND 90", name="min_transmission"),
-        CheckConstraint("floor <= size - min_transmission / 90 + 1e-9 * size", name="floor"),
+        CheckConstraint(
+            "coalesce(inner_sweep = sweep, FALSE) OR floor <= size - min_transmission / 90 + 1e-9 * size", name="floor"
+        ),
         CheckConstraint(
             "CASE WHEN sweep = 0 THEN halfway IS NOT NULL AND farther IS NOT NULL ELSE coalesce("
             "inner_sweep BETWEEN 0 AND sweep AND inner_size >= 0 AND inner_transmission BETWEEN 0 AND 90, FALSE) END",

@@ -35,7 +35,7 @@ CASE WHEN {INNER_SWEEP} < reach.sweep THEN min(
     {OWN},
     min(reach.size, coalesce(next.size, reach.size))
     - max(reach.min_transmission, coalesce(next.min_transmission, reach.min_transmission)) / 90
-) ELSE {OWN} END
+) ELSE 9e999 END
 """,
 }
 NEW = ("halfway", "farther", "inner_sweep", "inner_size", "inner_transmission")
@@ -109,7 +109,10 @@ def upgrade() -> None:
         rule("ck_reach_max_ground", "max_ground >= 0"),
         rule("ck_reach_max_arm", "max_arm >= 0"),
         rule("ck_reach_min_transmission", "min_transmission BETWEEN 0 AND 90"),
-        rule("ck_reach_floor", "floor <= size - min_transmission / 90 + 1e-9 * size"),
+        rule(
+            "ck_reach_floor",
+            "coalesce(inner_sweep = sweep, FALSE) OR floor <= size - min_transmission / 90 + 1e-9 * size",
+        ),
         rule(
             "ck_reach_promise",
             "CASE WHEN sweep = 0 THEN halfway IS NOT NULL AND farther IS NOT NULL ELSE coalesce("

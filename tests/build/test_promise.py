@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import sqlite3
 from collections.abc import Callable
 from contextlib import closing
@@ -47,21 +48,21 @@ def test_an_arc_promises_what_the_next_tighter_one_is(small: Catalogue) -> None:
         for k, r in enumerate(reaches):
             if not r["sweep"]:
                 continue
-            sides = [own(r)]
+            sides, empty = [own(r)], False
             if inner := reaches[k + 1 :]:
                 share = r["inner_sweep"] / r["sweep"]
                 assert r["inner_sweep"] == pytest.approx(min(inner[0]["sweep"], r["sweep"]), rel=1e-12)
                 assert r["inner_size"] == pytest.approx(inner[0]["size"] * share, rel=1e-12)
                 assert r["inner_transmission"] == inner[0]["min_transmission"]
-                if share < 1:
-                    angle = max(r["min_transmission"], r["inner_transmission"])
-                    sides.append(min(r["size"], inner[0]["size"]) - angle / 90)
+                empty = share == 1
+                angle = max(r["min_transmission"], r["inner_transmission"])
+                sides.append(min(r["size"], inner[0]["size"]) - angle / 90)
             else:
                 assert r["inner_sweep"] == 0
                 assert 0.4 < r["inner_size"] <= max(1.0, r["size"]) * 1.5
                 angle = max(r["min_transmission"], min(90.0, 2 * r["inner_transmission"] - r["min_transmission"]))
                 sides.append(r["size"] - angle / 90)
-            assert r["floor"] == pytest.approx(min(sides), rel=1e-12, abs=1e-13)
+            assert r["floor"] == (math.inf if empty else pytest.approx(min(sides), rel=1e-12, abs=1e-13))
 
 
 def test_an_upgraded_database_holds_the_same(
