@@ -19,6 +19,12 @@ from ..linkage import Array
 RUNGS = tuple(sorted({*LEVELS, *(level + 0.5 for level in LEVELS), *(level + 1 for level in LEVELS)}))
 
 
+#: Below this size the path is larger than the linkage.
+PATH = 1.0 + 1e-6
+#: What is stored of arcs only.
+OF_ARCS = ("inner_sweep", "still", "grows", "angle", "turns")
+
+
 def balance(reaches: dict[str, Array]) -> Array:
     """Return the balance of each reach from its columns ``size`` and ``min_transmission``."""
     return np.asarray(reaches["size"] - reaches["min_transmission"] / 90)
@@ -35,18 +41,16 @@ def of_lines(ladder: Array, step: Array, guide: Array) -> dict[str, Array]:
         Of each reach, where in the ladder it is.
     """
     own, halfway, farther = (ladder[step + k, guide] for k in range(3))
-    none = np.full(len(own), np.nan)
-    return {
-        "floor": np.minimum(own, np.minimum(halfway, farther)),
-        "halfway": halfway, "farther": farther,
-        "inner_sweep": none, "inner_size": none, "inner_transmission": none,
-    }  # fmt: skip
+    none = dict.fromkeys(OF_ARCS, np.full(len(own), np.nan))
+    return {"floor": np.minimum(own, np.minimum(halfway, farther)), "halfway": halfway, "farther": farther, **none}
 
 
 def of_arcs(reaches: dict[str, Array], last: Array, halves: dict[str, Array]) -> dict[str, Array]:
-    """Return the columns of circular reaches: sweep, size and angle of the next tighter one, in strokes of this one.
+    """Return the columns of circular reaches: from which sweep on they serve, and what they cost there.
 
-    Where there is none the sweep is 0, and size and angle are those over half the window.
+    Beside the radius the size is about a part that stays and one that grows with the sweep, and the transmission angle
+    goes with the angle of the arc: both are taken through this reach and the next tighter one, or this one over half
+    its window.
 
     Parameters
     ----------
@@ -55,21 +59,38 @@ def of_arcs(reaches: dict[str, Array], last: Array, halves: dict[str, Array]) ->
     last : ndarray of bool, shape (n,)
         Which are the tightest of their guides.
     halves : mapping of columns
-        ``stroke, size, min_transmission`` of these over half their windows; NaN where that could not be traced.
+        ``sweep, size, min_transmission`` of these over half their windows; NaN where that could not be traced.
     """
-    sweep, size, angle, stroke = (reaches[k] for k in ("sweep", "size", "min_transmission", "stroke"))
+    sweep, size, angle = (reaches[k] for k in ("sweep", "size", "min_transmission"))
     inner = np.minimum(np.arange(len(last)) + 1, len(last) - 1)
-    inner_sweep = np.where(last, 0.0, np.minimum(sweep[inner], sweep))
-    inner_size, inner_angle = size[inner] * inner_sweep / sweep, angle[inner]
-    traced = np.isfinite(halves["size"])
-    inner_size[last] = np.where(traced, halves["size"] * halves["stroke"] / stroke[last], 0.75 * size[last])
-    inner_angle[last] = np.where(traced, halves["min_transmission"], angle[last])
-    # over the shortest windows the angle is as much better again, at most
-    best = np.maximum(angle, np.where(last, np.minimum(2 * inner_angle - angle, 90.0), inner_angle))
-    least = np.where(last, size, np.minimum(size, size[inner])) - best / 90
-    none = np.full(len(last), np.nan)
-    return {
-        "floor": np.where(inner_sweep < sweep, np.minimum(least, balance(reaches)), np.inf),  # else it serves nothing
-        "halfway": none, "farther": none,
-        "inner_sweep": inner_sweep, "inner_size": inner_size, "inner_transmission": inner_angle,
+    traced = np.isfinite(halves["size"]) & (halves["sweep"] < 0.9 * sweep[last])
+    short, its_size, its_angle = sweep[inner], size[inner], angle[inner]
+    short[last] = np.where(traced, halves["sweep"], 0.5 * sweep[last])
+    its_size[last] = np.where(traced, halves["size"], 1.5 * size[last])
+    its_angle[last] = np.where(traced, halves["min_transmission"], angle[last])
+    inner_sweep = np.where(last, 0.0, np.minimum(short, sweep))
+    with np.errstate(all="ignore"):
+        whole, part = size * sweep, its_size * short  # beside the radius
+        # where the path is larger than the linkage the size first falls with the sweep, then stays
+        middle = 0.5 * (sweep + short)
+        bent = 0.5 * (0.5 * (whole + part) + np.maximum(part, middle))
+        grows = np.where(size < PATH, (bent - part) / (middle - short), (whole - part) / (sweep - short))
+        turns = (angle - its_angle) / (arc(sweep) - arc(short))
+    serves = np.isfinite(grows) & np.isfinite(turns) & (inner_sweep < sweep)
+    grows, turns = np.where(serves, grows, 0.0), np.where(serves, turns, 0.0)
+    found = {
+        "inner_sweep": np.where(serves, inner_sweep, sweep),
+        "still": np.where(serves, part - grows * short, whole), "grows": grows,
+        "angle": np.where(serves, its_angle - turns * arc(short), angle), "turns": turns,
     }  # fmt: skip
+    ends = [np.maximum(inner_sweep, 1e-3), sweep]
+    least = np.min([np.maximum(1.0, found["still"] / w + grows) for w in ends], axis=0)
+    best = np.max([np.minimum(found["angle"] + turns * arc(w), 90.0) for w in ends], axis=0)
+    floor = np.minimum(least - best / 90, balance(reaches))
+    none = np.full(len(last), np.nan)
+    return {"floor": np.where(serves, floor, np.inf), "halfway": none, "farther": none, **found}
+
+
+def arc(sweep: Array) -> Array:
+    """Return the angle of arcs whose chord is `sweep` times their radius [rad]."""
+    return np.asarray(2 * np.arcsin(np.minimum(0.5 * sweep, 1.0)))

@@ -29,6 +29,8 @@ LENGTHS: dict[str, Any] = {
     "max_ground": Reach.max_ground,
     "max_arm": Reach.max_arm,
 }
+#: By how much the transmission angle of an arc is better than it promises, at most [deg].
+STEEPER = 3.0
 #: How far the size of an arc is from what it promises, at most.
 LOOSE = 1.05
 #: How far pivots beside an arc are from where they promise to be, at most [stored strokes].
@@ -80,7 +82,9 @@ def conditions(
     if wanted.min_link is not None:
         found["min_link"] = func.coalesce(Reach.min_link * most >= wanted.min_link, True)
     if wanted.min_transmission:
-        best = func.max(Reach.min_transmission, func.coalesce(Reach.inner_transmission, 0.0))
+        best: Any = Reach.min_transmission
+        if sweep is not None:
+            best = func.max(best, shape(request)[1] + STEEPER)
         found["min_transmission"] = best >= wanted.min_transmission
     if wanted.full_rotation:
         found["full_rotation"] = Reach.rotates > 0

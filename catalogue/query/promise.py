@@ -1,10 +1,8 @@
 """What an answer made of a stored reach is likely to cost, as SQL that an index alone can compute.
 
-A request lies between a reach and its neighbour, whose measures are stored with it (see `catalogue.build.promise`).
+A request lies between a reach and its neighbour, and what it costs there is stored (see `catalogue.build.promise`).
 For a straight line: the parabola through the balances at the deviation of the reach, at 10**0.5 and at 10 times that.
-For an arc: the linkage keeps its place while its window shrinks, so that its size, in a fixed unit, goes in proportion
-to the sweep from the reach to the one inside it, and its transmission angle in proportion to the angle of the arc;
-where none is inside, to half the window, and on from there with the same size.
+For an arc: its size and its transmission angle as functions of the sweep.
 """
 
 from __future__ import annotations
@@ -29,8 +27,6 @@ SHORTER = (
 
 #: A reach below this part of its level ends where its deviation jumps: a request just above the level is beyond it.
 AMPLE = 0.5
-#: Below this size the path is larger than the linkage: from there to the reach inside the size first falls, then stays.
-PATH = 1.0 + 1e-6
 OWN: ColumnElement[Any] = Reach.size - Reach.min_transmission / 90
 
 
@@ -64,21 +60,8 @@ def shape(request: Request) -> tuple[ColumnElement[Any], ColumnElement[Any]]:
     sweep = request.sweep
     if sweep is None:
         return Reach.size.expression, Reach.min_transmission.expression
-    none = Reach.inner_sweep == 0
-    inner: Any = case((none, 0.5 * Reach.sweep), else_=Reach.inner_sweep)
-    outer = Reach.sweep
-    share = func.max((sweep - inner) / (outer - inner), 0.0)
-    size: Any = Reach.inner_size + share * (Reach.size - Reach.inner_size)
-    size = case((Reach.size < PATH, 0.5 * (size + func.max(Reach.inner_size, sweep / outer))), else_=size)
-    turned = (_turn(sweep) - _turn(inner)) / (_turn(outer) - _turn(inner))
-    angle = Reach.inner_transmission + turned * (Reach.min_transmission - Reach.inner_transmission)
-    return size * outer / sweep, func.min(angle, 90.0)
-
-
-def _turn(sweep: Any) -> Any:
-    """Return about the angle of an arc whose chord is `sweep` radii: 2 arcsin(sweep / 2), less by 5 % at 1.9."""
-    square = sweep * sweep
-    return sweep * (1 + square * (1 / 24 + square / 128))
+    turned = 2 * math.asin(min(0.5 * sweep, 1.0))
+    return Reach.still / sweep + Reach.grows, func.min(Reach.angle + Reach.turns * turned, 90.0)
 
 
 def promised(request: Request, wanted: Constraints) -> ColumnElement[Any]:

@@ -28,8 +28,8 @@ Key = Annotated[int, mapped_column(primary_key=True)]
 
 #: Columns of a reach that say what it costs in an answer.
 PROMISE = (
-    "deviation", "sweep", "size", "min_transmission", "halfway", "farther", "inner_sweep", "inner_size",
-    "inner_transmission",
+    "deviation", "size", "min_transmission", "halfway", "farther", "sweep", "inner_sweep", "still", "grows", "angle",
+    "turns",
 )  # fmt: skip
 
 
@@ -159,9 +159,9 @@ class Reach(Base):
     lengths are multiples of the stroke.  Boxes are those of the pivots at finite distance, in the guide's frame (the
     path runs from (0, 0) to (1, 0)).  Bit i of `rotates`: crank i + 1 turns fully.
     What it promises to a request between it and its neighbour, see `catalogue.build.promise`: `floor` is the least
-    balance, the size less the transmission angle over 90 degrees; of a line `halfway` and `farther` are the balance at
-    10**0.5 and at 10 times the deviation, of an arc the `inner_` columns are of the next tighter reach.  If that is as
-    long, this one serves nothing and its floor is infinite.
+    balance, the size less the transmission angle over 90 degrees, infinite if it serves none.  Of a line `halfway` and
+    `farther` are the balance at 10**0.5 and at 10 times the deviation.  An arc serves sweeps w from `inner_sweep` to
+    `sweep`, at a size of still / w + grows and a transmission angle of angle + turns * (2 arcsin(w / 2)) [deg].
     `drive_angle` and `rotation` are those of the better driving crank and of the coupler over the stroke [deg].
     `half` and `centre` are the window that was traced: half its length along the tangent, canonical units, and where
     its middle lies, in halves from the design position.
@@ -188,8 +188,10 @@ class Reach(Base):
     halfway: Mapped[float | None]
     farther: Mapped[float | None]
     inner_sweep: Mapped[float | None]
-    inner_size: Mapped[float | None]
-    inner_transmission: Mapped[float | None]
+    still: Mapped[float | None]
+    grows: Mapped[float | None]
+    angle: Mapped[float | None]
+    turns: Mapped[float | None]
     rotates: Mapped[int]
     fixed_x0: Mapped[float | None]  # NULL, all four: every fixed pivot is at infinity
     fixed_y0: Mapped[float | None]
@@ -222,7 +224,7 @@ class Reach(Base):
         ),
         CheckConstraint(
             "CASE WHEN sweep = 0 THEN halfway IS NOT NULL AND farther IS NOT NULL ELSE coalesce("
-            "inner_sweep BETWEEN 0 AND sweep AND inner_size >= 0 AND inner_transmission BETWEEN 0 AND 90, FALSE) END",
+            "inner_sweep BETWEEN 0 AND sweep AND still + grows + angle + turns IS NOT NULL, FALSE) END",
             name="promise",
         ),
         CheckConstraint("rotates BETWEEN 0 AND 3", name="rotates"),

@@ -25,20 +25,32 @@ LINE = {
     "farther": FARTHER,
     "floor": f"min({OWN}, {FARTHER})",
 }
-INNER_SWEEP = "coalesce(min(next.sweep, reach.sweep), 0.0)"
+# An arc of a radius of 1: its chord here and where the next tighter reach, or half of this one, begins; the size beside
+# the radius and the angle of the arc at both.
+HERE, SHORT = "reach.sweep", "coalesce(next.sweep, 0.5 * reach.sweep)"
+WHOLE, PART = f"(reach.size * {HERE})", f"(coalesce(next.size, max(1.0, 2 * reach.spread)) * {SHORT})"
+BENT = f"(0.5 * (0.5 * ({WHOLE} + {PART}) + max({PART}, 0.5 * ({HERE} + {SHORT}))))"
+TURN = "({0} * (1 + {0} * {0} * (1 / 24.0 + {0} * {0} / 128.0)))"
+ANGLE = "coalesce(next.min_transmission, reach.min_transmission)"
+GROWS = f"""
+CASE WHEN reach.size < 1.000001 THEN ({BENT} - {PART}) / (0.5 * ({HERE} - {SHORT}))
+ELSE ({WHOLE} - {PART}) / ({HERE} - {SHORT}) END
+"""
+TURNS = f"(reach.min_transmission - {ANGLE}) / ({TURN.format(HERE)} - {TURN.format(SHORT)})"
+SERVES = f"{SHORT} < {HERE}"
 ARC = {
-    "inner_sweep": INNER_SWEEP,
-    "inner_size": f"coalesce(next.size * {INNER_SWEEP} / reach.sweep, max(0.5, reach.spread))",
-    "inner_transmission": "coalesce(next.min_transmission, reach.min_transmission)",
+    "inner_sweep": f"CASE WHEN {SERVES} THEN coalesce(next.sweep, 0.0) ELSE {HERE} END",
+    "still": f"CASE WHEN {SERVES} THEN {PART} - {SHORT} * ({GROWS}) ELSE {WHOLE} END",
+    "grows": f"CASE WHEN {SERVES} THEN {GROWS} ELSE 0.0 END",
+    "angle": f"CASE WHEN {SERVES} THEN {ANGLE} - {TURN.format(SHORT)} * ({TURNS}) ELSE reach.min_transmission END",
+    "turns": f"CASE WHEN {SERVES} THEN {TURNS} ELSE 0.0 END",
     "floor": f"""
-CASE WHEN {INNER_SWEEP} < reach.sweep THEN min(
-    {OWN},
-    min(reach.size, coalesce(next.size, reach.size))
-    - max(reach.min_transmission, coalesce(next.min_transmission, reach.min_transmission)) / 90
-) ELSE 9e999 END
+CASE WHEN {SERVES} THEN
+    min({OWN}, min(reach.size, coalesce(next.size, reach.size)) - max(reach.min_transmission, {ANGLE}) / 90)
+ELSE 9e999 END
 """,
 }
-NEW = ("halfway", "farther", "inner_sweep", "inner_size", "inner_transmission")
+NEW = ("halfway", "farther", "inner_sweep", "still", "grows", "angle", "turns")
 
 
 def integer(name: str, nullable: bool = False) -> sa.Column:
@@ -116,7 +128,7 @@ def upgrade() -> None:
         rule(
             "ck_reach_promise",
             "CASE WHEN sweep = 0 THEN halfway IS NOT NULL AND farther IS NOT NULL ELSE coalesce("
-            "inner_sweep BETWEEN 0 AND sweep AND inner_size >= 0 AND inner_transmission BETWEEN 0 AND 90, FALSE) END",
+            "inner_sweep BETWEEN 0 AND sweep AND still + grows + angle + turns IS NOT NULL, FALSE) END",
         ),
         rule("ck_reach_rotates", "rotates BETWEEN 0 AND 3"),
         rule(
@@ -137,9 +149,6 @@ def upgrade() -> None:
         )
     op.drop_table("old_reach")
     op.create_index("ix_reach_size", "reach", ["kind", "series", "level", "size"])
-    op.create_index(
-        "ix_reach_promise",
-        "reach",
-        ["kind", "series", "level", "floor", "guide_id", "deviation", "sweep", "size", "min_transmission", *NEW],
-    )
+    promise = ["deviation", "size", "min_transmission", "halfway", "farther", "sweep", *NEW[2:]]
+    op.create_index("ix_reach_promise", "reach", ["kind", "series", "level", "floor", "guide_id", *promise])
     op.execute("ANALYZE")

@@ -48,21 +48,23 @@ def test_an_arc_promises_what_the_next_tighter_one_is(small: Catalogue) -> None:
         for k, r in enumerate(reaches):
             if not r["sweep"]:
                 continue
-            sides, empty = [own(r)], False
-            if inner := reaches[k + 1 :]:
-                share = r["inner_sweep"] / r["sweep"]
-                assert r["inner_sweep"] == pytest.approx(min(inner[0]["sweep"], r["sweep"]), rel=1e-12)
-                assert r["inner_size"] == pytest.approx(inner[0]["size"] * share, rel=1e-12)
-                assert r["inner_transmission"] == inner[0]["min_transmission"]
-                empty = share == 1
-                angle = max(r["min_transmission"], r["inner_transmission"])
-                sides.append(min(r["size"], inner[0]["size"]) - angle / 90)
-            else:
+            tighter = reaches[k + 1 :]
+            if not tighter:
                 assert r["inner_sweep"] == 0
-                assert 0.4 < r["inner_size"] <= max(1.0, r["size"]) * 1.5
-                angle = max(r["min_transmission"], min(90.0, 2 * r["inner_transmission"] - r["min_transmission"]))
-                sides.append(r["size"] - angle / 90)
-            assert r["floor"] == (math.inf if empty else pytest.approx(min(sides), rel=1e-12, abs=1e-13))
+            elif tighter[0]["sweep"] < r["sweep"]:
+                w = r["inner_sweep"]
+                assert w == tighter[0]["sweep"]
+                assert r["still"] / w + r["grows"] == pytest.approx(tighter[0]["size"], rel=1e-9)
+                turned = r["angle"] + r["turns"] * 2 * math.asin(w / 2)
+                assert turned == pytest.approx(tighter[0]["min_transmission"], rel=1e-6, abs=1e-5)
+            if r["inner_sweep"] < r["sweep"]:
+                turned = r["angle"] + r["turns"] * 2 * math.asin(min(1.0, r["sweep"] / 2))
+                assert turned == pytest.approx(r["min_transmission"], rel=1e-6, abs=1e-5)
+                size = r["still"] / r["sweep"] + r["grows"]
+                assert max(size, 1.0) == pytest.approx(r["size"], rel=1e-6)
+                assert r["floor"] <= own(r) + 1e-12
+            else:
+                assert r["floor"] == math.inf
 
 
 def test_an_upgraded_database_holds_the_same(
@@ -78,17 +80,16 @@ def test_an_upgraded_database_holds_the_same(
             target.execute(f"INSERT INTO main.{table} SELECT {', '.join(chosen)} FROM built.{table}")
     Database.open(old).close()
     columns = (
-        "SELECT guide_id, level, sweep, inner_sweep, inner_size, inner_transmission, floor, halfway, farther "
+        "SELECT guide_id, level, sweep, inner_sweep, farther, still / sweep + grows, angle + 2 * turns * sweep / 2 "
         "FROM reach ORDER BY guide_id, level"
     )
     with closing(sqlite3.connect(old)) as one, closing(sqlite3.connect(small.database.path)) as other:
         upgraded, built = (np.array(c.execute(columns).fetchall(), dtype=float) for c in (one, other))
-    np.testing.assert_array_equal(upgraded[:, :3], built[:, :3])
-    arc, top = built[:, 3] > 0, built[:, 1] == max(LEVELS)
-    np.testing.assert_allclose(upgraded[arc], built[arc], rtol=1e-12, atol=1e-13)
-    arc = built[:, 2] > 0
-    np.testing.assert_array_equal(upgraded[arc, 3], built[arc, 3])
-    np.testing.assert_allclose(upgraded[~arc & ~top, 8], built[~arc & ~top, 8], rtol=1e-12, atol=1e-13)
+    np.testing.assert_array_equal(upgraded[:, :4], built[:, :4])
+    arc, top = built[:, 2] > 0, built[:, 1] == max(LEVELS)
+    np.testing.assert_allclose(upgraded[~arc & ~top, 4], built[~arc & ~top, 4], rtol=1e-12, atol=1e-13)
+    held = arc & (built[:, 3] > 0) & (built[:, 3] < built[:, 2])
+    np.testing.assert_allclose(upgraded[held, 5], built[held, 5], rtol=1e-9)
     # half-way a migration cannot measure: answers are a little worse
     request = StraightLine(100, 100 * 10**-3.5)
     with catalogue.open(old, build=False) as upgraded_:

@@ -45,15 +45,9 @@ def by_hand(request: Request, reach: dict[str, Any]) -> float:
         if reach["deviation"] < 0.5 * 10.0 ** reach["level"]:
             knots[0] = min(knots[:2])
         return max(reach["floor"], float(np.polyval(np.polyfit([0, 0.5, 1], knots, 2), share)))
-    ends = [reach["inner_sweep"] or 0.5 * reach["sweep"], reach["sweep"]]
-    extent = np.interp(request.sweep, ends, [reach["inner_size"], reach["size"]])
-    if reach["size"] < 1 + 1e-6:
-        extent = 0.5 * (extent + max(reach["inner_size"], request.sweep / reach["sweep"]))
-    extent = extent * reach["sweep"] / request.sweep
-    turn = [w + w**3 / 24 + w**5 / 128 for w in (request.sweep, *ends)]
-    slope = (reach["min_transmission"] - reach["inner_transmission"]) / (turn[2] - turn[1])
-    angle = min(reach["inner_transmission"] + slope * (turn[0] - turn[1]), 90.0)
-    return max(reach["floor"], max(1.0, float(extent)) - float(angle) / 90)
+    size = max(1.0, reach["still"] / request.sweep + reach["grows"])
+    angle = min(90.0, reach["angle"] + reach["turns"] * 2 * np.arcsin(request.sweep / 2))
+    return max(reach["floor"], size - float(angle) / 90)
 
 
 @pytest.mark.parametrize("request_", [*LINES, *ARCS], ids=str)

@@ -15,7 +15,7 @@ from catalogue.store import Base, Database
 NONE = {f"fixed_{side}": None for side in ("x0", "y0", "x1", "y1")}
 ARC = {
     "kind": "circle", "sweep": 0.1, "halfway": None, "farther": None,
-    "inner_sweep": 0.05, "inner_size": 1.0, "inner_transmission": 50.0,
+    "inner_sweep": 0.05, "still": 0.1, "grows": 1.0, "angle": 50.0, "turns": -50.0,
 }  # fmt: skip
 ROWS: dict[str, dict[str, Any]] = {
     "batch": {
@@ -80,8 +80,10 @@ ROWS: dict[str, dict[str, Any]] = {
         "halfway": 1.4,
         "farther": 1.3,
         "inner_sweep": None,
-        "inner_size": None,
-        "inner_transmission": None,
+        "still": None,
+        "grows": None,
+        "angle": None,
+        "turns": None,
         "rotates": 3,
         "fixed_x0": 0.0,
         "fixed_y0": 0.0,
@@ -196,8 +198,8 @@ def test_circular_reach_is_taken(connection: Connection) -> None:
 @pytest.mark.parametrize(
     "wrong",
     [
-        *({name: None} for name in ("inner_sweep", "inner_size", "inner_transmission")),
-        {"inner_sweep": 0.2}, {"inner_size": -0.1}, {"inner_transmission": 91.0},
+        *({name: None} for name in ("inner_sweep", "still", "grows", "angle", "turns")),
+        {"inner_sweep": 0.2}, {"inner_sweep": -0.1},
     ],
 )  # fmt: skip
 def test_circular_reach_without_its_promise_is_not(connection: Connection, wrong: dict[str, Any]) -> None:
