@@ -2,8 +2,8 @@
 
 A request lies between two reaches of a guide.  For a straight line its stroke is longer than the one stored at the
 level that satisfies it, and about as long as the one of the next looser level at most: what an answer costs there, and
-half-way, is stored.  For an arc its window lies within the stored one and contains that of the next tighter level,
-whose measures are stored too.  `catalogue.query.promise` goes between them.
+half-way, is stored.  For an arc its window lies within the stored one and contains that of the next tighter level: what
+it costs in between is stored as a function of its sweep.  `catalogue.query.promise` asks for it.
 
 The cost is the balance: the size over the stroke, less the least transmission angle over 90 degrees.
 """
@@ -17,8 +17,6 @@ from ..linkage import Array
 
 #: Decimal exponents of the deviations to which lines are reached: the levels, half-way between them, and one beyond.
 RUNGS = tuple(sorted({*LEVELS, *(level + 0.5 for level in LEVELS), *(level + 1 for level in LEVELS)}))
-
-
 #: Below this size the path is larger than the linkage.
 PATH = 1.0 + 1e-6
 #: What is stored of arcs only.
