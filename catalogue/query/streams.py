@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from sqlalchemy import INTEGER, and_, bindparam, case, cast, column, func, literal_column, or_, select
+from sqlalchemy import INTEGER, bindparam, case, cast, column, func, literal_column, or_, select
 
 from ..linkage import Array
 from ..store import Prepared, Reach
@@ -82,7 +82,7 @@ class Streams:
         page = (
             select(row, Reach.guide_id, (func.min(promise) if distinct else promise).label("promise"))
             .where(basis(request, wanted, some), Reach.series == bindparam("code", ""), Reach.floor < below, *by_index)
-            .where(promise < below, or_(promise > edge, and_(promise == edge, Reach.guide_id > guide)))
+            .where(promise.between(edge, below), or_(Reach.guide_id > guide, promise > edge))
             .order_by("promise", Reach.guide_id)
             .limit(bindparam("room", 0))
         )
