@@ -21,8 +21,11 @@ from .trail import Trail
 
 #: Stored guides that are traced for one answer of effort 1.
 CANDIDATES = 400
-#: How many answers are searched for each one that is given, if those are to be unlike each other, or not the same.
-AMONG_LIKE, AMONG_NEAR = 2, 1.5
+#: How many answers are searched for each one that is given, if those are to be unlike each other.
+AMONG_LIKE = 2
+#: Of the answers that are refined a series may take so much less than its part (a fraction) that others are among them,
+#: some being alike in the end.
+MODEST = (7, 10)
 #: Answers nearer to each other than this are one.
 IDENTICAL = 1e-6
 #: Constraints on where the pivots stand and how far apart: cognates have other pivots.
@@ -51,15 +54,16 @@ def answer(
     """
     count = max(CANDIDATES * effort, 4 * limit)
     wide = max(REFINED * effort, limit) if refine or round_to is not None else limit
-    more = replace(ranking, per_series=-(-ranking.per_series * wide // limit))
+    share = -(-MODEST[0] * ranking.per_series * wide // (MODEST[1] * limit))
+    more = replace(ranking, per_series=max(ranking.per_series, share))
     parts = []
     for rank in [{name: 1.0} for name in ranking.front] or [dict(ranking.weights)]:
         if list(rank) == ["balance"] and not cognates and request.radius is not None:
             many = AMONG_LIKE * wide if ranking.distinct else wide
-            share = -(-more.per_series * many // wide)
+            each = -(-more.per_series * many // wide)
             found, good = _searched(
                 database, request, wanted, rank, trail,
-                limit=many, per_series=share, count=count, distinct=ranking.distinct, fine=refine or effort > 1,
+                limit=many, per_series=each, count=count, distinct=ranking.distinct, fine=refine or effort > 1,
             )  # fmt: skip
         else:
             found, good = _gathered(database, request, wanted, rank, trail, count, cognates)
