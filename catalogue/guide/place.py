@@ -161,7 +161,7 @@ def at_sweep(
     factor = last = sweep / known
     half = half * factor
     traced, open_ = Traced.nothing(len(guides)), np.ones(len(guides), bool)
-    for _ in range(6):
+    for _ in range(8):
         now = trace(guides[open_], half[open_], circle=True, split=True, centre=centre[open_], nodes=nodes)
         traced = traced.replaced(open_, now)
         with np.errstate(all="ignore"):

@@ -34,13 +34,13 @@ def test_the_fixed_pivots_stand_exactly_where_they_were_given(
 ) -> None:
     found = small.find(request_, fixed_pivots=FIXED, rank_by="deviation", limit=8)
     assert len(found) >= 3
-    for k, c in enumerate(found):
+    for c in found:
         assert (c.pivots[0][0][:2], c.pivots[1][0][:2]) == (list(FIXED[0]), list(FIXED[1]))
         assert c.guided[0] == pytest.approx(0.5, abs=1e-6)
         assert c.id is None
         assert c.unrefined is not None
         assert c.deviation <= min(c.unrefined, request_.deviation)
-        assert k > 4 or c.gap is None or c.gap < 0.5
+        assert c.gap is None or c.gap < 0.5
         # the naive path ends at x = 0 and 1, not where its feet on the arc do
         assert strays(c, naive, request_) == pytest.approx(
             c.deviation, rel=1e-3 if request_ is LINE else 5e-3, abs=1e-13
