@@ -107,7 +107,7 @@ def search(
     standing = Standing(limit, per_series or limit)
     parts: list[Answers] = []
     passed: list[Array] = [np.zeros(0, bool)]
-    ceiling, batch, most = CEILING, min(2 * limit, LARGEST_BATCH), standing.per_series + 8
+    ceiling, batch, most = CEILING, min(2 * limit, LARGEST_BATCH), standing.per_series * 3 // 2
     with database.preparing() as prepare:
         codes = held(lambda select: prepare(select).read(), wanted)
         share, spent = max(count // max(len(codes), 1), LEAST), dict.fromkeys(codes, 0)
