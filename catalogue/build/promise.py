@@ -43,17 +43,20 @@ def of_lines(ladder: Array, step: Array, guide: Array) -> dict[str, Array]:
     return {"floor": np.minimum(own, np.minimum(halfway, farther)), "halfway": halfway, "farther": farther, **none}
 
 
-def of_arcs(reaches: dict[str, Array], last: Array, halves: dict[str, Array]) -> dict[str, Array]:
+def of_arcs(reaches: dict[str, Array], curvature: Array, last: Array, halves: dict[str, Array]) -> dict[str, Array]:
     """Return the columns of circular reaches: from which sweep on they serve, and what they cost there.
 
     Beside the radius the size is about a part that stays and one that grows with the sweep, and the transmission angle
     goes with the angle of the arc: both are taken through this reach and the next tighter one, or this one over half
-    its window.
+    its window.  Where that is the last and its path larger than the linkage, its size over the shorter windows is what
+    counts, between half of it and none.
 
     Parameters
     ----------
     reaches : mapping of columns
         By guide, from the loosest level to the tightest.
+    curvature : ndarray, shape (n,)
+        Of the nominal; the path bulges to the other side.
     last : ndarray of bool, shape (n,)
         Which are the tightest of their guides.
     halves : mapping of columns
@@ -73,6 +76,8 @@ def of_arcs(reaches: dict[str, Array], last: Array, halves: dict[str, Array]) ->
         middle = 0.5 * (sweep + short)
         bent = 0.5 * (0.5 * (whole + part) + np.maximum(part, middle))
         grows = np.where(size < PATH, (bent - part) / (middle - short), (whole - part) / (sweep - short))
+        remains = extents(reaches, curvature) * sweep
+        grows = np.where(last & (size < PATH), np.maximum(part - remains, 0.0) / short, grows)
         turns = (angle - its_angle) / (arc(sweep) - arc(short))
     serves = np.isfinite(grows) & np.isfinite(turns) & (inner_sweep < sweep)
     grows, turns = np.where(serves, grows, 0.0), np.where(serves, turns, 0.0)
@@ -87,6 +92,25 @@ def of_arcs(reaches: dict[str, Array], last: Array, halves: dict[str, Array]) ->
     floor = np.minimum(least - best / 90, balance(reaches))
     none = np.full(len(last), np.nan)
     return {"floor": np.where(serves, floor, np.inf), "halfway": none, "farther": none, **found}
+
+
+def extents(reaches: dict[str, Array], curvature: Array) -> Array:
+    """Return the least size of each reach, in strokes, however short a part of the path is used, shape (n,).
+
+    It is the extent of the box of the pivots, or its distance from the summit of the path, which lies off the chord by
+    the height of the arc.
+
+    Parameters
+    ----------
+    reaches : mapping of columns
+        ``sweep, all_x0, all_y0, all_x1, all_y1``.
+    curvature : ndarray, shape (n,)
+        Of the nominal; the path bulges to the other side.
+    """
+    x0, y0, x1, y1 = (reaches[f"all_{side}"] for side in ("x0", "y0", "x1", "y1"))
+    summit = -np.sign(curvature) * np.tan(0.25 * arc(reaches["sweep"])) / 2
+    across, along = np.maximum(0.5 - x0, x1 - 0.5), np.maximum(summit - y0, y1 - summit)
+    return np.asarray(np.max([x1 - x0, y1 - y0, across, along], axis=0))
 
 
 def arc(sweep: Array) -> Array:

@@ -114,7 +114,8 @@ def guide_columns(
     reaches = {k: v[order] for k, v in reaches.items()}
     if circle:
         last = np.append(np.diff(reaches["guide"]) != 0, True)
-        reaches |= of_arcs(reaches, last, _halves(guides[used], {k: v[last] for k, v in reaches.items()}))
+        halves = _halves(guides[used], {k: v[last] for k, v in reaches.items()})
+        reaches |= of_arcs(reaches, columns["curvature"][reaches["guide"]], last, halves)
     return columns, reaches
 
 

@@ -120,6 +120,7 @@ class Streams:
         self.gave = bool(found)
         columns = self._look.columns(self._look.rows({"picked": json.dumps([row for row, _, _ in found])}))
         columns["promise"] = np.array([promise for _, _, promise in found])[columns.pop("place")]
+        self.served(len(columns["promise"]), len(found))
         order = np.lexsort((-columns["level"], columns["id"]))
         return {name: values[order[_first(columns["id"][order])]] for name, values in columns.items()}
 
