@@ -24,7 +24,7 @@ OF_ARCS = ("inner_sweep", "still", "grows", "angle", "turns")
 
 
 def balance(reaches: dict[str, Array]) -> Array:
-    """Return the balance of each reach from its columns ``size`` and ``min_transmission``."""
+    """Return the balance, shape (n,), of reaches: columns ``size`` [strokes] and ``min_transmission`` [deg]."""
     return np.asarray(reaches["size"] - reaches["min_transmission"] / 90)
 
 
@@ -114,5 +114,5 @@ def extents(reaches: dict[str, Array], curvature: Array) -> Array:
 
 
 def arc(sweep: Array) -> Array:
-    """Return the angle of arcs whose chord is `sweep` times their radius [rad]."""
+    """Return the angle of arcs whose chord is `sweep` times their radius, shape (n,) [rad]."""
     return np.asarray(2 * np.arcsin(np.minimum(0.5 * sweep, 1.0)))

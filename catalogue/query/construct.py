@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,7 @@ from ..series import Series
 from .complete import completed
 from .constraints import Constraints
 from .improve import REFINED, improved
-from .lay import SHOWN, Answers, in_its_place, merged
+from .lay import SHOWN, Answers, in_its_place
 from .ranking import Ranking, given
 from .request import Request
 from .trail import Trail
@@ -32,10 +31,8 @@ from .trail import Trail
 PLACES = np.linspace(0.04, 0.96, 47)
 #: Pairs of pivots tried within a tolerance, per unit of effort.
 PAIRS = 24
-#: Guides that are refined, in terms of those that a search refines; and with how much effort.
-SPARE, EFFORT = 3, 8
-#: Guides of which more than this part of the deviation may still be taken away are refined once more.
-OPEN = 0.1
+#: Guides that are refined, in terms of those that a search refines; and with how much effort: starts may be far off.
+SPARE, EFFORT = 3, 256
 #: Which coordinates are held: of A1, A1*, A2, A2*, and of the point, which in mid-stroke may move across only.
 HELD = {
     "fixed": np.array([1, 1, 0, 0, 1, 1, 0, 0, 0, 0], bool),
@@ -221,14 +218,7 @@ def _refined(
     found, _ = in_its_place(request, wanted, rows, span(ancestors.linkage, ancestors.point), nominal)
     loose = replace(request, deviation=0.1 * request.stroke)
     moves = Free(HELD[wanted.given])
-    how: dict[str, Any] = {"moves": moves, "nominal": nominal}
-    found = improved(found, loose, wanted, rank, EFFORT * effort, **how)
-    open_ = found.rows["gap"] > OPEN
-    if open_.any():  # starts from far off need longer
-        more = improved(found[np.flatnonzero(open_)], loose, wanted, rank, EFFORT * effort, **how)
-        found = merged(found, more, open_)
-        for name in ("gap", "alternations"):
-            found.rows[name][open_] = more.rows[name]
+    found = improved(found, loose, wanted, rank, EFFORT * effort, moves=moves, nominal=nominal)
     found, checks = in_its_place(request, wanted, found.rows, span(found.linkage, found.point), nominal, SHOWN)
     checks["the distance of the pivots"] = _near(found.linkage, request, wanted)
     if wanted.order:

@@ -67,6 +67,7 @@ class Streams:
     ) -> None:
         self._streams = {code: Stream() for code in codes}
         self._distinct, self._fine = distinct, fine
+        self.gave = False  # whether the last page held anything
         rank, some, promise = {"balance": 1.0}, levels(request, depth(wanted)), promised(request, wanted)
         least = None
         if request.kind == "line":

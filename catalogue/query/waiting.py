@@ -7,8 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ..linkage import Array
-
-Rows = dict[str, Array]
+from .streams import Rows
 
 
 class Waiting:

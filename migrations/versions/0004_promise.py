@@ -1,5 +1,7 @@
 """A reach holds what it costs between it and its neighbour, and its index all that this is computed from."""
 
+import math
+
 import sqlalchemy as sa
 from alembic import op
 
@@ -30,19 +32,19 @@ LINE = {
 HERE, SHORT = "reach.sweep", "coalesce(next.sweep, 0.5 * reach.sweep)"
 WHOLE, PART = f"(reach.size * {HERE})", f"(coalesce(next.size, max(1.0, 2 * reach.spread)) * {SHORT})"
 BENT = f"(0.5 * (0.5 * ({WHOLE} + {PART}) + max({PART}, 0.5 * ({HERE} + {SHORT}))))"
-TURN = "({0} * (1 + {0} * {0} * (1 / 24.0 + {0} * {0} / 128.0)))"
 ANGLE = "coalesce(next.min_transmission, reach.min_transmission)"
 GROWS = f"""
-CASE WHEN reach.size < 1.000001 THEN ({BENT} - {PART}) / (0.5 * ({HERE} - {SHORT}))
+CASE WHEN reach.size < 1.000001 AND next.sweep IS NULL THEN max({PART} - reach.spread * {HERE}, 0.0) / {SHORT}
+WHEN reach.size < 1.000001 THEN ({BENT} - {PART}) / (0.5 * ({HERE} - {SHORT}))
 ELSE ({WHOLE} - {PART}) / ({HERE} - {SHORT}) END
 """
-TURNS = f"(reach.min_transmission - {ANGLE}) / ({TURN.format(HERE)} - {TURN.format(SHORT)})"
+TURNS = f"(reach.min_transmission - {ANGLE}) / (arc({HERE}) - arc({SHORT}))"
 SERVES = f"{SHORT} < {HERE}"
 ARC = {
     "inner_sweep": f"CASE WHEN {SERVES} THEN coalesce(next.sweep, 0.0) ELSE {HERE} END",
     "still": f"CASE WHEN {SERVES} THEN {PART} - {SHORT} * ({GROWS}) ELSE {WHOLE} END",
     "grows": f"CASE WHEN {SERVES} THEN {GROWS} ELSE 0.0 END",
-    "angle": f"CASE WHEN {SERVES} THEN {ANGLE} - {TURN.format(SHORT)} * ({TURNS}) ELSE reach.min_transmission END",
+    "angle": f"CASE WHEN {SERVES} THEN {ANGLE} - arc({SHORT}) * ({TURNS}) ELSE reach.min_transmission END",
     "turns": f"CASE WHEN {SERVES} THEN {TURNS} ELSE 0.0 END",
     "floor": f"""
 CASE WHEN {SERVES} THEN
@@ -96,7 +98,13 @@ def columns() -> list[sa.Column]:
     ]
 
 
+def arc(sweep: float) -> float:
+    """Return the angle of an arc of so long a chord and a radius of 1; many builds of SQLite have no arcsin."""
+    return 2 * math.asin(min(0.5 * sweep, 1.0))
+
+
 def upgrade() -> None:
+    op.get_bind().connection.driver_connection.create_function("arc", 1, arc, deterministic=True)
     op.drop_index("ix_reach_floor", if_exists=True)  # a build that was interrupted has none
     op.drop_index("ix_reach_size", if_exists=True)
     op.rename_table("reach", "old_reach")
