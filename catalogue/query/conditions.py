@@ -63,7 +63,7 @@ def conditions(
         least = s / stretch(request, level, rank)
     most: Any = s
     if (sweep := request.sweep) is not None:
-        least = most = s * Reach.sweep / sweep
+        least = most = Reach.sweep * (s / sweep)
     found: dict[str, ColumnElement[bool]] = {}
     for name in ("families", "series", "configurations"):
         if getattr(wanted, name):
@@ -96,7 +96,7 @@ def conditions(
     for name, box in boxes.items():
         region = getattr(wanted, name)
         if region is not None:
-            found[name] = or_(*(_inside(box, region, request, flip, least, most) for flip in flips(request)))
+            found[name] = _inside(box, region, request, least, most)
     return found
 
 
@@ -118,46 +118,34 @@ def flips(request: Request) -> list[tuple[bool, bool]]:
     return both if request.kind == "circle" else [*both, (False, True), (True, True)]
 
 
-def _inside(
-    box: tuple[Any, ...], region: Region, request: Request, flip: tuple[bool, bool], least: Any, most: Any
-) -> ColumnElement[bool]:
-    """A stored box, laid along the path, lies in the region's bounding box; stored, the path's middle is (0.5, 0)."""
+def _inside(box: tuple[Any, ...], region: Region, request: Request, least: Any, most: Any) -> ColumnElement[bool]:
+    """A stored box, laid along the path in one of the `flips`, lies in the region's bounding box; stored, the path's
+    middle is (0.5, 0).  The flips turn x and y apart from each other."""
     x0, y0, x1, y1 = box
-    wanted = [b - (0.5 * request.stroke if i % 2 == 0 else 0.0) for i, b in enumerate(region.box)]
-    if flip[0]:
-        wanted[0], wanted[2] = -wanted[2], -wanted[0]
+    left, low, right, high = region.box
+    left, right = left - 0.5 * request.stroke, right - 0.5 * request.stroke
+    rise: Any = 0.0
+    if request.sweep is not None:  # the chord of a shorter window lies nearer to the summit
+        rise = (_height(Reach.sweep) - _height(request.sweep)) / Reach.sweep
+        x0, y0, x1, y1 = x0 + PAD, y0 + PAD, x1 - PAD, y1 - PAD
+
+    def between(start: Any, end: Any, low: float, high: float) -> ColumnElement[bool]:
+        if least is not most:
+            return and_(func.max(start * least, start * most) >= low, func.min(end * least, end * most) <= high)
+        return and_(start * least >= low, end * least <= high)
+
+    along = or_(*(between(x0 - 0.5, x1 - 0.5, *ends) for ends in ((left, right), (-right, -left))))
+    straight, turned = between(y0 - rise, y1 - rise, low, high), between(y0 + rise, y1 + rise, -high, -low)
     if request.kind == "circle":  # the arc is to bulge to +y: a guide whose centre lies to the left is turned over
-        over, rise = Guide.curvature > 0, 0.0
-        if request.sweep is not None:  # the chord of a shorter window lies nearer to the summit
-            rise = (_height(Reach.sweep) - _height(request.sweep)) / Reach.sweep
-            x0, y0, x1, y1 = x0 + PAD, y0 + PAD, x1 - PAD, y1 - PAD
-        along = x0 - 0.5, x1 - 0.5
-        straight = _bounds(*along, y0 - rise, y1 - rise, wanted, least, most)
-        wanted = [wanted[0], -wanted[3], wanted[2], -wanted[1]]
-        turned = _bounds(*along, y0 + rise, y1 + rise, wanted, least, most)
-        return or_(and_(not_(over), straight), and_(over, turned))
-    if flip[1]:
-        wanted[1], wanted[3] = -wanted[3], -wanted[1]
-    return _bounds(x0 - 0.5, x1 - 0.5, y0, y1, wanted, least, most)
+        over = Guide.curvature > 0
+        straight, turned = and_(not_(over), straight), and_(over, turned)
+    return func.coalesce(and_(along, or_(straight, turned)), True)
 
 
 def _height(sweep: Any) -> Any:
     """Return the height of an arc over its chord, in radii: 1 - sqrt(1 - sweep**2 / 4), 1.5 % off at 1.9."""
-    square = sweep * sweep / 4
+    square = sweep * sweep * 0.25
     return square * (1 / 2 + square * (1 / 8 + square * (1 / 16 + square * 0.108)))
-
-
-def _bounds(
-    low_x: Any, high_x: Any, low_y: Any, high_y: Any, wanted: list[float], least: Any, most: Any
-) -> ColumnElement[bool]:
-    def above(value: Any, bound: float) -> ColumnElement[bool]:
-        return (value * least if least is most else func.max(value * least, value * most)) >= bound
-
-    def below(value: Any, bound: float) -> ColumnElement[bool]:
-        return (value * least if least is most else func.min(value * least, value * most)) <= bound
-
-    test = and_(above(low_x, wanted[0]), above(low_y, wanted[1]), below(high_x, wanted[2]), below(high_y, wanted[3]))
-    return func.coalesce(test, True)
 
 
 def basis(request: Request, wanted: Constraints, levels: Sequence[int]) -> ColumnElement[bool]:
