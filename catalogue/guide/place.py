@@ -6,6 +6,7 @@ import numpy as np
 
 from ..linkage import Array, Linkage
 from .measures import middle_of_stroke
+from .minimax import Fit
 from .span import Span
 from .trace import Traced, extended, trace
 
@@ -72,10 +73,19 @@ def mirrored(linkage: Linkage, point: Array, stroke: float, reverse: Array, over
     return linkage.moved(factor, shift, flip), factor * np.where(flip, np.conj(point), point) + shift
 
 
-def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int = 32, extend: bool = True) -> Traced:
+def at_stroke(
+    guides: Span,
+    stroke: Array | float,
+    *,
+    circle: bool,
+    nodes: int = 32,
+    extend: bool = True,
+    curvature: Array | None = None,
+) -> Traced:
     """Trace each guide, its point as it is, over the window about its reference position that has exactly this stroke.
 
     NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended precision if `extend`.
+    The `curvature` of arcs that run from (0, 0) to (stroke, 0) is sought unless it is given, none being at a cusp.
     """
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
     half, centre = np.where(guides.cusp, np.minimum(stroke, guides.extent.min(0)), 0.5 * stroke), np.zeros(len(guides))
@@ -85,13 +95,15 @@ def at_stroke(guides: Span, stroke: Array | float, *, circle: bool, nodes: int =
             with np.errstate(all="ignore"):
                 half = half * stroke / rough.fit.stroke
             if circle and round_ == 0:
-                ends = _symmetric(guides, rough, stroke)
+                ends = _symmetric(guides, rough.fit, stroke)
                 half, centre = (np.where(guides.cusp, now, end) for now, end in zip((half, centre), ends, strict=True))
     else:
-        if circle:
+        if circle and curvature is not None:
+            half, centre = _symmetric(guides, _arcs(stroke, curvature), stroke)
+        elif circle:
             half = _of_chord(guides, half, centre, stroke)
             rough = trace(guides, half, circle=True, split=False, centre=centre, nodes=nodes)
-            half, centre = _symmetric(guides, rough, stroke)
+            half, centre = _symmetric(guides, rough.fit, stroke)
         half = _of_chord(guides, half, centre, stroke)
     found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
     with np.errstate(all="ignore"):
@@ -130,12 +142,17 @@ def _of_chord(guides: Span, half: Array, centre: Array, chord: Array) -> Array:
     return half
 
 
-def _symmetric(guides: Span, traced: Traced, stroke: Array) -> tuple[Array, Array]:
-    """Return half and centre of the windows whose ends, on the traced circles, are equally far from the guided points.
+def _arcs(stroke: Array, curvature: Array) -> Fit:
+    """Return the circles of arcs from (0, 0) to (stroke, 0)."""
+    none = np.full_like(stroke, np.nan)
+    return Fit(none, stroke, np.zeros(len(stroke), complex), np.ones(len(stroke), complex), curvature, none)
+
+
+def _symmetric(guides: Span, found: Fit, stroke: Array) -> tuple[Array, Array]:
+    """Return half and centre of the windows whose ends, on circles, are equally far from the guided points.
 
     The tangent in the guided point is not parallel to the chord, since the path wavers about the circle.
     """
-    found = traced.fit
     with np.errstate(all="ignore"):
         radius = 1 / found.curvature
         depth = np.sqrt(radius**2 - 0.25 * found.stroke**2)
@@ -145,32 +162,3 @@ def _symmetric(guides: Span, traced: Traced, stroke: Array) -> tuple[Array, Arra
         ends = [((out * t - out) * guides.tangent.conj()).real for t in (turn, turn.conj())]
     low, high = np.minimum(*ends), np.maximum(*ends)
     return 0.5 * (high - low), (high + low) / (high - low)
-
-
-def at_sweep(
-    guides: Span, half: Array, centre: Array, known: Array, sweep: float, nodes: int = 16
-) -> tuple[Array, Traced]:
-    """Trace circular guides over windows whose chord is `sweep` times the radius; the half windows and what was traced.
-
-    Parameters
-    ----------
-    half, known : ndarray, shape (n,)
-        A window [length] and its sweep, to begin with.
-    """
-    power = np.ones(len(guides))  # the sweep goes about with this power of the window
-    factor = last = sweep / known
-    half = half * factor
-    traced, open_ = Traced.nothing(len(guides)), np.ones(len(guides), bool)
-    for _ in range(8):
-        now = trace(guides[open_], half[open_], circle=True, split=True, centre=centre[open_], nodes=nodes)
-        traced = traced.replaced(open_, now)
-        with np.errstate(all="ignore"):
-            error = sweep / (traced.fit.stroke * np.abs(traced.fit.curvature))
-            open_ = np.abs(error - 1) > 1e-6
-            if not open_.any():
-                break
-            steepness = np.log(last / error) / np.log(factor)
-            power = np.where((steepness > 0.3) & (steepness < 3), steepness, power)
-            factor, last = np.clip(error ** (1 / power), 0.5, 2.0), error
-        half[open_] *= factor[open_]
-    return half, traced

@@ -97,7 +97,9 @@ def laid(
         _, pole = mirrored(linkage, pole, request.stroke, *turn)
         linkage, point = mirrored(linkage, point, request.stroke, *turn)
     here = span(linkage, point, pole=pole)
-    now = at_stroke(here, request.stroke, circle=circle, extend=False)
+    with np.errstate(all="ignore"):
+        bend = -np.abs(traced.fit.curvature) * traced.fit.stroke / request.stroke
+    now = at_stroke(here, request.stroke, circle=circle, extend=False, curvature=None if here.cusp.any() else bend)
     m = measure(here, now, in_middle=True)
     checks = checked(request, wanted, here, now, m)
     checks["deviation"] &= there

@@ -12,9 +12,9 @@ from functools import partial
 
 import numpy as np
 
-from ..guide.place import at_sweep
 from ..guide.reach import USABLE, Ladder, reach
 from ..guide.span import Span
+from ..guide.sweep import at_sweep
 from ..guide.trace import Traced, trace
 from ..linkage import Array
 from .conditions import LENGTHS

@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.guide.place import FINE, at_stroke, at_sweep, mirrored, placed
+from catalogue.guide.place import FINE, at_stroke, mirrored, placed
 from catalogue.guide.reach import Ladder, reach
 from catalogue.guide.span import Span, span
-from catalogue.guide.trace import Traced, trace
+from catalogue.guide.trace import Traced
 from catalogue.linkage import Array, Linkage
 
 Drawn = Callable[..., tuple[Span, np.ndarray]]
@@ -133,15 +133,19 @@ def test_at_stroke_measures_deviations_below_1e_13_of_it(naive: Any, drawn: Draw
     assert found.relative.min() < 1e-13
 
 
-def test_at_sweep_has_the_wanted_chord_over_radius(drawn: Drawn) -> None:
+def test_a_known_circle_need_not_be_sought(drawn: Drawn, scanned: Callable[[bool], Ladder]) -> None:
     guides, _ = drawn(circle=True)
-    half = 0.2 * guides.extent.min(0)
-    centre = np.zeros(len(guides))
-    start = trace(guides, half, circle=True, split=True)
-    known = start.fit.stroke * np.abs(start.fit.curvature)
-    sweep = 0.8 * np.nanmedian(known)
-    half, found = at_sweep(guides, half, centre, known, float(sweep))
-    good = np.isfinite(found.fit.deviation) & (found.relative < 1e-2)
-    assert good.mean() > 0.3
-    reached = (found.fit.stroke * np.abs(found.fit.curvature))[good]
-    assert np.quantile(np.abs(reached / sweep - 1), 0.95) < 1e-5
+    half, found = reach(guides, scanned(True), 1e-3, circle=True)
+    some = np.isfinite(half) & ~guides.cusp
+    guides, found = guides[some], found[some]
+    linkage, point = placed(guides, found, STROKE)
+    here, known = span(linkage, point), found.fit.curvature * found.fit.stroke / STROKE
+    sought = at_stroke(here, STROKE, circle=True)
+    given = at_stroke(here, STROKE, circle=True, curvature=known)
+    both = np.isfinite(sought.fit.deviation) & np.isfinite(given.fit.deviation)
+    assert both.mean() > 0.95
+    assert np.isfinite(given.fit.deviation[~both]).sum() >= np.isfinite(sought.fit.deviation[~both]).sum()
+    np.testing.assert_allclose(given.fit.stroke[both], STROKE, rtol=1e-9)
+    off = np.abs(given.fit.curvature / sought.fit.curvature - 1)[both]
+    assert np.quantile(off, 0.95) < 1e-4
+    assert np.quantile(np.abs(given.relative / sought.relative - 1)[both], 0.9) < 1e-2
