@@ -61,7 +61,7 @@ def shape(request: Request) -> tuple[ColumnElement[Any], ColumnElement[Any]]:
     if sweep is None:
         return Reach.size.expression, Reach.min_transmission.expression
     turned = 2 * math.asin(min(0.5 * sweep, 1.0))
-    return Reach.still / sweep + Reach.grows, func.min(Reach.angle + Reach.turns * turned, 90.0)
+    return Reach.still * (1 / sweep) + Reach.grows, func.min(Reach.angle + Reach.turns * turned, 90.0)
 
 
 def promised(request: Request, wanted: Constraints) -> ColumnElement[Any]:
@@ -82,6 +82,15 @@ def promised(request: Request, wanted: Constraints) -> ColumnElement[Any]:
     # where a longer stroke may break a constraint the stored one serves, and so does that of a tighter level
     between = func.max(Reach.floor, func.min(parabola, OWN))
     return case((Reach.level == top, between), else_=OWN)
+
+
+def may_promise(request: Request, below: Any) -> ColumnElement[bool]:
+    """Return a condition that is soon computed, and met by all that promises to be `below`."""
+    if request.sweep is None:
+        return true()
+    size, _ = shape(request)
+    small: ColumnElement[bool] = size <= below + 1  # no transmission angle makes up for more
+    return small
 
 
 def _stays(wanted: Constraints) -> bool:

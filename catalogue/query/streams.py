@@ -15,7 +15,7 @@ from ..store import Prepared, Reach
 from .conditions import basis, conditions, stretch
 from .constraints import Constraints
 from .narrow import COLUMNS, joined
-from .promise import depth, levels, promised, shape
+from .promise import depth, levels, may_promise, promised, shape
 from .request import Request
 
 #: Rows of the first page of a stream; each further one is four times as long, up to the longest.
@@ -83,6 +83,7 @@ class Streams:
         page = (
             select(row, Reach.guide_id, (func.min(promise) if distinct else promise).label("promise"))
             .where(basis(request, wanted, some), Reach.series == bindparam("code", ""), Reach.floor < below, *by_index)
+            .where(may_promise(request, below))
             .where(promise.between(edge, below), or_(Reach.guide_id > guide, promise > edge))
             .order_by("promise", Reach.guide_id)
             .limit(bindparam("room", 0))

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from sqlalchemy import Connection, Engine, Select
+from sqlalchemy import Connection, Select
 
 from ..closing import Closing
 from ..errors import DatabaseError
@@ -32,9 +32,10 @@ class Database(Closing):
         For connections; a connection begins a transaction with its first statement.
     """
 
-    def __init__(self, path: Path, engine: Engine) -> None:
+    def __init__(self, path: Path) -> None:
         self.path = path
-        self.engine = engine
+        self.engine = engine_for(path)
+        self._kept = engine_for(path, keep=True)  # for what is read again and again
 
     @classmethod
     def open(cls, path: str | PathLike[str], *, create: bool = True) -> Database:
@@ -60,7 +61,7 @@ class Database(Closing):
             if not create and not path.exists():
                 raise DatabaseError(f"{path} does not exist: run `catalogue build` first, or name another with --db")
             bring_up_to_date(path)
-        return cls(path, engine_for(path))
+        return cls(path)
 
     @contextmanager
     def begin(self) -> Iterator[Connection]:
@@ -83,18 +84,19 @@ class Database(Closing):
     @contextmanager
     def reading(self) -> Iterator[Callable[..., dict[str, np.ndarray[Any, Any]]]]:
         """Yield a function like `read_columns` that keeps one connection, for several reads in a row."""
-        with plainly(self.path), self.engine.connect() as connection:
+        with plainly(self.path), self._kept.connect() as connection:
             yield partial(read_columns, connection)
 
     @contextmanager
     def preparing(self) -> Iterator[Callable[[Select[Any]], Prepared]]:
         """Yield a function that makes a `Prepared` of a select, all on one connection."""
-        with plainly(self.path), self.engine.connect() as connection:
+        with plainly(self.path), self._kept.connect() as connection:
             yield partial(Prepared, connection)
 
     def close(self) -> None:
         """Let go of the file."""
         self.engine.dispose()
+        self._kept.dispose()
 
     def __repr__(self) -> str:
         return f"Database({str(self.path)!r})"

@@ -7,6 +7,7 @@ import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -16,7 +17,8 @@ from sqlalchemy import func, select
 from sqlalchemy.exc import IntegrityError
 
 from catalogue.errors import DatabaseError
-from catalogue.store import Batch, Database, Mechanism, get_setting, set_setting, write_batch
+from catalogue.store import Batch, Database, Mechanism, Setting, get_setting, set_setting, write_batch
+from catalogue.store.connecting import connect
 
 OPEN = "import sys; from catalogue.store import Database; Database.open(sys.argv[1]).close();"
 
@@ -191,3 +193,52 @@ def test_setting_is_replaced(database: Database) -> None:
     set_setting(database, "seed", "1")
     set_setting(database, "seed", "2")
     assert get_setting(database, "seed", "0") == "2"
+
+
+def test_what_others_wrote_is_read_by_a_kept_connection(filled: Path) -> None:
+    with Database.open(filled) as database, Database.open(filled) as other:
+        with database.reading() as read:
+            assert not read(select(Setting.key))["key"].size
+        set_setting(other, "seed", "1")
+        with database.reading() as read:
+            assert read(select(Setting.key))["key"].tolist() == ["seed"]
+
+
+def test_file_that_takes_the_place_of_another_is_read(filled: Path, tmp_path: Path) -> None:
+    new = tmp_path / "new.db"
+    Database.open(new).close()
+    with Database.open(filled) as database:
+        with database.reading() as read:
+            assert read(select(Mechanism.id))["id"].size == 400
+        new.replace(filled)
+        with database.reading() as read:
+            assert read(select(Mechanism.id))["id"].size == 0
+        filled.unlink()
+        with pytest.raises(DatabaseError, match="cannot be opened"), database.reading() as read:
+            read(select(Mechanism.id))
+
+
+def test_each_thread_reads_on_its_own_connection(filled: Path) -> None:
+    def read_once(_: int) -> int:
+        with database.reading() as read:
+            return int(read(select(Mechanism.id))["id"].size)
+
+    with Database.open(filled) as database, ThreadPoolExecutor(8) as pool:
+        assert set(pool.map(read_once, range(64))) == {400}
+
+
+def test_a_connection_is_kept_but_not_for_a_forked_process(filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made = []
+
+    def counted(*args: Any, **options: Any) -> sqlite3.Connection:
+        made.append(args)
+        return connect(*args, **options)
+
+    monkeypatch.setattr("catalogue.store.connecting.connect", counted)
+    with Database.open(filled) as database:
+        for process, expected in ((os.getpid(), 1), (-1, 2)):
+            monkeypatch.setattr(os, "getpid", lambda process=process: process)
+            for _ in range(3):
+                with database.reading() as read:
+                    assert read(select(Mechanism.id))["id"].size == 400
+            assert len(made) == expected
