@@ -76,12 +76,15 @@ def joined(*columns: Any) -> Select[Any]:
 
 
 def held(read: Callable[[Any], dict[str, Array]], wanted: Constraints) -> list[str]:
-    """Return the codes of the series that a database holds and that are wanted, of a family that is wanted.
+    """Return the codes of the series that a database holds and that are wanted, of a family that is wanted; those of
+    which it holds few guides come first.
 
     A series without such a family would be searched to its end in vain.  One of which the database holds only named
     guides counts if it is asked for by its code.
     """
-    rows = read(select(Batch.series.label("code"), Batch.member).distinct().order_by(Batch.series))
+    number = func.sum(func.sum(Batch.guides)).over(partition_by=Batch.series).label("number")
+    held = select(Batch.series.label("code"), Batch.member, number).group_by(Batch.series, Batch.member)
+    rows = read(held.order_by("number", Batch.series))
     codes = []
     for code, member in zip(rows["code"], rows["member"], strict=True):
         family = member.split()[0]  # a member is named by its family and a name of its own

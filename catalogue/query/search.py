@@ -23,7 +23,7 @@ from .streams import Rows, Streams
 from .waiting import Waiting
 
 #: Balance up to which streams are read at first; then up to a multiple of it, and so on, to the last.
-CEILING, STEP, LAST_CEILING = 0.75, 1.5, 32.0
+CEILING, STEP, LAST_CEILING = {"line": 0.75, "circle": 1.125}, 1.5, 32.0
 #: Reaches that are traced at once at most: two for each answer at first, then a third more each time.
 LARGEST_BATCH = 256
 
@@ -107,7 +107,7 @@ def search(
     standing = Standing(limit, per_series or limit)
     parts: list[Answers] = []
     passed: list[Array] = [np.zeros(0, bool)]
-    ceiling, batch, most = CEILING, min(2 * limit, LARGEST_BATCH), standing.per_series * 3 // 2
+    ceiling, batch, most = CEILING[request.kind], min(2 * limit, LARGEST_BATCH), standing.per_series * 3 // 2
     with database.preparing() as prepare:
         codes = held(lambda select: prepare(select).read(), wanted)
         share, spent = max(count // max(len(codes), 1), LEAST), dict.fromkeys(codes, 0)
@@ -116,7 +116,8 @@ def search(
             usual, full = standing.entry()
             entry = {code: full.get(code, usual) if spent[code] < share else -np.inf for code in codes}
             room = {code: min(most, share - spent[code]) for code in codes}
-            waiting.add(streams.read({code: min(entry[code], ceiling) for code in waiting.short(entry, room)}))
+            below = {code: min(entry[code], ceiling) for code in waiting.short(entry, room)}
+            waiting.add(streams.read(below, room, batch))
             chosen = waiting.promising(entry, room, batch)
             if len(chosen) < batch:  # to read is cheaper than to trace
                 if streams.gave:
@@ -126,7 +127,7 @@ def search(
                     continue
                 if not len(chosen):
                     if standing.count < limit and streams.closer():
-                        ceiling = CEILING
+                        ceiling = CEILING[request.kind]
                         continue
                     break
             rows = waiting.take(chosen)

@@ -99,21 +99,26 @@ class Streams:
             joined(*COLUMNS, picked.c.key.label("place")).join(picked, row == picked.c.value).where(*tests.values())
         )
 
-    def read(self, below: Mapping[str, float]) -> Rows:
+    def read(self, below: Mapping[str, float], room: Mapping[str, int] | None = None, enough: int = 0) -> Rows:
         """Return the next page of some series, of rows that promise less than `below`, those that meet the conditions
         on what is stored.
 
-        The rows of a guide come once: that of the longest stroke.
+        The rows of a guide come once: that of the longest stroke.  Once there are `enough`, counting no more of a
+        series than there is `room` for, those that follow are read only as far as they promise less than these.
         """
         found: list[tuple[Any, ...]] = []
+        counted: list[float] = []
         by_size, by_angle = (self._distinct * step for step in (FINE_CELL if self._fine else CELL))
         for code, limit in below.items():
             stream = self._streams[code]
+            if 0 < enough <= len(counted):
+                limit = min(limit, sorted(counted)[enough - 1])
             if stream.edge >= limit:
                 continue
             place = {"code": code, "below": limit, "edge": stream.edge, "guide": stream.guide, "room": stream.room}
             rows = self._page.rows(place | {"by_size": by_size, "by_angle": by_angle})
             found += rows
+            counted += [promise for *_, promise in rows[: room[code] if room else None]]
             if len(rows) < stream.room:
                 stream.edge, stream.guide = limit, -1
             else:

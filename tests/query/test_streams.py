@@ -7,18 +7,19 @@ from typing import Any
 
 import numpy as np
 import pytest
-from sqlalchemy import select
+from sqlalchemy import func, select
 
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.query.conditions import basis
 from catalogue.query.constraints import Constraints
 from catalogue.query.find import _measured
+from catalogue.query.narrow import held
 from catalogue.query.promise import depth, levels, promised
 from catalogue.query.ranking import price
 from catalogue.query.request import Request
 from catalogue.query.streams import PAGE, Streams
 from catalogue.query.trail import Trail
-from catalogue.store import Reach
+from catalogue.store import Batch, Reach
 
 LINES = [StraightLine(100, 100 * 10**k) for k in (-5.3, -4.0, -3.5, -2.8, -1.5)]
 ARCS = [CircularArc(100, 100 / sweep, 100 * 10**k) for sweep, k in ((0.3, -3.2), (0.8, -2.5), (1.5, -4.0))]
@@ -124,3 +125,38 @@ def test_levels_and_promises_where_a_shorter_stroke_may_serve(small: Catalogue) 
     assert (held["promise"] <= own + 1e-12).all()
     assert (held["promise"][held["level"] < -4] == own[held["level"] < -4]).all()
     assert set(plain["level"].tolist()) == {-4}
+
+
+@pytest.mark.parametrize("request_", [LINES[2], ARCS[1]], ids=str)
+def test_what_the_first_series_give_says_how_far_the_others_are_read(small: Catalogue, request_: Any) -> None:
+    left_out = 0
+    with small.database.preparing() as prepare:
+        codes = held(lambda some: prepare(some).read(), Constraints())
+        for order in (codes, codes[::-1]):
+            every, some = (Streams(prepare, request_, Constraints(), codes) for _ in range(2))
+            room, below = dict.fromkeys(codes, 3), dict.fromkeys(order, 2.0)
+            whole, part = every.read(below), some.read(below, room, 5)
+            left_out += len(set(whole["id"]) - set(part["id"]))
+            best = [
+                np.sort(np.concatenate([np.sort(rows["promise"][rows["series"] == code])[:3] for code in codes]))[:5]
+                for rows in (whole, part)
+            ]
+            assert best[0].tolist() == best[1].tolist()
+            rest = some.read(below)  # what was left out comes when it is asked for
+            assert set(whole["id"]) <= set(part["id"]) | set(rest["id"])
+    assert left_out > 10
+
+
+def test_series_with_few_guides_come_first(small: Catalogue) -> None:
+    held_, of = (
+        small.database.read(query)
+        for query in (
+            select(Batch.series.label("code"), func.sum(Batch.guides).label("number")).group_by(Batch.series),
+            select(Batch.series.label("code")).where(Batch.member.like("four-bar%")).distinct(),
+        )
+    )
+    number = dict(zip(held_["code"].tolist(), held_["number"].tolist(), strict=True))
+    codes = held(small.database.read, Constraints())
+    assert sorted(codes) == sorted(number)
+    assert [number[code] for code in codes] == sorted(number.values())
+    assert set(held(small.database.read, Constraints(families=("four-bar",)))) == set(of["code"].tolist())
