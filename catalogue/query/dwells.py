@@ -29,6 +29,10 @@ SHARE = 150
 #: Lengths of rockers over that of the rod, and directions from the joint to their pivots, that are tried.
 ROCKERS = np.array([0.35, 0.5, 0.7, 1.0, 1.4, 2.0])
 DIRECTIONS = np.exp(2j * np.pi * np.arange(36) / 36)
+#: Steps by which the pivot of a chosen rocker, in parts of the rod, and its joint, in parts of the rod times the residual,
+#: are moved while that is better, and how often at most.
+STEPS, ROUNDS = (0.2, 0.1, 0.05, 0.025), 4
+AROUND = np.array([complex(x, y) for x in (0, -1, 1) for y in (0, -1, 1)])
 #: Steps of the turn when dyads are tried, and when the chosen ones are measured.
 COARSE, FINE = 120, 2880
 #: Guides whose dyads are tried at once.
@@ -60,7 +64,8 @@ def find_dwells(database: Database, request: StandStill, wanted: Constraints, *,
         told = f"no dwell found: of {len(guides)} arcs none has a dyad that stands so still and swings so far"
         return Dwellings([], f"{told}; ask for less swing, or a wider residual")
     rows = {name: values[order] for name, values in rows.items()}
-    guides, driver, pivots = guides[order], driver[order], pivots[order]
+    guides, driver = guides[order], driver[order]
+    rows["joint"], pivots = _moved(rows["joint"], pivots[order], guides, driver, request)
     path, input_ = turned(guides, driver, FINE)
     final = dwells(path, rows["joint"], pivots[:, None], request.residual)[:, 0]
     least = np.fmin(input_, final.transmission)
@@ -129,6 +134,27 @@ def _tried(rows: dict[str, Array], guides: Span, driver: Array, request: StandSt
         chosen = np.arange(len(first)), first
         pivots[part], best[part] = tries[chosen], np.where(value[chosen] > 0, value[chosen], np.nan)
     return pivots, best
+
+
+def _moved(joint: Array, pivots: Array, guides: Span, driver: Array, request: StandStill) -> tuple[Array, Array]:
+    """Return joints and rocker pivots moved to where the transmission angle is best nearby, the dwell being kept."""
+    path, input_ = turned(guides, driver, COARSE)
+    n, tries = len(guides), len(AROUND)
+    rod = np.abs(0.5 * (path[COARSE // 2 - 1] + path[COARSE // 2]) - joint)
+    each = np.repeat(np.arange(n), tries)
+    for step in STEPS:
+        for _ in range(ROUNDS):
+            joints = joint[:, None] + step * np.radians(request.residual) * rod[:, None] * AROUND
+            tried = pivots[:, None] + step * rod[:, None] * AROUND
+            found = dwells(path[:, each], joints.ravel(), tried[each], request.residual, request.swing)
+            serves = (found.angle >= request.angle) & (found.swing >= request.swing)
+            value = np.where(serves, np.fmin(found.transmission, input_[each, None]), -1.0).reshape(n, -1)
+            best = np.argmax(value, axis=1)  # the first of all leaves both where they are
+            if not best.any():
+                break
+            at = np.arange(n)
+            joint, pivots = joints[at, best // tries], tried[at, best % tries]
+    return joint, pivots
 
 
 def _dwelling(

@@ -12,6 +12,7 @@ import catalogue
 from catalogue.errors import InvalidRequest
 from catalogue.guide.dwell import _standing, dwells
 from catalogue.linkage import Array
+from catalogue.query import dwells as dwells_module
 from catalogue.query.standstill import Dwelling
 
 
@@ -134,3 +135,14 @@ def test_the_band_is_the_best_placed_one() -> None:
     run, spread = _standing(angle - angle[100], 1.0)
     assert spread[0] <= 1.0
     assert run[0] == pytest.approx((100 + 2) * 360 / 200, abs=6)
+
+
+def test_moved_rockers_transmit_better(small: catalogue.Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    wished = catalogue.StandStill(60, 0.5, 20)
+    moved = list(small.find_dwells(wished, limit=6))
+    monkeypatch.setattr(dwells_module, "STEPS", ())
+    tried = list(small.find_dwells(wished, limit=6))
+    gains = [a.min_transmission - b.min_transmission for a, b in zip(moved, tried, strict=True)]
+    assert min(gains) > -0.1
+    assert max(gains) > 0.5
+    assert all(d.angle >= 60 and d.residual <= 0.5 + 1e-9 and d.swing >= 20 for d in moved)
