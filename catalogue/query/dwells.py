@@ -29,8 +29,8 @@ SHARE = 150
 #: Lengths of rockers over that of the rod, and directions from the joint to their pivots, that are tried.
 ROCKERS = np.array([0.35, 0.5, 0.7, 1.0, 1.4, 2.0])
 DIRECTIONS = np.exp(2j * np.pi * np.arange(36) / 36)
-#: Steps by which the pivot of a chosen rocker, in parts of the rod, and its joint, in parts of the rod times the residual,
-#: are moved while that is better, and how often at most.
+#: Steps by which the pivot of a chosen rocker, in parts of the rod, and its joint, in parts of the rod times the
+#: residual, are moved while that is better, and how often at most.
 STEPS, ROUNDS = (0.2, 0.1, 0.05, 0.025), 4
 AROUND = np.array([complex(x, y) for x in (0, -1, 1) for y in (0, -1, 1)])
 #: Steps of the turn when dyads are tried, and when the chosen ones are measured.
