@@ -110,7 +110,8 @@ class Catalogue(Closing):
         )  # fmt: skip
 
     def find_dwells(self, request: StandStill, *, limit: int = 12, effort: int = 1, **constraints: Any) -> Dwellings:
-        """Return crank-driven linkages with a dyad whose rocker stands still, the best transmission angle first.
+        """Return crank-driven linkages with a dyad whose rocker stands still, the best transmission angle first, and a
+        third of them of one series at most while there are others.
 
         Parameters
         ----------

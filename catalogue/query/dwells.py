@@ -42,6 +42,8 @@ BLOCK = 40
 def find_dwells(database: Database, request: StandStill, wanted: Constraints, *, limit: int, effort: int) -> Dwellings:
     """Return at most `limit` dwells, the best transmission angle first, one for each stored guide.
 
+    A third of them are of one series at most, while there are others.
+
     Raises
     ------
     InvalidRequest
@@ -59,7 +61,8 @@ def find_dwells(database: Database, request: StandStill, wanted: Constraints, *,
     rows, guides, driver = stored
     pivots, coarse = _tried(rows, guides, driver, request)
     order = np.argsort(-np.nan_to_num(coarse, nan=-1.0), kind="stable")
-    order = order[coarse[order] > 0.9 * wanted.min_transmission][: 4 * limit]
+    order = order[coarse[order] > 0.9 * wanted.min_transmission]
+    order = _few_of_each(order, rows["series"], 4 * limit)
     if not len(order):
         told = f"no dwell found: of {len(guides)} arcs none has a dyad that stands so still and swings so far"
         return Dwellings([], f"{told}; ask for less swing, or a wider residual")
@@ -72,7 +75,8 @@ def find_dwells(database: Database, request: StandStill, wanted: Constraints, *,
     good = (
         (final.angle >= request.angle) & (final.swing >= request.swing) & (least >= max(wanted.min_transmission, 1e-9))
     )
-    chosen = np.flatnonzero(good)[np.argsort(-least[good], kind="stable")][:limit]
+    order = np.flatnonzero(good)[np.argsort(-least[good], kind="stable")]
+    chosen = _few_of_each(order, rows["series"], limit)
     told = f"{len(guides)} dyads were measured over the full turn, {good.sum()} serve"
     if not len(chosen):
         told = f"no dwell found: of {len(guides)} dyads the longest dwell is {np.nanmax(final.angle):.4g} degrees"
@@ -134,6 +138,16 @@ def _tried(rows: dict[str, Array], guides: Span, driver: Array, request: StandSt
         chosen = np.arange(len(first)), first
         pivots[part], best[part] = tries[chosen], np.where(value[chosen] > 0, value[chosen], np.nan)
     return pivots, best
+
+
+def _few_of_each(order: Array, series: Array, limit: int) -> Array:
+    """Return `limit` of an order, the first of each series, a third of one at most while there are others."""
+    codes, seen = series[order], dict.fromkeys(series.tolist(), 0)
+    place = np.zeros(len(order), int)
+    for i, code in enumerate(codes.tolist()):
+        place[i], seen[code] = seen[code], seen[code] + 1
+    late = place >= -(-limit // 3)
+    return np.asarray(order[np.sort(np.argsort(late, kind="stable")[:limit])])
 
 
 def _moved(joint: Array, pivots: Array, guides: Span, driver: Array, request: StandStill) -> tuple[Array, Array]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections import Counter
 from typing import Any
 
 import numpy as np
@@ -146,3 +147,14 @@ def test_moved_rockers_transmit_better(small: catalogue.Catalogue, monkeypatch: 
     assert min(gains) > -0.1
     assert max(gains) > 0.5
     assert all(d.angle >= 60 and d.residual <= 0.5 + 1e-9 and d.swing >= 20 for d in moved)
+
+
+def test_no_series_crowds_out_the_others(small: catalogue.Catalogue) -> None:
+    every = list(small.find_dwells(catalogue.StandStill(60, 0.5, 20), limit=9))
+    counted = Counter(d.series for d in every)
+    assert len(counted) >= 3
+    assert max(counted.values()) == 3
+    assert [d.min_transmission for d in every] == sorted((d.min_transmission for d in every), reverse=True)
+    of_one = list(small.find_dwells(catalogue.StandStill(60, 0.5, 20), limit=9, series=[every[0].series]))
+    assert len(of_one) > 3
+    assert of_one[0].min_transmission == pytest.approx(every[0].min_transmission, abs=0.5)
