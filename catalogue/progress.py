@@ -1,14 +1,47 @@
-"""A progress bar on standard error for what takes more than a second."""
+"""Progress bars on standard error for what takes more than a second."""
 
 from __future__ import annotations
 
 import sys
+import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .build import Progress
+
+#: After how long a pulsing bar appears [s].
+PATIENCE = 1.0
+
+
+@contextmanager
+def busy(label: str) -> Iterator[None]:
+    """Show a pulsing bar and the time once what is done meanwhile takes longer than `PATIENCE`, on a terminal only."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    done = threading.Event()
+    thread = threading.Thread(target=_pulse, args=(label, done), daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+def _pulse(label: str, done: threading.Event) -> None:
+    if done.wait(PATIENCE):
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+    from rich.progress import Progress as Bar
+
+    columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
+    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+        bar.add_task(label, total=None)
+        done.wait()
 
 
 @contextmanager

@@ -6,6 +6,7 @@ import json
 import sys
 from dataclasses import asdict
 
+from ..progress import busy
 from .options import Db, Format, Output, Plugins
 
 
@@ -15,7 +16,8 @@ def census(format: Output = Format.table, db: Db = None, plugins: Plugins = None
     from ..opening import open
 
     with open(db, plugins=plugins or ()) as catalogue:
-        cells = counting.census(catalogue.database, catalogue.registry)
+        with busy("counting"):
+            cells = counting.census(catalogue.database, catalogue.registry)
         series = catalogue.registry.series
     if format is Format.json:
         print(json.dumps([asdict(c) for c in cells], indent=1))

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..progress import busy
 from ..series import EXACT
 from .options import Format, Output, Plugins
 
@@ -48,14 +49,16 @@ def classify(
     from ..opening import classify as run
     from .reading import read_linkages
 
-    found = run(read_linkages(file), tolerance=tolerance, plugins=plugins or ())
-    rows = _rows(found)
-    if point is not None:
-        for row, p, q in zip(rows, *found.singularity(complex(*point)), strict=True):
-            row["singularity"] = {"cusps": int(p), "inflections": int(q)} if p >= 0 else None
-    if guided or radius is not None:
-        for row, elements in zip(rows, _elements(found, radius), strict=True):
-            row["guided"] = elements
+    linkages = read_linkages(file)
+    with busy("classifying"):
+        found = run(linkages, tolerance=tolerance, plugins=plugins or ())
+        rows = _rows(found)
+        if point is not None:
+            for row, p, q in zip(rows, *found.singularity(complex(*point)), strict=True):
+                row["singularity"] = {"cusps": int(p), "inflections": int(q)} if p >= 0 else None
+        if guided or radius is not None:
+            for row, elements in zip(rows, _elements(found, radius), strict=True):
+                row["guided"] = elements
     if format is Format.json:
         print(json.dumps(rows, indent=1, allow_nan=False))
     elif format is Format.csv:

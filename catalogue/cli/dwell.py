@@ -9,6 +9,7 @@ from typing import Annotated
 
 import typer
 
+from ..progress import busy
 from .options import Db, Format, Output, Plugins
 from .wishes import Codes, Effort, Limit, Names, Order, PinsOnly
 
@@ -45,10 +46,10 @@ def dwell(
     from ..opening import open
     from ..query.standstill import Dwelling, StandStill
 
-    with open(db, plugins=plugins or ()) as catalogue:
+    with open(db, plugins=plugins or ()) as catalogue, busy("trying rockers"):
         found = catalogue.find_dwells(
-            StandStill(angle, residual, swing), limit=limit, effort=effort, families=family or (), series=series or (),
-            order=order, pins_only=pins_only, min_transmission=min_transmission,
+            StandStill(angle, residual, swing), limit=limit, effort=effort, families=family or (),
+            series=series or (), order=order, pins_only=pins_only, min_transmission=min_transmission,
         )  # fmt: skip
     if not found:
         print(f"catalogue: {found.explain()}", file=sys.stderr)

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from ..errors import InvalidRequest
+from ..progress import busy
 from ..query.constraints import GIVEN
 from ..query.request import CircularArc, Request, StraightLine
 from .options import Format
@@ -83,7 +84,8 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     output, explain, plot = options.pop("format"), options.pop("explain"), options.pop("plot")
     given = any(options[name] for name in GIVEN)  # such guides are made, not looked up
     with open(options.pop("db"), plugins=options.pop("plugins") or (), build=not given) as catalogue:
-        found = catalogue.find(request, **options)
+        with busy("searching"):
+            found = catalogue.find(request, **options)
         if explain or not found:
             told = found.explain()
             print(told if explain else _advice(told), file=sys.stderr)
