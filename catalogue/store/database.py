@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import weakref
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
@@ -36,6 +37,7 @@ class Database(Closing):
         self.path = path
         self.engine = engine_for(path)
         self._kept = engine_for(path, keep=True)  # for what is read again and again
+        weakref.finalize(self, self._kept.dispose)  # also of one that nobody closes
 
     @classmethod
     def open(cls, path: str | PathLike[str], *, create: bool = True) -> Database:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 import sqlite3
 import subprocess
@@ -242,3 +243,16 @@ def test_a_connection_is_kept_but_not_for_a_forked_process(filled: Path, monkeyp
                 with database.reading() as read:
                     assert read(select(Mechanism.id))["id"].size == 400
             assert len(made) == expected
+
+
+def test_a_database_that_nobody_closed_lets_go_of_the_file(filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[sqlite3.Connection] = []
+    monkeypatch.setattr("catalogue.store.connecting.connect", lambda *args: made.append(connect(*args)) or made[-1])
+    database = Database.open(filled)
+    with database.reading() as read:
+        read(select(Mechanism.id))
+    made[-1].execute("SELECT 1")
+    del database
+    gc.collect()
+    with pytest.raises(sqlite3.ProgrammingError, match="closed"):
+        made[-1].execute("SELECT 1")
