@@ -17,15 +17,27 @@ ROUNDS, REACHED = 6, 1e-6
 def at_sweep(
     guides: Span, half: Array, centre: Array, known: Array, sweep: float, nodes: int = 16
 ) -> tuple[Array, Traced]:
-    """Trace circular guides over windows whose chord is `sweep` times the radius; the half windows and what was traced.
+    """Trace circular guides over windows whose chord is `sweep` times the radius.
 
-    The sweep does not grow with the window alone, since the circle changes with it and the point is moved for each
-    anew; the widest window that does is taken.  NaN where none does nearby.
+    The sweep does not grow in proportion to the window, since the circle changes with it and the point is moved for
+    each anew; of windows nearby that have it the widest is taken.
 
     Parameters
     ----------
+    guides : Span of n
     half, known : ndarray, shape (n,)
-        A window [length] and its sweep, to begin with.
+        Half a window [length] and its sweep, to begin with.
+    centre : ndarray, shape (n,)
+        Middles of the windows, in half windows from the reference position.
+    sweep : float
+        Chord over radius, below 2.
+
+    Returns
+    -------
+    half : ndarray, shape (n,)
+        Half windows [length]; NaN where none nearby has the sweep.
+    traced : Traced of n
+        What was traced there; its sweep is off by more than `REACHED` where `ROUNDS` do not suffice, near a jump.
     """
     n = len(guides)
     guess = sweep / known

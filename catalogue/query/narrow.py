@@ -83,8 +83,8 @@ def held(read: Callable[[Any], dict[str, Array]], wanted: Constraints) -> list[s
     guides counts if it is asked for by its code.
     """
     number = func.sum(func.sum(Batch.guides)).over(partition_by=Batch.series).label("number")
-    held = select(Batch.series.label("code"), Batch.member, number).group_by(Batch.series, Batch.member)
-    rows = read(held.order_by("number", Batch.series))
+    members = select(Batch.series.label("code"), Batch.member, number).group_by(Batch.series, Batch.member)
+    rows = read(members.order_by("number", Batch.series))
     codes = []
     for code, member in zip(rows["code"], rows["member"], strict=True):
         family = member.split()[0]  # a member is named by its family and a name of its own
