@@ -1,7 +1,5 @@
 """A reach holds what it costs between it and its neighbour, and its index all that this is computed from."""
 
-import math
-
 import sqlalchemy as sa
 from alembic import op
 
@@ -27,32 +25,20 @@ LINE = {
     "farther": FARTHER,
     "floor": f"min({OWN}, {FARTHER})",
 }
-# An arc of a radius of 1: its chord here and where the next tighter reach, or half of this one, begins; the size beside
-# the radius and the angle of the arc at both.
-HERE, SHORT = "reach.sweep", "coalesce(next.sweep, 0.5 * reach.sweep)"
-WHOLE, PART = f"(reach.size * {HERE})", f"(coalesce(next.size, max(1.0, 2 * reach.spread)) * {SHORT})"
-BENT = f"(0.5 * (0.5 * ({WHOLE} + {PART}) + max({PART}, 0.5 * ({HERE} + {SHORT}))))"
-ANGLE = "coalesce(next.min_transmission, reach.min_transmission)"
-GROWS = f"""
-CASE WHEN reach.size < 1.000001 AND next.sweep IS NULL THEN max({PART} - reach.spread * {HERE}, 0.0) / {SHORT}
-WHEN reach.size < 1.000001 THEN ({BENT} - {PART}) / (0.5 * ({HERE} - {SHORT}))
-ELSE ({WHOLE} - {PART}) / ({HERE} - {SHORT}) END
-"""
-TURNS = f"(reach.min_transmission - {ANGLE}) / (arc({HERE}) - arc({SHORT}))"
-SERVES = f"{SHORT} < {HERE}"
+INNER_SWEEP = "coalesce(min(next.sweep, reach.sweep), 0.0)"
 ARC = {
-    "inner_sweep": f"CASE WHEN {SERVES} THEN coalesce(next.sweep, 0.0) ELSE {HERE} END",
-    "still": f"CASE WHEN {SERVES} THEN {PART} - {SHORT} * ({GROWS}) ELSE {WHOLE} END",
-    "grows": f"CASE WHEN {SERVES} THEN {GROWS} ELSE 0.0 END",
-    "angle": f"CASE WHEN {SERVES} THEN {ANGLE} - arc({SHORT}) * ({TURNS}) ELSE reach.min_transmission END",
-    "turns": f"CASE WHEN {SERVES} THEN {TURNS} ELSE 0.0 END",
+    "inner_sweep": INNER_SWEEP,
+    "inner_size": f"coalesce(next.size * {INNER_SWEEP} / reach.sweep, max(0.5, reach.spread))",
+    "inner_transmission": "coalesce(next.min_transmission, reach.min_transmission)",
     "floor": f"""
-CASE WHEN {SERVES} THEN
-    min({OWN}, min(reach.size, coalesce(next.size, reach.size)) - max(reach.min_transmission, {ANGLE}) / 90)
-ELSE 9e999 END
+CASE WHEN {INNER_SWEEP} < reach.sweep THEN min(
+    {OWN},
+    min(reach.size, coalesce(next.size, reach.size))
+    - max(reach.min_transmission, coalesce(next.min_transmission, reach.min_transmission)) / 90
+) ELSE {OWN} END
 """,
 }
-NEW = ("halfway", "farther", "inner_sweep", "still", "grows", "angle", "turns")
+NEW = ("halfway", "farther", "inner_sweep", "inner_size", "inner_transmission")
 
 
 def integer(name: str, nullable: bool = False) -> sa.Column:
@@ -98,13 +84,7 @@ def columns() -> list[sa.Column]:
     ]
 
 
-def arc(sweep: float) -> float:
-    """Return the angle of an arc of so long a chord and a radius of 1; many builds of SQLite have no arcsin."""
-    return 2 * math.asin(min(0.5 * sweep, 1.0))
-
-
 def upgrade() -> None:
-    op.get_bind().connection.driver_connection.create_function("arc", 1, arc, deterministic=True)
     op.drop_index("ix_reach_floor", if_exists=True)  # a build that was interrupted has none
     op.drop_index("ix_reach_size", if_exists=True)
     op.rename_table("reach", "old_reach")
@@ -129,14 +109,11 @@ def upgrade() -> None:
         rule("ck_reach_max_ground", "max_ground >= 0"),
         rule("ck_reach_max_arm", "max_arm >= 0"),
         rule("ck_reach_min_transmission", "min_transmission BETWEEN 0 AND 90"),
-        rule(
-            "ck_reach_floor",
-            "coalesce(inner_sweep = sweep, FALSE) OR floor <= size - min_transmission / 90 + 1e-9 * size",
-        ),
+        rule("ck_reach_floor", "floor <= size - min_transmission / 90 + 1e-9 * size"),
         rule(
             "ck_reach_promise",
             "CASE WHEN sweep = 0 THEN halfway IS NOT NULL AND farther IS NOT NULL ELSE coalesce("
-            "inner_sweep BETWEEN 0 AND sweep AND still + grows + angle + turns IS NOT NULL, FALSE) END",
+            "inner_sweep BETWEEN 0 AND sweep AND inner_size >= 0 AND inner_transmission BETWEEN 0 AND 90, FALSE) END",
         ),
         rule("ck_reach_rotates", "rotates BETWEEN 0 AND 3"),
         rule(
@@ -157,6 +134,9 @@ def upgrade() -> None:
         )
     op.drop_table("old_reach")
     op.create_index("ix_reach_size", "reach", ["kind", "series", "level", "size"])
-    promise = ["deviation", "size", "min_transmission", "halfway", "farther", "sweep", *NEW[2:]]
-    op.create_index("ix_reach_promise", "reach", ["kind", "series", "level", "floor", "guide_id", *promise])
+    op.create_index(
+        "ix_reach_promise",
+        "reach",
+        ["kind", "series", "level", "floor", "guide_id", "deviation", "sweep", "size", "min_transmission", *NEW],
+    )
     op.execute("ANALYZE")
