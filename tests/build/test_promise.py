@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 import catalogue
-from catalogue import Catalogue, StraightLine
+from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.guide.reach import LEVELS
 from catalogue.store import Database
 
@@ -93,6 +93,48 @@ def test_an_upgraded_database_holds_the_same(
     np.testing.assert_allclose(upgraded[held, 7:], built[held, 7:], rtol=1e-7, atol=1e-6)
     # half-way a migration cannot measure: answers are a little worse
     request = StraightLine(100, 100 * 10**-3.5)
+    with catalogue.open(old, build=False) as upgraded_:
+        means = [
+            np.mean([c.size / 100 - c.min_transmission / 90 for c in cat.find(request, refine=False)])
+            for cat in (upgraded_, small)
+        ]
+    assert means[0] <= means[1] + 0.05
+
+
+def test_arcs_of_an_older_revision_are_upgraded(
+    small: Catalogue, tmp_path: Path, at_revision: Callable[[Path, str], Path]
+) -> None:
+    """Revision 0004 held size, in strokes of this reach, and transmission angle where the next tighter one begins."""
+    old = at_revision(tmp_path / "old.db", "0004")
+    short = "(CASE WHEN inner_sweep = 0 THEN 0.5 * sweep ELSE inner_sweep END)"
+    made = {
+        "inner_size": f"(still + grows * {short}) / sweep",
+        "inner_transmission": f"min(max(angle + turns * 2 * asin_({short} / 2), 0.0), 90.0)",
+        "floor": "min(floor, size - min_transmission / 90)",
+    }
+    with closing(sqlite3.connect(old)) as target, target:
+        target.create_function("asin_", 1, lambda x: None if x is None else math.asin(min(x, 1.0)))
+        target.execute("ATTACH ? AS built", (str(small.database.path),))
+        for table in ("batch", "mechanism", "guide", "reach"):
+            names = [row[1] for row in target.execute(f"PRAGMA main.table_info({table})")]
+            chosen = [made.get(name, name) if table == "reach" else name for name in names]
+            target.execute(f"INSERT INTO main.{table} SELECT {', '.join(chosen)} FROM built.{table}")
+    Database.open(old).close()
+    columns = (
+        "SELECT sweep, inner_sweep, floor, halfway, farther, still, grows, angle, turns FROM reach "
+        "ORDER BY guide_id, level"
+    )
+    with closing(sqlite3.connect(old)) as one, closing(sqlite3.connect(small.database.path)) as other:
+        upgraded, built = (np.array(c.execute(columns).fetchall(), dtype=float) for c in (one, other))
+    np.testing.assert_array_equal(upgraded[:, :2], built[:, :2])
+    serves = ~(built[:, 1] == built[:, 0])
+    np.testing.assert_array_equal(upgraded[:, 3:5], built[:, 3:5])
+    np.testing.assert_array_equal(upgraded[serves, 2], built[serves, 2])
+    assert np.isinf(upgraded[~serves, 2]).all()
+    held = serves & (built[:, 1] > 0)
+    np.testing.assert_allclose(upgraded[held, 5:7], built[held, 5:7], rtol=1e-7, atol=1e-9)
+    np.testing.assert_allclose(upgraded[held, 7:], built[held, 7:], rtol=1e-7, atol=1e-6)
+    request = CircularArc(100, 150, 0.05)
     with catalogue.open(old, build=False) as upgraded_:
         means = [
             np.mean([c.size / 100 - c.min_transmission / 90 for c in cat.find(request, refine=False)])
