@@ -30,7 +30,7 @@ SHARE = 150
 ROCKERS = np.array([0.35, 0.5, 0.7, 1.0, 1.4, 2.0])
 DIRECTIONS = np.exp(2j * np.pi * np.arange(36) / 36)
 #: Steps by which the pivot of a chosen rocker, in parts of the rod, and its joint, in parts of the rod times the
-#: residual, are moved while that is better, and how often at most.
+#: residual, are moved while that is better, and how often each.
 STEPS, ROUNDS = (0.2, 0.1, 0.05, 0.025), 4
 AROUND = np.array([complex(x, y) for x in (0, -1, 1) for y in (0, -1, 1)])
 #: Steps of the turn when dyads are tried, and when the chosen ones are measured.
@@ -152,22 +152,21 @@ def _few_of_each(order: Array, series: Array, limit: int) -> Array:
 
 def _moved(joint: Array, pivots: Array, guides: Span, driver: Array, request: StandStill) -> tuple[Array, Array]:
     """Return joints and rocker pivots moved to where the transmission angle is best nearby, the dwell being kept."""
-    path, input_ = turned(guides, driver, COARSE)
-    n, tries = len(guides), len(AROUND)
-    rod = np.abs(0.5 * (path[COARSE // 2 - 1] + path[COARSE // 2]) - joint)
-    each = np.repeat(np.arange(n), tries)
-    for step in STEPS:
-        for _ in range(ROUNDS):
-            joints = joint[:, None] + step * np.radians(request.residual) * rod[:, None] * AROUND
-            tried = pivots[:, None] + step * rod[:, None] * AROUND
+    joint, pivots = joint.copy(), pivots.copy()
+    for start in range(0, len(guides), BLOCK):
+        part = slice(start, start + BLOCK)
+        path, input_ = turned(guides[part], driver[part], COARSE)
+        rod = np.abs(0.5 * (path[COARSE // 2 - 1] + path[COARSE // 2]) - joint[part])
+        at = np.arange(len(rod))
+        each = np.repeat(at, len(AROUND))
+        for step in np.repeat(STEPS, ROUNDS):
+            joints = joint[part, None] + step * np.radians(request.residual) * rod[:, None] * AROUND
+            tried = pivots[part, None] + step * rod[:, None] * AROUND
             found = dwells(path[:, each], joints.ravel(), tried[each], request.residual, request.swing)
             serves = (found.angle >= request.angle) & (found.swing >= request.swing)
-            value = np.where(serves, np.fmin(found.transmission, input_[each, None]), -1.0).reshape(n, -1)
+            value = np.where(serves, np.fmin(found.transmission, input_[each, None]), -1.0).reshape(len(rod), -1)
             best = np.argmax(value, axis=1)  # the first of all leaves both where they are
-            if not best.any():
-                break
-            at = np.arange(n)
-            joint, pivots = joints[at, best // tries], tried[at, best % tries]
+            joint[part], pivots[part] = joints[at, best // len(AROUND)], tried[at, best % len(AROUND)]
     return joint, pivots
 
 
