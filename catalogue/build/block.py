@@ -4,24 +4,26 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass
-from itertools import product
+from itertools import islice
 
 import numpy as np
 
-from ..guide.kinds import POINTS, RETURNS, SLOTS
+from ..guide.kinds import SLOTS, STRAIGHT
+from ..instant import Instant
 from ..instant.analysis import PARALLEL_SINE
 from ..linkage import Array, Linkage
 from ..series import Series
+from .candidates import candidates
+from .cover import cells_of, designs, order
 from .draw import BLOCK, PLAN, Drawn, draw
 from .rows import Columns, guide_columns, mechanism_columns, together
 
-#: Guided points nearer to the pole than this guide badly; farther ones need an unwieldy coupler (units of rho0).
-NEAREST_POINT, FARTHEST_POINT = 0.15, 6.0
-RADII = (0.1, 50.0)
-#: Points nearer to the pole than this rest there: their paths return.
-AT_POLE = 1e-9
-#: A guided point nearer than this to a moving pivot is that pivot, which needs no guide.
-NEAREST_PIVOT = 0.03
+#: Most guides that a block gives.
+MOST = 256
+#: So many times as many candidates are traced as guides are wanted, and a few more: some hold no level.
+LOSS, SPARE = 1.15, 8
+#: So many are tried of a configuration and kind that would else be empty.
+RESCUED = 8
 
 
 @dataclass(frozen=True)
@@ -39,24 +41,108 @@ class Block:
         return len(self.guides["mechanism"])
 
 
-def block(series: Series, key: str, seed: int, number: int, plugin: str, version: str) -> Block:
-    """Return block `number` of a member of a series."""
+def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin: str, version: str) -> Block:
+    """Return the first guides, in their order of coverage, of block `number` of a member of a series.
+
+    Parameters
+    ----------
+    wanted : int
+        How many, if there are so many; see `MOST`.
+    """
     member = series.member(key)
     drawn = draw(series, member, seed, number)
-    parts = []
-    for kinds, nominal in product((POINTS, SLOTS, RETURNS), POINTS):
-        linkage, circle = drawn.linkage.inverted() if kinds is SLOTS else drawn.linkage, nominal == "circle"
-        part = guide_columns(linkage, points(series, drawn, kinds[nominal]), circle)
-        if part is not None:
-            part[0]["kind"] = np.full(len(part[0]["x"]), kinds[nominal])
-            parts.append(part)
-    guides, reaches = together(parts)
+    found = candidates(series, drawn)
+    slots = np.isin(found["kind"], list(SLOTS.values()))[:, None, None, None]
+    pivots = drawn.linkage.pivots[found["mechanism"]]
+    linkage = Linkage(np.where(slots, pivots[:, :, ::-1], pivots))
+    names = Instant(drawn.linkage, np.zeros(len(drawn.linkage), complex)).configuration
+    guides, reaches = _traced(linkage, found, names[found["mechanism"]], wanted)
     used, guides["mechanism"] = np.unique(guides["mechanism"], return_inverse=True)
+    guides["cover"] = _ranks(guides["kind"])
+    count = len(guides["mechanism"])
     batch = {
         "series": series.code, "member": key, "plugin": plugin, "plugin_version": version, "plan": PLAN,
-        "seed": seed, "number": number, "drawn": BLOCK, "kept": len(used), "guides": len(guides["mechanism"]),
+        "seed": seed, "number": number, "drawn": BLOCK, "kept": len(used), "guides": count, "wanted": wanted,
     }  # fmt: skip
     return Block(batch, _mechanisms(series, key, drawn, used), guides, reaches)
+
+
+def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tuple[Columns, Columns]:
+    """Return the columns of guides and of reaches of the first candidates that hold a level, in their order.
+
+    As many are traced as are likely to be needed, and more until there are enough, or no more worth it; and some of
+    each configuration and kind of which none has held a level.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+        Of each candidate, of a slot the inverse one.
+    found : mapping of columns
+    names : ndarray of str, shape (n,)
+        Configurations.
+    wanted : int
+    """
+    if not len(names):
+        return together([])
+    z, pole = found["x"] + 1j * found["y"], np.abs(linkage.sine) >= PARALLEL_SINE
+    everything = designs(linkage, z, found["centre"], found["kind"], pole)
+    following = order(everything, cells_of(found["kind"], names, found["label"]))
+    cells = cells_of(found["kind"], names)
+    turn = np.full(len(cells), -1)  # of those that were tried
+    parts: list[tuple[Columns, Columns]] = []
+    count = tried = 0
+    while count < wanted:
+        chosen = np.fromiter(islice(following, SPARE + int(LOSS * (wanted - count))), int)
+        if not len(chosen):
+            break
+        turn[chosen] = np.arange(tried, tried + len(chosen))
+        tried += len(chosen)
+        parts += _parts(linkage, found, turn, chosen)
+        count = sum(len(guides["x"]) for guides, _ in parts)
+    held = np.concatenate([guides["turn"] for guides, _ in parts]) if parts else np.zeros(0, int)
+    lost = ~np.isin(cells, cells[np.isin(turn, held) & (turn >= 0)]) & (turn < 0)
+    rescued = np.flatnonzero(lost)[np.argsort(-everything.weight[lost], kind="stable")]
+    rescued = rescued[_ranks(cells[rescued]) < RESCUED]
+    turn[rescued] = np.arange(len(rescued)) - len(rescued)
+    more = _parts(linkage, found, turn, rescued)
+    for guides, _ in more:  # the soundest of each comes first of all, the others last
+        _, soundest = np.unique(cells[rescued[guides["turn"] + len(rescued)]], return_index=True)
+        others = np.delete(np.arange(len(guides["turn"])), soundest)
+        guides["turn"][others] += len(cells) + len(rescued)
+    return _first(*together(parts + more), wanted)
+
+
+def _parts(linkage: Linkage, found: Columns, turn: Array, chosen: Array) -> list[tuple[Columns, Columns]]:
+    """Return the columns of guides, with their ``turn``, and of reaches of some candidates, by their nominals."""
+    circle = ~np.isin(found["kind"][chosen], STRAIGHT)
+    parts = []
+    for curved in (False, True):
+        some = chosen[circle == curved]
+        points = {name: column[some] for name, column in found.items()} | {"turn": turn[some]}
+        parts.append(guide_columns(linkage[some], points, curved))
+    return [part for part in parts if part is not None]
+
+
+def _first(guides: Columns, reaches: Columns, wanted: int) -> tuple[Columns, Columns]:
+    """Return the first guides by their turn, with their reaches."""
+    if not len(guides["mechanism"]):
+        return guides, reaches
+    kept = np.argsort(guides.pop("turn"))[:wanted]
+    place = np.full(len(guides["mechanism"]), -1)
+    place[kept] = np.arange(len(kept))
+    guides = {name: column[kept] for name, column in guides.items()}
+    owner = place[reaches["guide"]]
+    rows = np.flatnonzero(owner >= 0)
+    rows = rows[np.argsort(owner[rows], kind="stable")]
+    return guides, {name: column[rows] for name, column in reaches.items()} | {"guide": owner[rows]}
+
+
+def _ranks(kinds: Array) -> Array:
+    """Return how many of the same kind, or cell, come before each, shape (n,)."""
+    rank = np.zeros(len(kinds), int)
+    for kind in np.unique(kinds):
+        rank[kinds == kind] = np.arange((kinds == kind).sum())
+    return rank
 
 
 def _mechanisms(series: Series, key: str, drawn: Drawn, used: Array) -> Columns:
@@ -71,77 +157,9 @@ def _mechanisms(series: Series, key: str, drawn: Drawn, used: Array) -> Columns:
     }
 
 
-def points(series: Series, drawn: Drawn, kind: str) -> Columns:
-    """Return the guided elements of all linkages that can be used: points, or fixed points of slots.
-
-    A moving point is guided if it can be; else, as where it is at infinity or at the pole, the coupler carries a slot
-    over the fixed one, which is a guided point of the inverse motion.  Points at the pole are guided to and fro.
-
-    Parameters
-    ----------
-    series : Series
-    drawn : Drawn
-    kind : str
-        Which of `catalogue.guide.kinds`; see `Guide` for the frame.
-    """
-    circle, slots = kind in (POINTS["circle"], SLOTS["circle"], RETURNS["circle"]), kind in SLOTS.values()
-    usable = _returning if kind in RETURNS.values() else _usable
-    found = []
-    n = len(drawn.linkage)
-    inverse = drawn.linkage.inverted()
-    for guided in series.guided(drawn.complete):
-        pairs = np.broadcast_to(guided.pairs, (n, 2, 3))
-        good = usable(drawn.linkage, pairs, circle)
-        if slots:
-            taken = good | _usable(drawn.linkage, pairs, not circle)
-            pairs = pairs[:, ::-1]
-            good = _usable(inverse, pairs, circle) & ~taken
-        k = np.flatnonzero(good)
-        with np.errstate(all="ignore"):
-            centre, z = ((pairs[k, i, 0] + 1j * pairs[k, i, 1]) / pairs[k, i, 2] for i in (0, 1))
-        found.append(
-            {
-                "mechanism": k,
-                "label": np.full(len(k), guided.label, dtype=object),
-                "x": z.real,
-                "y": z.imag,
-                "contact_order": np.broadcast_to(guided.order, n)[k],
-                "centre": centre,
-            }
-        )
-    return {k: np.concatenate([f[k] for f in found]) for k in found[0]}
-
-
-def _usable(linkage: Linkage, pairs: Array, circle: bool) -> Array:
-    """Return where a moving point is worth guiding along a line or circle, shape (n,)."""
-    away = np.abs(_moving(pairs))
-    near = (away >= NEAREST_POINT) | _without_pole(linkage)
-    return _worth(linkage, pairs, circle) & near & (away <= FARTHEST_POINT)
-
-
-def _returning(linkage: Linkage, pairs: Array, circle: bool) -> Array:
-    """Return where a moving point at the pole is worth guiding to and fro along a line or circle, shape (n,)."""
-    return _worth(linkage, pairs, circle) & (np.abs(_moving(pairs)) <= AT_POLE) & ~_without_pole(linkage)
-
-
-def _worth(linkage: Linkage, pairs: Array, circle: bool) -> Array:
-    """Return where a moving point is no pivot and its line is one, its circle neither tiny nor nearly a line."""
-    fixed, moving = pairs[:, 0], pairs[:, 1]
-    with np.errstate(all="ignore"):
-        z, centre = _moving(pairs), (fixed[:, 0] + 1j * fixed[:, 1]) / fixed[:, 2]
-        far = np.abs(fixed[:, 2]) * RADII[1] < np.hypot(fixed[:, 0], fixed[:, 1])
-        radius = np.abs(z - centre)
-        pivot = np.where(linkage.finite[:, :, 1], linkage.points[:, :, 1], np.inf)
-        apart = np.abs(pivot - z[:, None]).min(1)
-        good = np.isfinite(pairs).all(axis=(1, 2)) & (moving[:, 2] != 0) & (apart >= NEAREST_PIVOT)
-        good &= ~far & (radius >= RADII[0]) & (radius <= RADII[1]) if circle else fixed[:, 2] == 0
-    return np.asarray(good)
-
-
-def _moving(pairs: Array) -> Array:
-    with np.errstate(all="ignore"):
-        return np.asarray((pairs[:, 1, 0] + 1j * pairs[:, 1, 1]) / pairs[:, 1, 2])
-
-
-def _without_pole(linkage: Linkage) -> Array:
-    return np.asarray(np.abs(linkage.sine) < PARALLEL_SINE)
+def ranks(kinds: Array) -> Array:
+    """Return how many of the same kind come before each, shape (n,)."""
+    rank = np.zeros(len(kinds), int)
+    for kind in np.unique(kinds):
+        rank[kinds == kind] = np.arange((kinds == kind).sum())
+    return rank

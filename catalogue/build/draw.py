@@ -11,9 +11,9 @@ from ..linkage import Array, Linkage
 from ..series import Member, Series
 
 #: Samples per block, a power of two as the sequence wants.
-BLOCK = 512
+BLOCK = 1024
 #: Changed whenever the same seed would give other content: blocks of another plan are not mixed with these.
-PLAN = "5"
+PLAN = "6"
 
 #: Proportions, in units of rho0 (parallel cranks: of the height of crank 1).
 FARTHEST = 8.0

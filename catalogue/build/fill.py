@@ -6,25 +6,35 @@ import os
 import sqlite3
 import time
 import warnings
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import Future
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
-from sqlalchemy import select
+import numpy as np
 
 from ..errors import DatabaseError, InvalidRequest, PluginError
 from ..plugins import PluginWarning, Registry, one_line
-from ..series import Member, Series
-from ..store import Batch, Database, drop_indexes, finish, is_indexed, make_indexes, prepare, set_setting, write_batch
+from ..store import (
+    Database,
+    drop_indexes,
+    finish,
+    is_indexed,
+    make_indexes,
+    prepare,
+    remove_batches,
+    set_setting,
+    write_batch,
+)
 from .block import Block
-from .draw import PLAN
 from .named import write_designs
+from .plan import Source, places, plan
+from .rows import Columns
 from .workers import Workers
 
 #: Guides in the default database.
-COUNT = 200_000
-#: A member that gives no guide in so many blocks in a row gives none.
-BARREN = 8
+COUNT = 30_000
+#: Blocks per process that are made before those that are written first.
+AHEAD = 32
 
 
 @dataclass(frozen=True)
@@ -58,48 +68,6 @@ class Progress:
         return self.rows / self.seconds if self.seconds else 0.0
 
 
-@dataclass
-class _Source:
-    """The blocks of one member, in order."""
-
-    series: Series
-    member: Member
-    target: int
-    done: dict[int, int]  # guides in the blocks that the file holds, by number
-    asked: dict[int, Future[Block]] = field(default_factory=dict)
-    next: int = 0
-    guides: int = 0
-    barren: int = 0
-    broken: bool = False  # its plugin raised
-
-    def skip(self) -> None:
-        """Go past the blocks that the file holds."""
-        while self.next in self.done and not self.full:
-            self.count(self.done[self.next])
-
-    def count(self, guides: int) -> None:
-        """Go past the next block, of so many guides."""
-        self.next += 1
-        self.guides += guides
-        self.barren = 0 if guides else self.barren + 1
-
-    @property
-    def full(self) -> bool:
-        single = not self.member.parameters and self.next > 0  # one design, which the first block holds
-        return self.broken or self.guides >= self.target or self.barren >= BARREN or single
-
-    def want(self) -> int | None:
-        """Return the number of a block that will surely, or very likely, be needed."""
-        if self.full:
-            return None
-        number = self.next + len(self.asked)
-        made = [f.result().count for f in self.asked.values() if f.done() and not f.cancelled() and not f.exception()]
-        if not self.next and not made:
-            return number if not self.asked else None
-        mean = max((self.guides + sum(made)) / (self.next + len(made)), 1.0)
-        return number if self.guides + mean * len(self.asked) < self.target else None
-
-
 def fill(
     database: Database,
     registry: Registry,
@@ -112,16 +80,16 @@ def fill(
 ) -> Progress:
     """Fill a database up to a number of guides.
 
-    The blocks that are already there count; a build that was interrupted goes on where it stopped and ends with the
-    content of one that was not.  Same seed and count, same content.  The named guides are there from the
-    start, whichever series are chosen.
+    The blocks that are already there count, but the last of a member is made anew if more of it is wanted; a build that
+    was interrupted goes on where it stopped and ends with the content of one that was not.  Same seed and count, same
+    content.  The named guides are there from the start, whichever series are chosen.
 
     Parameters
     ----------
     database : Database
     registry : Registry
     count : int
-        Guides wanted, shared equally by the series and by weight among their members.
+        Guides wanted; how they are shared is said in `catalogue.build.plan`.
     series : sequence of str
         Codes; all that are registered if empty.
     seed : int
@@ -147,7 +115,7 @@ def fill(
     codes = list(series) or list(registry.series)
     failed: list[str] = []
     start, rows = time.perf_counter(), 0
-    sources = _sources(database, registry, codes, count, seed)
+    sources = plan(database, registry, codes, count, seed)
     before = sum(s.guides for s in sources)
     prepare(database)
     for key, value in (("count", str(count)), ("seed", str(seed)), ("series", " ".join(series))):
@@ -155,12 +123,15 @@ def fill(
     set_setting(database, "complete", "no")
     workers = processes or os.cpu_count() or 1
     with database.engine.connect() as connection, Workers(workers, registry.folders) as pool:
+        remove_batches(connection, [batch for s in sources for batch in s.short])
+        covered = places(database)
         if any(not s.full for s in sources) and count > 2 * before:
             drop_indexes(connection)
         write_designs(database, connection, registry)
         for source, block in _blocks(sources, registry, pool, seed, failed):
             try:
-                write_batch(connection, block.batch, block.mechanisms, block.guides, block.reaches)
+                guides = _placed(block.guides, covered[source.key])
+                write_batch(connection, block.batch, block.mechanisms, guides, block.reaches)
             except sqlite3.IntegrityError as error:
                 if "batch.number" in str(error):
                     raise DatabaseError(
@@ -182,27 +153,17 @@ def fill(
     return last
 
 
-def _sources(database: Database, registry: Registry, codes: Sequence[str], count: int, seed: int) -> list[_Source]:
-    held = database.read(
-        select(Batch.series, Batch.member, Batch.number, Batch.guides).where(Batch.seed == seed, Batch.plan == PLAN)
-    )
-    done: dict[tuple[str, str], dict[int, int]] = {}
-    for code, member, number, guides in zip(*held.values(), strict=True):
-        done.setdefault((code, member), {})[int(number)] = int(guides)
-    sources = []
-    for code in codes:
-        one = registry.series[code]
-        total = sum(m.weight for m in one.members)
-        for member in one.members:
-            target = round(count / len(codes) * member.weight / total)
-            sources.append(_Source(one, member, target, done.get((code, member.key), {})))
-            sources[-1].skip()
-    return sources
+def _placed(guides: Columns, before: Counter[str]) -> Columns:
+    """Return the guides of a block with their places after those of the blocks before it, which it is counted among."""
+    kinds = guides["kind"].tolist()
+    cover = guides["cover"] + np.array([before[kind] for kind in kinds], int)
+    before.update(kinds)
+    return guides | {"cover": cover}
 
 
 def _blocks(
-    sources: list[_Source], registry: Registry, pool: Workers, seed: int, failed: list[str]
-) -> Iterator[tuple[_Source, Block]]:
+    sources: list[Source], registry: Registry, pool: Workers, seed: int, failed: list[str]
+) -> Iterator[tuple[Source, Block]]:
     """Yield the blocks that are wanted, in the order of sources and numbers, while the next are being made."""
     for position, source in enumerate(sources):
         while not source.full:
@@ -220,7 +181,7 @@ def _blocks(
         source.asked.clear()
 
 
-def _leave_out(source: _Source, registry: Registry, error: Exception, failed: list[str]) -> None:
+def _leave_out(source: Source, registry: Registry, error: Exception, failed: list[str]) -> None:
     source.broken = True
     record = registry.provider(source.series.code)
     reason = str(error) if isinstance(error, PluginError) else one_line(error)
@@ -232,18 +193,14 @@ def _leave_out(source: _Source, registry: Registry, error: Exception, failed: li
     )
 
 
-def _ask_ahead(sources: list[_Source], registry: Registry, pool: Workers, seed: int) -> None:
+def _ask_ahead(sources: list[Source], registry: Registry, pool: Workers, seed: int) -> None:
+    """Have the next block of the first source made, and others that will be needed while there is room for them."""
+    asked = sum(len(s.asked) for s in sources)
     waiting = sum(not f.done() for s in sources for f in s.asked.values())
     for source in sources:
         record = registry.provider(source.series.code)
-        while waiting < 2 * pool.count and (number := source.want()) is not None:
-            source.asked[number] = pool.submit(
-                source.series.code, source.member.key, seed, number, record.name, record.version
-            )
-            waiting += 1
-    first = sources[0]
-    if not first.full and first.next not in first.asked:  # the guess was short
-        record = registry.provider(first.series.code)
-        first.asked[first.next] = pool.submit(
-            first.series.code, first.member.key, seed, first.next, record.name, record.version
-        )
+        urgent = source is sources[0] and not source.asked
+        while (urgent or (waiting < 2 * pool.count and asked < AHEAD * pool.count)) and (ask := source.ask()):
+            number, wanted = ask
+            source.asked[number] = pool.submit(*source.key, seed, number, wanted, record.name, record.version)
+            waiting, asked, urgent = waiting + 1, asked + 1, False

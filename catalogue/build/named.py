@@ -10,6 +10,7 @@ from sqlalchemy import Connection, select
 from ..classification import classify
 from ..designs import Design, designs
 from ..errors import DatabaseError
+from ..guide.kinds import POINTS
 from ..linkage import Array, Linkage
 from ..plugins import Registry
 from ..store import Database, Guide, Mechanism, remove_designs, write_batch
@@ -72,6 +73,7 @@ def columns(
     circle = np.array([d.circle for d in chosen])
     points = {
         "mechanism": np.arange(len(chosen)),
+        "kind": np.where(circle, POINTS["circle"], POINTS["line"]),
         "label": np.full(len(chosen), "guided", dtype=object),
         "x": point.real,
         "y": point.imag,
@@ -80,9 +82,11 @@ def columns(
     }
     parts = []
     for kind in (False, True):
-        some = {k: v[circle == kind] for k, v in points.items()}
-        parts.append(guide_columns(linkage, some, kind, half[circle == kind]))
+        which = circle == kind
+        some = {k: v[which] for k, v in points.items()}
+        parts.append(guide_columns(linkage[which], some, kind, half[which]))
     guides, reaches = together([part for part in parts if part is not None])
+    guides["cover"] = 0
     mechanisms = {
         **mechanism_columns(linkage),
         "member": MEMBER,

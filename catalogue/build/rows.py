@@ -14,12 +14,13 @@ from ..instant import Instant
 from ..instant.error import leading_error
 from ..linkage import Array, Linkage
 from ..series import EXACT
-from .promise import RUNGS, balance, of_arcs, of_lines
 
 Columns = dict[str, Any]
 #: A reach is stored while the mechanism is smaller than this many strokes and this transmission angle is held.  Where
 #: the design position is a dead point no crank can drive; then the angle is stored as it is, 0.
 LARGEST, LEAST_TRANSMISSION = 12.5, 2.0
+#: Secant steps towards the longest stroke of a level: what is stored is a start, which may be a little short.
+SECANTS = 1
 
 
 def mechanism_columns(linkage: Linkage) -> Columns:
@@ -53,10 +54,10 @@ def guide_columns(
 
     Parameters
     ----------
-    linkage : Linkage
+    linkage : Linkage of n
     points : mapping of columns
-        ``mechanism``: which of the linkages; ``label``, ``x``, ``y``, ``contact_order``, and
-        ``centre``, that of a circle as a complex number.
+        ``x``, ``y``, ``contact_order``, ``centre``, that of a circle as a complex number, and what else there is to
+        say of them.
     circle : bool
         Their nominal; else a straight line.
     usual : ndarray, shape (n,), optional
@@ -67,20 +68,20 @@ def guide_columns(
     guides, reaches : mapping of columns
         Those that hold a level; see `catalogue.store.write_batch`.
     """
-    if not len(points["mechanism"]):
+    if not len(linkage):
         return None
     z = points["x"] + 1j * points["y"]
-    guides = span(linkage[points["mechanism"]], z, pole=np.zeros_like(z))
+    guides = span(linkage, z, pole=np.zeros_like(z))
     usable = guides.extent.min(0) > 0.01
     guides, points = guides[usable], {k: v[usable] for k, v in points.items()}
     if not len(guides):
         return None
     ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle) & ~guides.cusp)
-    steps = np.array(sorted(LEVELS) if circle else RUNGS)
+    steps = np.array(sorted(LEVELS))
     with np.errstate(all="ignore"):
         step, k = np.nonzero((ladder.relative <= 10.0 ** steps[:, None, None]).any(1))
     tried, ladder = guides[k], ladder[k]
-    half, traced = reach(tried, ladder, 10.0 ** steps[step], circle=circle)
+    half, traced = reach(tried, ladder, 10.0 ** steps[step], circle=circle, steps=SECANTS)
     reaches = _reaches(tried, traced, circle) | {"guide": k, "half": half, "centre": ladder.centre}
     if usual is not None:
         more = _reaches(guides, trace(guides, usual[usable], circle=circle, split=True, nodes=16), circle)
@@ -91,17 +92,18 @@ def guide_columns(
     best = _longest(reaches, step, steps, least, circle)
     if not (best >= 0).any():
         return None
-    step, guide = np.nonzero((best >= 0) & np.isin(steps, LEVELS)[:, None])
-    promise = {} if circle else of_lines(np.where(best >= 0, balance(reaches)[best], np.nan), step, guide)
+    # a reach that is the longest at looser levels too, a fourth of the rows, is stored at each of them: a search reads
+    # a level or two, and would miss guides that are better than was asked
+    step, guide = np.nonzero(best >= 0)
     row = best[step, guide]
-    reaches = {name: v[row] for name, v in reaches.items()} | {"level": steps[step].astype(int)} | promise
+    reaches = {name: v[row] for name, v in reaches.items()} | {"level": steps[step]}
     reaches["max_arm"] = np.nan_to_num(reaches["max_arm"])  # two slides: there is no arm
     used, reaches["guide"] = np.unique(reaches["guide"], return_inverse=True)
-    columns = {k: v[used] for k, v in points.items() if circle or k != "centre"}
+    columns = {k: v[used] for k, v in points.items()}
     tangent = guides.tangent[used]
-    radius = columns.pop("centre") - (columns["x"] + 1j * columns["y"]) if circle else np.zeros(len(used), complex)
+    centre, z = columns.pop("centre"), columns["x"] + 1j * columns["y"]
+    radius = centre - z if circle else np.zeros_like(z)
     columns |= {
-        "kind": np.full(len(used), "circle" if circle else "line"),
         "tangent_x": tangent.real,
         "tangent_y": tangent.imag,
         "curvature": np.copysign(1 / np.abs(radius), (radius * tangent.conj()).imag) if circle else radius.real,
@@ -111,19 +113,7 @@ def guide_columns(
         "leading": _leading(guides[used], circle, columns["contact_order"]),
     }
     order = np.lexsort((-reaches["level"], reaches["guide"]))
-    reaches = {k: v[order] for k, v in reaches.items()}
-    if circle:
-        last = np.append(np.diff(reaches["guide"]) != 0, True)
-        halves = _halves(guides[used], {k: v[last] for k, v in reaches.items()})
-        reaches |= of_arcs(reaches, columns["curvature"][reaches["guide"]], last, halves)
-    return columns, reaches
-
-
-def _halves(guides: Span, reaches: Columns) -> Columns:
-    """Return the columns of circular reaches over half their windows."""
-    some = guides[reaches["guide"]]
-    traced = trace(some, 0.5 * reaches["half"], circle=True, split=True, centre=reaches["centre"], nodes=16)
-    return _reaches(some, traced, circle=True)
+    return columns, {k: v[order] for k, v in reaches.items()}
 
 
 def _leading(guides: Span, circle: bool, order: Array) -> Array:

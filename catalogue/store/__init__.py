@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from .bulk import drop_indexes, finish, is_indexed, make_indexes, prepare, remove_designs, write_batch
+from .bulk import drop_indexes, finish, is_indexed, make_indexes, prepare, remove_batches, remove_designs, write_batch
 from .database import Database
+from .guides import COLUMNS, joined
 from .models import Base, Batch, Guide, Mechanism, Reach, Setting, SpecimenRow
 from .prepared import Prepared
 from .settings import get_setting, set_setting
 
 __all__ = [
+    "COLUMNS",
     "Base",
     "Batch",
     "Database",
@@ -22,8 +24,10 @@ __all__ = [
     "finish",
     "get_setting",
     "is_indexed",
+    "joined",
     "make_indexes",
     "prepare",
+    "remove_batches",
     "remove_designs",
     "set_setting",
     "write_batch",

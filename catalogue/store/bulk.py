@@ -18,7 +18,7 @@ from sqlalchemy import Connection, Index, delete
 from ..errors import DatabaseError
 from .connecting import connect
 from .database import Database
-from .models import Base, Mechanism
+from .models import Base, Batch, Mechanism
 from .trouble import plainly
 
 Columns = Mapping[str, Any]
@@ -43,8 +43,8 @@ def write_batch(
     guides : mapping of columns
         Of `Guide`, with ``mechanism``, shape (m,): which of these mechanisms, from 0.
     reaches : mapping of columns
-        Of `Reach`, with ``guide``, shape (k,): which of these guides, from 0.  ``kind`` and ``series`` are those of the
-        guide and of the mechanism unless given.
+        Of `Reach`, with ``guide``, shape (k,): which of these guides, from 0.  ``kind``, ``cover`` and ``series`` are
+        those of the guide and of the mechanism unless given.
 
     Raises
     ------
@@ -58,7 +58,7 @@ def write_batch(
     pivots = np.asarray(mechanisms["pivots"], dtype="<f8")
     parents = _local(guides["mechanism"], len(pivots))
     owners = _local(reaches["guide"], len(parents))
-    kinds = np.broadcast_to(np.asarray(guides["kind"]), parents.shape)[owners]
+    kinds, covers = (np.broadcast_to(np.asarray(guides[name]), parents.shape)[owners] for name in ("kind", "cover"))
     codes = np.broadcast_to(np.asarray(mechanisms.get("series", "")), len(pivots))[parents]
     with _writing(connection):
         batch_id = None if batch is None else _insert(connection, "batch", 1, batch)
@@ -70,8 +70,8 @@ def write_batch(
         )
         linked = {"mechanism_id": mechanism_id + parents, "series": codes, **_without(guides, "mechanism")}
         guide_id = _insert(connection, "guide", len(parents), linked)
-        linked = {"guide_id": guide_id + owners, "kind": kinds, "series": codes[owners], **_without(reaches, "guide")}
-        _insert(connection, "reach", len(owners), linked)
+        same = {"kind": kinds, "series": codes[owners], "cover": covers}
+        _insert(connection, "reach", len(owners), {"guide_id": guide_id + owners, **same, **_without(reaches, "guide")})
 
 
 def remove_designs(connection: Connection, names: Sequence[str]) -> None:
@@ -79,6 +79,14 @@ def remove_designs(connection: Connection, names: Sequence[str]) -> None:
     with _writing(connection):
         gone = delete(Mechanism).where(Mechanism.batch_id.is_(None), Mechanism.name.in_(names))
         connection.execute(gone)
+
+
+def remove_batches(connection: Connection, ids: Sequence[int]) -> None:
+    """Remove these batches, with all that came of them."""
+    if ids:
+        make_indexes(connection)  # without them each row would be looked for in all of the file
+        with _writing(connection):
+            connection.execute(delete(Batch).where(Batch.id.in_(ids)))
 
 
 def drop_indexes(connection: Connection) -> None:

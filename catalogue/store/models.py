@@ -26,13 +26,6 @@ from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
 Key = Annotated[int, mapped_column(primary_key=True)]
 
 
-#: Columns of a reach that say what it costs in an answer.
-PROMISE = (
-    "deviation", "size", "min_transmission", "halfway", "farther", "sweep", "inner_sweep", "still", "grows", "angle",
-    "turns",
-)  # fmt: skip
-
-
 class Base(DeclarativeBase):
     """Base of the tables: SQLite's own types, and a name for every constraint, so that an error names its rule."""
 
@@ -48,7 +41,10 @@ class Base(DeclarativeBase):
 
 
 class Batch(Base):
-    """One block of a sampling plan: where its mechanisms come from, and the unit in which a build resumes."""
+    """One block of a sampling plan: where its mechanisms come from, and the unit in which a build resumes.
+
+    A block holds fewer guides than `wanted` if it has no more that are worth keeping.
+    """
 
     __tablename__ = "batch"
 
@@ -63,11 +59,12 @@ class Batch(Base):
     drawn: Mapped[int]
     kept: Mapped[int]
     guides: Mapped[int]
+    wanted: Mapped[int]
 
     __table_args__ = (
         UniqueConstraint("series", "member", "seed", "number", "plan"),
         CheckConstraint("number >= 0", name="number"),
-        CheckConstraint("drawn >= 0 AND kept >= 0 AND guides >= 0", name="counts"),
+        CheckConstraint("drawn >= 0 AND kept >= 0 AND guides >= 0 AND wanted >= guides", name="counts"),
         {"sqlite_strict": True},
     )
 
@@ -120,13 +117,15 @@ class Guide(Base):
     ``return-circle``.  A slot is described in the inverse motion: x, y is the fixed point, the tangent that of
     its path in the coupler, and so are its reaches.  `leading` is c in v = c u^m, by which it leaves its nominal
     beside order m - 1 (m = contact_order + 1, canonical units); NULL if it never does, or has no series.
+    `cover` is its position in the coverage order of its member and kind: those before K, of each, are a cover of all
+    that are stored, the finer the larger K is.  Named guides come first.
     """
 
     __tablename__ = "guide"
 
     id: Mapped[Key]
     mechanism_id: Mapped[int]
-    series: Mapped[str]  # that of the mechanism, repeated here and in `Reach` so that an index may begin with it
+    series: Mapped[str]  # that of the mechanism, repeated here and in `Reach`, which is read without it
     kind: Mapped[str]
     label: Mapped[str]
     x: Mapped[float]
@@ -137,16 +136,18 @@ class Guide(Base):
     contact_order: Mapped[int]
     inflections: Mapped[int]
     leading: Mapped[float | None]
+    cover: Mapped[int]
 
     __table_args__ = (
         ForeignKeyConstraint(["mechanism_id", "series"], ["mechanism.id", "mechanism.series"], ondelete="CASCADE"),
-        UniqueConstraint("id", "kind", "series"),  # what a reach refers to, so that the two cannot differ
+        UniqueConstraint("id", "kind", "series", "cover"),  # what a reach refers to, so that the two cannot differ
         CheckConstraint("kind IN ('line', 'circle', 'slot', 'arc', 'return-line', 'return-circle')", name="kind"),
         # The square's error is twice the norm's; sqrt is missing from many builds of SQLite.
         CheckConstraint("abs(tangent_x * tangent_x + tangent_y * tangent_y - 1) < 2e-9", name="tangent"),
         CheckConstraint("(kind IN ('line', 'slot', 'return-line')) = (curvature = 0)", name="curvature"),
         CheckConstraint("contact_order >= 2", name="contact_order"),
         CheckConstraint("inflections >= 0", name="inflections"),
+        CheckConstraint("cover >= 0", name="cover"),
         Index("ix_guide_mechanism", "mechanism_id"),
         {"sqlite_strict": True},
     )
@@ -158,10 +159,6 @@ class Reach(Base):
     The stroke is a chord in canonical units, `sweep` the stroke times the curvature of the fitted nominal; the other
     lengths are multiples of the stroke.  Boxes are those of the pivots at finite distance, in the guide's frame (the
     path runs from (0, 0) to (1, 0)).  Bit i of `rotates`: crank i + 1 turns fully.
-    What it promises to a request between it and its neighbour, see `catalogue.build.promise`: `floor` is the least
-    balance, the size less the transmission angle over 90 degrees, infinite if it serves none.  Of a line `halfway` and
-    `farther` are the balance at 10**0.5 and at 10 times the deviation.  An arc serves sweeps w from `inner_sweep` to
-    `sweep`, at a size of still / w + grows and a transmission angle of angle + turns * (2 arcsin(w / 2)) [deg].
     `drive_angle` and `rotation` are those of the better driving crank and of the coupler over the stroke [deg].
     `half` and `centre` are the window that was traced: half its length along the tangent, canonical units, and where
     its middle lies, in halves from the design position.
@@ -173,6 +170,7 @@ class Reach(Base):
     level: Mapped[Key]
     kind: Mapped[str]
     series: Mapped[str]
+    cover: Mapped[int]
     stroke: Mapped[float]
     half: Mapped[float]
     centre: Mapped[float]
@@ -184,14 +182,6 @@ class Reach(Base):
     max_ground: Mapped[float | None]
     max_arm: Mapped[float]
     min_transmission: Mapped[float]
-    floor: Mapped[float]
-    halfway: Mapped[float | None]
-    farther: Mapped[float | None]
-    inner_sweep: Mapped[float | None]
-    still: Mapped[float | None]
-    grows: Mapped[float | None]
-    angle: Mapped[float | None]
-    turns: Mapped[float | None]
     rotates: Mapped[int]
     fixed_x0: Mapped[float | None]  # NULL, all four: every fixed pivot is at infinity
     fixed_y0: Mapped[float | None]
@@ -206,7 +196,9 @@ class Reach(Base):
 
     __table_args__ = (
         ForeignKeyConstraint(
-            ["guide_id", "kind", "series"], ["guide.id", "guide.kind", "guide.series"], ondelete="CASCADE"
+            ["guide_id", "kind", "series", "cover"],
+            ["guide.id", "guide.kind", "guide.series", "guide.cover"],
+            ondelete="CASCADE",
         ),
         CheckConstraint("level BETWEEN -12 AND -1", name="level"),
         CheckConstraint("stroke > 0", name="stroke"),
@@ -219,14 +211,6 @@ class Reach(Base):
         CheckConstraint("max_ground >= 0", name="max_ground"),
         CheckConstraint("max_arm >= 0", name="max_arm"),
         CheckConstraint("min_transmission BETWEEN 0 AND 90", name="min_transmission"),
-        CheckConstraint(
-            "coalesce(inner_sweep = sweep, FALSE) OR floor <= size - min_transmission / 90 + 1e-9 * size", name="floor"
-        ),
-        CheckConstraint(
-            "CASE WHEN sweep = 0 THEN halfway IS NOT NULL AND farther IS NOT NULL ELSE coalesce("
-            "inner_sweep BETWEEN 0 AND sweep AND still + grows + angle + turns IS NOT NULL, FALSE) END",
-            name="promise",
-        ),
         CheckConstraint("rotates BETWEEN 0 AND 3", name="rotates"),
         # A box with some sides missing compares as NULL, which a CHECK lets pass: hence coalesce.
         CheckConstraint(
@@ -235,9 +219,7 @@ class Reach(Base):
             name="fixed_box",
         ),
         CheckConstraint("all_x0 <= all_x1 AND all_y0 <= all_y1", name="all_box"),
-        Index("ix_reach_size", "kind", "series", "level", "size"),
-        # all that the promise of a reach is computed from, so that few rows are looked at
-        Index("ix_reach_promise", "kind", "series", "level", "floor", "guide_id", *PROMISE),
+        Index("ix_reach_cover", "kind", "level", "cover"),  # a search reads the first of a level or two
         {"sqlite_strict": True},
     )
 

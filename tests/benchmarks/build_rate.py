@@ -17,7 +17,7 @@ from measuring import table, title
 from sqlalchemy import insert
 
 from catalogue.build import Progress, fill
-from catalogue.build.block import Block, block
+from catalogue.build.block import MOST, Block, block
 from catalogue.plugins import Registry
 from catalogue.store import Database, Guide, Mechanism, Reach, drop_indexes, make_indexes, write_batch
 
@@ -56,9 +56,9 @@ def shares(registry: Registry) -> None:
         ("II.ooo", "slider-crank isosceles"),
         ("IV*.l", "four-bar general"),
     ):
-        block(registry.get(code), key, 0, 0, "x", "1")
+        block(registry.get(code), key, 0, 0, MOST, "x", "1")
         start = time.perf_counter()
-        made = block(registry.get(code), key, 0, 1, "x", "1")
+        made = block(registry.get(code), key, 0, 1, MOST, "x", "1")
         taken = time.perf_counter() - start
         rows.append(
             (
@@ -75,7 +75,7 @@ def shares(registry: Registry) -> None:
 
 def written(folder: Path, registry: Registry) -> None:
     """Write the same blocks in three ways."""
-    blocks = [block(registry.get("I.GG"), "four-bar general", 0, n, "x", "1") for n in range(6)]
+    blocks = [block(registry.get("I.GG"), "four-bar general", 0, n, MOST, "x", "1") for n in range(6)]
     count = sum(len(b.mechanisms["pivots"]) + b.count + len(b.reaches["guide"]) for b in blocks)
     ways = {
         "bulk, indexes made afterwards (as built)": (_bulk, True),
@@ -116,7 +116,8 @@ def _core(to: Any, made: Block) -> None:
         g |= {"id": np.arange(first[1], first[1] + made.count), "mechanism_id": first[0] + parents, "series": "I.GG"}
         to.execute(insert(Guide), _rows(g, made.count))
         r = {k: v for k, v in made.reaches.items() if k != "guide"}
-        r |= {"guide_id": first[1] + owners, "kind": made.guides["kind"][owners], "series": "I.GG"}
+        r |= {"guide_id": first[1] + owners, "series": "I.GG"}
+        r |= {name: made.guides[name][owners] for name in ("kind", "cover")}
         to.execute(insert(Reach), _rows(r, len(owners)))
 
 

@@ -8,7 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pytest
 
-from catalogue.build.block import FARTHEST_POINT, NEAREST_PIVOT, RADII, Block, block
+from catalogue.build.block import MOST, Block, block
+from catalogue.build.candidates import FARTHEST_POINT, NEAREST_PIVOT, RADII
 from catalogue.build.draw import BLOCK, PLAN
 from catalogue.build.rows import LARGEST, LEAST_TRANSMISSION, at_design
 from catalogue.guide.measures import Measures, measure
@@ -61,7 +62,7 @@ def curved(made: Block) -> Array:
 @pytest.fixture(scope="module", params=MEMBERS, ids=" ".join)
 def again(request: pytest.FixtureRequest) -> Again:
     code, key = request.param
-    made = block(SERIES[code], key, 4, 1, "some", "1")
+    made = block(SERIES[code], key, 4, 1, MOST, "some", "1")
     reaches, guides = made.reaches, made.guides
     owner = reaches["guide"]
     spans = span(guiding(made)[owner], (guides["x"] + 1j * guides["y"])[owner])
@@ -72,7 +73,7 @@ def again(request: pytest.FixtureRequest) -> Again:
 
 
 def test_same_arguments_give_the_same_columns() -> None:
-    one, two = (block(SERIES["II*.xy"], "slider-crank general", 4, 1, "some", "1") for _ in range(2))
+    one, two = (block(SERIES["II*.xy"], "slider-crank general", 4, 1, MOST, "some", "1") for _ in range(2))
     for name in ("batch", "mechanisms", "guides", "reaches"):
         first, second = getattr(one, name), getattr(two, name)
         assert first.keys() == second.keys()
@@ -85,6 +86,17 @@ def test_batch_says_where_its_rows_come_from(again: Again) -> None:
     assert made.batch["kept"] == len(made.mechanisms["pivots"]) <= made.batch["drawn"] == BLOCK
     assert made.batch["guides"] == made.count == len(made.guides["x"])
     assert (made.batch["seed"], made.batch["number"], made.batch["plan"]) == (4, 1, PLAN)
+
+
+@pytest.mark.parametrize("wanted", [40, MOST])
+def test_as_many_guides_as_are_wanted_in_their_order(again: Again, wanted: int) -> None:
+    batch = again.block.batch
+    made = block(SERIES[batch["series"]], batch["member"], 4, 1, wanted, "some", "1")
+    assert made.count == made.batch["guides"] == min(wanted, again.block.count)
+    assert made.batch["wanted"] == wanted
+    for kind in np.unique(made.guides["kind"]):
+        places = made.guides["cover"][made.guides["kind"] == kind]
+        assert places.tolist() == list(range(len(places)))
 
 
 def test_every_mechanism_guides_and_every_guide_reaches(again: Again) -> None:
@@ -136,9 +148,6 @@ def test_measures_are_those_of_the_motion(again: Again) -> None:
         np.testing.assert_allclose(stored[name], getattr(again.measures, name) / stroke, rtol=1e-6, err_msg=name)
     np.testing.assert_allclose(stored["min_transmission"], again.measures.min_transmission, atol=1e-5)
     np.testing.assert_array_equal(stored["rotates"], again.measures.rotates)
-    empty = stored["inner_sweep"] == stored["sweep"]
-    assert (stored["floor"] <= stored["size"] - stored["min_transmission"] / 90 + 1e-12)[~empty].all()
-    assert np.isinf(stored["floor"][empty]).all()
     assert stored["size"].max() <= LARGEST
     weak = stored["min_transmission"] < LEAST_TRANSMISSION
     assert (at_design(again.guides.linkage)[weak] < LEAST_TRANSMISSION).all()
@@ -214,6 +223,6 @@ def test_every_pair_is_a_point_or_a_slot_but_not_both(again: Again) -> None:
 def test_member_that_guides_nothing_gives_an_empty_block() -> None:
     series = SERIES["II.xy"]
     nothing = replace(series, guided=lambda p: [replace(g, pairs=g.pairs * np.nan) for g in series.guided(p)])
-    made = block(nothing, "four-bar general", 0, 0, "some", "1")
+    made = block(nothing, "four-bar general", 0, 0, MOST, "some", "1")
     assert made.count == made.batch["kept"] == made.batch["guides"] == 0
     assert len(made.mechanisms["pivots"]) == len(made.reaches["guide"]) == 0

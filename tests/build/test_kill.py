@@ -21,7 +21,7 @@ STARTING, FILLING, INDEXING = ("start", 5, 0.6), ("block", 10, 0.25), ("last", 5
 
 
 def start(path: Path, environment: dict[str, str]) -> subprocess.Popen[bytes]:
-    words = ["build", "--count", "6000", "--series", "T.few", "--series", "T.less", "--db", str(path)]
+    words = ["build", "--count", "2500", "--series", "T.few", "--series", "T.less", "--db", str(path)]
     return subprocess.Popen(
         [sys.executable, "-m", "catalogue", *words], env=environment, stderr=subprocess.PIPE, stdout=subprocess.PIPE
     )

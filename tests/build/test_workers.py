@@ -13,11 +13,11 @@ from catalogue.build.workers import Workers
 from catalogue.errors import PluginError
 from catalogue.plugins import Registry
 
-GOOD = ("T.few", "four-bar general", 0, 0, "few", "1")
+GOOD = ("T.few", "four-bar general", 0, 0, 64, "few", "1")
 
 
-def bad(code: str) -> tuple[str, str, int, int, str, str]:
-    return code, "four-bar general", 0, 0, "rude", "1"
+def bad(code: str) -> tuple[str, str, int, int, int, str, str]:
+    return code, "four-bar general", 0, 0, 64, "rude", "1"
 
 
 def test_worker_that_dies_is_named_and_replaced(rude: Registry) -> None:

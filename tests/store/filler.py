@@ -27,6 +27,7 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
         "drawn": 2 * count,
         "kept": count,
         "guides": GUIDES * count,
+        "wanted": GUIDES * count,
     }
     kappa = random.normal(size=count)
     mechanisms = {
@@ -55,6 +56,7 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
         "curvature": np.tile([0.0, -0.5], count),
         "contact_order": np.full(total, 3),
         "inflections": np.int64(2),
+        "cover": np.arange(total) // GUIDES,
     }
     length = random.uniform(0.5, 4, size=(8, total * LEVELS))
     fixed = np.where(np.arange(total * LEVELS) % LEVELS == 0, np.nan, length[5])
@@ -73,11 +75,6 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
         "max_ground": None,
         "max_arm": length[4],
         "min_transmission": 20 * length[6],
-        "floor": length[2] - 20 * length[6] / 90,
-        "halfway": np.where(arc, np.nan, length[2]),
-        "farther": np.where(arc, np.nan, length[2]),
-        "inner_sweep": np.where(arc, 0.1, np.nan),
-        **{name: np.where(arc, length[0], np.nan) for name in ("still", "grows", "angle", "turns")},
         "rotates": np.arange(total * LEVELS) % 4,
         "drive_angle": np.nan,
         "rotation": 10 * length[6],

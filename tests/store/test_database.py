@@ -102,7 +102,7 @@ def test_truncated_file_is_refused(filled: Path) -> None:
 def test_damage_met_while_reading_is_told(filled: Path) -> None:
     content = filled.read_bytes()
     page = 4096
-    filled.write_bytes(content[: 24 * page] + b"\xff" * (len(content) - 24 * page))
+    filled.write_bytes(content[: 40 * page] + b"\xff" * (len(content) - 40 * page))
     with Database.open(filled) as database, pytest.raises(DatabaseError, match="is damaged"):
         database.read(select(Mechanism.pivots, Mechanism.parameters))
 

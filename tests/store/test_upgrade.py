@@ -142,3 +142,43 @@ def test_a_file_without_specimens_gets_their_table(path: Path, at_revision: Call
         found = database.read(select(func.count(SpecimenRow.id).label("rows")))
     assert found["rows"].tolist() == [0]
     assert rows(path, "SELECT sql LIKE '%STRICT%' FROM sqlite_master WHERE name = 'specimens'") == [(1,)]
+
+
+def test_guides_of_an_older_file_are_put_in_an_order_of_coverage(
+    path: Path, tmp_path: Path, sample: Callable[..., Any], at_revision: Callable[[Path, str], Path]
+) -> None:
+    """A file of revision 0005, filled with the same rows, is brought to what is stored today."""
+    with Database.open(path) as database, database.engine.connect() as connection:
+        for number in range(2):
+            write_batch(connection, *sample(number))
+        _, mechanisms, guides, reaches = sample(2, 1)
+        write_batch(connection, None, {**mechanisms, "name": ["Watt's"]}, {**guides, "cover": 0}, reaches)
+    old = at_revision(tmp_path / "old.db", "0005")
+    made = {
+        "floor": "size - min_transmission / 90",
+        "inner_sweep": "iif(sweep > 0, sweep, NULL)",
+        **dict.fromkeys(("halfway", "farther"), "iif(sweep > 0, NULL, 1.0)"),
+        **dict.fromkeys(("still", "grows", "angle", "turns"), "iif(sweep > 0, 1.0, NULL)"),
+    }
+    with closing(sqlite3.connect(old)) as target, target:
+        target.execute("ATTACH ? AS built", (str(path),))
+        for table in ("batch", "mechanism", "guide", "reach"):
+            names = [row[1] for row in target.execute(f"PRAGMA main.table_info({table})")]
+            chosen = [made.get(name, name) if table == "reach" else name for name in names]
+            target.execute(
+                f"INSERT INTO main.{table} ({', '.join(names)}) SELECT {', '.join(chosen)} FROM built.{table}"
+            )
+    Database.open(old).close()
+    assert revision(old) == HEAD
+    with closing(sqlite3.connect(old)) as one, closing(sqlite3.connect(path)) as other:
+        assert schema(one) == schema(other)
+        for table in ("mechanism", "reach", "guide", "batch"):
+            columns = [row[1] for row in one.execute(f"PRAGMA table_info({table})") if row[1] != "cover"]
+            query = f"SELECT {', '.join(columns)} FROM {table} ORDER BY 1, 2"
+            assert one.execute(query).fetchall() == other.execute(query).fetchall(), table
+        differ = "SELECT count(*) FROM reach JOIN guide ON id = guide_id WHERE reach.cover <> guide.cover"
+        assert one.execute(differ).fetchone() == (0,)
+        drawn = "SELECT cover FROM guide WHERE kind = 'circle' AND mechanism_id < 9 ORDER BY id"
+        assert [row[0] for row in one.execute(drawn)] == list(range(8))
+        assert one.execute("SELECT max(cover) FROM guide WHERE mechanism_id = 9").fetchone() == (0,)
+        assert one.execute("PRAGMA foreign_key_check").fetchall() == []
