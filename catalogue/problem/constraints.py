@@ -1,0 +1,198 @@
+"""What an answer must satisfy besides following its path."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from .region import Region, zones
+from .request import positive, whole
+
+#: Bounds on lengths, and on what `catalogue.guide.drive` knows.
+LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "max_arm", "min_allowance")
+REGIONS = ("fixed_pivots_in", "pivots_in", "swept_in")
+DRIVE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")
+#: Constraints that say where pivots stand, and what that gives.
+GIVEN = {"fixed_pivots": "fixed", "moving_pivots": "moving", "crank": "crank"}
+
+
+@dataclass(frozen=True)
+class Constraints:
+    """What an answer must satisfy; lengths in the unit of the request.
+
+    Attributes
+    ----------
+    families, series, configurations : sequence of str
+        Allowed ones; all if empty.
+    pins_only : bool
+        No sliding joint.
+    order : int
+        Least order of contact at the design position of the ancestor.
+    slots : bool
+        Instead of points that the coupler carries along a path: straight or circular slots that it carries over a fixed
+        point.  An answer shows the inverse motion, in which that point runs along the slot: its fixed pivots are the
+        pivots of the coupler.
+    returns : bool
+        Instead: points that run along the path to one of its ends, where they rest, and back along it.
+    fixed_pivots_in, pivots_in : (x0, y0, x1, y1) or sequence of points, optional
+        Where the fixed pivots (all pivots, in mid-stroke, of returning points at rest) must stand, in the frame in
+        which the path runs from (0, 0) to (stroke, 0).  A pivot at infinity stands nowhere.
+    fixed_pivots, moving_pivots : two points (x, y), optional
+        Exactly where both fixed pivots stand, or both moving ones in mid-stroke; within 10,000 strokes of the path.
+        The deviation is then the largest distance from the line or arc itself, from (0, 0) to (stroke, 0).
+    crank : two points (x, y), optional
+        Where the fixed and, in mid-stroke, the moving pivot of one crank stand.
+    within : float
+        How far off given pivots may stand.
+    swept_in : region as above, optional
+        Within which the whole linkage stays over the stroke; see `catalogue.guide.swept_area`.
+    keep_out : sequence of regions
+        Into which no part of it may come over the stroke.
+    max_size, max_link, min_link, max_ground, max_arm : float, optional
+        See `catalogue.guide.measures.Measures`.
+    min_transmission : float
+        Least transmission angle over the stroke, the better crank driving [deg].
+    min_transmission_turn : float
+        The same over the whole turn of the driving crank, which then must turn fully [deg].
+    full_rotation : bool
+        The driving crank must be able to turn fully.
+    min_allowance : float, optional
+        Least scatter of the pivots, standard deviation of each coordinate, at which the path still stays within the
+        deviation asked; see `catalogue.candidates.batch.Candidates`.
+    min_drive_angle, max_drive_angle, max_rotation, min_uniformity, min_advantage : float, optional
+        See `catalogue.guide.drive.DriveMetrics` [deg, deg, deg, 1, 1].
+    play : float
+        Standard deviation of every coordinate of every pivot, from play and manufacture [length].  It strays the path:
+        what a deviation is ranked by is then `Candidate.expected`.
+    """
+
+    families: Sequence[str] = ()
+    series: Sequence[str] = ()
+    configurations: Sequence[str] = ()
+    pins_only: bool = False
+    order: int = 0
+    slots: bool = False
+    returns: bool = False
+    fixed_pivots_in: Any = None
+    pivots_in: Any = None
+    fixed_pivots: Any = None
+    moving_pivots: Any = None
+    crank: Any = None
+    within: float = 0.0
+    swept_in: Any = None
+    keep_out: Any = ()
+    max_size: float | None = None
+    max_link: float | None = None
+    min_link: float | None = None
+    max_ground: float | None = None
+    max_arm: float | None = None
+    min_allowance: float | None = None
+    min_transmission: float = 0.0
+    min_transmission_turn: float = 0.0
+    full_rotation: bool = False
+    min_drive_angle: float | None = None
+    max_drive_angle: float | None = None
+    max_rotation: float | None = None
+    min_uniformity: float | None = None
+    min_advantage: float | None = None
+    play: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name in ("families", "series", "configurations"):
+            value = getattr(self, name)
+            object.__setattr__(self, name, (value,) if isinstance(value, str) else tuple(value))
+        for name in (*LENGTHS, *DRIVE):
+            if getattr(self, name) is not None:
+                object.__setattr__(self, name, positive(name, getattr(self, name)))
+        object.__setattr__(self, "keep_out", zones("keep_out", self.keep_out))
+        for name in ("fixed_pivots_in", "pivots_in", "swept_in"):
+            value = getattr(self, name)
+            if value is not None and not isinstance(value, Region):
+                object.__setattr__(self, name, Region.of(name, value))
+        object.__setattr__(self, "order", whole("order", self.order, 0))
+        for name in ("min_transmission", "min_transmission_turn"):
+            try:
+                angle = float(getattr(self, name))
+            except (TypeError, ValueError):
+                angle = math.nan
+            if not 0 <= angle < 90:
+                raise InvalidRequest(f"{name} must be between 0 and 90 degrees, not {getattr(self, name)}")
+            object.__setattr__(self, name, angle)
+        if self.min_transmission_turn:
+            object.__setattr__(self, "full_rotation", True)
+        given = [name for name in GIVEN if getattr(self, name) is not None]
+        for name in given:
+            object.__setattr__(self, name, _two_points(name, getattr(self, name)))
+        if len(given) > 1:
+            raise InvalidRequest(f"{given[0]} and {given[1]} exclude one another: give one of them")
+        if self.play != 0:
+            object.__setattr__(self, "play", positive("play", self.play))
+        if self.within != 0:
+            object.__setattr__(self, "within", positive("within", self.within))
+            if not given:
+                raise InvalidRequest(f"within says how far off given pivots may stand: give {', '.join(GIVEN)}")
+        if given and (self.slots or self.returns):
+            raise InvalidRequest(f"slots and returns cannot be asked for with {given[0]}")
+        if self.slots and self.returns:
+            raise InvalidRequest("slots and returns exclude one another: ask for one of them")
+        if self.min_link is not None and self.max_link is not None and self.min_link > self.max_link:
+            raise InvalidRequest(
+                f"min_link {self.min_link:g} is above max_link {self.max_link:g}: nothing can be between"
+            )
+
+    @classmethod
+    def of(cls, given: Mapping[str, Any]) -> Constraints:
+        """Return constraints by name; an unknown one is an `InvalidRequest`."""
+        try:
+            return cls(**given)
+        except TypeError as error:
+            raise InvalidRequest(f"unknown constraint: {str(error).split('argument')[-1].strip()}") from None
+
+    @property
+    def given(self) -> str | None:
+        """Which pivots are given, as `catalogue.posed.Posed` has it."""
+        return next((kind for name, kind in GIVEN.items() if getattr(self, name) is not None), None)
+
+    @property
+    def places(self) -> tuple[tuple[float, float], ...]:
+        """Where the given pivots stand."""
+        places: tuple[tuple[float, float], ...] = next(v for v in (getattr(self, n) for n in GIVEN) if v is not None)
+        return places
+
+    def carried(self, scale: complex, shift: complex) -> Constraints:
+        """Return the same constraints after the similarity z -> scale z + shift."""
+        size = abs(scale)
+        to: dict[str, Any] = {name: getattr(self, name) for name in (*LENGTHS, "within", "play")}
+        to = {name: value * size for name, value in to.items() if value}
+        to |= {n: region.carried(scale, shift) for n in REGIONS if (region := getattr(self, n)) is not None}
+        to["keep_out"] = tuple(zone.carried(scale, shift) for zone in self.keep_out)
+        for name in GIVEN:
+            if (pair := getattr(self, name)) is not None:
+                carried = [scale * complex(*place) + shift for place in pair]
+                to[name] = tuple((z.real, z.imag) for z in carried)
+        return replace(self, **to)
+
+    def active(self) -> list[str]:
+        """Return the names of the constraints that are set."""
+        return [f.name for f in fields(self) if getattr(self, f.name) not in ((), None, 0, 0.0, False)]
+
+
+def _two_points(name: str, given: Any) -> tuple[tuple[float, float], ...]:
+    """Return two points given as ((x, y), (x, y)) or (x, y, x, y)."""
+    try:
+        values = np.asarray(given, dtype=float)
+    except (TypeError, ValueError):
+        raise InvalidRequest(f"{name} must be two points, x and y of each") from None
+    if values.shape not in ((2, 2), (4,)):
+        raise InvalidRequest(f"{name} must be two points, x and y of each")
+    if not np.isfinite(values).all():
+        raise InvalidRequest(f"{name} has a coordinate that is not finite")
+    (a, b), (c, d) = values.reshape(2, 2).tolist()
+    if (a, b) == (c, d):
+        raise InvalidRequest(f"{name} coincide at ({a:g}, {b:g}): give two places")
+    return (a, b), (c, d)

@@ -1,0 +1,98 @@
+"""A problem: all that is asked, in strokes and in the frame of the path."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from .constraints import Constraints
+from .ranking import Ranking
+from .request import CircularArc, Request, StraightLine
+
+
+@dataclass(frozen=True)
+class Problem:
+    """What is searched: the path runs from 0 to 1, every length is a multiple of the stroke.
+
+    The user's unit, place and direction enter here once, by `of`, and leave once, by `to_user`; nothing between the two
+    knows of them, so that a problem that is scaled or moved has the same answers.
+
+    Attributes
+    ----------
+    path : StraightLine or CircularArc
+        Of stroke 1.
+    constraints : Constraints
+        In strokes.
+    ranking : Ranking
+    limit, effort : int
+        How many answers at most, and how hard they are searched for.
+    scale, shift : complex
+        The similarity z -> scale z + shift that carries the path to where the user has it.
+    relaxed : str
+        Instead of the ranking: break this constraint, or ``deviation``, as little as the others allow.
+    """
+
+    path: Request
+    constraints: Constraints
+    ranking: Ranking
+    limit: int = 12
+    effort: int = 1
+    scale: complex = 1 + 0j
+    shift: complex = 0j
+    relaxed: str = ""
+
+    @classmethod
+    def of(
+        cls, request: Request, constraints: Constraints, ranking: Ranking, limit: int = 12, effort: int = 1
+    ) -> Problem:
+        """Return the problem of a request in the user's unit."""
+        scale, shift = request.stroke * request.direction, request.origin
+        path: Request
+        if isinstance(request, CircularArc):
+            radius = None if request.radius is None else request.radius / request.stroke
+            path = CircularArc(1.0, radius, request.relative)
+        else:
+            path = StraightLine(1.0, request.relative)
+        inside = constraints.carried(1 / scale, -shift / scale)
+        return cls(path, inside, ranking, limit, effort, scale, shift)
+
+    def with_constraints(self, **changes: Any) -> Problem:
+        """Return the problem with some constraints changed [strokes]."""
+        return replace(self, constraints=replace(self.constraints, **changes))
+
+    @property
+    def deviation(self) -> float:
+        """Largest deviation allowed."""
+        return self.path.deviation
+
+    @property
+    def curved(self) -> bool:
+        """Whether the nominal is an arc."""
+        return self.path.kind == "circle"
+
+    @cached_property
+    def curvature(self) -> float | None:
+        """Of the nominal, negative for a centre below the path; 0: a straight line, None: whatever fits best."""
+        radius = self.path.radius
+        return None if radius is None else -1 / radius + 0.0
+
+    @property
+    def fixed_curvature(self) -> float | None:
+        """Curvature of an arc whose radius is given; None for a straight line and for an arc of any radius."""
+        return self.curvature if self.curved else None
+
+    @cached_property
+    def needed(self) -> frozenset[str]:
+        """Which measures constraints and ranking are functions of, by the names of `catalogue.candidates.values`."""
+        bounds = {"max_size": "size", "min_transmission": "transmission"}
+        active = (
+            bounds.get(name, name.removeprefix("min_").removeprefix("max_")) for name in self.constraints.active()
+        )
+        more = {"allowance"} if self.constraints.play else set()
+        return frozenset({*more, *active, *self.ranking.quantities, *self.ranking.front})
+
+    @property
+    def stroke(self) -> float:
+        """The stroke in the user's unit."""
+        return abs(self.scale)

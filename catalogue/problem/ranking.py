@@ -1,0 +1,128 @@
+"""In which order answers come: criteria, what they cost, and desirabilities joined to one score.
+
+Every criterion is a number of which less is better.  The cost of an answer is a smooth function of its criteria, which
+the refinement minimises and the selection sorts by.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..linkage import Array
+from .criteria import DESIRES, Desire, weights
+from .request import Request, whole
+
+Values = Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """An order of preference.
+
+    Attributes
+    ----------
+    weights : mapping
+        Criteria with weights, whose sum ranks; with a front all of them, for what needs one number.
+    front : tuple of str
+        Criteria that are not to be weighed against each other: answers come by Pareto fronts.
+    per_series : int
+        At most so many answers of a series as long as there are others; 0: no bound.
+    distinct : float
+        No two answers are nearer to each other, see `catalogue.candidates.similarity`; 0: no matter.
+    desires : mapping of str to Desire
+        What makes the score; lengths in strokes, the allowance in parts of the deviation asked.
+    """
+
+    weights: Mapping[str, float] = field(default_factory=lambda: {"score": 1.0})
+    front: tuple[str, ...] = ()
+    per_series: int = 0
+    distinct: float = 0.0
+    desires: Mapping[str, Desire] = field(default_factory=lambda: DESIRES)
+
+    @classmethod
+    def of(
+        cls,
+        request: Request,
+        rank_by: Any = "score",
+        per_series: int | None = None,
+        distinct: Any = 0.0,
+        limit: int = 12,
+        desires: Mapping[str, Any] | None = None,
+    ) -> Ranking:
+        """Return the ranking that is asked for; see `Catalogue.find`.
+
+        Raises
+        ------
+        InvalidRequest
+            If a criterion is unknown, or a number out of range.
+        """
+        front: tuple[str, ...] = ()
+        if isinstance(rank_by, Sequence) and not isinstance(rank_by, str):
+            front = tuple(dict.fromkeys(rank_by))
+            if len(front) < 2:
+                raise InvalidRequest("a front needs two criteria or more: rank by one with its name")
+            rank_by = dict.fromkeys(front, 1.0)
+        usual = 0 if front else -(-limit // 3)
+        share = usual if per_series is None else whole("per_series", per_series, 0)
+        try:
+            least = float(distinct)
+        except (TypeError, ValueError):
+            least = np.nan
+        if not 0 <= least < 1:
+            raise InvalidRequest(f"distinct must be a number from 0 to below 1, not {distinct!r}")
+        wishes = dict(DESIRES)
+        for name, given in (desires or {}).items():
+            unit = {"size": request.stroke, "min_link": request.stroke, "allowance": request.deviation}.get(name, 1.0)
+            wishes[name] = Desire.of(name, given, unit)
+        return cls(weights(rank_by), front, share, least, wishes)
+
+    @property
+    def only(self) -> str | None:
+        """The criterion, if there is but one."""
+        return next(iter(self.weights)) if len(self.weights) == 1 else None
+
+    @property
+    def quantities(self) -> frozenset[str]:
+        """Which measures the cost is a function of."""
+        parts = {"balance": ("size", "transmission"), "score": tuple(self.desires)}
+        return frozenset(q for name in self.weights for q in parts.get(name, (name,)))
+
+    def cost(self, values: Values) -> Array:
+        """Return what answers are ranked by, less is better, shape (n,).
+
+        Parameters
+        ----------
+        values : mapping
+            Of `quantities`: size, links, ground and arm in strokes; ``transmission`` in right angles; ``deviation`` and
+            ``allowance`` over the deviation asked.
+        """
+        if self.only == "deviation":  # any monotonous function ranks alike; this one has no scale
+            with np.errstate(divide="ignore"):
+                return np.asarray(np.log(values["deviation"]))
+        return np.asarray(sum(w * self.criterion(name, values) for name, w in self.weights.items()))
+
+    def criterion(self, name: str, values: Values) -> Array:
+        """Return one criterion, shape (n,), less is better."""
+        if name == "balance":
+            return np.asarray(values["size"] - values["transmission"])
+        if name == "score":
+            total = sum(d.weight for d in self.desires.values())
+            return np.asarray(sum(d.weight * d.cost(values[q]) for q, d in self.desires.items()) / total)
+        if name in ("transmission", "min_link", "allowance"):
+            return np.asarray((name == "transmission") - values[name])
+        return np.asarray(np.nan_to_num(values[name]))
+
+    def score(self, values: Values) -> Array:
+        """Return the joint desirability, 0 to 100, shape (n,): the weighted geometric mean of the desirabilities.
+
+        Derringer and Suich, J. Quality Technology 12 (1980) 214-219.
+        """
+        total = sum(d.weight for d in self.desires.values())
+        with np.errstate(divide="ignore"):
+            logs = sum(d.weight * np.log(d.of_value(values[q])) for q, d in self.desires.items())
+        return np.asarray(100 * np.exp(logs / total))

@@ -1,0 +1,220 @@
+"""The path that a user asks for: a nominal with stroke and tolerance."""
+
+from __future__ import annotations
+
+import cmath
+import math
+from dataclasses import dataclass
+from operator import index
+from typing import Any, ClassVar
+
+from ..errors import InvalidRequest
+
+#: Largest chord over radius; a half circle has 2.
+FULLEST = 1.98
+
+
+def positive(name: str, value: Any) -> float:
+    """Return `value` as a float.
+
+    Raises
+    ------
+    InvalidRequest
+        Unless it is a finite number above zero.
+    """
+    try:
+        number = float(value)
+    except (TypeError, ValueError):
+        raise InvalidRequest(f"{name} must be a number, not {value!r}") from None
+    if not math.isfinite(number) or number <= 0:
+        raise InvalidRequest(f"{name} must be a finite number above zero, not {number:g}")
+    return number
+
+
+def whole(name: str, value: Any, least: int) -> int:
+    """Return `value` as an int.
+
+    Raises
+    ------
+    InvalidRequest
+        Unless it is a whole number of at least `least`.
+    """
+    try:
+        number = index(value)
+    except TypeError:
+        raise InvalidRequest(f"{name} must be a whole number, not {value!r}") from None
+    if number < least:
+        raise InvalidRequest(f"{name} must be at least {least}, not {number}")
+    return number
+
+
+class _Placed:
+    """Where a path lies: shared by the requests."""
+
+    stroke: float
+    deviation: float
+    start: tuple[float, float]
+    along: float
+
+    @property
+    def relative(self) -> float:
+        """Deviation over stroke."""
+        return self.deviation / self.stroke
+
+    @property
+    def origin(self) -> complex:
+        """Where the path starts."""
+        return complex(*self.start)
+
+    @property
+    def direction(self) -> complex:
+        """Unit vector from the start to the end; exact for right angles."""
+        quarters = self.along / 90.0
+        if quarters == round(quarters):
+            return (1 + 0j, 1j, -1 + 0j, -1j)[round(quarters) % 4]
+        return cmath.exp(1j * math.radians(self.along))
+
+
+def ends(start: Any, end: Any) -> dict[str, Any]:
+    """Return stroke, start and direction of a path between two points, as the requests take them.
+
+    Raises
+    ------
+    InvalidRequest
+        Unless both are two finite numbers, and apart.
+    """
+    here, there = point("from", start), point("to", end)
+    way = complex(*there) - complex(*here)
+    if not way:
+        raise InvalidRequest(f"the path starts and ends in ({here[0]:g}, {here[1]:g}): give two places")
+    return {"stroke": abs(way), "start": here, "along": math.degrees(cmath.phase(way))}
+
+
+def point(name: str, value: Any) -> tuple[float, float]:
+    """Return two finite coordinates.
+
+    Raises
+    ------
+    InvalidRequest
+        For anything else.
+    """
+    try:
+        x, y = (float(part) for part in value)
+    except (TypeError, ValueError):
+        raise InvalidRequest(f"{name} must be two numbers, x and y, not {value!r}") from None
+    if not (math.isfinite(x) and math.isfinite(y)):
+        raise InvalidRequest(f"{name} has a coordinate that is not finite")
+    return x, y
+
+
+@dataclass(frozen=True)
+class StraightLine(_Placed):
+    """A point is to run along a straight line.
+
+    Parameters
+    ----------
+    stroke : float
+        Length of the path [any unit; every length of the answer is in the same].
+    deviation : float
+        Largest distance from the best line: half the width of the narrowest strip that holds the path.
+    start : (x, y)
+        Where the path starts; regions, pivots and answers are in the same frame.
+    along : float
+        Direction from the start to the end [deg].
+
+    Raises
+    ------
+    InvalidRequest
+        Unless both are finite and positive and the deviation is below a tenth of the stroke.
+    """
+
+    stroke: float
+    deviation: float
+    start: tuple[float, float] = (0.0, 0.0)
+    along: float = 0.0
+
+    kind = "line"
+    radius = math.inf
+    sweep: ClassVar[float | None] = None  #: a line has none
+
+    def __post_init__(self) -> None:
+        _check(self)
+
+    @classmethod
+    def between(cls, start: Any, end: Any, deviation: float) -> StraightLine:
+        """Return the request for a path from one point (x, y) to another."""
+        return cls(deviation=deviation, **ends(start, end))
+
+
+@dataclass(frozen=True)
+class CircularArc(_Placed):
+    """A point is to run along a circular arc that bulges to the left of the way from its start to its end.
+
+    Parameters
+    ----------
+    stroke : float
+        Chord of the arc [any unit].
+    radius : float or None
+        Radius of the arc; None: whatever fits best.
+    deviation : float
+        With a radius: the largest distance from the best-placed arc of exactly that radius.  Without: half the width of
+        the narrowest annulus that holds the path.
+    start : (x, y)
+        Where the path starts; regions, pivots and answers are in the same frame.
+    along : float
+        Direction of the chord from the start to the end [deg].
+
+    Raises
+    ------
+    InvalidRequest
+        Unless all are finite and positive, the arc below a half circle, the deviation below a tenth of the stroke.
+    """
+
+    stroke: float
+    radius: float | None
+    deviation: float
+    start: tuple[float, float] = (0.0, 0.0)
+    along: float = 0.0
+
+    kind = "circle"
+
+    def __post_init__(self) -> None:
+        _check(self)
+        if self.radius is not None and self.stroke > FULLEST * positive("radius", self.radius):
+            raise InvalidRequest(
+                f"an arc of chord {self.stroke:g} and radius {self.radius:g} is a half circle or impossible; "
+                f"give a stroke below {FULLEST:g} radius"
+            )
+
+    @classmethod
+    def between(cls, start: Any, end: Any, radius: float | None, deviation: float) -> CircularArc:
+        """Return the request for an arc from one point (x, y) to another."""
+        return cls(radius=radius, deviation=deviation, **ends(start, end))
+
+    @property
+    def sweep(self) -> float | None:
+        """Chord over radius, if that is given."""
+        return self.stroke / self.radius if self.radius is not None else None
+
+
+Request = StraightLine | CircularArc
+
+
+def _check(request: Request) -> None:
+    positive("stroke", request.stroke)
+    object.__setattr__(request, "start", point("start", request.start))
+    try:
+        object.__setattr__(request, "along", float(request.along))
+    except (TypeError, ValueError):
+        raise InvalidRequest(f"along must be a number of degrees, not {request.along!r}") from None
+    if not math.isfinite(request.along):
+        raise InvalidRequest(f"along must be a finite number of degrees, not {request.along:g}")
+    if positive("deviation", request.deviation) > 0.1 * request.stroke:
+        raise InvalidRequest(f"a deviation of {request.deviation:g} over a stroke of {request.stroke:g} is no guidance")
+
+
+def path_request(name: str, given: Any) -> Request:
+    """Return what is a request; raise `InvalidRequest`, in the name of who was asked, for anything else."""
+    if not isinstance(given, Request):
+        raise InvalidRequest(f"{name} wants a StraightLine or CircularArc, not {given!r}")
+    return given

@@ -1,0 +1,100 @@
+"""Paths that can be asked for, where they lie, and how one that cannot be meant is refused: in a line that names it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from catalogue import CircularArc, InvalidRequest, StraightLine
+
+NUMBERS = [
+    (math.nan, "finite number above zero, not nan"),
+    (math.inf, "finite number above zero, not inf"),
+    (-math.inf, "finite number above zero, not -inf"),
+    (0, "finite number above zero, not 0"),
+    (-150, "finite number above zero, not -150"),
+    ("long", "must be a number, not 'long'"),
+    (None, "must be a number, not None"),
+    ([150], "must be a number, not"),
+    (1j, "must be a number, not 1j"),
+]
+each_wrong_number = pytest.mark.parametrize(("value", "message"), NUMBERS)
+
+
+@each_wrong_number
+@pytest.mark.parametrize(
+    ("name", "make"),
+    [
+        ("stroke", lambda x: StraightLine(x, 0.05)),
+        ("deviation", lambda x: StraightLine(150, x)),
+        ("stroke", lambda x: CircularArc(x, 200, 0.05)),
+        ("radius", lambda x: CircularArc(150, x, 0.05)),
+        ("deviation", lambda x: CircularArc(150, 200, x)),
+    ],
+)
+def test_nominal_refuses(name: str, make: Callable[[Any], Any], value: Any, message: str) -> None:
+    if name == "radius" and value is None:  # whatever fits best
+        assert make(value).sweep is None
+        return
+    with pytest.raises(InvalidRequest, match=f"^{name} .*{message}"):
+        make(value)
+
+
+def test_a_deviation_of_a_tenth_of_the_stroke_is_no_guidance() -> None:
+    assert StraightLine(10, 1).relative == pytest.approx(0.1)
+    with pytest.raises(InvalidRequest, match=r"a deviation of 1\.5 over a stroke of 10 is no guidance"):
+        StraightLine(10, 1.5)
+
+
+def test_an_arc_stays_below_a_half_circle() -> None:
+    assert CircularArc(197, 100, 0.1).sweep == pytest.approx(1.97)
+    for stroke in (199, 200, 500):
+        with pytest.raises(InvalidRequest, match=f"an arc of chord {stroke} and radius 100 is a half circle or imposs"):
+            CircularArc(stroke, 100, 0.1)
+
+
+COORDINATE = st.floats(-1e6, 1e6).map(lambda x: round(x, 3))
+
+
+@given(COORDINATE, COORDINATE, COORDINATE, COORDINATE)
+def test_a_path_between_two_points_starts_and_ends_there(x0: float, y0: float, x1: float, y1: float) -> None:
+    here, there = complex(x0, y0), complex(x1, y1)
+    if here == there:
+        with pytest.raises(InvalidRequest, match="the path starts and ends in"):
+            StraightLine.between((x0, y0), (x1, y1), 1e-9)
+        return
+    for request in (
+        StraightLine.between((x0, y0), (x1, y1), 1e-5),
+        CircularArc.between((x0, y0), (x1, y1), None, 1e-5),
+    ):
+        assert request.origin == here
+        assert abs(request.origin + request.stroke * request.direction - there) <= 1e-14 * (abs(here) + abs(there))
+        assert abs(request.direction) == pytest.approx(1, abs=1e-15)
+
+
+@pytest.mark.parametrize(("along", "direction"), [(0, 1), (90, 1j), (-90, -1j), (180, -1), (270, -1j), (360, 1)])
+def test_right_angles_are_exact(along: float, direction: complex) -> None:
+    assert StraightLine(1, 0.01, along=along).direction == direction
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: StraightLine(1, 0.01, start=(0, math.nan)), "start has a coordinate that is not finite"),
+        (lambda: StraightLine(1, 0.01, start=3), "start must be two numbers, x and y, not 3"),
+        (lambda: StraightLine(1, 0.01, start=(1, 2, 3)), "start must be two numbers"),
+        (lambda: StraightLine(1, 0.01, along="up"), "along must be a number of degrees, not 'up'"),
+        (lambda: CircularArc(1, 2, 0.01, along=math.inf), "along must be a finite number of degrees, not inf"),
+        (lambda: StraightLine.between((0, 0), "there", 0.01), "to must be two numbers"),
+        (lambda: StraightLine.between((0, math.inf), (1, 0), 0.01), "from has a coordinate that is not finite"),
+        (lambda: CircularArc.between((0, 0), (0, 0), 1, 0.01), r"starts and ends in \(0, 0\): give two places"),
+    ],
+)
+def test_places_refuse(make: Callable[[], Any], message: str) -> None:
+    with pytest.raises(InvalidRequest, match=message):
+        make()
