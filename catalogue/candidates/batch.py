@@ -1,0 +1,105 @@
+"""A batch of candidates: guides that stand along the path of a problem, with what was measured of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ..batching import join, put, take
+from ..guide.measures import Measures
+from ..guide.span import Span, span
+from ..guide.trace import Traced
+from ..linkage import Array, Linkage
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where n candidates come from; arrays of shape (n,).
+
+    Attributes
+    ----------
+    id : ndarray of int
+        Of the stored guide; -1 where there is none.
+    family, series, configuration : ndarray of str
+        Of the ancestor at its design position.
+    order : ndarray of int
+        Order of contact of the ancestor there, 99 if exact.
+    cognate : ndarray of int
+        0, or which of the two cognates of the ancestor it is.
+    """
+
+    id: Array
+    family: Array
+    series: Array
+    configuration: Array
+    order: Array
+    cognate: Array
+
+    @classmethod
+    def made(cls, linkage: Linkage, series: str, order: Array | int = 2) -> Origin:
+        """Return the origin of linkages that were made, not stored."""
+        n = len(linkage)
+        none = np.full(n, -1)
+        code, blank = np.full(n, series, dtype=object), np.full(n, "", dtype=object)
+        return cls(none, linkage.family.astype(object), code, blank, np.broadcast_to(order, n).copy(), np.zeros(n, int))
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """n guides laid along the path from 0 to 1, in mid-stroke; lengths in strokes.
+
+    Attributes
+    ----------
+    origin : Origin of n
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+        Guided points in mid-stroke.
+    pole : complex ndarray, shape (n,)
+        The pole there, which tells the branch of a linkage at a change point; NaN where it is not known.
+    traced : Traced of n
+        The path over the stroke and its nominal.
+    measures : Measures of n
+    allowance : ndarray, shape (n,)
+        Standard deviation of every coordinate of every pivot and of the guided point at which the path still stays
+        within the deviation asked: (asked - deviation) / (2 rms), rms the displacement across the path where it is
+        largest per unit of that scatter, to first order.  Negative where the deviation is too large, NaN for points
+        that return, and where nobody asked for it.
+    """
+
+    origin: Origin
+    linkage: Linkage
+    point: Array
+    pole: Array
+    traced: Traced
+    measures: Measures
+    allowance: Array
+
+    def __len__(self) -> int:
+        return len(self.point)
+
+    def __getitem__(self, index: Any) -> Candidates:
+        return take(self, index)
+
+    def replaced(self, where: Array, by: Candidates) -> Candidates:
+        """Return these with the entries `where`, a mask or indices, from `by`, which holds just those."""
+        return put(self, where, by)
+
+    def followed_by(self, *others: Candidates) -> Candidates:
+        """Return these and then the others."""
+        return join(self, *others)
+
+    @property
+    def deviation(self) -> Array:
+        """Deviations, shape (n,) [strokes]."""
+        return np.asarray(self.traced.fit.deviation.astype(float))
+
+    @property
+    def curve(self) -> Span:
+        """The guides ready to be traced from mid-stroke."""
+        return span(self.linkage, self.point, pole=self.pole)
+
+    def with_(self, **changes: Any) -> Candidates:
+        """Return these with some fields changed."""
+        return Candidates(**{f.name: changes.get(f.name, getattr(self, f.name)) for f in fields(self)})

@@ -1,0 +1,185 @@
+"""Values of candidates by name, and by how much they break each constraint of a problem."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..guide.drive import SampledPoses, drive_metrics
+from ..guide.measures import LEAST_ARM
+from ..guide.rotatability import min_transmission_turn, rotation_margin
+from ..guide.swept_area import intrusion, link_segments, protrusion
+from ..linkage import Array, Linkage
+from ..problem.constraints import DRIVE
+from ..problem.problem import Problem
+from .batch import Candidates
+
+#: Bounds by the value that they bound; each is the largest allowed, or the least.
+LARGEST = {"max_size": "size", "max_link": "max_link", "max_ground": "max_ground", "max_arm": "max_arm"}
+LEAST = {"min_link": "min_link", "min_allowance": "allowance"}
+#: Regions with the pivots, 0 fixed and 1 moving, that must stand in them.
+STANDING = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
+#: What the amount of a relaxed constraint counts for, beside others.
+RELAXED = 0.02
+#: Intervals between the Chebyshev points of the stroke at which the swept room is looked at; four times as many places.
+SWEPT = 16
+#: Amounts below this break nothing: lengths in strokes, angles in radians, rounding of both.
+ROUNDING = 1e-9
+
+
+@dataclass(frozen=True)
+class Feasibility:
+    """By how much n candidates break each constraint: lengths in strokes, angles in radians, the deviation as the
+    logarithm of what it is over what is asked, ratios in parts of the bound; 0 where it holds, infinite where the path
+    does not reach over the stroke.
+    """
+
+    amounts: Mapping[str, Array]
+    relaxed: str = ""
+
+    @cached_property
+    def total(self) -> Array:
+        """All amounts together, that of a relaxed constraint by `RELAXED` of it, shape (n,)."""
+        parts = [amount * (RELAXED if name == self.relaxed else 1.0) for name, amount in self.amounts.items()]
+        return np.asarray(np.sum(parts, axis=0))
+
+    @cached_property
+    def all(self) -> Array:
+        """Which candidates meet all constraints, shape (n,)."""
+        return np.asarray((np.stack(list(self.amounts.values())) <= ROUNDING).all(axis=0))
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """How many candidates break each constraint."""
+        counts = {name: int((amount > ROUNDING).sum()) for name, amount in self.amounts.items()}
+        return {name: number for name, number in counts.items() if number}
+
+
+def nearer_arm(found: Candidates) -> Array:
+    """Return how far guided points are from the nearer moving pivot of the linkages as they are traced, shape (n,)."""
+    finite = found.linkage.finite[:, :, 1]
+    arms = np.where(finite, np.abs(found.linkage.points[:, :, 1] - found.point[:, None]), np.nan)
+    return np.asarray(np.fmin.reduce(arms, axis=1))
+
+
+def machine(problem: Problem, found: Candidates) -> Linkage:
+    """Return the linkages as they are built: those of slots are traced as their inversions."""
+    return found.linkage.inverted() if problem.constraints.slots else found.linkage
+
+
+def values(problem: Problem, found: Candidates) -> dict[str, Array]:
+    """Return what a ranking is a function of; see `catalogue.problem.ranking.Ranking.cost`."""
+    m = found.measures
+    with np.errstate(all="ignore"):
+        return {
+            "size": m.size,
+            "max_link": m.max_link,
+            "min_link": np.nan_to_num(m.min_link, nan=np.inf),
+            "max_ground": m.max_ground,
+            "max_arm": m.max_arm,
+            "transmission": transmission(problem, found) / 90,
+            "deviation": (found.deviation + play_deviation(problem, found)) / problem.deviation,
+            "allowance": np.where(np.isfinite(found.allowance), found.allowance, 0.0) / problem.deviation,
+        }
+
+
+def transmission(problem: Problem, found: Candidates) -> Array:
+    """Return the least transmission angles [deg] that a ranking looks at: over the whole turn if the crank is to turn
+    fully, else over the stroke; shape (n,)."""
+    if not problem.constraints.full_rotation:
+        return found.measures.min_transmission
+    return np.fmin(
+        found.measures.min_transmission, min_transmission_turn(machine(problem, found), found.measures.driver)
+    )
+
+
+def play_deviation(problem: Problem, found: Candidates) -> Array | float:
+    """Return by how much play makes the path deviate more, two standard deviations of it; infinite for points that
+    return."""
+    if not problem.constraints.play:
+        return 0.0
+    rms = (problem.deviation - found.deviation) / (2 * found.allowance)
+    return np.where(np.isfinite(rms), 2 * problem.constraints.play * rms, np.inf)
+
+
+def cost(problem: Problem, found: Candidates) -> Array:
+    """Return what candidates are ranked by, less is better, shape (n,); 0 where a constraint is relaxed."""
+    if problem.relaxed:
+        return np.zeros(len(found))
+    return problem.ranking.cost(values(problem, found))
+
+
+def feasibility(problem: Problem, found: Candidates, *, signed: bool = False) -> Feasibility:
+    """Return by how much candidates break each constraint, all read on their finite motion.
+
+    With `signed` amounts are negative where a constraint holds with something to spare.
+    """
+
+    def over(value: Array, missing: float = 0.0) -> Array:
+        return np.where(np.isnan(value), missing, value)
+
+    wanted, m = problem.constraints, found.measures
+    amounts: dict[str, Array] = {}
+    with np.errstate(all="ignore"):
+        reached = np.isfinite(found.deviation) & (np.abs(found.traced.fit.stroke.astype(float) - 1) <= 1e-6)
+        amounts["deviation"] = over(np.log(np.maximum(found.deviation, 1e-300) / problem.deviation))
+        for name, key in (LARGEST | LEAST).items():
+            if (bound := getattr(wanted, name)) is not None:
+                value = found.allowance if key == "allowance" else getattr(m, key)
+                unit = bound if key == "allowance" else 1.0
+                amounts[name] = over((value - bound if name in LARGEST else bound - value) / unit)
+        amounts["distance from the moving pivots"] = over(LEAST_ARM - nearer_arm(found))
+        if wanted.min_transmission:
+            amounts["min_transmission"] = over(np.radians(wanted.min_transmission - m.min_transmission))
+        if wanted.full_rotation:
+            margin = rotation_margin(machine(problem, found))
+            amounts["full_rotation"] = over(-np.fmax(margin[:, 0], margin[:, 1]), missing=1.0)
+        if wanted.min_transmission_turn:
+            turn = min_transmission_turn(machine(problem, found), m.driver)
+            amounts["min_transmission_turn"] = over(np.radians(wanted.min_transmission_turn - turn), missing=0.1)
+        amounts |= _drive(problem, found) | _standing(problem, found)
+        for name, amount in amounts.items():
+            amounts[name] = np.where(reached, amount if signed else np.maximum(amount, 0.0), np.inf)
+    return Feasibility(amounts, problem.relaxed)
+
+
+def _drive(problem: Problem, found: Candidates) -> dict[str, Array]:
+    """Return by how much the bounds on how the guide is driven are broken."""
+    bounds = {name: bound for name in DRIVE if (bound := getattr(problem.constraints, name)) is not None}
+    if not bounds:
+        return {}
+    works = drive_metrics(found.curve, found.traced, found.measures, inverse=problem.constraints.slots)
+    amounts = {}
+    for name, bound in bounds.items():
+        side, _, column = name.partition("_")
+        value, unit = getattr(works, column), 180 / np.pi if "angle" in name or "rotation" in name else bound
+        amount = (bound - value if side == "min" else value - bound) / unit
+        amounts[name] = np.where(np.isnan(amount), 1.0, amount)
+    return amounts
+
+
+def _standing(problem: Problem, found: Candidates) -> dict[str, Array]:
+    """Return how far pivots stand outside their regions, links outside the room or inside what is to be kept free."""
+    wanted, linkage = problem.constraints, found.linkage
+    amounts = standing(problem, linkage.points, linkage.finite)
+    if wanted.swept_in is not None or wanted.keep_out:
+        poses = SampledPoses.of(found.curve, found.traced, SWEPT, inverse=wanted.slots)
+        swept = link_segments(machine(problem, found), poses)
+        if wanted.swept_in is not None:
+            amounts["swept_in"] = protrusion(wanted.swept_in, swept)
+        if wanted.keep_out:
+            amounts["keep_out"] = np.max([intrusion(zone, swept) for zone in wanted.keep_out], axis=0)
+    return amounts
+
+
+def standing(problem: Problem, z: Array, finite: Array) -> dict[str, Array]:
+    """Return how far pivots z (n, 2, 2) stand outside their regions; one at infinity stands nowhere."""
+    amounts = {}
+    for name, planes in STANDING.items():
+        if (region := getattr(problem.constraints, name)) is not None:
+            out = np.where(finite[..., planes], region.outside(np.where(finite, z, 0)[..., planes]), 0.0)
+            amounts[name] = np.maximum(out, 0.0).sum(axis=(1, 2))
+    return amounts

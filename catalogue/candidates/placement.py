@@ -1,0 +1,143 @@
+"""Lay traced guides along the path of a problem, and measure them there on their finite motion."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..batching import take
+from ..guide.fixed_nominal import Nominal, in_place
+from ..guide.measures import measure
+from ..guide.place import FINE, at_stroke, mid_stroke, mirrored, near_stroke, placed
+from ..guide.sensitivity import sensitivity
+from ..guide.span import Span, span
+from ..guide.trace import Traced, again
+from ..linkage import Array, Linkage
+from ..problem.problem import Problem
+from .batch import Candidates, Origin
+
+#: Intervals between the Chebyshev points at which the deviation of an answer is measured: 32 leave up to 0.2 per cent
+#: of it open where a dead point is near, or many extremes are as large.
+SHOWN = 128
+#: The ways to lay a guide along a line: travelled the other way, mirrored in it.
+FLIPS = ((False, False), (True, False), (False, True), (True, True))
+#: Intervals between the positions at which the sensitivity is read.
+STATIONS = 8
+
+
+def lay(problem: Problem, guides: Span, traced: Traced) -> tuple[Linkage, Array, Array]:
+    """Carry traced guides by the similarity that lays their strokes onto the path, arcs bulging to +y.
+
+    Returns
+    -------
+    linkage : Linkage of n
+        In mid-stroke.  A guide that was not traced stays where it is.
+    point, pole : complex ndarray, shape (n,)
+    """
+    there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
+    linkage, point = placed(guides, traced, 1.0)
+    with np.errstate(all="ignore"):  # the pole matters at change points, which are the reference position
+        pole = np.where(there, -traced.fit.along.conj() / traced.fit.stroke * traced.fit.start, 0)
+    over = problem.curved & (traced.fit.curvature > 0)
+    return flipped(linkage, point, pole, np.zeros(len(point), bool), over)
+
+
+def flipped(linkage: Linkage, point: Array, pole: Array, reverse: Array, over: Array) -> tuple[Linkage, Array, Array]:
+    """Return laid guides travelled the other way (`reverse`), mirrored in the line of the path (`over`)."""
+    _, pole = mirrored(linkage, pole, 1.0, reverse, over)
+    linkage, point = mirrored(linkage, point, 1.0, reverse, over)
+    return linkage, point, pole
+
+
+def every_flip(problem: Problem, n: int) -> list[tuple[Array, Array]]:
+    """Return the ways, each (reverse, over) for n guides, in which a guide may be laid: of an arc the first two."""
+    flips = FLIPS[:2] if problem.curvature != 0 else FLIPS
+    return [(np.full(n, reverse), np.full(n, over)) for reverse, over in flips]
+
+
+def measured(
+    problem: Problem, origin: Origin, linkage: Linkage, point: Array, pole: Array, bend: Array | None = None
+) -> Candidates:
+    """Return guides that stand along the path as candidates, measured over exactly the stroke.
+
+    Parameters
+    ----------
+    bend : ndarray, shape (n,), optional
+        Curvatures of the nominals that are to be expected, for arcs of free radius.
+    """
+    guides = span(linkage, point, pole=pole)
+    if problem.fixed_curvature is not None:
+        bend = np.full(len(point), problem.fixed_curvature)
+    free = problem.fixed_curvature is None
+    traced = at_stroke(
+        guides, 1.0, circle=problem.curved, extend=False, curvature=None if free and guides.cusp.any() else bend,
+        exact=not free,
+    )  # fmt: skip
+    return described(problem, origin, guides, traced)
+
+
+def described(problem: Problem, origin: Origin, guides: Span, traced: Traced) -> Candidates:
+    """Return traced guides in mid-stroke with what the problem needs to be measured of them."""
+    wanted = problem.constraints
+    found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
+    pole = np.full(len(guides), complex(np.nan, np.nan)) if guides.pole is None else guides.pole
+    allowance = np.full(len(guides), np.nan)
+    if "allowance" in problem.needed:
+        allowance = allowances(problem, guides, traced, STATIONS)
+    return Candidates(origin, guides.linkage, guides.point, pole, traced, found, allowance)
+
+
+def allowances(problem: Problem, guides: Span, traced: Traced, stations: int) -> Array:
+    """Return the allowances of traced guides, see `Candidates`, shape (n,)."""
+    with np.errstate(all="ignore"):
+        rms = np.where(guides.cusp, np.nan, sensitivity(guides, traced, stations).rms)
+        return np.asarray((problem.deviation - traced.fit.deviation.astype(float)) / (2 * rms))
+
+
+def near_path(problem: Problem, origin: Origin, moved: Span, nominal: Nominal | None = None) -> Candidates:
+    """Return guides that stand nearly along the path, laid along it anew and measured.
+
+    Parameters
+    ----------
+    moved : Span of n
+        About positions near mid-stroke; arcs bulge to +y already.
+    nominal : Nominal, optional
+        The path itself, from which distances are then measured: guides stay where they stand.
+    """
+    if nominal is not None:
+        linkage, point = mid_stroke(moved, in_place(moved, nominal))
+        here = span(linkage, point)
+        return described(problem, origin, here, in_place(here, nominal))
+    traced = _forward(near_stroke(moved, 1.0, circle=problem.curved, curvature=problem.fixed_curvature))
+    linkage, point = placed(moved, traced, 1.0)
+    with np.errstate(all="ignore"):
+        before = np.full(len(moved), complex(np.nan, np.nan)) if moved.pole is None else moved.pole
+        pole = traced.fit.along.conj() / traced.fit.stroke * (before - traced.fit.start)
+        bend = traced.fit.curvature * traced.fit.stroke
+    return measured(problem, origin, linkage, point, pole, bend)
+
+
+def final(problem: Problem, found: Candidates) -> Candidates:
+    """Return candidates with their deviation measured on a finer grid, and with more digits where double lacks them."""
+    guides = found.curve
+    if guides.cusp.any():
+        up = None if problem.fixed_curvature is None else np.full(len(found), problem.fixed_curvature)
+        return found.with_(traced=at_stroke(guides, 1.0, circle=problem.curved, curvature=up, exact=up is not None))
+    held = found.traced.fit.curvature if problem.fixed_curvature is not None else None
+    traced = again(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
+    fine = np.flatnonzero(traced.relative < FINE)
+    if len(fine):
+        up = None if held is None else np.full(len(fine), problem.fixed_curvature)
+        better = at_stroke(guides[fine], 1.0, circle=problem.curved, curvature=up, exact=held is not None)
+        traced = traced.replaced(np.isin(np.arange(len(found)), fine), better)
+    return found.with_(traced=traced, allowance=allowances(problem, guides, traced, SHOWN // 4))
+
+
+def _forward(traced: Traced) -> Traced:
+    """Return the traces with those turned round that run backwards along the path: guides keep their side of it."""
+    back = traced.fit.along.real < 0
+    fit = take(traced.fit, slice(None))
+    start, along = np.where(back, fit.start + fit.stroke * fit.along, fit.start), np.where(back, -fit.along, fit.along)
+    curvature = np.where(back, -fit.curvature, fit.curvature)
+    turned = type(fit)(fit.deviation, fit.stroke, start, along, curvature, fit.unresolved)
+    low, high = np.where(back, traced.high, traced.low), np.where(back, traced.low, traced.high)
+    return Traced(turned, traced.shift, low, high)

@@ -1,0 +1,42 @@
+"""Stored guides in their canonical frame, and as candidates."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..guide.kinds import SLOTS
+from ..guide.span import Span, span
+from ..guide.trace import trace
+from ..linkage import Array, Linkage
+from ..problem.problem import Problem
+from .batch import Candidates, Origin
+from .placement import lay, measured
+
+
+def linkages(pivots: Array, kind: Array) -> Linkage:
+    """Return the linkages of stored guides, of slots the inverse ones."""
+    pivots = np.asarray(pivots).reshape(-1, 2, 2, 3)
+    slot = np.isin(kind.astype(str), list(SLOTS.values()))[:, None, None, None]
+    return Linkage.trusted(np.where(slot, pivots[:, :, ::-1], pivots))
+
+
+def canonical(rows: Mapping[str, Array]) -> Span:
+    """Return stored guides in their canonical frame, whose origin is the pole; those of slots in their motion."""
+    z = rows["x"] + 1j * rows["y"]
+    return span(linkages(rows["pivots"], rows["kind"]), z, pole=np.zeros_like(z))
+
+
+def origin(rows: Mapping[str, Array]) -> Origin:
+    """Return what stored guides are."""
+    none = np.zeros(len(rows["id"]), int)
+    return Origin(rows["id"], rows["family"], rows["series"], rows["configuration"], rows["contact_order"], none)
+
+
+def as_stored(problem: Problem, rows: Mapping[str, Array]) -> Candidates:
+    """Return stored reaches laid along a path as they are, at the strokes that are stored."""
+    guides = canonical(rows)
+    traced = trace(guides, rows["half"], circle=problem.curved, split=True, centre=rows["centre"], nodes=16)
+    linkage, point, pole = lay(problem, guides, traced)
+    return measured(problem, origin(rows), linkage, point, pole, -np.abs(traced.fit.curvature) * traced.fit.stroke)

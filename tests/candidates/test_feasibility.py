@@ -1,0 +1,179 @@
+"""What a candidate breaks, and by how much, against its numbers measured again by a loop closed another way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from catalogue import CircularArc, StraightLine
+from catalogue.candidates.feasibility import ROUNDING, cost, feasibility, values
+from tests.find.conftest import at_home, coupler_paths
+
+LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
+BOX = (-0.4, -0.3, 1.2, 0.9)
+BOUNDS: dict[str, Any] = {
+    "max_size": 1.6, "max_link": 1.1, "min_link": 0.6, "max_ground": 1.0, "max_arm": 0.8, "min_transmission": 50,
+    "fixed_pivots_in": BOX, "pivots_in": BOX,
+}  # fmt: skip
+
+
+def beyond(z: complex) -> float:
+    """Return how far a point stands outside the box."""
+    x0, y0, x1, y1 = BOX
+    return math.hypot(max(x0 - z.real, 0.0, z.real - x1), max(y0 - z.imag, 0.0, z.imag - y1))
+
+
+def short_of(low: float, high: float) -> float:
+    """Return by how much the first is above the second; 0 where there is no such length."""
+    return 0.0 if math.isnan(low - high) else max(low - high, 0.0)
+
+
+@pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
+def test_amounts_are_those_of_the_second_measurement(batch: Any, shown: Any, again: Any, request_: Any) -> None:
+    problem, found = batch(request_, count=24, families=["four-bar", "slider-crank", "inverted-slider-crank"], **BOUNDS)
+    found = found[np.flatnonzero(found.deviation < 0.01)]
+    broken = feasibility(problem, found)
+    counted = dict.fromkeys(broken.amounts, 0)
+    for i, c in enumerate(shown(problem, request_, found)):
+        a = again(c, request_.radius if request_ is ARC else None)
+        expected = {
+            "deviation": max(math.log(a.deviation / 1e-3), 0.0) if a.deviation > 1e-15 else 0.0,
+            "max_size": short_of(a.size, 1.6),
+            "max_link": short_of(a.max_link, 1.1),
+            "min_link": short_of(0.6, a.min_link),
+            "max_ground": short_of(a.max_ground, 1.0),
+            "max_arm": short_of(a.max_arm, 0.8),
+            "min_transmission": math.radians(short_of(50, a.min_transmission)),
+            "fixed_pivots_in": sum(map(beyond, a.fixed)),
+            "pivots_in": sum(map(beyond, a.fixed + a.moving)),
+        }
+        # a path that strays far is cut off at other ends
+        near = {"deviation": 1e-2 + 2 * a.deviation, "max_size": 3e-3 * a.size, "min_transmission": math.radians(1.5)}
+        for name, amount in expected.items():
+            if name == "min_transmission" and math.isnan(a.min_transmission):
+                continue
+            assert broken.amounts[name][i] == pytest.approx(amount, abs=near.get(name, 1e-9)), (name, c)
+            counted[name] += amount > 2 * near.get(name, 1e-9)
+        assert broken.total[i] == pytest.approx(sum(float(v[i]) for v in broken.amounts.values()))
+        assert bool(broken.all[i]) == all(float(v[i]) <= ROUNDING for v in broken.amounts.values())
+    assert min(counted[name] for name in BOUNDS) > 0, "every constraint is broken by somebody"
+    assert {name: n for name, n in broken.counts.items() if name in BOUNDS}.keys() == BOUNDS.keys()
+
+
+@pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
+def test_signed_amounts_tell_what_is_left_to_spare(batch: Any, request_: Any) -> None:
+    """They are the amounts where these are positive, and move with the bound where they are not."""
+    wide = {"max_size": 9.0, "min_link": 0.01, "max_link": 8.0}
+    problem, found = batch(request_, count=30, **wide)
+    found = found[np.flatnonzero(np.isfinite(found.deviation))]
+    plain, signed = feasibility(problem, found), feasibility(problem, found, signed=True)
+    for name, amount in plain.amounts.items():
+        np.testing.assert_array_equal(np.maximum(signed.amounts[name], 0), amount)
+    m = found.measures
+    np.testing.assert_allclose(signed.amounts["max_size"], m.size - 9)
+    np.testing.assert_allclose(signed.amounts["min_link"], np.nan_to_num(0.01 - m.min_link))
+    assert (signed.amounts["max_size"] < 0).any()
+
+
+def test_what_does_not_reach_over_the_stroke_breaks_everything_beyond_measure(batch: Any) -> None:
+    problem, found = batch(LINE, count=20, max_size=5.0)
+    lost = found.with_(traced=found.traced.replaced(np.arange(len(found)) == 3, found.traced[np.array([3])]))
+    lost.traced.fit.deviation[3] = np.nan
+    broken = feasibility(problem, lost)
+    assert all(np.isinf(amount[3]) for amount in broken.amounts.values())
+    assert not broken.all[3]
+    assert np.isfinite(np.delete(broken.total, 3)).any()
+
+
+def test_a_crank_turns_fully_or_the_constraint_is_broken(batch: Any, shown: Any, naive: SimpleNamespace) -> None:
+    """By turning it: the loop stays closed all the way round."""
+    problem, found = batch(LINE, count=60, pins_only=True)
+    problem = problem.with_constraints(full_rotation=True)
+    found = found[np.flatnonzero(np.isfinite(found.deviation))]
+    met = feasibility(problem, found).amounts["full_rotation"] <= 0
+    turn = np.linspace(-np.pi, np.pi, 1441, dtype=np.longdouble)[1:]
+    for c, holds in zip(shown(problem, LINE, found), met, strict=True):
+        loop = naive.Loop(c.pivots, complex(*c.guided))
+        with np.errstate(all="ignore"):
+            # the loop tells its branch at the first parameter
+            every = [loop.close(drive, np.r_[0 * turn[:1], turn]) for drive in ("crank", "other crank")]
+        assert holds == any(np.isfinite(path).all() for path in every), c
+    assert met.any()
+    assert not met.all()
+
+
+def test_links_stay_in_the_room_and_out_of_what_is_kept_free(batch: Any, shown: Any, naive: SimpleNamespace) -> None:
+    """Against fifty places along each link at four hundred positions of the stroke."""
+    outer, kept = (-1.2, -1.2, 2.2, 2.2), (0.2, 0.5, 0.4, 0.7)
+    problem, found = batch(LINE, count=40, pins_only=True, swept_in=outer, keep_out=[kept])
+    found = found[np.flatnonzero(np.isfinite(found.deviation))]
+    amounts = feasibility(problem, found).amounts
+    clear = [0, 0, 0, 0]
+    for i, c in enumerate(shown(problem, LINE, found)):
+        pivots, guided = at_home(c)
+        one, two = ([complex(x, y) for x, y, _ in pair] for pair in pivots)
+        a, b, p = coupler_paths(naive, pivots, guided, 1.0, [one[1], two[1], guided])
+        ends = [(one[0] + 0 * a, a), (two[0] + 0 * b, b), (a, b), (a, p), (b, p)]
+        z = np.concatenate([u + (v - u) * s for u, v in ends for s in np.linspace(0, 1, 50)])
+        x, y = z.real.astype(float), z.imag.astype(float)
+        right, up = np.abs(x - 0.5) - 1.7, np.abs(y - 0.5) - 1.7
+        over = np.hypot(np.maximum(right, 0), np.maximum(up, 0)).max()
+        into = np.minimum(np.minimum(x - 0.2, 0.4 - x), np.minimum(y - 0.5, 0.7 - y)).max()
+        # a link leaves a convex room with its ends; how deep it reaches into another is looked at in a few places
+        assert amounts["swept_in"][i] == pytest.approx(over, abs=2e-3), c
+        assert amounts["keep_out"][i] <= max(into, 0) + 2e-3, c
+        assert (amounts["keep_out"][i] > 0) == (into > 0) or abs(into) < 5e-3, c
+        clear = [n + yes for n, yes in zip(clear, (over == 0, over > 0, into <= 0, into > 0), strict=True)]
+    assert min(clear) > 0, "of each kind there is one"
+
+
+def test_the_allowance_is_the_scatter_that_uses_the_rest_of_the_tolerance(
+    batch: Any, shown: Callable[..., Any], naive: SimpleNamespace
+) -> None:
+    """Against the path of linkages with one coordinate moved, all moves taken together as independent ones."""
+    problem, found = batch(LINE, count=60, pins_only=True, min_allowance=1e-9)
+    found = found[np.flatnonzero(found.deviation < 0.9e-3)][:4]
+    x, h = np.linspace(0, 1, 33), 1e-6
+    for c, allowance in zip(shown(problem, LINE, found), found.allowance, strict=True):
+        straight = np.array(c.pivots)[..., :2].reshape(-1)
+
+        def height(shift: Any, point: complex, straight: Any = straight) -> Any:
+            pivots = np.ones((2, 2, 3))
+            pivots[..., :2] = (straight + shift).reshape(2, 2, 2)
+            loop = naive.Loop(pivots, point)
+            z = np.asarray(loop.over(1.0, 801))
+            return np.interp(x, z.real.astype(float), z.imag.astype(float))
+
+        point = complex(*c.guided)
+        here = height(np.zeros(8), point)
+        moved = [height(h * unit, point) for unit in np.eye(8)] + [height(np.zeros(8), point + 1j * h)]
+        slope = (np.array(moved) - here) / h
+        rms = np.sqrt((slope**2).sum(0)).max()
+        assert allowance == pytest.approx((1e-3 - c.deviation) / (2 * rms), rel=0.05)
+
+
+def test_cost_and_values_are_those_of_the_candidate(batch: Any, shown: Any) -> None:
+    problem, found = batch(LINE, count=30)
+    found = found[np.flatnonzero(np.isfinite(found.deviation))]
+    here, price = values(problem, found), cost(problem, found)
+    for i, c in enumerate(shown(problem, LINE, found)):
+        assert here["size"][i] == c.size
+        assert here["transmission"][i] == pytest.approx(c.min_transmission / 90)
+        assert here["deviation"][i] == pytest.approx(c.deviation / 1e-3)
+        assert here["min_link"][i] == c.min_link or c.min_link is None
+        shares = [
+            (6 - c.size) / 5, (c.min_transmission - 15) / 45, 4 * here["allowance"][i],
+            (here["min_link"][i] - 0.05) / 0.2,
+        ]  # fmt: skip
+        shares = [min(s, 1.0) for s in shares]
+        if min(shares) > 0.02:
+            assert price[i] == pytest.approx(-np.mean(np.log(shares)))
+        else:
+            assert price[i] > -np.log(0.02) / 4
+    relaxed = problem.with_constraints(max_size=2.0)
+    assert not cost(type(problem)(**{**vars(relaxed), "relaxed": "max_size"}), found).any()

@@ -1,0 +1,87 @@
+"""Guides laid along a path run from its start to its end, in every way in which they may be laid."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from catalogue import CircularArc, StraightLine
+from catalogue.candidates.feasibility import standing
+from catalogue.candidates.placement import every_flip, final, flipped, measured
+
+LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3), CircularArc(1, None, 1e-3)
+FAMILIES = ["four-bar", "slider-crank", "inverted-slider-crank"]
+
+
+def heights(request: Any, path: Any) -> Any:
+    """Return how high a path is above the line, or the arc that bulges up."""
+    if request is LINE:
+        return path.imag
+    centre = complex(0.5, -np.sqrt(1.5**2 - 0.25))
+    return np.abs(path - centre) - 1.5
+
+
+@pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
+def test_every_flip_runs_along_the_path(batch: Any, naive: SimpleNamespace, request_: Any) -> None:
+    problem, found = batch(request_, count=12, families=FAMILIES)
+    found = found[np.flatnonzero(found.deviation < 1e-3)][:4]
+    ways = every_flip(problem, len(found))
+    assert len(ways) == (4 if request_ is LINE else 2)
+    seen = []
+    for reverse, over in ways:
+        linkage, point, pole = flipped(found.linkage, found.point, found.pole, reverse, over)
+        laid = measured(problem, found.origin, linkage, point, pole, np.full(len(point), problem.curvature))
+        np.testing.assert_allclose(laid.deviation, found.deviation, rtol=1e-6, atol=1e-14)
+        np.testing.assert_allclose(laid.measures.size, found.measures.size, rtol=1e-9)
+        for pivots, guided, deviation in zip(linkage.pivots, point, laid.deviation, strict=True):
+            path = naive.Loop(pivots, complex(guided)).over(1.0, 301)
+            assert path is not None
+            assert np.abs(heights(request_, path)).max() <= 2.1 * deviation + 1e-12
+            assert abs(complex(path[0])) < 4 * deviation + 1e-12
+            assert abs(complex(path[-1]) - 1) < 4 * deviation + 1e-12
+        seen.append(linkage.points[0, 0])
+    assert min(abs(a - b).max() for i, a in enumerate(seen) for b in seen[:i]) > 1e-3, "the ways differ"
+
+
+def test_a_guide_is_laid_in_the_way_in_which_its_pivots_stand_best(batch: Any) -> None:
+    """No other way breaks the region less; a region below the path finds the mirror images of one above."""
+    above, below = (-1.0, 0.05, 2.0, 3.0), (-1.0, -3.0, 2.0, -0.05)
+    problem, found = batch(LINE, count=30, fixed_pivots_in=above)
+    broken = standing(problem, found.linkage.points, found.linkage.finite)["fixed_pivots_in"]
+    for reverse, over in every_flip(problem, len(found)):
+        other, _, _ = flipped(found.linkage, found.point, found.pole, reverse, over)
+        there = standing(problem, other.points, other.finite)["fixed_pivots_in"]
+        assert (broken <= there + 1e-9).all()
+    mirrored, images = batch(LINE, count=30, fixed_pivots_in=below)
+    np.testing.assert_array_equal(images.origin.id, found.origin.id)
+    again = standing(mirrored, images.linkage.points, images.linkage.finite)["fixed_pivots_in"]
+    np.testing.assert_allclose(again, broken, atol=1e-9)
+
+
+@pytest.mark.parametrize("request_", [LINE, ARC, ANY], ids=["line", "arc", "any arc"])
+def test_the_final_deviation_is_that_of_a_fine_path(batch: Any, shown: Any, again: Any, request_: Any) -> None:
+    problem, found = batch(request_, count=16, families=FAMILIES)
+    found = final(problem, found[np.flatnonzero(found.deviation < 2e-3)][:4])
+    for c in shown(problem, request_, found):
+        a = again(c, 1.5 if request_ is ARC else None)
+        assert c.deviation == pytest.approx(a.deviation, rel=5e-3, abs=1e-14), c
+        if request_ is ANY:
+            assert c.radius == pytest.approx(a.radius, rel=1e-2)
+
+
+@pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
+def test_parts_of_a_batch_make_the_batch(batch: Any, request_: Any) -> None:
+    _, found = batch(request_, count=12)
+    index = np.array([7, 2, 9])
+    put_together = found[:5].followed_by(found[5:8], found[8:])
+    exchanged = found.replaced(index, found[index[::-1]])
+    order = np.arange(len(found))
+    order[index] = index[::-1]
+    for one, other in ((put_together, found), (exchanged, found[order])):
+        np.testing.assert_array_equal(one.linkage.pivots, other.linkage.pivots)
+        np.testing.assert_array_equal(one.deviation, other.deviation)
+        np.testing.assert_array_equal(one.origin.series, other.origin.series)
+        np.testing.assert_array_equal(one.measures.box, other.measures.box)
