@@ -5,21 +5,24 @@ from __future__ import annotations
 import numpy as np
 
 from catalogue import StraightLine
+from catalogue.candidates.batch import Candidates, Origin
+from catalogue.candidates.placement import lay, measured
 from catalogue.guide.place import at_stroke
 from catalogue.guide.span import span
 from catalogue.linkage import Array, Linkage
 from catalogue.motion import CRANK_1
-from catalogue.query.constraints import Constraints
-from catalogue.query.lay import Answers, laid
-from catalogue.refine import Parametric
+from catalogue.problem.constraints import Constraints
+from catalogue.problem.problem import Problem
+from catalogue.problem.ranking import Ranking
+from catalogue.refine.parametrisation import ClassParameters
 
-LINE = StraightLine(1, 0.01)
+LINE = Problem.of(StraightLine(1, 0.01), Constraints(), Ranking({"deviation": 1.0}))
 #: Rotation of the crank [deg]; frame over crank in Norton's table (coupler, rocker and arm 1.5 times that less 0.5);
 #: full band over stroke of that table, and of the best proportions.
 TABLE = [(60, 2.9, 2.655e-6, 2.515e-6), (120, 2.625, 1.031e-4, 9.255e-5), (180, 2.2, 9.632e-4, 8.925e-4)]
 
 
-def lambdas(rotation: float) -> Parametric:
+def lambdas(rotation: float) -> ClassParameters:
     """Return the lambda linkages of frame q0 and coupler q1, in cranks, whose crank turns so far over a stroke of 1."""
     half = np.radians(0.5 * rotation)
 
@@ -43,10 +46,10 @@ def lambdas(rotation: float) -> Parametric:
         crank = np.abs(z[:, 0, 1] - z[:, 0, 0])
         return np.stack([np.abs(z[:, 1, 0] - z[:, 0, 0]), np.abs(z[:, 1, 1] - z[:, 1, 0])], axis=1) / crank[:, None]
 
-    return Parametric(make, read)
+    return ClassParameters(make, read)
 
 
-def four_bars(rotation: float) -> Parametric:
+def four_bars(rotation: float) -> ClassParameters:
     """Return the four-bars whose first crank turns so far over a stroke of 1.
 
     Parameters: x and y of A2, A2*, and the guided point, in mid-stroke, for A1 in (0, 0) and A1* in (-1, 0).
@@ -71,16 +74,17 @@ def four_bars(rotation: float) -> Parametric:
         seen = [(p - z[:, 0, 0]) / unit for p in (z[:, 1, 0], z[:, 1, 1], point)]
         return np.stack([part for p in seen for part in (p.real, p.imag)], axis=1)
 
-    return Parametric(make, read)
+    return ClassParameters(make, read)
 
 
-def placed(moves: Parametric, q: Array) -> Answers:
+def placed(moves: ClassParameters, q: Array) -> Candidates:
     pivots, point = moves.make(np.atleast_2d(q))
     guides = span(Linkage(pivots), point)
-    return laid(LINE, Constraints(), {}, guides, at_stroke(guides, 1.0, circle=False))[0]
+    laid = lay(LINE, guides, at_stroke(guides, 1.0, circle=False))
+    return measured(LINE, Origin.made(laid[0], "general"), *laid)
 
 
-def band(guide: Answers) -> float:
+def band(guide: Candidates) -> float:
     """Return the full width of the strip over the stroke, on a grid that leaves nothing between its points."""
     found = at_stroke(span(guide.linkage, guide.point), 1.0, circle=False, nodes=128)
     return float(2 * found.fit.deviation[0])

@@ -1,8 +1,5 @@
-"""Refinement: move the pivots and the guided point so that the deviation over the stroke becomes least."""
+"""Refinement: move the pivots and the guided points of candidates until what they are ranked by is least.
 
-from .certificate import Certificate, certified
-from .drift import Drifts, drift
-from .refine import refined
-from .task import Free, Moves, Parametric, Task
-
-__all__ = ["Certificate", "Drifts", "Free", "Moves", "Parametric", "Task", "certified", "drift", "refined"]
+`sqp` drives, `subproblem` linearises, `quantities` has the derivatives, `qp` solves, `certificate` proves.
+May import `candidates`, `problem`, `guide` and what lies below.
+"""

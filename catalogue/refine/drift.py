@@ -8,11 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from ..candidates.batch import Candidates
 from ..guide.minimax import grid
-from ..guide.span import span
 from ..instant import Instant
 from ..linkage import Array, Linkage
-from ..query.lay import Answers
 from ..series import Series
 
 #: Intervals between the instants of the stroke that are looked at.
@@ -24,14 +23,14 @@ class Drifts:
 
     Parameters
     ----------
-    found : Answers of n
+    found : Candidates of n
     series : callable
         Returns the series that are registered, by code.
     slots : bool
         The guides are slots.
     """
 
-    def __init__(self, found: Answers, series: Callable[[], Mapping[str, Series]], slots: bool = False) -> None:
+    def __init__(self, found: Candidates, series: Callable[[], Mapping[str, Series]], slots: bool = False) -> None:
         self._asked = found, series, slots
 
     @cached_property
@@ -45,7 +44,7 @@ class Drifts:
         return {"least": self.least}
 
 
-def drift(found: Answers, series: Mapping[str, Series], slots: bool = False) -> Array:
+def drift(found: Candidates, series: Mapping[str, Series], slots: bool = False) -> Array:
     """Return the least residual of each guide's own series over its stroke, shape (n,).
 
     NaN where the series is not registered, and for cognates, which are of another one.
@@ -55,8 +54,8 @@ def drift(found: Answers, series: Mapping[str, Series], slots: bool = False) -> 
     slots : bool
         The guides are slots: their linkages are the inverse ones.
     """
-    n, nodes = len(found.point), grid(INSTANTS).nodes
-    moving = span(found.linkage, found.point, pole=found.pole).motion
+    n, nodes = len(found), grid(INSTANTS).nodes
+    moving = found.curve.motion
     low, high = found.traced.low.astype(float), found.traced.high.astype(float)
     t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
     d, x = moving.pose(t)
@@ -68,9 +67,9 @@ def drift(found: Answers, series: Mapping[str, Series], slots: bool = False) -> 
         at = np.where(finite[:, i, 1], at, z[:, i, 1] * (1 + x))
         pivots[:, :, i, 1, 0], pivots[:, :, i, 1, 1] = at.real, at.imag
     least = np.full(n, np.nan)
-    own = "cognate" in found.rows
-    for code in np.unique(found.rows["series"]):
-        of = np.flatnonzero(found.rows["series"] == code)
+    codes = found.origin.series.astype(str)
+    for code in np.unique(codes):
+        of = np.flatnonzero(codes == code)
         if code not in series:
             continue
         linkage, good = Linkage.valid(pivots[:, of].reshape(-1, 2, 2, 3))
@@ -78,4 +77,4 @@ def drift(found: Answers, series: Mapping[str, Series], slots: bool = False) -> 
             residual = np.full(len(good), np.nan)
             residual[good] = series[str(code)].classify(Instant(linkage.inverted() if slots else linkage))[0]
         least[of] = np.fmin.reduce(residual.reshape(len(t), len(of)), axis=0)
-    return np.where(found.rows["cognate"] != 0, np.nan, least) if own else least
+    return np.where(found.origin.cognate != 0, np.nan, least)

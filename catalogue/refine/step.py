@@ -1,4 +1,4 @@
-"""The step that makes the largest of many linearised errors least inside linearised constraints, for many guides."""
+"""The step that makes the linearised cost least inside linearised constraints, for many guides at once."""
 
 from __future__ import annotations
 
@@ -6,9 +6,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..candidates.feasibility import RELAXED
 from ..linkage import Array
-from .linear import Linear
-from .programme import solve
+from .qp import solve
+from .subproblem import Subproblem
+
+#: How far inside the constraints the linear problem stays [strokes, right angles].
+MARGIN = 2e-5
+#: Pull towards short steps, in parts of the squared radius, which makes the linear programme a regular one.
+PULL = 1e-3
+#: Cost of what a measure rises by even where the cost does not depend on it, and of slack that nobody needs.
+SLIGHT = 1e-3
+#: Constraints that share a slack.
+SHARING = ("collapse", "distance from the moving pivots", "radius")
+#: Multipliers prove a bound if they balance the cost of what is no step up to this.
+BALANCED = 1e-4
 
 
 @dataclass(frozen=True)
@@ -18,59 +30,119 @@ class Step:
     Attributes
     ----------
     step : ndarray, shape (n, p)
+        NaN where the problem is not finite.
     alternation : ndarray, shape (n, m)
-        Multipliers of the errors, the sum of whose moduli is 1, signed as the errors that are left.
-    limits : ndarray, shape (n, k)
-        Multipliers of the inequalities: relative change of the largest error per unit.
+        Multipliers of the errors, signed as the errors that are left.
+    bound : ndarray, shape (n,)
+        What the linearised cost, with the penalties, can fall by at most, by duality; NaN where the multipliers do not
+        balance the cost, as after too few iterations, and prove nothing.
     """
 
     step: Array
     alternation: Array
-    limits: Array
-
-    @property
-    def dual(self) -> Array:
-        """Largest multiplier of an inequality, shape (n,)."""
-        return np.asarray(self.limits.max(1, initial=0.0))
+    bound: Array
 
 
-def minimax_step(problem: Linear, leash: Array, pull: float = 1.0) -> Step:
-    """Return the steps s within the limits for which the largest error that is left and a price of length are least.
+def take_step(problem: Subproblem, radius: Array, penalty: Array, margin: float = MARGIN) -> Step:
+    """Return the steps |s_k| <= radius for which the linearised cost and the penalised violation are least.
 
-    That is, max |error + jacobian s| / max |error| + pull |s|^2 / (2 leash^2).
-
-    In the singular directions of the Jacobian, each scaled by the larger of its effect on the errors and the leash,
-    all coefficients are of order 1 or less, however ill-conditioned it is.
+    In the singular directions of the Jacobian, each scaled by the larger of its effect on the errors and the radius,
+    all coefficients are of order 1 or less, however ill-conditioned it is.  Constraints are elastic, each kind with a
+    slack of its own, those that are hardly ever broken with one together.
 
     Parameters
     ----------
-    leash : ndarray, shape (n,)
-        How long a step may be, about.
-    pull : float
-        How strongly the leash pulls.
-
-    Returns
-    -------
-    Step
-        NaN where the problem is not finite.
+    radius : ndarray, shape (n,)
+    penalty : ndarray, shape (n,)
+        Cost of a broken constraint, per stroke, right angle, or part of the deviation.
+    margin : float
+        How far inside the constraints the steps lead.
     """
-    largest = np.abs(problem.error).max(1)[:, None]
-    good = np.isfinite(problem.jacobian).all((1, 2)) & np.isfinite(problem.error).all(1) & (largest[:, 0] > 0)
+    n, m, p = problem.jacobian.shape
+    worst = np.abs(problem.error).max(1)
+    scale = np.maximum(worst, 1e-300) if set(problem.marginal) == {"deviation"} else np.maximum(worst, problem.allowed)
+    good = np.isfinite(problem.jacobian).all((1, 2)) & np.isfinite(problem.error).all(1) & (scale > 0)
     with np.errstate(all="ignore"):
-        error = np.where(good[:, None], problem.error / largest, 1.0)
-        jacobian = np.where(good[:, None, None], problem.jacobian / largest[..., None], 0.0)
+        error = np.where(good[:, None], problem.error / scale[:, None], 1.0)
+        jacobian = np.where(good[:, None, None], problem.jacobian / scale[:, None, None], 0.0)
     _, singular, turn = np.linalg.svd(jacobian, full_matrices=False)
-    scale = np.maximum(singular, 1 / leash[:, None])
-    back = np.swapaxes(turn, 1, 2) / scale[:, None]  # from the scaled coordinates to the steps
-    effect, slope = jacobian @ back, problem.slope @ back
-    n, m, p = effect.shape
-    rows = np.zeros((n, 2 * m + slope.shape[1], p + 1))
-    rows[:, :m, :p], rows[:, m : 2 * m, :p], rows[:, : 2 * m, p] = effect, -effect, -1.0
-    rows[:, 2 * m :, :p] = slope
-    right = np.concatenate([-error, error, -problem.value], axis=1)
-    weight = np.concatenate([pull / (scale * leash[:, None]) ** 2, np.zeros((n, 1))], axis=1)
-    x, dual = solve(weight, np.eye(p + 1)[p:].repeat(n, 0), rows, right)
+    stretch = np.maximum(singular, 1 / radius[:, None])
+    back = np.swapaxes(turn, 1, 2) / stretch[:, None]  # from the scaled coordinates to the steps
+
+    own = [name for name in ("deviation", *problem.limits) if name not in SHARING]
+    slack = {name: i + 1 for i, name in enumerate(own)}
+    measures = list(problem.measures)
+    ranked = [*measures, *(["allowance"] if "allowance" in problem.marginal else [])]
+    first = p + 1 + len(ranked)  # of the slacks, after the steps, the largest error and the measures
+    width = first + 1 + len(slack)
+    cost = np.zeros((n, width))
+    cost[:, first:] = penalty[:, None]
+    if problem.relaxed in slack:
+        cost[:, first + slack[problem.relaxed]] *= RELAXED
+    blocks: list[Array] = []
+    rights: list[Array] = []
+
+    def add(slope: Array, right: Array, columns: dict[int, float]) -> None:
+        """Add rows slope s + columns <= right."""
+        block = np.zeros((n, right.shape[1], width))
+        block[..., :p] = slope
+        for column, value in columns.items():
+            block[..., column] = value
+        blocks.append(block)
+        rights.append(right)
+
+    def of(name: str) -> dict[int, float]:
+        return {first + slack.get(name, 0): -1.0}
+
+    effect = jacobian @ back
+    add(effect, -error, {p: -1.0})
+    add(-effect, error, {p: -1.0})
+    nothing = np.zeros((n, 1, p))
+    inside = 1 - min(5 * margin, 1e-4)
+    add(nothing, (inside * problem.allowed / scale)[:, None], {p: 1.0, **of("deviation")})
+    for name, limit in problem.limits.items():
+        add(limit.slope @ back, -limit.value - margin, of(name))
+    for i, name in enumerate(measures):
+        piece = problem.measures[name]
+        most = piece.value.max(1, keepdims=True)
+        add(piece.slope @ back, most - piece.value, {p + 1 + i: -1.0})
+        cost[:, p + 1 + i] = problem.marginal[name] + SLIGHT
+    if "allowance" in problem.marginal:
+        cost[:, first - 1] = problem.marginal["allowance"] + SLIGHT
+        ratio = scale / problem.allowed
+        rms = np.where(np.isfinite(problem.rms) & (problem.rms > 0), problem.rms, np.inf)
+        spare = np.maximum(1 - worst / problem.allowed, 0.0) / (2 * rms**2)
+        gradient = problem.rms_slope * np.nan_to_num(spare)[:, None]
+        row = np.zeros((n, 1, width))
+        row[:, 0, :p] = (gradient[:, None] @ back)[:, 0]
+        row[:, 0, p], row[:, 0, first - 1] = ratio / (2 * rms), -1.0
+        blocks.append(row)
+        rights.append((worst / problem.allowed / (2 * rms))[:, None])
+    if "deviation" in problem.marginal:
+        cost[:, p] = problem.marginal["deviation"] * scale / problem.allowed
+    for column in range(first, width):
+        add(nothing, np.zeros((n, 1)), {column: -1.0})
+    count = sum(block.shape[1] for block in blocks)
+    box = back / radius[:, None, None]
+    add(box, np.ones((n, p)), {})
+    add(-box, np.ones((n, p)), {})
+    weight = np.full((n, width), 1e-9)
+    weight[:, :p] = PULL / (stretch * radius[:, None]) ** 2
+    rows, right = np.concatenate(blocks, axis=1), np.concatenate(rights, axis=1)
+    x, dual = solve(weight, cost, rows, right)
     step = (back @ x[:, :p, None])[..., 0]
-    sign = dual[:, :m] - dual[:, m : 2 * m]
-    sign = sign / np.abs(sign).sum(1, keepdims=True)
-    return Step(np.where(good[:, None], step, np.nan), sign, dual[:, 2 * m :])
+
+    proof, at_rest = dual[:, :count], cost[:, p] * worst / scale + penalty * _violation(problem, scale, margin)
+    force = (proof[:, None] @ rows[:, :count, :p])[:, 0]  # in the scaled coordinates
+    pulled = (force[:, None] @ (stretch[..., None] * turn))[:, 0]
+    bound = at_rest + (proof * right[:, :count]).sum(1) + radius * np.abs(pulled).sum(1)
+    unbalanced = np.abs(cost[:, p:] + (proof[:, None] @ rows[:, :count, p:])[:, 0]).max(1)
+    bound = np.where(unbalanced <= BALANCED, bound, np.nan)
+    return Step(np.where(good[:, None], step, np.nan), dual[:, :m] - dual[:, m : 2 * m], bound)
+
+
+def _violation(problem: Subproblem, scale: Array, margin: float) -> Array:
+    """Return by how much the constraints are broken before the step, as the slacks count it, shape (n,)."""
+    broken = [np.maximum(limit.value + margin, 0).max(1) for limit in problem.limits.values()]
+    deviation = np.maximum(np.abs(problem.error).max(1) - problem.allowed, 0) / scale
+    return np.asarray(deviation + np.sum(broken, axis=0))

@@ -7,10 +7,8 @@ import pytest
 from scipy.optimize import minimize
 
 from catalogue.guide.span import span
-from catalogue.query.constraints import Constraints
-from catalogue.refine import Task, certified, refined
-from catalogue.refine.certificate import alternations
-from catalogue.refine.linear import linearised
+from catalogue.refine.certificate import certified
+from catalogue.refine.sqp import Refinement
 from tests.lambdas import LINE, TABLE, band, four_bars, lambdas, placed
 
 
@@ -19,12 +17,15 @@ def test_lambda_linkages_are_the_best_of_their_kind(rotation: float, frame: floa
     moves = lambdas(rotation)
     start = placed(moves, np.array([frame, 1.5 * frame - 0.5]))
     assert band(start) == pytest.approx(table, rel=1e-3)
-    found, _ = refined(start, Task(LINE, Constraints(), moves=moves))
+    found = Refinement.of(LINE, start, moves).run(12).best
     assert band(found) == pytest.approx(best, rel=1e-3)
     q = moves.read(found.linkage, found.point)
-    np.testing.assert_allclose(np.abs(placed(moves, q).linkage.pivots), np.abs(found.linkage.pivots), atol=1e-9)
-    problem = linearised(found, span(found.linkage, found.point), Task(LINE, Constraints(), moves=moves), np.zeros(1))
-    assert alternations(problem.error)[0] == 7  # an even path with six inflections
+    there = np.abs(placed(moves, q).linkage.pivots)
+    # refinement lays guides by the path at 16 nodes, which places the line to a hundredth of the deviation
+    np.testing.assert_allclose(there, np.abs(found.linkage.pivots), atol=0.01 * band(found))
+    certificate = certified(LINE, found, moves)
+    assert certificate.gap[0] < 0.01
+    assert certificate.alternations[0] == 7  # an even path with six inflections
 
     naive = minimize(
         lambda p: np.log(band(placed(moves, p))), q[0] * 1.001, method="Nelder-Mead",
@@ -41,10 +42,9 @@ def test_they_are_stationary_among_all_four_bars(rotation: float, frame: float, 
     moves = four_bars(rotation)
     start = placed(moves, moves.read(held.linkage, held.point))
     assert band(start) == pytest.approx(table, rel=1e-3)
-    task = Task(LINE, Constraints(), moves=moves)
-    found, ceiling = refined(start, task, 8)
+    found = Refinement.of(LINE, start, moves).run(8).best
     assert 0.99 * best < band(found) < 1.002 * best
-    assert certified(found, task, ceiling).gap[0] < 0.01
+    assert certified(LINE, found, moves).gap[0] < 0.01
     z, guides = found.linkage.points[0], span(found.linkage, found.point)
     d, x = guides.motion.pose(np.stack([found.traced.low, found.traced.high]))
     end = z[0, 1] + d[:, 0] + x[:, 0] * (z[0, 1] - guides.motion.origin[0]) - z[0, 0]

@@ -1,77 +1,141 @@
-"""Quadratic programmes and minimax steps against solvers of scipy."""
+"""Quadratic programmes and the steps that come of linear problems, against solvers of scipy."""
 
 from __future__ import annotations
+
+from dataclasses import replace
 
 import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize
 
-from catalogue.refine.linear import Linear
-from catalogue.refine.programme import solve
-from catalogue.refine.step import minimax_step
-
-N, P = 12, 5
-
-
-def smooth(size: float, limits: int, seed: int = 1) -> Linear:
-    """Return problems as paths have them: smooth errors and columns."""
-    x = np.cos(np.linspace(np.pi, 0, 33))
-    draw = np.random.default_rng(seed)
-    waves = np.stack([np.cos(k * np.arccos(x)) for k in range(9)])
-    error = size * draw.normal(size=(N, 9)) @ waves
-    jacobian = np.swapaxes(draw.normal(size=(N, P, 9)) @ waves, 1, 2)
-    return Linear(error, jacobian, -draw.uniform(0, 0.05, (N, limits)), draw.normal(size=(N, limits, P)))
+from catalogue.linkage import Array
+from catalogue.refine.qp import CLOSE, solve
+from catalogue.refine.quantities import Pieces
+from catalogue.refine.step import PULL, SLIGHT, take_step
+from catalogue.refine.subproblem import Subproblem
+from tests.refine.programme import N, P, best_of, cost_of, smooth
 
 
 @pytest.mark.parametrize("weight", [0.0, 1.0])
-def test_programmes_are_solved(weight: float) -> None:
-    draw = np.random.default_rng(3)
+@pytest.mark.parametrize("seed", range(4))
+def test_programmes_are_solved(weight: float, seed: int) -> None:
+    draw = np.random.default_rng(seed)
     rows, right, cost = draw.normal(size=(N, 60, P)), draw.uniform(0.1, 2, (N, 60)), draw.normal(size=(N, P))
     x, dual = solve(np.full((N, P), weight), cost, rows, right)
     assert (dual > 0).all()
     for i in range(N):
         if weight:
             room = {"type": "ineq", "fun": lambda s, i=i: right[i] - rows[i] @ s}
-            best = minimize(lambda s, i=i: 0.5 * s @ s + cost[i] @ s, np.zeros(P), constraints=room, method="SLSQP")
+            best = minimize(
+                lambda s, i=i: 0.5 * s @ s + cost[i] @ s, np.zeros(P), constraints=room, method="SLSQP", tol=1e-12
+            )
         else:
             best = linprog(cost[i], A_ub=rows[i], b_ub=right[i], bounds=[(None, None)] * P)
-        np.testing.assert_allclose(x[i], best.x, atol=1e-4)
+        here = 0.5 * weight * x[i] @ x[i] + cost[i] @ x[i]
+        left = 60 * CLOSE  # rows times the complementarity at which it stops
+        assert abs(here - best.fun) <= 2 * left
+        if weight:
+            np.testing.assert_allclose(x[i], best.x, atol=np.sqrt(2 * left))
         assert (rows[i] @ x[i] - right[i]).max() < 1e-5
         np.testing.assert_allclose(weight * x[i] + cost[i] + rows[i].T @ dual[i], 0, atol=1e-6)
 
 
-@pytest.mark.parametrize("size", [1.0, 1e-6])
-def test_the_largest_error_is_the_least(size: float) -> None:
-    """On a leash that does not pull, by linear programming."""
-    problem = smooth(size, 8)
-    found = minimax_step(problem, np.full(N, 1e2 * size), 1e-8)
-    left = np.abs(problem.error + (problem.jacobian @ found.step[..., None])[..., 0]).max(1)
+@pytest.mark.parametrize("price", [1.0, 10.0, 1e2, 1e3, 1e4])
+def test_a_dear_slack_is_solved_as_a_cheap_one(price: float) -> None:
+    """Constraints that are elastic at the prices that refinement asks, 10 ... 10^4, and its certificate, 10^3."""
+    draw = np.random.default_rng(5)
+    rows, right, cost = draw.normal(size=(N, 30, P)), draw.uniform(0.1, 2, (N, 30)), draw.normal(size=(N, P))
+    box = np.tile(np.concatenate([np.eye(P), -np.eye(P)]), (N, 1, 1))
+    rows, right = np.concatenate([rows, box], axis=1), np.concatenate([right, np.ones((N, 2 * P))], axis=1)
+    column = np.zeros((N, 30 + 2 * P, 1))
+    column[:, :30:2] = -1.0  # every other row may be broken
+    slack = np.zeros((N, 1, P + 1))
+    slack[..., -1] = -1.0
+    every = np.concatenate([np.concatenate([rows, column], axis=2), slack], axis=1)
+    bounds, prices = np.append(right, np.zeros((N, 1)), axis=1), np.append(cost, np.full((N, 1), price), axis=1)
+    x, _ = solve(np.zeros((N, P + 1)), prices, every, bounds)
     for i in range(N):
-        columns = np.concatenate([problem.jacobian[i], -np.ones((33, 1))], axis=1)
-        mirrored = np.concatenate([-columns[:, :-1], columns[:, -1:]], axis=1)
-        rows = np.concatenate([problem.slope[i], np.zeros((8, 1))], axis=1)
-        best = linprog(
-            [0] * P + [1],
-            A_ub=np.concatenate([columns, mirrored, rows]),
-            b_ub=np.concatenate([-problem.error[i], problem.error[i], -problem.value[i]]) / size,
-            bounds=[(None, None)] * (P + 1),
-        ).fun * size  # fmt: skip
-        assert best * (1 - 1e-6) <= left[i] <= best * (1 + 1e-3)
-    assert (problem.value + (problem.slope @ found.step[..., None])[..., 0]).max() < 1e-6
-    np.testing.assert_allclose(np.abs(found.alternation).sum(1), 1)
+        best = linprog(prices[i], A_ub=every[i], b_ub=bounds[i], bounds=[(None, None)] * (P + 1))
+        assert (every[i] @ x[i] - bounds[i]).max() < 1e-5
+        assert prices[i] @ x[i] <= best.fun + 1e-4
 
 
-def test_a_leash_shortens_the_step() -> None:
-    problem = smooth(1.0, 0)
-    length = [np.linalg.norm(minimax_step(problem, np.full(N, leash)).step, axis=1) for leash in (10.0, 0.1, 1e-4)]
-    assert (length[1] < 0.5 * length[0]).all()
-    assert (length[1] < 0.2).all()
-    assert (length[2] < 2e-4).all()
+@pytest.mark.parametrize("size", [1.0, 1e-3, 1e-6])
+def test_the_largest_error_is_the_least(size: float) -> None:
+    problem = smooth(size, 8)
+    radius, penalty = np.full(N, 0.3), np.full(N, 10.0)
+    found = take_step(problem, radius, penalty)
+    assert (np.abs(found.step) <= 0.3 * (1 + 1e-5)).all()
+    for i in range(N):
+        best = best_of(problem, i, 0.3, 10.0)
+        pull = 0.5 * PULL * (found.step[i] ** 2).sum() / 0.3**2 * 10  # what a short step is worth
+        assert cost_of(problem, i, found.step[i], 10.0) <= best + max(pull, 2e-3)
+
+
+def test_radii_shorten_the_step() -> None:
+    problem = smooth(1e-3, 0)
+    for radius in (1.0, 1e-2, 1e-4):
+        step = take_step(problem, np.full(N, radius), np.full(N, 10.0)).step
+        assert (np.abs(step) <= radius * (1 + 1e-5)).all()
+        assert (np.abs(step).max(1) > 0.5 * radius).all() or radius == 1.0
+
+
+def test_broken_constraints_are_mended_as_far_as_the_radius_allows() -> None:
+    problem = smooth(1e-2, 8, broken=0.02)
+    penalty = 100.0
+    for radius in (1e-4, 0.1):
+        found = take_step(problem, np.full(N, radius), np.full(N, penalty))
+        rows = problem.limits["rows"]
+        left = np.maximum(rows.value + (rows.slope @ found.step[..., None])[..., 0], 0).max(1)
+        for i in range(N):
+            assert cost_of(problem, i, found.step[i], penalty) <= best_of(problem, i, radius, penalty) + 0.02
+        assert (left < rows.value.max(1)).all()
+        assert (left < 1e-5).all() == (radius == 0.1)
+
+
+def test_a_relaxed_constraint_yields_to_the_others() -> None:
+    """Two rows that contradict one another: the one that is relaxed is broken."""
+    plain = smooth(1e-3, 0)
+    along = np.eye(P)[0]
+    slope, value = np.tile(along, (N, 1, 1)), np.full((N, 1), 0.05)
+    limits = {"up": Pieces(value, slope), "down": Pieces(value, -slope)}
+    for relaxed, sign in (("up", 1), ("down", -1)):
+        problem = replace(plain, limits=limits, marginal={}, relaxed=relaxed)
+        step = take_step(problem, np.full(N, 0.2), np.full(N, 100.0)).step[:, 0]
+        np.testing.assert_allclose(step, sign * 0.05, atol=1e-3)
+
+
+@pytest.mark.parametrize("radius", [0.3, 0.01])
+def test_ranked_measures_become_least(radius: float) -> None:
+    """Sums of largest pieces, the deviation being a constraint."""
+    draw = np.random.default_rng(8)
+    plain = smooth(1e-3, 4)
+    pieces = {
+        name: Pieces(draw.normal(size=(N, k)), draw.normal(size=(N, k, P)))
+        for name, k in (("size", 6), ("max_link", 3))
+    }
+    marginal = {"size": np.full(N, 0.7), "max_link": draw.uniform(0.1, 1, N)}
+    problem = replace(plain, measures=pieces, marginal=marginal, allowed=np.abs(plain.error).max(1) * 1.2)
+    found = take_step(problem, np.full(N, radius), np.full(N, 100.0))
+    for i in range(N):
+        slight = SLIGHT * sum(np.abs(p.slope[i]).sum() for p in pieces.values()) * radius
+        best = best_of(problem, i, radius, 100.0)
+        pull = 0.5 * PULL * P
+        assert cost_of(problem, i, found.step[i], 100.0) <= best + slight + pull + 2e-3
 
 
 def test_what_is_not_finite_is_not_stepped() -> None:
     problem = smooth(1.0, 2)
     problem.error[3, 1] = np.nan
-    step = minimax_step(problem, np.ones(N)).step
+    step = take_step(problem, np.ones(N), np.full(N, 10.0)).step
     assert np.isnan(step[3]).all()
     assert np.isfinite(np.delete(step, 3, axis=0)).all()
+
+
+def test_some_problems_are_solved_as_in_the_whole_batch() -> None:
+    problem = smooth(1e-3, 8)
+    every = take_step(problem, np.full(N, 0.1), np.full(N, 10.0)).step
+    some: Array = np.array([7, 2, 2])
+    assert isinstance(problem[some], Subproblem)
+    part = take_step(problem[some], np.full(3, 0.1), np.full(3, 10.0)).step
+    np.testing.assert_allclose(part, every[some], rtol=1e-6, atol=1e-9)

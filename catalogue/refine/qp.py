@@ -7,7 +7,7 @@ import numpy as np
 from ..linkage import Array
 
 #: Most iterations, and the complementarity at which they stop.
-ITERATIONS, CLOSE = 30, 1e-7
+ITERATIONS, CLOSE = 50, 1e-6
 #: Part of the way to the border of the positive orthant that a step goes.
 INSIDE = 0.99
 
@@ -16,7 +16,7 @@ def solve(weight: Array, cost: Array, rows: Array, right: Array) -> tuple[Array,
     """Minimise  x diag(weight) x / 2 + cost x  subject to  rows x <= right.
 
     Predictor and corrector from a start that need not be feasible (S. Mehrotra, SIAM J. Optim. 2 (1992) 575-601).  All
-    coefficients should be of order 1.
+    coefficients should be of order 1.  A programme leaves the iteration as soon as it is solved.
 
     Parameters
     ----------
@@ -33,24 +33,32 @@ def solve(weight: Array, cost: Array, rows: Array, right: Array) -> tuple[Array,
         Of the rows, all positive.
     """
     n, k, p = rows.shape
-    x = np.zeros((n, p))
-    slack, dual = np.maximum(right, 1.0), np.ones((n, k))
+    solution, multipliers = np.zeros((n, p)), np.ones((n, k))
+    x, slack, active = np.zeros((n, p)), np.maximum(right, 1.0), np.arange(n)
+    dual = np.ones((n, k)) * np.maximum(np.sqrt(np.abs(cost).max(1, keepdims=True)), 1.0)
     turned = np.ascontiguousarray(np.swapaxes(rows, 1, 2))
-    eye = np.eye(p)
     for _ in range(ITERATIONS):
         ratio = dual / slack
         outside = (rows @ x[..., None])[..., 0] + slack - right
         uphill = weight * x + cost + (turned @ dual[..., None])[..., 0]
         gap = (slack * dual).mean(1, keepdims=True)
-        open_ = np.maximum(gap, np.abs(uphill).max(1, keepdims=True)) > CLOSE
-        if not open_.any():
-            break
+        left = np.maximum(np.maximum(gap[:, 0], np.abs(uphill).max(1)), np.abs(outside).max(1)) > CLOSE
+        if not left.all():
+            solution[active], multipliers[active] = x, dual
+            active, x, slack, dual, ratio = active[left], x[left], slack[left], dual[left], ratio[left]
+            rows, turned, right, weight, cost = rows[left], turned[left], right[left], weight[left], cost[left]
+            outside, uphill, gap = outside[left], uphill[left], gap[left]
+            if not len(active):
+                break
         normal = (turned * ratio[:, None]) @ rows
-        normal += (weight[..., None] + 1e-13 * np.abs(normal).max((1, 2), keepdims=True)) * eye
+        diagonal = np.einsum("nii->ni", normal)
+        diagonal += weight + 1e-13 * np.abs(diagonal).max(1, keepdims=True)
         inverse = np.linalg.inv(normal)
 
         def newton(
             target: Array,
+            rows: Array = rows,
+            turned: Array = turned,
             inverse: Array = inverse,
             outside: Array = outside,
             uphill: Array = uphill,
@@ -66,10 +74,10 @@ def solve(weight: Array, cost: Array, rows: Array, right: Array) -> tuple[Array,
         after = ((slack + _far(slack, ds) * ds) * (dual + _far(dual, dy) * dy)).mean(1, keepdims=True)
         centring = (after / gap) ** 3
         dx, ds, dy = newton(centring * gap - slack * dual - ds * dy)
-        primal, other = INSIDE * _far(slack, ds), INSIDE * _far(dual, dy)
-        length = np.where(open_, np.minimum(primal, other), 0.0)  # one for both: a quadratic term couples them
+        length = np.minimum(INSIDE * _far(slack, ds), INSIDE * _far(dual, dy))  # a quadratic term couples them
         x, slack, dual = x + length * dx, slack + length * ds, dual + length * dy
-    return x, dual
+    solution[active], multipliers[active] = x, dual
+    return solution, multipliers
 
 
 def _far(value: Array, step: Array) -> Array:

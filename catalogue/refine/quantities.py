@@ -1,0 +1,280 @@
+"""Measures of placed guides as the largest of smooth pieces, with the derivatives of these by the pivots.
+
+A size is the largest of many distances, a least transmission angle the least of many angles: each piece is smooth, so
+that several can decide at once.  Signs are such that more is worse.  Lengths are in strokes, angles in right angles;
+coordinates are those of `catalogue.guide.pose_jacobian`.  What has no derivative in closed form is differenced.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from ..candidates.batch import Candidates
+from ..candidates.feasibility import STANDING, machine
+from ..guide.measures import LEAST_ARM
+from ..guide.pose_jacobian import COUNT, PoseJacobian
+from ..guide.rotatability import rotation_margin
+from ..guide.span import Span
+from ..linkage import PR, RP, RR, Array
+from ..problem.problem import Problem
+from ..problem.region import Region
+
+#: Value of a piece that does not concern a linkage.
+NONE = -1e3
+
+
+class Pieces(NamedTuple):
+    """Pieces of one measure of n guides, more is worse.
+
+    Attributes
+    ----------
+    value : ndarray, shape (n, k)
+    slope : ndarray, shape (n, k, 10)
+    """
+
+    value: Array
+    slope: Array
+
+    @classmethod
+    def of(cls, rows: Iterable[tuple[Array, Array]], sign: float = 1.0) -> Pieces:
+        """Return pieces of values (n,) with slopes (n, 10); what is not finite concerns nobody."""
+        value, slope = (np.stack(list(part), axis=1) for part in zip(*rows, strict=True))
+        good = np.isfinite(value) & np.isfinite(slope).all(-1)
+        return cls(np.where(good, sign * value, NONE), np.where(good[..., None], sign * slope, 0.0))
+
+    def less(self, bound: Array | float) -> Pieces:
+        """Return the pieces less a bound, shape () or (n,)."""
+        return Pieces(self.value - np.reshape(bound, (-1, 1)), self.slope)
+
+
+Row = tuple[Array, Array]
+
+
+@dataclass(frozen=True)
+class Quantities:
+    """Measures of n candidates as pieces.
+
+    Attributes
+    ----------
+    problem : Problem
+    found : Candidates of n
+    guides : Span of n
+        Of the same candidates.
+    t : ndarray, shape (m, n)
+        Parameters of the stations at which transmission angles are read.
+    by : PoseJacobian
+        Of those stations.
+    """
+
+    problem: Problem
+    found: Candidates
+    guides: Span
+    t: Array
+    by: PoseJacobian
+
+    def __call__(self, name: str) -> Pieces:
+        """Return the pieces of a measure, by the names of `catalogue.candidates.feasibility.values`, or of a region."""
+        if name in STANDING:
+            return self._standing(getattr(self.problem.constraints, name), STANDING[name])
+        made: dict[str, Callable[[], Pieces]] = {
+            "size": self._size,
+            "max_link": lambda: Pieces.of(self._links()),
+            "min_link": lambda: Pieces.of(self._links(), -1.0),
+            "max_ground": lambda: Pieces.of([self._length(*self._frame)]),
+            "max_arm": lambda: Pieces.of([self._nearer_arm()]),
+            "least_arm": lambda: Pieces.of(self._arms(), -1.0),
+            "transmission": self._transmission,
+            "full_rotation": self._turning,
+        }
+        return made[name]()
+
+    def collapse(self) -> Pieces:
+        """Return pieces that keep links from shrinking to a point, about which the linkage would turn as one body."""
+        rows = [
+            (np.fmin(value, LEAST_ARM) - value, -slope) for value, slope in (*self._links(), self._length(*self._frame))
+        ]
+        return Pieces.of(rows)
+
+    # -- lengths ------------------------------------------------------------------------------------------------
+    def _place(self, j: int) -> Array:
+        """Return where a pivot 0 ... 3, or the guided point 4, stands; NaN at infinity."""
+        if j == 4:
+            return self.found.point
+        finite = self.found.linkage.finite.reshape(-1, 4)[:, j]
+        return np.where(finite, self.found.linkage.points.reshape(-1, 4)[:, j], np.nan)
+
+    def _length(self, i: int, j: int) -> Row:
+        return apart(self._place(i), i, self._place(j), j)
+
+    def _links(self) -> list[Row]:
+        return [self._length(0, 1), self._length(2, 3), self._length(*self._coupler)]
+
+    @property
+    def _frame(self) -> tuple[int, int]:
+        """The pivots that are fixed: of a slot's machine the moving ones of its inversion."""
+        return (1, 3) if self.problem.constraints.slots else (0, 2)
+
+    @property
+    def _coupler(self) -> tuple[int, int]:
+        return (0, 2) if self.problem.constraints.slots else (1, 3)
+
+    def _arms(self) -> list[Row]:
+        return [self._length(4, j) for j in (1, 3)]
+
+    def _nearer_arm(self) -> Row:
+        one, two = self._arms()
+        return chosen(~(one[0] > two[0]), one, two)
+
+    def _size(self) -> Pieces:
+        n = len(self.found)
+        ends = [(np.full(n, end + 0j), 5) for end in (0.0, 1.0)]  # the path stays where it is
+        every = [*((self._place(j), j) for j in range(5)), *ends]
+        rows = [apart(a, i, b, j) for k, (a, i) in enumerate(every[:4]) for b, j in every[k + 1 :]]
+        return Pieces.of([*rows, (np.ones(n), np.zeros((n, COUNT)))])
+
+    def _standing(self, region: Region, planes: tuple[int, ...]) -> Pieces:
+        return Pieces.of(
+            row for i in (0, 1) for j in planes for row in outside(region, self._place(2 * i + j), 2 * i + j)
+        )
+
+    # -- angles -------------------------------------------------------------------------------------------------
+    def _transmission(self) -> Pieces:
+        """Less the transmission angles at the stations, in right angles, with the crank that drives."""
+        driver = self.found.measures.driver
+        (first, one), (other, two) = (self._sine(dyad) for dyad in (0, 1))
+        better = np.abs(other).min(0) > np.abs(first).min(0)  # where there is no crank the better dyad counts
+        second = np.where(driver == 0, better, driver == 2)
+        sine, slope = np.where(second, other, first), np.where(second[:, None], two, one)
+        side = np.sign(sine.sum(0))
+        sine, slope = side * sine, side[:, None] * slope
+        cosine = np.sqrt(np.maximum(1 - sine * sine, 1e-4))
+        angle, by = np.arcsin(np.clip(sine, -1, 1)), slope / cosine[..., None]
+        return Pieces.of(zip(-angle / (np.pi / 2), -by / (np.pi / 2), strict=True))
+
+    def _sine(self, driver: int) -> Row:
+        """Return the sines of the transmission angle at the stations, one dyad driving, (m, n) and (m, n, 10).
+
+        Of slots those of the machine, whose moving pivots are the fixed ones of the traced inversion.
+        """
+        other, kind = 1 - driver, self.found.linkage.dyads
+        moving, fixed, slide = (1, 0, RP) if not self.problem.constraints.slots else (0, 1, PR)
+        moving_pivot, fixed_pivot = self._at(other, moving), self._at(other, fixed)
+        crank = moving_pivot[0] - fixed_pivot[0], moving_pivot[1] - fixed_pivot[1]
+        sliding = kind[:, other] == slide
+        ray = chosen(kind[:, other] == RR, crank, chosen(sliding, moving_pivot, fixed_pivot))
+        contact, driving = chosen(sliding, fixed_pivot, moving_pivot), self._at(driver, moving)
+        arm = contact[0] - driving[0], contact[1] - driving[1]
+        arm = chosen(kind[:, driver] == slide, self._at(driver, moving), arm)
+        with np.errstate(all="ignore"):
+            (p, dp), (q, dq) = ((v / np.abs(v), g / np.abs(v)[..., None]) for v, g in (arm, ray))
+            sine = (p.conj() * q).imag
+            slope = (dp.conj() * q[..., None] + p.conj()[..., None] * dq).imag
+            slope -= sine[..., None] * ((dp.conj() * p[..., None]).real + (dq.conj() * q[..., None]).real)
+        return sine, slope
+
+    def _at(self, i: int, j: int) -> Row:
+        """Return where pivot j of dyad i is at the stations, its direction if it is at infinity, with derivatives."""
+        z, finite = self.found.linkage.points[:, i, j], self.found.linkage.finite[:, i, j]
+        if j == 0:
+            still = np.ones(self.t.shape)
+            return still * z, _own(i, 0, still)
+        moving = self.guides.motion
+        d, x = moving.pose(self.t)
+        turn = 1 + x
+        at = turn * z
+        slope = _own(i, 1, turn) + 1j * at[..., None] * self.by.angle
+        return at + np.where(finite, d - x * moving.origin, 0), slope + np.where(finite[:, None], self.by.shift, 0)
+
+    def _turning(self) -> Pieces:
+        """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guide.rotatability`."""
+        linkage, n = self.found.linkage, len(self.found)
+        z, kind, links = linkage.points, linkage.dyads, self._links()
+        margin = np.nan_to_num(rotation_margin(machine(self.problem, self.found)), nan=-np.inf)
+        first, ground = margin[:, 0] >= margin[:, 1], self._length(*self._frame)
+
+        def plus(*terms: tuple[Array | float, Row]) -> Row:
+            return np.asarray(sum(f * v for f, (v, _) in terms)), np.asarray(
+                sum((f * np.ones(n))[:, None] * g for f, (_, g) in terms)
+            )
+
+        a, c = chosen(first, links[0], links[1]), chosen(first, links[1], links[0])
+        b, e = links[2], chosen(first, self._offset(0), self._offset(1))
+        to_fixed = chosen(first, apart(z[:, 0, 0], 0, z[:, 1, 0], 2), apart(z[:, 1, 0], 2, z[:, 0, 0], 0))
+        with np.errstate(all="ignore"):
+            side, past = np.sign(ground[0] - a[0]), np.sign(to_fixed[0] - a[0])
+        four, slider, slide = (kind == RR).all(1), (kind == PR).any(1), (kind == RP).any(1)
+        cases = [
+            (four, plus((1, a), (1, ground), (-1, b), (-1, c))),
+            (four, plus((1, b), (-1, c), (-side, ground), (side, a))),
+            (four, plus((1, c), (-1, b), (-side, ground), (side, a))),
+        ]
+        for sign in (1, -1):
+            cases.append((slider, plus((1, a), (sign, e), (-1, b))))
+            cases.append((slide, plus((sign, e), (-past, to_fixed), (past, a))))
+        return Pieces.of((np.where(where, value, np.nan), slope) for where, (value, slope) in cases)
+
+    def _offset(self, i: int) -> Row:
+        """Distance of the fixed pivot of crank i from a slider's line, or of its moving pivot from a slide's."""
+        z, kind, o = self.found.linkage.points, self.found.linkage.dyads, 1 - i
+        slider = kind[:, o] == PR
+        normal = np.where(slider, z[:, o, 0], z[:, o, 1])
+        gap = np.where(slider, z[:, i, 0] - z[:, o, 1], z[:, o, 0] - z[:, i, 1])
+        by = np.zeros((len(z), COUNT))
+        ends = (slider, (i, 0), (o, 1), (o, 0)), (~slider, (o, 0), (i, 1), (o, 1))
+        for where, (a, b), (c, d), (e, f) in ends:
+            for k, w, vector in ((4 * a + 2 * b, 1, normal), (4 * c + 2 * d, -1, normal), (4 * e + 2 * f, 1, gap)):
+                by[:, k] += np.where(where, w * vector.real, 0)
+                by[:, k + 1] += np.where(where, w * vector.imag, 0)
+        return (normal.conj() * gap).real, by
+
+
+def chosen(where: Array, one: Row, two: Row) -> Row:
+    """Return `one` where a mask (n,) says so, else `two`."""
+    return np.where(where, one[0], two[0]), np.where(where[:, None], one[1], two[1])
+
+
+def apart(one: Array, i: int, other: Array, j: int) -> Row:
+    """Distance of two points and its derivatives; 0 ... 3 pivots, 4 the guided point, 5 a point that stays."""
+    by = np.zeros((len(one), COUNT + 2))
+    between = one - other
+    with np.errstate(all="ignore"):
+        unit = between / np.abs(between)
+    for k, sign in ((i, 1), (j, -1)):
+        by[:, 2 * k] += sign * unit.real
+        by[:, 2 * k + 1] += sign * unit.imag
+    return np.abs(between), by[:, :COUNT]
+
+
+def outside(region: Region, z: Array, k: int) -> Iterable[Row]:
+    """How far pivot k lies outside each side of a convex region; of another one outside the nearest side alone."""
+    corner = region.corners[:, 0] + 1j * region.corners[:, 1]
+    side = np.roll(corner, -1) - corner
+    side, corner = side[side != 0], corner[side != 0]
+    turn = (np.roll(side, -1) * side.conj()).imag
+    out = side / np.abs(side) * (-1j if turn.sum() > 0 else 1j)
+    if (turn >= 0).all() or (turn <= 0).all():
+        for c, normal in zip(corner, out, strict=True):
+            by = np.zeros((len(z), COUNT))
+            by[:, 2 * k], by[:, 2 * k + 1] = normal.real, normal.imag
+            yield ((z - c) * normal.conj()).real, by
+        return
+    along = np.clip(((z[:, None] - corner) * side.conj()).real / np.abs(side) ** 2, 0, 1)
+    away = z[:, None] - corner - along * side
+    away = away[np.arange(len(z)), np.argmin(np.where(np.isnan(away), np.inf, np.abs(away)), axis=1)]
+    sign = np.where(region.holds(z), -1.0, 1.0)
+    with np.errstate(all="ignore"):
+        unit = sign * away / np.abs(away)
+    by = np.zeros((len(z), COUNT))
+    by[:, 2 * k], by[:, 2 * k + 1] = unit.real, unit.imag
+    yield sign * np.abs(away), by
+
+
+def _own(i: int, j: int, value: Array) -> Array:
+    """Return the derivatives of a pivot by its own coordinates, times a value (m, n)."""
+    out = np.zeros((*value.shape, COUNT), dtype=complex)
+    out[..., 4 * i + 2 * j], out[..., 4 * i + 2 * j + 1] = value, 1j * value
+    return out

@@ -1,0 +1,203 @@
+"""Refinement of placed guides on their finite motion: sequential quadratic programming with elastic constraints.
+
+Each round linearises the distance from the nominal at Chebyshev points, all constraints and all ranked measures
+(`subproblem`), asks for the steps that make the cost least within several radii (`step`), follows each by a second one
+from where it led, which corrects what was left out of the linearisation (so that long steps along curved valleys are
+possible), and lays and measures all of them on the finite motion.  A guide may start outside the constraints and break
+them on the way, at a price that rises; what counts as found meets all of them as measured.  Nothing is taken from the
+linear model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..batching import join, take
+from ..candidates.batch import Candidates
+from ..candidates.feasibility import cost, feasibility
+from ..candidates.placement import near_path
+from ..guide.fixed_nominal import Nominal
+from ..guide.span import span
+from ..linkage import Array
+from ..problem.problem import Problem
+from .parametrisation import Parametrisation, PivotCoordinates
+from .step import take_step
+from .subproblem import linearise
+
+#: First trust-region radius, in the units of `Parametrisation`; what it is multiplied by; that of the second step.
+RADIUS, RADIUS_FACTORS, SECOND = 0.1, (0.2, 0.7, 2.5), 0.5
+#: A guide rests when its radius is shorter than this, or when so many rounds in a row have made its merit less by less
+#: than that.
+SHORT, PATIENCE, STALLED = 1e-5, 2, 1e-3
+#: Guides below this deviation over stroke are exact but for rounding.
+EXACT = 1e-12
+#: Cost of a broken constraint per stroke or radian, at first and at most, and what it is multiplied by where the
+#: violation does not fall to `FALLS` of what it was.
+PENALTY, STEEPEST, STEEPER, FALLS = 10.0, 1e4, 4.0, 0.7
+
+
+@dataclass
+class Refinement:
+    """Candidates on their way to where their cost is least; driven by `step`.
+
+    Attributes
+    ----------
+    problem : Problem
+    current : Candidates of n
+        Where each is now.
+    best : Candidates of n
+        The cheapest of each that met all constraints; where none did, the one that was nearest to that.
+    best_cost : ndarray, shape (n,)
+        Infinite where none met them.
+    violation : ndarray, shape (n,)
+        Of the current ones, all constraints together.
+    radius, penalty : ndarray, shape (n,)
+    active : ndarray of bool, shape (n,)
+        Which are still refined.
+    stalled : ndarray of int, shape (n,)
+        For how many rounds the merit has hardly fallen.
+    rounds, evaluated : int
+        Rounds taken, and candidates measured in them.
+    """
+
+    problem: Problem
+    current: Candidates
+    moves: Parametrisation
+    nominal: Nominal | None
+    best: Candidates
+    best_cost: Array
+    nearest: Array
+    violation: Array
+    radius: Array
+    penalty: Array
+    active: Array
+    stalled: Array
+    rounds: int = 0
+    evaluated: int = 0
+
+    @classmethod
+    def of(
+        cls,
+        problem: Problem,
+        start: Candidates,
+        moves: Parametrisation | None = None,
+        nominal: Nominal | None = None,
+        penalty: float = PENALTY,
+    ) -> Refinement:
+        """Return the refinement of placed guides, which need not meet the constraints.
+
+        Points that return are left as they are.
+
+        Parameters
+        ----------
+        moves : Parametrisation, optional
+            How they may move; freely if not given.
+        nominal : Nominal, optional
+            The path itself, from which distances are then measured: guides are not laid anew, but stay in place.
+        penalty : float
+            Cost of a broken constraint, per stroke or radian, to begin with.
+        """
+        n = len(start)
+        broken = feasibility(problem, start)
+        met = broken.all
+        value = np.where(met, cost(problem, start), np.inf)
+        active = (start.traced.relative > EXACT) & ~start.curve.cusp
+        if problem.ranking.only != "deviation":
+            active = np.isfinite(start.deviation) & ~start.curve.cusp
+        return cls(
+            problem, start, moves or PivotCoordinates(), nominal, start, value, broken.total.copy(),
+            broken.total.copy(), np.full(n, RADIUS), np.full(n, penalty), np.asarray(active), np.zeros(n, int),
+        )  # fmt: skip
+
+    def __getitem__(self, index: Array) -> Refinement:
+        """Return the refinement of some of them, going on from where they are."""
+        names = ("current", "best", "best_cost", "nearest", "violation", "radius", "penalty", "active", "stalled")
+        return replace(self, rounds=0, evaluated=0, **{name: take(getattr(self, name), index) for name in names})
+
+    def run(self, rounds: int) -> Refinement:
+        """Take up to so many rounds."""
+        for _ in range(rounds):
+            if not self.step():
+                break
+        return self
+
+    def step(self) -> bool:
+        """Take one round; return whether any guide is still on its way."""
+        at = np.flatnonzero(self.active)
+        if not len(at):
+            return False
+        with np.errstate(all="ignore"):  # what cannot be stepped or traced is NaN, and is no trial
+            trials, of, factor = self._trials(at)
+        self.rounds += 1
+        self.evaluated += len(of)
+        broken = feasibility(self.problem, trials)
+        total, met = broken.total, broken.all
+        value = cost(self.problem, trials)
+        self._keep(at[of], trials, value, total, met)
+        merit = np.where(np.isfinite(total), value + self.penalty[at[of]] * total, np.inf)
+        merit = np.where(np.isnan(merit), np.inf, merit)
+        here = self.current[at]
+        before = cost(self.problem, here) + self.penalty[at] * self.violation[at]
+        first = least(merit, of)
+        gained = first[merit[first] < np.where(np.isnan(before), np.inf, before)[of[first]] - 1e-9]
+        to = at[of[gained]]
+        fell = np.ones(len(self.active), bool)
+        fell[at] = self.violation[at] <= 0
+        fell[to] |= total[gained] <= FALLS * self.violation[to]
+        self.current = self.current.replaced(to, trials[gained])
+        self.violation[to] = total[gained]
+        steeper = np.where(fell[at], 1.0, STEEPER)
+        self.penalty[at] = np.minimum(self.penalty[at] * steeper, STEEPEST)
+        by = np.full(len(self.active), RADIUS_FACTORS[0] ** 2)
+        by[to] = factor[gained]
+        self.radius[at] = np.minimum(self.radius[at] * by[at], 1.0)
+        gain = np.zeros(len(self.active))
+        gain[to] = np.where(np.isfinite(before), before, np.inf)[of[gained]] - merit[gained]
+        self.stalled[at] = np.where(gain[at] < STALLED, self.stalled[at] + 1, 0)
+        self.active = self.active & (self.radius > SHORT) & (self.stalled < PATIENCE)
+        return bool(self.active.any())
+
+    def _keep(self, at: Array, trials: Candidates, value: Array, total: Array, met: Array) -> None:
+        """Remember the cheapest trials that meet all constraints, or the nearest to that."""
+        for key, held in ((np.where(met, value, np.inf), self.best_cost), (total, self.nearest)):
+            may = met if held is self.best_cost else ~np.isfinite(self.best_cost)[at] & np.isfinite(total)
+            first = least(np.where(may, key, np.inf), at)
+            first = first[may[first] & (key[first] < held[at[first]])]
+            held[at[first]] = key[first]
+            self.best = self.best.replaced(at[first], trials[first])
+
+    def _trials(self, at: Array) -> tuple[Candidates, Array, Array]:
+        """Return what comes of one and of two steps of the guides `at`, within all radii; of which each comes, and by
+        which factor of the radius."""
+        factors = np.array(RADIUS_FACTORS)
+        here, n = self.current[at], len(at)
+        each, factor = np.tile(np.arange(n), len(factors)), np.repeat(factors, n)
+        one, kept = self._stepped(here, each, factor * self.radius[at][each], self.penalty[at])
+        of, by = each[kept], factor[kept]
+        led = np.flatnonzero(np.isfinite(one.deviation))
+        if not len(led):
+            return one, of, by
+        two, kept = self._stepped(
+            one[led], np.arange(len(led)), SECOND * self.radius[at][of[led]] * by[led], self.penalty[at][of[led]]
+        )
+        return join(one, two), np.concatenate([of, of[led][kept]]), np.concatenate([by, by[led][kept]])
+
+    def _stepped(self, here: Candidates, each: Array, radius: Array, penalty: Array) -> tuple[Candidates, Array]:
+        """Return what comes of a step of the guides `each` of those here within radii, and of which of them."""
+        guides = here.curve
+        linear = linearise(self.problem, here, guides, self.moves, self.nominal)
+        found = take_step(linear[each], radius, penalty[each])
+        step = np.nan_to_num(found.step[:, :-1] if self.problem.curvature is None else found.step)
+        many = here[each]
+        linkage, point, valid = self.moves.moved(many, step)
+        kept = np.flatnonzero(valid)
+        moved = span(linkage, point, pole=many.pole[kept], chart=guides.motion.chart[each[kept]])
+        return near_path(self.problem, take(many.origin, kept), moved, self.nominal), kept
+
+
+def least(value: Array, group: Array) -> Array:
+    """Return the index of the least value of each group."""
+    order = np.lexsort((value, group))
+    return np.asarray(order[np.unique(group[order], return_index=True)[1]])

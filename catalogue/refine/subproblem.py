@@ -1,0 +1,268 @@
+"""The linear problem of placed guides: distances from the nominal, constraints and ranked measures with derivatives.
+
+The nominal stays where it is and the linkage moves under it: translations and rotations of the whole linkage stand for
+those of the nominal.  Only the curvature of an arc of any radius is a coordinate of its own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..batching import take
+from ..candidates.batch import Candidates
+from ..candidates.feasibility import LARGEST, STANDING, feasibility, values
+from ..candidates.placement import near_path
+from ..guide.fixed_nominal import Nominal
+from ..guide.measures import LEAST_ARM
+from ..guide.minimax import concentric, exchange, grid
+from ..guide.pose_jacobian import COUNT, displaced, pose_jacobian
+from ..guide.sensitivity import rms_gradient
+from ..guide.span import Span, span
+from ..linkage import Array
+from ..problem.constraints import DRIVE
+from ..problem.problem import Problem
+from ..problem.request import FULLEST
+from .parametrisation import Parametrisation
+from .quantities import Pieces, Quantities
+
+#: Intervals between the points at which the distance is linearised; every other one is where transmission is read.
+NODES, FEWER = 32, 16
+#: Flattest arc that is still one if the radius is not given [strokes].
+FLATTEST = 50.0
+#: Steps of differences: of curvatures [1/stroke], of pivots in their units, of measures towards the worse.
+BEND_STEP, PIVOT_STEP, WORSE = 1e-6, 1e-5, 0.02
+#: How near a constraint must be for its derivatives to be differenced [strokes, radians].
+NEAR = 0.05
+#: Constraints whose derivatives are differenced, since none is written down.
+DIFFERENCED = (*DRIVE, "min_transmission_turn", "swept_in", "keep_out")
+#: Bounds with the pieces that they bound, in the units of these.
+BOUNDS = {**LARGEST, "min_link": "min_link", "min_transmission": "transmission"}
+
+
+@dataclass(frozen=True)
+class Subproblem:
+    """Distances, constraints and measures of n guides, linearised in p coordinates, of which a step of 1 is large.
+
+    Attributes
+    ----------
+    error : ndarray, shape (n, m)
+        Distances from the nominal along the path [strokes].
+    jacobian : ndarray, shape (n, m, p)
+    limits : mapping of str to Pieces
+        Constraints: value + slope s <= 0.
+    measures : mapping of str to Pieces
+        What the cost is a function of: each the largest of value + slope s.
+    marginal : mapping of str to ndarray, shape (n,)
+        What the cost rises by per unit of each measure that becomes worse.
+    allowed : ndarray, shape (n,)
+        Largest distance that is allowed.
+    rms, rms_slope : ndarray, shape (n,) and (n, p)
+        Sensitivity and its derivatives, NaN where nobody asks for the allowance.
+    relaxed : str
+        The constraint that is to be broken as little as the others allow.
+    """
+
+    error: Array
+    jacobian: Array
+    limits: Mapping[str, Pieces]
+    measures: Mapping[str, Pieces]
+    marginal: Mapping[str, Array]
+    allowed: Array
+    rms: Array
+    rms_slope: Array
+    relaxed: str = ""
+
+    def __getitem__(self, index: Array) -> Subproblem:
+        """Return the problems of some guides, or all again and again."""
+
+        def some(every: Mapping[str, Pieces]) -> dict[str, Pieces]:
+            return {name: Pieces(p.value[index], p.slope[index]) for name, p in every.items()}
+
+        return Subproblem(
+            self.error[index], self.jacobian[index], some(self.limits), some(self.measures),
+            {name: part[index] for name, part in self.marginal.items()}, self.allowed[index], self.rms[index],
+            self.rms_slope[index], self.relaxed,
+        )  # fmt: skip
+
+
+def linearise(
+    problem: Problem, found: Candidates, guides: Span, moves: Parametrisation, nominal: Nominal | None = None
+) -> Subproblem:
+    """Return the linear problem of placed guides.
+
+    Parameters
+    ----------
+    guides : Span of n
+        Of the same guides.
+    moves : Parametrisation
+        Its coordinates are those of the problem; of an arc of any radius the curvature is one more.
+    nominal : Nominal, optional
+        The path itself, from which distances are then measured.
+    """
+    intervals = NODES if problem.ranking.only == "deviation" or problem.relaxed == "deviation" else FEWER
+    nodes = grid(intervals).nodes
+    low, high = found.traced.low.astype(float), found.traced.high.astype(float)
+    u, v = guides.path.window(low, high, nodes)
+    z = guides.point + (u + 1j * v) * guides.tangent
+    t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
+    bend = _curvature(problem, found)
+    error, tangent, by_bend = _distance(z, bend)
+    if nominal is None:
+        error = _centred(error, z, bend)
+    by = pose_jacobian(guides.motion, guides.point, t, tangent)
+    basis = moves.basis(found)
+    read = Quantities(problem, found, guides, t[::2], by.every(2))
+    limits, measures = _limits(problem, read), {}
+    if not problem.relaxed:
+        measures = {name: read(name) for name in problem.ranking.quantities - {"deviation", "allowance"}}
+    rough = [name for name in DIFFERENCED if getattr(problem.constraints, name)]
+    if problem.constraints.slots:  # written down for points only
+        rough += [name for name in ("full_rotation", "max_arm") if name in limits]
+    if rough:
+        limits |= differences(problem, found, guides.motion.chart, rough, basis, nominal)
+    rms, rms_slope = np.full(len(found), np.nan), np.zeros((len(found), COUNT))
+    if "allowance" in problem.needed:
+        rms, rms_slope = rms_gradient(guides, found.traced)
+        if (bound := problem.constraints.min_allowance) is not None:
+            limits["min_allowance"] = _of_allowance(found, bound, rms, rms_slope)
+    limits = {name: Pieces(p.value, p.slope @ basis) for name, p in limits.items()}
+    measures = {name: Pieces(p.value, p.slope @ basis) for name, p in measures.items()}
+    jacobian, rms_slope = np.moveaxis(by.across, 0, 1) @ basis, (rms_slope[:, None] @ basis)[:, 0]
+    if problem.curvature is None:
+        jacobian = np.concatenate([jacobian, by_bend.T[..., None]], axis=-1)
+        limits, measures = ({k: _wider(p) for k, p in d.items()} for d in (limits, measures))
+        rms_slope = np.concatenate([rms_slope, np.zeros((len(found), 1))], axis=-1)
+        limits["radius"] = _radius(bend, jacobian.shape[-1])
+    marginal = marginals(problem, found)
+    allowed = np.full(len(found), problem.deviation)
+    return Subproblem(
+        *_at_peaks(error.T, jacobian, intervals), limits, measures, marginal, allowed, rms, rms_slope, problem.relaxed
+    )
+
+
+def _curvature(problem: Problem, found: Candidates) -> Array:
+    """Return the curvatures of the nominals, positive for a centre above, shape (n,)."""
+    if problem.curvature is not None:
+        return np.full(len(found), problem.curvature)
+    fit = found.traced.fit
+    return np.asarray(np.where(fit.along.real < 0, -1.0, 1.0) * fit.curvature.astype(float))
+
+
+def _distance(z: Array, bend: Array) -> tuple[Array, Array, Array]:
+    """Return the signed distances of points (m, n) from the arcs of given curvature over the chord from 0 to 1, unit
+    vectors along these there, and the derivatives of the distances by the curvature."""
+    middle = z - 0.5
+
+    def signed(k: Array) -> tuple[Array, Array]:
+        sagitta = 0.25 * k / (1 + np.sqrt(np.maximum(1 - 0.25 * k * k, 0.0)))
+        x, y = middle.real, middle.imag + sagitta
+        way = 1 - k * y + 1j * k * x
+        return (2 * y - k * (x * x + y * y)) / (1 + np.abs(way)), way / np.abs(way)
+
+    distance, along = signed(bend)
+    by = (signed(bend + BEND_STEP)[0] - signed(bend - BEND_STEP)[0]) / (2 * BEND_STEP)
+    return distance, along, by
+
+
+def _centred(error: Array, z: Array, bend: Array) -> Array:
+    """Return distances from nominals (m, n) after these, which ran through the ends of the paths, are best placed."""
+    sagitta = 0.25 * bend / (1 + np.sqrt(np.maximum(1 - 0.25 * bend * bend, 0.0)))
+    _, run, weight = concentric(z.real - 0.5, z.imag + sagitta, bend)
+    fine = grid(len(error) - 1).fine
+    peaks, along, by = fine @ error, fine @ run, fine @ weight
+    start = np.repeat(np.array([[0], [len(peaks) // 2], [len(peaks) - 1]]), error.shape[1], axis=1)
+    (a, b), _, _ = exchange(along, peaks, start, by, peaks=False)
+    return np.asarray(error - (a + b * run) / weight)
+
+
+def _limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
+    """Return the constraints that have derivatives in closed form."""
+    wanted, limits = problem.constraints, {"collapse": read.collapse()}
+    limits["distance from the moving pivots"] = read("least_arm").less(-LEAST_ARM)
+    for name, measure in BOUNDS.items():
+        bound = getattr(wanted, name)
+        if bound is None or (name == "min_transmission" and not bound):
+            continue
+        sign = 1.0 if name in LARGEST else -1.0
+        limits[name] = read(measure).less(sign * bound / (90.0 if measure == "transmission" else 1.0))
+    if wanted.full_rotation:
+        limits["full_rotation"] = read("full_rotation")
+    for name in STANDING:
+        if getattr(wanted, name) is not None:
+            limits[name] = read(name)
+    return limits
+
+
+def differences(
+    problem: Problem, found: Candidates, chart: Array, names: list[str], basis: Array, nominal: Nominal | None
+) -> dict[str, Pieces]:
+    """Return constraints with the derivatives of the amounts by which they are broken, differenced on the finite motion
+    of those guides for which one of them is near; for others they are as good as constant."""
+    here = feasibility(problem, found, signed=True)
+    amounts = np.stack([here.amounts[name] for name in names])
+    near = np.flatnonzero(np.isfinite(amounts).all(0) & (amounts > -NEAR).any(0))
+    slopes = np.zeros((len(names), len(found), COUNT))
+    moved = np.flatnonzero(np.abs(basis).max(axis=(0, 2)) > 0)
+    if len(near):
+        each, coordinate = np.tile(near, len(moved)), np.repeat(moved, len(near))
+        step = PIVOT_STEP * (coordinate[:, None] == np.arange(COUNT))
+        linkage, point, good = displaced(found.linkage[each], found.point[each], step)
+        each, coordinate = each[good], coordinate[good]
+        there = span(linkage, point, pole=found.pole[each], chart=chart[each])
+        after = feasibility(problem, near_path(problem, take(found.origin, each), there, nominal), signed=True)
+        with np.errstate(invalid="ignore"):
+            change = np.stack([after.amounts[name] for name in names]) - amounts[:, each]
+        slopes[:, each, coordinate] = np.where(np.isfinite(change), change, 0.0) / PIVOT_STEP
+    value = np.where(np.isfinite(amounts), amounts, -1e3)
+    return {name: Pieces(value[k][:, None], slopes[k][:, None]) for k, name in enumerate(names)}
+
+
+def _of_allowance(found: Candidates, bound: float, rms: Array, slope: Array) -> Pieces:
+    """Return the constraint on the allowance as one on the deviation at the present sensitivity."""
+    value = bound - found.allowance
+    return Pieces((value / bound)[:, None], (slope * (found.allowance / rms)[:, None] / bound)[:, None])
+
+
+def marginals(problem: Problem, found: Candidates) -> dict[str, Array]:
+    """Return what the cost of each guide rises by per unit of each measure that becomes worse, shape (n,)."""
+    if problem.relaxed:
+        return {}
+    here = values(problem, found)
+    ranking = problem.ranking
+    if ranking.only == "deviation":
+        return {"deviation": 1 / np.maximum(here["deviation"], 1e-300)}
+    base, out = ranking.cost(here), {}
+    for name in ranking.quantities:
+        better_up = name in ("transmission", "min_link", "allowance")
+        worse = here[name] + (-WORSE if better_up else WORSE)
+        with np.errstate(invalid="ignore"):
+            rise = (ranking.cost({**here, name: worse}) - base) / WORSE
+        out[name] = np.where(np.isfinite(rise), np.maximum(rise, 0.0), 0.0)
+    return out
+
+
+def _wider(pieces: Pieces) -> Pieces:
+    """Return pieces that do not depend on one more coordinate."""
+    return Pieces(pieces.value, np.concatenate([pieces.slope, np.zeros((*pieces.slope.shape[:2], 1))], axis=-1))
+
+
+def _radius(bend: Array, count: int) -> Pieces:
+    """Return the constraints on the curvature of an arc of any radius, its last coordinate: neither flat nor full."""
+    slope = np.zeros((len(bend), 2, count))
+    slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
+    flattest, fullest = np.maximum(bend, -1 / FLATTEST), np.minimum(bend, -FULLEST)
+    return Pieces(np.stack([bend - flattest, fullest - bend], axis=1), slope)
+
+
+def _at_peaks(error: Array, jacobian: Array, intervals: int) -> tuple[Array, Array]:
+    """Return errors (n, m) and derivatives (n, m, p) carried from the nodes to where, between two nodes each, the error
+    is largest: one of four points."""
+    fine = grid(intervals).fine
+    error, jacobian = error @ fine.T, fine @ jacobian
+    n, m = error.shape
+    worst = np.argmax(np.abs(error[:, 1:]).reshape(n, -1, 4), axis=2) + 1 + np.arange(0, m - 1, 4)
+    at = np.concatenate([np.zeros((n, 1), int), worst], axis=1)
+    return np.take_along_axis(error, at, 1), np.take_along_axis(jacobian, at[..., None], 1)

@@ -1,0 +1,181 @@
+"""Measures as pieces, and their derivatives, against linkages that are moved and measured anew."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue.candidates.batch import Candidates
+from catalogue.candidates.feasibility import feasibility, nearer_arm, values
+from catalogue.guide.fixed_nominal import Nominal
+from catalogue.guide.measures import rotates
+from catalogue.guide.minimax import grid
+from catalogue.guide.pose_jacobian import COUNT, displaced, pose_jacobian
+from catalogue.guide.rotatability import rotation_margin
+from catalogue.guide.span import span
+from catalogue.linkage import RR, Array, Linkage
+from catalogue.problem.problem import Problem
+from catalogue.refine.quantities import NONE, Pieces, Quantities
+from tests.refine.starts import problem_of, started
+
+STEP = 1e-6
+LINE, ARC = StraightLine(1, 5e-3), CircularArc(1, 1, 5e-3)
+POLYGON = [(-0.4, -0.3), (1.5, -0.3), (1.5, 0.3), (0.5, 0.2), (-0.4, 0.9)]
+NAMES = ("size", "max_link", "min_link", "max_ground", "max_arm", "least_arm", "transmission", "full_rotation")
+WISHES: list[tuple[Any, dict[str, Any], tuple[str, ...]]] = [
+    *((LINE, {"families": [family]}, NAMES) for family in ("four-bar", "slider-crank", "inverted-slider-crank")),
+    (LINE, {"families": ["elliptic-trammel"]}, NAMES[:-1]),
+    (ARC, {"families": ["four-bar"]}, NAMES),
+    (LINE, {"fixed_pivots_in": (-0.5, -0.5, 1.6, 0.5), "pivots_in": POLYGON}, ("fixed_pivots_in", "pivots_in")),
+]
+
+
+class Stations:
+    """Pieces of guides and of those that come of a step, at the same places along the nominal."""
+
+    def __init__(self, problem: Problem, found: Candidates) -> None:
+        self.problem, self.found = problem, found
+        self.nominal = Nominal(1.0, problem.path.radius)  # type: ignore[arg-type]  # none is free here
+        low, high = found.traced.low.astype(float), found.traced.high.astype(float)
+        self.t = 0.5 * (high + low) + 0.5 * (high - low) * grid(8).nodes[:, None]
+        self.place, self.along = self._run(found, self.t)
+
+    def pieces(self, name: str) -> Pieces:
+        guides = self.found.curve
+        by = pose_jacobian(guides.motion, guides.point, self.t, self.along)
+        return Quantities(self.problem, self.found, guides, self.t, by)(name)
+
+    def moved(self, name: str, step: Array) -> Array:
+        """Return the values after a step (10,) of all guides."""
+        found = self.found
+        linkage, point, good = displaced(found.linkage, found.point, np.tile(step, (len(found), 1)))
+        assert good.all()
+        now = found.with_(linkage=linkage, point=point)
+        t = self.t.copy()
+        for _ in range(8):  # Newton by differences
+            off, slope = self._run(now, t)[0] - self.place, self._run(now, t + 1e-6)[0] - self._run(now, t - 1e-6)[0]
+            t = t - off / slope * 2e-6
+        assert np.abs(off).max() < 1e-11
+        guides = now.curve
+        none = pose_jacobian(guides.motion, guides.point, t, self.along)
+        return Quantities(self.problem, now, guides, t, none)(name).value
+
+    def _run(self, found: Candidates, t: Array) -> tuple[Array, Array]:
+        """Return how far along the nominal the guided points are, and its directions there."""
+        guides = found.curve
+        u, v = guides.path(t)
+        return self.nominal.along(guides.point + (u + 1j * v) * guides.tangent)
+
+
+@pytest.mark.parametrize(("request_", "wish", "names"), WISHES, ids=str)
+def test_slopes_are_central_differences(
+    small: Catalogue, request_: Any, wish: dict[str, Any], names: tuple[str, ...]
+) -> None:
+    problem = problem_of(request_, **wish)
+    at = Stations(problem, started(small, problem, 6))
+    far = ~np.repeat(at.found.linkage.finite.reshape(-1, 4), 2, axis=1)
+    for name in names:
+        value, slope = at.pieces(name)
+        some = 0
+        # two cranks may fail by the same inequality: which of them lends its pieces is a matter of rounding
+        row, decisive = np.arange(len(value))[:, None], np.argmax(value, axis=1)[:, None]
+        kept = (row, decisive if name == "full_rotation" else np.arange(value.shape[1])[None])
+        kink = np.zeros(len(value), bool)  # as of a slider whose line meets the pivot
+        if name == "full_rotation":
+            kink = np.diff(np.sort(value, axis=1)[:, -2:], axis=1)[:, 0] < 1e-4
+        value, slope = value[kept], slope[kept]
+        for k in range(COUNT):
+            ends = [at.moved(name, sign * STEP * np.eye(COUNT)[k]) for sign in (1, -1)]
+            ends = [end.max(1)[:, None] if name == "full_rotation" else end for end in ends]
+            assert ((ends[0] == NONE) == (value == NONE)).all()
+            want = np.where(value == NONE, 0.0, (ends[0] - ends[1]) / (2 * STEP))
+            got = slope[..., k]
+            # 1e-6 of a difference is its rounding; a direction is of length 1, so that a step along it does nothing
+            bound = 2e-5 * (1 + np.abs(want).max())
+            free = ~kink & (~far[:, k] if k < 8 else True)
+            free = free[:, None] & ((name != "transmission") | (np.abs(value) < 0.98))  # an arc sine has a kink at 90
+            np.testing.assert_allclose(got[free], want[free], atol=bound, err_msg=f"{name} by coordinate {k}")
+            some += int((got != 0).any())
+        assert some or (value == NONE).all(), f"{name} depends on nothing"
+
+
+@pytest.mark.parametrize("wish", [wish for _, wish, _ in WISHES[:4]], ids=str)
+def test_the_largest_piece_is_the_measure(small: Catalogue, wish: dict[str, Any]) -> None:
+    problem = problem_of(LINE, **wish)
+    found = started(small, problem, 20)
+    at = Stations(problem, found)
+    here = values(problem, found)
+    for name, sign in (("size", 1), ("max_link", 1), ("min_link", -1), ("max_ground", 1), ("max_arm", 1)):
+        largest = at.pieces(name).value.max(1)
+        there = largest > NONE  # a length that does not exist concerns nobody
+        want = sign * np.where(np.isfinite(here[name]), here[name], NONE)
+        # the size is that of the path itself, which leaves its nominal by a deviation, not of the ends of the nominal
+        off = 2 * found.deviation.max() + 1e-9 if name == "size" else 1e-12
+        np.testing.assert_allclose(largest[there], want[there], atol=off, rtol=0, err_msg=name)
+        assert not np.isfinite(np.where(there, np.nan, here[name])).any()
+    np.testing.assert_allclose(-at.pieces("least_arm").value.max(1), nearer_arm(found), rtol=1e-12)
+    # read at 9 places of the stroke instead of POSES; less than nothing beyond a dead point, where the measure is 0
+    least = np.maximum(-at.pieces("transmission").value.max(1), 0)
+    np.testing.assert_allclose(least, here["transmission"], atol=0.02)
+
+
+@pytest.mark.parametrize("inside", [(-0.5, -0.5, 1.6, 0.5), POLYGON], ids=["box", "polygon"])
+def test_pivots_stand_outside_as_far_as_the_pieces_say(small: Catalogue, inside: Any) -> None:
+    problem = problem_of(LINE, pivots_in=inside)
+    found = started(small, problem, 20)
+    outside = np.maximum(Stations(problem, found).pieces("pivots_in").value, 0).max(1)
+    amount = feasibility(problem, found).amounts["pivots_in"]
+    np.testing.assert_array_equal(outside > 1e-12, amount > 1e-12)
+    assert (outside <= amount + 1e-12).all(), "one side of one pivot is no more than all of them"
+    assert (outside > 0).any()
+
+
+@pytest.mark.parametrize("family", ["four-bar", "slider-crank", "inverted-slider-crank"])
+def test_a_crank_turns_fully_where_the_pieces_hold(random_linkages: Callable[..., Linkage], family: str) -> None:
+    linkage = random_linkages(family, 2000, 11)
+    point = np.zeros(2000, complex)
+    problem = problem_of(LINE, full_rotation=True)
+    found: Any = _Bare(linkage, point)
+    none: Any = None
+    value, _ = Quantities(problem, found, span(linkage, point), none, none)("full_rotation")
+    held = value.max(1) <= 0
+    np.testing.assert_array_equal(held, rotates(linkage) > 0)
+    assert 20 < held.sum() < 1980
+    margin = np.fmax(*rotation_margin(linkage).T)
+    np.testing.assert_allclose(value.max(1), -margin, atol=1e-12)
+    assert (linkage.dyads == RR).any(1).all()
+
+
+class _Bare:
+    """Linkages that guide nothing."""
+
+    def __init__(self, linkage: Linkage, point: Array) -> None:
+        self.linkage, self.point = linkage, point
+
+    def __len__(self) -> int:
+        return len(self.point)
+
+
+def test_what_does_not_exist_concerns_nobody(small: Catalogue) -> None:
+    problem = problem_of(LINE, families=["slider-crank"])
+    at = Stations(problem, started(small, problem, 6))
+    value, slope = at.pieces("max_ground")
+    assert (value == NONE).all()
+    assert not slope.any()
+
+
+def test_links_and_ground_are_kept_from_collapsing(small: Catalogue) -> None:
+    problem = problem_of(LINE, families=["four-bar"])
+    found = started(small, problem, 6)
+    guides = found.curve
+    none: Any = None
+    pieces = Quantities(problem, found, guides, none, none).collapse()
+    z = found.linkage.points
+    links = [z[:, 0, 1] - z[:, 0, 0], z[:, 1, 1] - z[:, 1, 0], z[:, 1, 1] - z[:, 0, 1], z[:, 1, 0] - z[:, 0, 0]]
+    length = np.abs(np.stack(links, axis=1))
+    np.testing.assert_allclose(pieces.value, np.minimum(length, 0.05) - length, atol=1e-12)
+    assert (pieces.value <= 0).all()
