@@ -1,0 +1,292 @@
+"""Stored guides as starts: read as columns, ranked by what they would cost and break, shortlisted with variety."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+from weakref import WeakKeyDictionary
+
+import numpy as np
+
+from ..batching import take
+from ..candidates.batch import Candidates, Origin
+from ..candidates.feasibility import LARGEST, LEAST, standing
+from ..candidates.placement import every_flip, flipped, lay, measured
+from ..guide.kinds import POINTS, RETURNS, SLOTS
+from ..guide.reach import LEVELS, USABLE
+from ..guide.span import Span, span
+from ..guide.sweep import at_sweep
+from ..guide.trace import trace
+from ..linkage import SLIDING, Array, Linkage
+from ..problem.problem import Problem
+from ..store import Database, Guide, Mechanism, Reach, joined
+
+#: Guides of each member that are read per unit of effort, in the order in which they cover it.
+COVER = 2000
+#: How much a length or angle of a stored reach that breaks a constraint counts beside the cost.
+BREAKS = 3.0
+#: Largest and least factor by which a stored stroke is stretched to use the tolerance.
+STRETCH = (0.5, 2.0)
+#: Starts of one series that differ by less than this in size [strokes] and transmission angle [right angles] are one.
+CELL = (0.15, 0.12)
+#: The deviation that is typical of sensitivities of stored guides: the allowance of one that uses no tolerance.
+TYPICAL_ALLOWANCE = 0.4
+#: Lines serve arcs whose sagitta is less than this part of the stroke, and such arcs lines.
+FLAT = 0.05
+
+
+@dataclass(frozen=True)
+class Reaches:
+    """Stored reaches, arrays of shape (n,), in strokes and degrees; boxes (n, 4) as in `Measures`."""
+
+    guide: Array
+    level: Array
+    series: Array
+    family: Array
+    configuration: Array
+    order: Array
+    kind: Array
+    sweep: Array
+    deviation: Array
+    size: Array
+    max_link: Array
+    min_link: Array
+    max_ground: Array
+    max_arm: Array
+    min_transmission: Array
+    rotates: Array
+    drive_angle: Array
+    rotation: Array
+    fixed_box: Array
+    box: Array
+
+    def __len__(self) -> int:
+        return len(self.guide)
+
+
+def stored_reaches(problem: Problem, database: Database) -> Reaches:
+    """Return the stored reaches that may serve a problem; kept in memory until the file changes."""
+    what = (tuple(kinds(problem)), levels(problem), COVER * problem.effort)
+    stamp = tuple(path.stat().st_mtime_ns for path in (database.path, _log(database)) if path.exists())
+    kept = _KEPT.setdefault(database, {})
+    if kept.get("stamp") != stamp:
+        kept.clear()
+        kept["stamp"] = stamp
+    if what not in kept:
+        kept[what] = read(database, *what)
+    found: Reaches = kept[what]
+    return found
+
+
+#: What was read of each open database, by what was asked.
+_KEPT: WeakKeyDictionary[Database, dict[Any, Any]] = WeakKeyDictionary()
+
+
+def _log(database: Database) -> Path:
+    """Return where SQLite writes what is not yet in the file."""
+    return database.path.with_name(database.path.name + "-wal")
+
+
+def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cover: int) -> Reaches:
+    """Return the reaches of the guides of these kinds, between two levels, that cover their members first."""
+    boxes = [f"{which}_{side}" for which in ("fixed", "all") for side in ("x0", "y0", "x1", "y1")]
+    columns: list[Any] = [
+        Reach.guide_id.label("guide"), Reach.level, Mechanism.series, Mechanism.family, Mechanism.configuration,
+        Guide.contact_order.label("order"), Reach.kind, Reach.sweep, Reach.deviation, Reach.size, Reach.max_link,
+        Reach.min_link, Reach.max_ground, Reach.max_arm, Reach.min_transmission, Reach.rotates, Reach.drive_angle,
+        Reach.rotation, *(getattr(Reach, name) for name in boxes),
+    ]  # fmt: skip
+    found = database.read(
+        joined(*columns).where(
+            Reach.kind.in_(kinds), Reach.level.in_(range(levels[0], levels[1] + 1)), Reach.cover < cover
+        )
+    )
+    fixed, every = (np.stack([found.pop(name) for name in boxes[i : i + 4]], axis=1) for i in (0, 4))
+    return Reaches(**found, fixed_box=fixed, box=every)
+
+
+def kinds(problem: Problem) -> list[str]:
+    """Return the kinds of stored guides that may serve a problem: of a flat arc straight lines too."""
+    wanted = problem.constraints
+    names = SLOTS if wanted.slots else RETURNS if wanted.returns else POINTS
+    flat = problem.fixed_curvature is not None and abs(problem.fixed_curvature) / 8 < FLAT
+    return [names["circle"], names["line"]] if flat else [names[problem.path.kind]]
+
+
+def levels(problem: Problem) -> tuple[int, int]:
+    """Return between which levels of deviation reaches are read: what is asked and one looser; all that are tighter
+    too if the deviation is ranked or the radius given."""
+    top = int(np.clip(np.floor(np.log10(problem.deviation) + 1e-9), min(LEVELS), max(LEVELS)))
+    tightest = min(LEVELS) if "deviation" in problem.ranking.weights or problem.fixed_curvature is not None else top
+    return max(tightest, min(LEVELS)), min(top + 1, max(LEVELS))
+
+
+def eligible(problem: Problem, found: Reaches) -> Array:
+    """Return which reaches are of a family, series, configuration and order that is asked for, shape (n,)."""
+    wanted = problem.constraints
+    good = np.ones(len(found), bool)
+    for name, column in (("families", found.family), ("series", found.series), ("configurations", found.configuration)):
+        if allowed := getattr(wanted, name):
+            good &= np.isin(column.astype(str), allowed)
+    if wanted.pins_only:
+        good &= ~np.isin(found.family.astype(str), SLIDING)
+    return good & (found.order >= wanted.order)
+
+
+def estimate(problem: Problem, found: Reaches) -> tuple[Array, Array]:
+    """Return what stored reaches are likely to cost, plus what they are likely to break, and by which factor their
+    strokes are to be stretched, each (n,).
+
+    A straight reach is stretched until it is likely to use the tolerance; the window of an arc is cut until its sweep
+    is the one asked for.
+    """
+    with np.errstate(all="ignore"):
+        relative = np.maximum(found.deviation, 1e-12)
+        stretch = np.clip((problem.deviation / relative) ** 0.22, *STRETCH)
+        if problem.ranking.only == "deviation":
+            stretch = np.ones_like(stretch)
+        curved = found.sweep > 0
+        missing = np.zeros(len(found))
+        if problem.fixed_curvature is not None:
+            sweep = abs(problem.fixed_curvature)
+            share = sweep / np.where(curved, found.sweep, sweep)
+            missing = np.where(curved, np.maximum(np.log(share), 0.0), sweep / 8 / problem.deviation * 0.02)
+            stretch = np.where(curved, np.clip(share, 0.02, 1.5), stretch)
+        shorter = 1 / stretch
+        deviation = relative * stretch**4.5 / problem.deviation
+        broken = np.maximum(np.log(deviation), 0.0) * 0.1 + missing
+        size = np.maximum(1.0, found.size * shorter)
+        lengths = {name: getattr(found, name) * shorter for name in ("max_link", "min_link", "max_ground", "max_arm")}
+        values = {
+            "size": size,
+            **lengths,
+            "min_link": np.nan_to_num(lengths["min_link"], nan=np.inf),
+            "transmission": found.min_transmission / 90,
+            "deviation": deviation,
+            "allowance": TYPICAL_ALLOWANCE * np.maximum(1 - np.minimum(deviation, 0.7), 0.0),
+        }
+        cost = problem.ranking.cost(values)
+        bounds = problem.constraints
+        for name, key in (LARGEST | LEAST).items():
+            if (bound := getattr(bounds, name)) is not None and key != "allowance":
+                over = values[key] - bound if name in LARGEST else bound - values[key]
+                broken += np.where(np.isnan(over), 0.0, np.maximum(over, 0.0))
+        broken += np.maximum(np.radians(bounds.min_transmission - found.min_transmission), 0.0)
+        if bounds.full_rotation:
+            broken += np.where(found.rotates > 0, 0.0, 0.3)
+        for name, column in (("drive_angle", found.drive_angle), ("rotation", found.rotation)):
+            for side, sign in (("min", 1), ("max", -1)):
+                if (bound := getattr(bounds, f"{side}_{name}", None)) is not None:
+                    broken += np.where(
+                        np.isnan(column), 0.5, np.maximum(np.radians(sign * (bound - column * stretch)), 0)
+                    )
+        broken += _outside(problem, found, shorter)
+    return cost + BREAKS * broken, stretch
+
+
+def _outside(problem: Problem, found: Reaches, shorter: Array) -> Array:
+    """Return how far stored boxes of pivots stand outside their regions, laid in the best way, shape (n,)."""
+    regions = {"fixed_pivots_in": found.fixed_box, "pivots_in": found.box}
+    regions = {name: box for name, box in regions.items() if getattr(problem.constraints, name) is not None}
+    if not regions:
+        return np.zeros(len(found))
+    least = np.full(len(found), np.inf)
+    for reverse, over in every_flip(problem, 1):
+        out = np.zeros(len(found))
+        for name, box in regions.items():
+            box = box * shorter[:, None]
+            x = -box[:, [2, 0]] if reverse[0] else box[:, [0, 2]]
+            y = -box[:, [3, 1]] if over[0] else box[:, [1, 3]]
+            corners = np.stack([x[:, 0] + 1j * y[:, 0], x[:, 1] + 1j * y[:, 1]], axis=1) + 0.5
+            far = np.maximum(getattr(problem.constraints, name).outside(np.nan_to_num(corners, nan=0.5)), 0.0)
+            out += np.where(np.isnan(corners), 0.0, far).sum(1)
+        least = np.minimum(least, out)
+    return least
+
+
+def shortlist(found: Reaches, merit: Array, count: int, skip: Array | None = None) -> Array:
+    """Return the numbers of the most promising reaches, each guide once, in equal shares of the series and unlike each
+    other, best first.
+
+    Parameters
+    ----------
+    merit : ndarray, shape (n,)
+        Less is better, infinite for what is not eligible.
+    skip : ndarray of int, optional
+        Guides that were taken before.
+    """
+    order = np.argsort(merit, kind="stable")
+    order = order[np.isfinite(merit[order])]
+    order = order[np.sort(np.unique(found.guide[order], return_index=True)[1])]
+    if skip is not None and len(skip):
+        order = order[~np.isin(found.guide[order], skip)]
+    part = take(found, order)
+    size = np.floor(np.log(part.size) / CELL[0]).astype(int)
+    angle = np.floor(part.min_transmission / 90 / CELL[1]).astype(int)
+    series, family = (np.unique(names.astype(str), return_inverse=True)[1] for names in (part.series, part.family))
+    repeated = ranks(np.stack([series, family, size, angle]))  # how many alike come before
+    by = np.lexsort((np.arange(len(order)), repeated))
+    turn = np.empty(len(order), int)
+    turn[by] = ranks(series[by][None])  # the first of each series, then the second of each
+    return order[np.lexsort((np.arange(len(order)), turn))][:count]
+
+
+def ranks(keys: Array) -> Array:
+    """Return how many columns of keys (k, n) that are the same come before each, shape (n,)."""
+    if not keys.shape[1]:
+        return np.zeros(0, int)
+    group = np.unique(keys, axis=1, return_inverse=True)[1].reshape(-1)
+    order = np.argsort(group, kind="stable")
+    new = np.concatenate([[True], np.diff(group[order]) != 0])
+    rank = np.empty(len(group), int)
+    rank[order] = np.arange(len(group)) - np.maximum.accumulate(np.where(new, np.arange(len(group)), 0))
+    return rank
+
+
+def placed(problem: Problem, database: Database, found: Reaches, chosen: Array, stretch: Array) -> Candidates:
+    """Return chosen reaches as candidates: laid along the path in the way in which their pivots stand best."""
+    guides, half, centre, origin = _stored(database, found, chosen)
+    low, high = guides.extent
+    most = USABLE * np.minimum(low / (1 - centre), high / (1 + centre))
+    free = bool((found.sweep[chosen] > 0).any()) if problem.curved else False
+    traced = trace(guides, np.minimum(half * stretch, most), circle=free, split=True, centre=centre, nodes=16)
+    if problem.constraints.returns and problem.fixed_curvature is not None:  # these are not refined to the radius
+        sweep = abs(problem.fixed_curvature)
+        traced = at_sweep(guides, half, centre, found.sweep[chosen], sweep)[1]
+    linkage, point, pole = lay(problem, guides, traced)
+    bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
+    best: tuple[Array, ...] | None = None
+    for reverse, over in every_flip(problem, len(point)):
+        there, z, p = flipped(linkage, point, pole, reverse, over)
+        out = np.sum([*standing(problem, there.points, there.finite).values(), np.zeros(len(z))], axis=0)
+        now = (out, there.pivots, z, p)
+        if best is None:
+            best = now
+            if not out.any():
+                break
+            continue
+        better = out < best[0] - 1e-12
+        best = tuple(np.where(better.reshape(-1, *(1,) * (a.ndim - 1)), a, b) for a, b in zip(now, best, strict=True))
+    assert best is not None
+    return measured(problem, origin, Linkage.trusted(best[1].copy()), best[2], best[3], bend)
+
+
+def _stored(database: Database, found: Reaches, chosen: Array) -> tuple[Span, Array, Array, Origin]:
+    """Return the guides of chosen reaches in their canonical frame, whose origin is the pole (those of slots in their
+    motion), with their half windows, where the middles of these lie, and what they are."""
+    columns = (Reach.guide_id, Reach.level, Reach.half, Reach.centre, Guide.x, Guide.y, Mechanism.pivots)
+    some = joined(*columns).where(Reach.guide_id.in_(found.guide[chosen].tolist()))
+    rows = database.read(some)
+    place = {pair: i for i, pair in enumerate(zip(rows["guide_id"].tolist(), rows["level"].tolist(), strict=True))}
+    at = np.array(
+        [place[pair] for pair in zip(found.guide[chosen].tolist(), found.level[chosen].tolist(), strict=True)]
+    )
+    pivots = rows["pivots"][at].reshape(-1, 2, 2, 3)
+    slot = np.isin(found.kind[chosen].astype(str), list(SLOTS.values()))[:, None, None, None]
+    linkage = Linkage.trusted(np.where(slot, pivots[:, :, ::-1], pivots))
+    z = rows["x"][at] + 1j * rows["y"][at]
+    part = take(found, chosen)
+    origin = Origin(part.guide, part.family, part.series, part.configuration, part.order, np.zeros(len(at), int))
+    return span(linkage, z, pole=np.zeros_like(z)), rows["half"][at], rows["centre"][at], origin

@@ -1,0 +1,192 @@
+"""The search: starts in stages, each refined a little; the promising ones farther, until enough is found or spent.
+
+A state is an object with `step` and `status`, driven from outside.  Its stages: stored guides with the least estimated
+cost and violation; if these do not give enough, starts made to measure and further stored ones, round after round; and
+at last perturbed copies of the best points found (a population search with Deb's rules, feasible before infeasible).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ..batching import join, take
+from ..candidates.batch import Candidates
+from ..candidates.feasibility import cost, feasibility
+from ..candidates.placement import measured
+from ..candidates.similarity import distances, normal_form
+from ..linkage import Array, Linkage
+from ..problem.problem import Problem
+from ..refine.sqp import Refinement
+from ..store import Database
+from . import retrieve, synthesis
+from .report import SearchReport
+
+#: Starts of a stage that are measured, of those the ones that are refined, those refined farther, per unit of effort.
+MEASURED, TRIED, KEPT = 60, 24, 10
+#: Rounds of refinement for all that are tried, and then for those that are kept.
+FIRST_ROUNDS, MORE_ROUNDS = 2, 6
+#: Candidates that break the constraints by less than this, all together, are refined once more, at
+#: this price.
+NEAR, LEADING = 0.1, 1e3
+#: Price of what is broken when starts are compared.
+PENALTY = 4.0
+#: Linkages drawn to measure in a stage.
+DRAWN = 600
+#: Points that a search may measure in refinement, per unit of effort: a bound in time would make answers depend on the
+#: machine.
+POINTS = 2500
+#: Stages per unit of effort at most, and how many answers are enough to look no farther.
+STAGES, AMPLE = 10, 6
+
+
+@dataclass
+class Search:
+    """A search for a problem.
+
+    Attributes
+    ----------
+    problem : Problem
+    database : Database
+    report : SearchReport
+    found : Candidates or None
+        All that were refined, the cheapest of each that met the constraints, or the nearest to that.
+    cost : ndarray, shape (n,)
+        Infinite where the constraints are not met.
+    status : str
+        ``searching``, ``found`` or ``exhausted``.
+    refines : bool
+        Whether starts are refined; else they are given as they are stored.
+    """
+
+    problem: Problem
+    database: Database
+    report: SearchReport = field(default_factory=SearchReport)
+    found: Candidates | None = None
+    cost: Array = field(default_factory=lambda: np.zeros(0))
+    status: str = "searching"
+    stage: int = 0
+    refines: bool = True
+
+    def __post_init__(self) -> None:
+        self._random = np.random.default_rng(20)
+        self._reaches: retrieve.Reaches | None = None
+        self._taken = np.zeros(0, int)
+
+    def run(self) -> Search:
+        """Search until enough is found or the budget is spent."""
+        while self.status == "searching":
+            self.step()
+        return self
+
+    def step(self) -> None:
+        """Refine the starts of one more stage."""
+        with self.report.timed("starts"):
+            starts = self._starts()
+        if starts is not None and len(starts):
+            self._refine(starts)
+        self.stage += 1
+        effort, feasible = self.problem.effort, int(np.isfinite(self.cost).sum())
+        ample = feasible >= min(self.problem.limit, AMPLE) and self.stage >= effort + self._constrained
+        spent = self.report.refined > POINTS * effort or self.stage >= STAGES * effort
+        if ample or spent or starts is None or not len(starts):
+            self.status = "found" if feasible else "exhausted"
+
+    @property
+    def _constrained(self) -> int:
+        """How many stages more than one are needed because starts must be made to measure."""
+        return int(any(getattr(self.problem.constraints, n) is not None for n in ("fixed_pivots_in", "pivots_in")))
+
+    def _starts(self) -> Candidates | None:
+        """Return measured starts of the present stage, the most promising first."""
+        parts = [self._stored(MEASURED)] if self.stage % 2 == 0 else [self._stored(MEASURED // 2)]
+        if self.stage or self._constrained or self.problem.fixed_curvature is not None:
+            parts += [
+                synthesis.starts(self.problem, family, DRAWN, self._random)
+                for family in synthesis.families(self.problem)
+            ]
+        if self.stage >= 2:
+            parts.append(self._perturbed())
+        parts = [self._promising(part, TRIED) for part in parts if part is not None and len(part)]
+        return join(*parts) if parts else None
+
+    def _stored(self, count: int) -> Candidates | None:
+        if self._reaches is None:
+            problem = self.problem
+            self._reaches = retrieve.stored_reaches(problem, self.database)
+            merit, self._stretch = retrieve.estimate(problem, self._reaches)
+            self._merit = np.where(retrieve.eligible(problem, self._reaches), merit, np.inf)
+            self.report.eligible = int(np.isfinite(self._merit).sum())
+        chosen = retrieve.shortlist(self._reaches, self._merit, count, self._taken)
+        self._taken = np.concatenate([self._taken, self._reaches.guide[chosen]])
+        if not len(chosen):
+            return None
+        return retrieve.placed(self.problem, self.database, self._reaches, chosen, self._stretch[chosen])
+
+    def _perturbed(self) -> Candidates | None:
+        """Return copies of the best points found, moved at random."""
+        if self.found is None:
+            return None
+        merit = self._merits(self.found)
+        best = np.argsort(merit)[:8]
+        best = best[np.isfinite(merit[best])]
+        if not len(best):
+            return None
+        each = np.repeat(best, 12)
+        some = self.found[each]
+        scale = 10 ** self._random.uniform(-2, -0.5, len(each))
+        pivots = some.linkage.pivots.copy()
+        pivots[..., :2] += scale[:, None, None, None] * self._random.normal(size=(len(each), 2, 2, 2))
+        linkage, good = Linkage.valid(pivots)
+        bend = some.traced.fit.curvature[good]
+        return measured(
+            self.problem, take(some.origin, good), linkage, some.point[good], some.pole[good], -np.abs(bend)
+        )
+
+    def _merits(self, found: Candidates) -> Array:
+        """Return what candidates cost and break together, shape (n,)."""
+        with np.errstate(invalid="ignore"):
+            merit = cost(self.problem, found) + PENALTY * feasibility(self.problem, found).total
+        return np.where(np.isnan(merit), np.inf, merit)
+
+    def _promising(self, found: Candidates, count: int) -> Candidates:
+        """Return the best by cost and violation that are unlike each other."""
+        merit = self._merits(found)
+        self.report.measured += len(found)
+        order = np.argsort(merit, kind="stable")
+        order = order[np.isfinite(merit[order])][: 4 * count]
+        designs = normal_form(found.linkage.pivots[order], 1.0)
+        kept: list[int] = []
+        like = np.zeros(len(order), bool)
+        for i in range(len(order)):
+            if not like[i] and len(kept) < count:
+                kept.append(i)
+                like |= distances(designs[i : i + 1], designs, mirror=self.problem.curvature == 0)[0] < 0.03
+        return found[order[kept]]
+
+    def _refine(self, starts: Candidates) -> None:
+        """Refine all starts for some rounds, the best of them farther."""
+        if not self.refines:
+            broken = feasibility(self.problem, starts)
+            first_cost = np.where(broken.all, cost(self.problem, starts), np.inf)
+            self.found = starts if self.found is None else join(self.found, starts)
+            self.cost = np.concatenate([self.cost, first_cost])
+            return
+        with self.report.timed("refine"):
+            first = Refinement.of(self.problem, starts).run(FIRST_ROUNDS)
+            merit = np.where(np.isfinite(first.best_cost), first.best_cost, 1e3 + first.nearest)
+            keep = np.argsort(merit, kind="stable")[: max(KEPT, min(self.problem.limit, TRIED))]
+            later = first[keep].run(MORE_ROUNDS * self.problem.effort)
+            self.report.refined += first.evaluated + later.evaluated
+            near = np.flatnonzero(~np.isfinite(later.best_cost) & (later.nearest < NEAR))
+            if len(near):  # hardly outside the constraints: led in, whatever they cost on the way
+                last = Refinement.of(self.problem, later.best[near], penalty=LEADING).run(MORE_ROUNDS)
+                self.report.refined += last.evaluated
+                later.best = later.best.replaced(near, last.best)
+                later.best_cost[near] = last.best_cost
+            rest = np.setdiff1d(np.arange(len(merit)), keep)
+            found = join(later.best, first.best[rest])
+            value = np.concatenate([later.best_cost, first.best_cost[rest]])
+        self.found = found if self.found is None else join(self.found, found)
+        self.cost = np.concatenate([self.cost, value])

@@ -1,0 +1,86 @@
+"""A search ends, keeps what it says, and never loses what it has."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue.candidates.feasibility import cost, feasibility
+from catalogue.problem.constraints import Constraints
+from catalogue.problem.problem import Problem
+from catalogue.problem.ranking import Ranking
+from catalogue.search import search
+from catalogue.search.search import Search
+
+LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
+
+
+def asked(request: Any, rank_by: Any = "score", **wanted: Any) -> Problem:
+    return Problem.of(request, Constraints(**wanted), Ranking.of(request, rank_by))
+
+
+@pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
+def test_what_a_search_says_to_be_good_is(small: Catalogue, request_: Any) -> None:
+    problem = asked(request_, families=["four-bar"], max_size=4.0, min_transmission=40)
+    done = Search(problem, small.database).run()
+    assert done.status == "found"
+    assert done.found is not None
+    good = np.isfinite(done.cost)
+    assert good.sum() >= 6
+    np.testing.assert_array_equal(feasibility(problem, done.found).all[good], True)
+    np.testing.assert_allclose(done.cost[good], cost(problem, done.found)[good], rtol=1e-12)
+    assert set(done.found.linkage.family) == {"four-bar"}
+    assert done.report.measured > 0
+    assert done.report.refined > 0
+    assert done.report.seconds.keys() == {"starts", "refine"}
+
+
+def test_refinement_does_better_than_what_is_stored(small: Catalogue) -> None:
+    problem = asked(LINE, "size", families=["four-bar"], min_transmission=40)
+    stored, refined = (Search(problem, small.database, refines=yes).run() for yes in (False, True))
+    best, before = (np.sort(done.cost)[:6] for done in (refined, stored))
+    assert (best <= before).all()
+    assert best.mean() < before.mean() - 0.05
+
+
+def test_a_further_stage_never_loses_the_best(small: Catalogue) -> None:
+    problem = asked(LINE, "deviation", families=["four-bar"], max_size=3.0, min_transmission=45)
+    one, best, count = Search(replace(problem, effort=3), small.database), np.inf, 0
+    while one.status == "searching" and one.stage < 3:
+        one.step()
+        assert len(one.cost) > count, "each stage tries something"
+        count = len(one.cost)
+        assert one.cost.min() <= best
+        best = one.cost.min()
+    assert np.isfinite(best)
+
+
+def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "POINTS", 300)
+    problem = asked(LINE, "size", families=["four-bar"], fixed_pivots_in=(-0.5, 0.1, 1.5, 1.5))
+    one, other = (Search(problem, small.database).run() for _ in range(2))
+    assert one.found is not None
+    assert other.found is not None
+    np.testing.assert_array_equal(one.found.linkage.pivots, other.found.linkage.pivots)
+    np.testing.assert_array_equal(one.cost, other.cost)
+
+
+def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "POINTS", 600)
+    problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
+    done = Search(problem, small.database).run()
+    assert done.status == "exhausted"
+    assert not np.isfinite(done.cost).any()
+    assert done.found is not None
+
+
+def test_a_search_ends_when_its_points_are_spent(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(search, "POINTS", 1)
+    problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
+    done = Search(problem, small.database).run()
+    assert done.status == "exhausted"
+    assert done.stage == 1
