@@ -22,8 +22,8 @@ import numpy as np
 
 import catalogue
 from catalogue import Candidate, Catalogue, StraightLine
-from catalogue.query.constraints import Constraints
-from catalogue.refine import Task, certified, refined
+from catalogue.refine.certificate import certified
+from catalogue.refine.sqp import Refinement
 
 sys.path.insert(0, str(Path(__file__).parent))
 from measuring import table, title
@@ -101,12 +101,11 @@ def turning() -> Iterator[list[str]]:
     for rotation, frame, _, _ in TABLE:
         held, free = lambdas(rotation), four_bars(rotation)
         start = placed(held, np.array([frame, 1.5 * frame - 0.5]))
-        symmetric, _ = refined(start, Task(LINE, Constraints(), moves=held), 10)
-        task = Task(LINE, Constraints(), moves=free)
-        found, ceiling = refined(placed(free, free.read(start.linkage, start.point)), task, 10)
+        symmetric = Refinement.of(LINE, start, held).run(10).best
+        found = Refinement.of(LINE, placed(free, free.read(start.linkage, start.point)), free).run(10).best
         q = held.read(symmetric.linkage, symmetric.point)[0]
         bands = [f"{100 * band(guide):.4g} %" for guide in (start, symmetric, found)]
-        gap = certified(found, task, ceiling).gap[0]
+        gap = certified(LINE, found, free).gap[0]
         yield [f"{rotation} deg", *bands[:2], f"{q[0]:.4f}, {q[1]:.4f}", bands[2], f"{100 * gap:.2f} %"]
 
 

@@ -14,11 +14,13 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from catalogue import CircularArc, StraightLine
-from catalogue.guide.in_place import Nominal, in_place
+from catalogue.guide.drive import drive_metrics
+from catalogue.guide.fixed_nominal import Nominal, in_place
 from catalogue.guide.measures import measure
+from catalogue.guide.minimax import fit, grid
 from catalogue.guide.place import at_stroke
-from catalogue.guide.practice import practice
-from catalogue.guide.span import span
+from catalogue.guide.span import Span, span
+from catalogue.guide.trace import Traced
 from catalogue.linkage import Linkage
 
 Array = np.ndarray[Any, Any]
@@ -72,6 +74,12 @@ JOBS = (
         {"pivots_in": (-1.0, -1.5, 2.0, 1.5)}, 2.0),
     Job("e", "as (a), a crank turns fully, the straight part is 40 per cent of its turn", StraightLine(1, 0.05),
         {"max_ground": 4.0, "max_link": 4.0, "max_arm": 4.0, "full_rotation": True, "min_drive_angle": 144.0}, 4.0),
+    Job("f", "all pivots in a box of 2 x 1.5 about the path, transmission angle at least 35 degrees",
+        StraightLine(1, 0.01), {"pivots_in": (-0.5, -0.2, 1.5, 1.3), "min_transmission": 35.0}, 2.0),
+    Job("g", "arc of exactly radius 0.8, size at most 2, transmission angle at least 30 degrees",
+        CircularArc(1, 0.8, 0.01), {"max_size": 2.0, "min_transmission": 30.0}, 2.0),
+    Job("h", "a crank turns fully, size at most 3", StraightLine(1, 0.01),
+        {"full_rotation": True, "max_size": 3.0}, 3.0),
 )  # fmt: skip
 
 
@@ -91,26 +99,38 @@ def measured(job: Job, x: Array) -> Array:
             if job.fixed
             else at_stroke(guides, 1.0, circle=circle, nodes=16, extend=False)
         )
-        m = measure(guides, traced)
-        c, fit = job.constraints, traced.fit
-        lengths = [(m.max_ground, "max_ground"), (m.max_link, "max_link"), (m.max_arm, "max_arm")]
+        m = measure(guides, traced, turning=bool(job.constraints.get("full_rotation")))
+        c, deviation = job.constraints, exactly(job, guides, traced) if circle else traced.fit.deviation
+        lengths = [(m.max_ground, "max_ground"), (m.max_link, "max_link"), (m.max_arm, "max_arm"), (m.size, "max_size")]
         broken = sum(1.0 * ~(value <= c[name]) for value, name in lengths if name in c) + np.zeros(len(linkage))
         broken += ~(m.min_transmission >= c.get("min_transmission", 0.0))
         broken += ~(m.max_arm >= 0.05)
+        if "full_rotation" in c:
+            broken += ~(m.rotates > 0)
         if "min_drive_angle" in c:
-            works = practice(guides, traced, m)
-            broken += ~((m.rotates > 0) & (works.drive_angle >= c["min_drive_angle"]))
-        if circle:
-            broken += ~(np.abs(1 / np.abs(fit.curvature) - job.request.radius) < 1e-3)
-            broken += np.abs(1 / np.abs(fit.curvature) - job.request.radius)
+            broken += ~(drive_metrics(guides, traced, m).drive_angle >= c["min_drive_angle"])
         if "pivots_in" in c:
-            box = np.where((fit.curvature > 0)[:, None], m.box * [1, -1, 1, -1], m.box)  # the arc is to bulge to +y
-            x0, x1, y0, y1 = c["pivots_in"][0] - 0.5, c["pivots_in"][2] - 0.5, c["pivots_in"][1], c["pivots_in"][3]
-            low, high = np.minimum(box[:, 1], box[:, 3]), np.maximum(box[:, 1], box[:, 3])
-            broken += ~((box[:, 0] >= x0) & (box[:, 2] <= x1) & (low >= y0) & (high <= y1))
-        value = np.where(np.isfinite(fit.deviation), fit.deviation + broken, 10.0)
+            up = np.where(traced.fit.curvature > 0, -1.0, 1.0)[:, None]  # the arc is to bulge to +y
+            flips = [(1, up)] if circle else [(1, 1), (-1, 1), (1, -1), (-1, -1)]
+            broken += ~np.any([within(m.box * np.hstack([x + 0 * up, y + 0 * up] * 2), c["pivots_in"])
+                               for x, y in flips], axis=0)  # fmt: skip
+        value = np.where(np.isfinite(deviation), deviation + broken, 10.0)
     out[valid] = value
     return out
+
+
+def exactly(job: Job, guides: Span, traced: Traced) -> Array:
+    """Return the deviations from the best-placed arc of exactly the radius asked for, bent as the path is."""
+    u, v = guides.path.window(traced.low, traced.high, grid(16).nodes)
+    held = np.copysign(1 / job.request.radius, traced.fit.curvature)
+    return np.asarray(fit(u, v, True, grid(16), held).deviation)
+
+
+def within(box: Array, region: tuple[float, float, float, float]) -> Array:
+    """Return which boxes (n, 4) of two corners each, from mid-stroke, lie in a region that is given from the start."""
+    x0, y0, x1, y1 = region
+    (low_x, high_x), (low_y, high_y) = (np.sort(box[:, i::2], axis=1).T for i in (0, 1))
+    return np.asarray((low_x >= x0 - 0.5) & (high_x <= x1 - 0.5) & (low_y >= y0) & (high_y <= y1))
 
 
 # -- as one would write it --------------------------------------------------------------------------------------------
@@ -158,17 +178,25 @@ def sampled(job: Job, x: Array) -> Path:
         p, q = second[low : high + 1] - first[low : high + 1], second[low : high + 1] - b
         sine = np.abs((p.conj() * q).imag) / np.abs(p) / np.abs(q)
         broken += max(0.0, np.sin(np.radians(c["min_transmission"])) - sine.min())
+    if "max_size" in c:
+        every = np.array([a, m, b, k, path[low], path[high]])
+        broken += max(0.0, float(np.abs(every[:, None] - every).max()) - c["max_size"])
     if "min_drive_angle" in c:
         broken += max(0.0, np.radians(c["min_drive_angle"]) - (angle[1] - angle[0]) * (high - low))
+    if "full_rotation" in c:
         ordered = sorted([*links, abs(a - b)])
         broken += max(0.0, ordered[0] + ordered[3] - ordered[1] - ordered[2]) + max(0.0, links[0] - ordered[0])
     if "pivots_in" in c:
         with np.errstate(all="ignore"):
             turn = np.conj(tangent) / abs(tangent)
-        for z in (a, m, b, k):
-            p = (z - point) * turn + 0.5
-            x0, y0, x1, y1 = c["pivots_in"]
-            broken += max(0.0, x0 - p.real, p.real - x1) + max(0.0, y0 - p.imag, p.imag - y1)
+        p = (np.array([a, m, b, k]) - point) * turn
+        x0, y0, x1, y1 = c["pivots_in"]
+        flips = [p, -p.conj()] if job.request.kind == "circle" else [p, -p.conj(), p.conj(), -p]
+        broken += min(
+            (np.maximum(np.abs(q.real + 0.5 - 0.5 * (x0 + x1)) - 0.5 * (x1 - x0), 0)
+             + np.maximum(np.abs(q.imag - 0.5 * (y0 + y1)) - 0.5 * (y1 - y0), 0)).sum()
+            for q in flips
+        )  # fmt: skip
     return Path(u, v, float(np.nan_to_num(reach)), float(np.nan_to_num(broken, nan=10.0)))
 
 

@@ -1,0 +1,135 @@
+"""Whether a looser request ever gives a worse answer.
+
+    python tests/benchmarks/monotone.py DB [--pairs 300] [--effort 1] [--seed 1] [--json OUT]
+
+Of the feasible requests (`recall_requests.json`) one or several constraints, or the deviation, are loosened by 5 to
+50 %, all else being equal.  A reversal is a looser request whose best answer costs more by 1 % (by 0.01 where the cost
+is about zero), or that has no answer where the tighter one has one.  Tighter members of pairs are themselves loosened
+requests in part, so that chains are looked at too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import time
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+import numpy as np
+from measuring import table, title
+from recall import AS_GOOD, HERE, asked, excess
+
+import catalogue
+
+#: By which part constraints are loosened.
+LOOSER = (0.05, 0.5)
+
+
+def loosened(entry: dict[str, Any], rng: Any) -> tuple[dict[str, Any], list[str]]:
+    """Return a request loosened in one or several of its constraints, and in which."""
+    bounds = dict(entry["constraints"])
+    names = [n for n in bounds if n != "full_rotation"]
+    ranked = [] if entry["rank_by"] == "deviation" and rng.random() < 0.5 else ["deviation"]
+    names = [n for n in names if n not in ("families", "pins_only")] + ranked
+    if "full_rotation" in bounds and rng.random() < 0.3:
+        names.append("full_rotation")
+    if not names:
+        names = ["deviation"]
+    count = 1 if rng.random() < 0.5 else int(rng.integers(1, len(names) + 1))
+    chosen = [str(n) for n in rng.choice(names, count, replace=False)]
+    out = {**entry, "constraints": bounds}
+    for name in chosen:
+        by = float(rng.uniform(*LOOSER))
+        if name == "deviation":
+            out["deviation"] = min(entry["deviation"] * (1 + by), 0.1 * entry["stroke"])
+        elif name == "full_rotation":
+            del bounds[name]
+        elif name.endswith("_in"):
+            x0, y0, x1, y1 = bounds[name]
+            wide, high = by * (x1 - x0) * rng.random(2), by * (y1 - y0) * rng.random(2)
+            bounds[name] = [float(v) for v in (x0 - wide[0], y0 - high[0], x1 + wide[1], y1 + high[1])]
+        else:
+            bounds[name] *= 1 - by if name.startswith("min_") else 1 + by
+    return out, chosen
+
+
+def pairs(
+    entries: list[dict[str, Any]], count: int, seed: int
+) -> list[tuple[dict[str, Any], dict[str, Any], list[str]]]:
+    """Return pairs of a request and a looser one, and in which constraints it is looser."""
+    rng = np.random.default_rng(seed)
+    out: list[tuple[dict[str, Any], dict[str, Any], list[str]]] = []
+    for i in range(count):
+        tight = entries[i % len(entries)]
+        if i >= len(entries) and i % 2:  # follow a chain
+            tight = out[i - len(entries)][1]
+        out.append((tight, *loosened(tight, rng)))
+    return out
+
+
+def best(cat: Any, entry: dict[str, Any], effort: int, known: dict[str, Any]) -> tuple[float | None, float]:
+    """Return what the first answer costs by its own numbers, None if there is none, and the seconds it took."""
+    key = json.dumps([entry[k] for k in ("kind", "stroke", "radius", "deviation", "constraints", "rank_by")])
+    if key not in known:
+        start = time.perf_counter()
+        try:
+            found = cat.find(asked(entry), **entry["constraints"], rank_by=entry["rank_by"], limit=1, effort=effort)
+        except catalogue.InvalidRequest:
+            found = []
+        value = price(found[0], entry) if len(found) else None
+        known[key] = value, time.perf_counter() - start
+    return known[key]  # type: ignore[no-any-return]
+
+
+def price(found: Any, entry: dict[str, Any]) -> float:
+    """Return what a candidate says that it costs, as `independent.cost` counts it."""
+    stroke, rank = entry["stroke"], entry["rank_by"]
+    return {
+        "size": lambda: found.size / stroke,
+        "balance": lambda: found.size / stroke - found.min_transmission / 90,
+        "transmission": lambda: 1 - found.min_transmission / 90,
+        "deviation": lambda: found.deviation / stroke,
+    }[rank]()
+
+
+def main() -> None:
+    """Ask, compare, print."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("database")
+    parser.add_argument("--pairs", type=int, default=300)
+    parser.add_argument("--effort", type=int, default=1)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--json", type=Path, help="where to put all results")
+    given = parser.parse_args()
+    entries = json.loads((HERE / "recall_requests.json").read_text())
+    cat = catalogue.open(given.database)
+    title("Monotonicity over nested requests")
+    known: dict[str, Any] = {}
+    rows, kept, worse, lost, both, neither = [], [], 0, 0, 0, 0
+    for tight, loose, names in pairs(entries, given.pairs, given.seed):
+        (one, _), (two, _) = (best(cat, e, given.effort, known) for e in (tight, loose))
+        more = excess(two, one, tight["rank_by"]) if one is not None and two is not None else None
+        both += more is not None
+        neither += one is None and two is None
+        gone = one is not None and two is None
+        reversal = gone or (more is not None and more > AS_GOOD and abs(two - one) > 1e-9)
+        worse += reversal and not gone
+        lost += gone
+        kept.append({"name": tight["name"], "looser": names, "tight": one, "loose": two, "reversal": reversal})
+        if reversal:
+            shown = [f"{v:.4g}" if v is not None else "nothing" for v in (one, two)]
+            rows.append([tight["name"], tight["rank_by"], " ".join(names), *shown, "" if gone else f"{more:+.3f}"])
+    times = [t for _, t in known.values()]
+    head = ["pairs", "both answered", "neither", "reversals", "of these empty", "median s", "max s"]
+    counts = [given.pairs, both, neither, worse + lost, lost, f"{median(times):.2f}", f"{max(times):.2f}"]
+    table(head, [counts])
+    if rows:
+        table(["name", "ranked by", "looser in", "tight", "loose", "excess"], rows)
+    if given.json:
+        given.json.write_text(json.dumps(kept, indent=1))
+
+
+if __name__ == "__main__":
+    main()
