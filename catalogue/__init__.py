@@ -26,33 +26,33 @@ if TYPE_CHECKING:
         PluginError,
     )
     from .facade import Catalogue
+    from .find.candidate import Candidate
+    from .find.dwell_results import StandStill
+    from .find.results import Found
     from .instant import Curvature, curvature
     from .linkage import Linkage
     from .opening import classify, open
-    from .query.candidate import Candidate
-    from .query.constraints import Constraints
-    from .query.found import Found
-    from .query.request import CircularArc, StraightLine
-    from .query.standstill import StandStill
+    from .problem.constraints import Constraints
+    from .problem.request import CircularArc, StraightLine
 
 _HOME = {
-    "Candidate": "query.candidate",
+    "Candidate": "find.candidate",
     "Catalogue": "facade",
     "CatalogueError": "errors",
-    "CircularArc": "query.request",
-    "Constraints": "query.constraints",
+    "CircularArc": "problem.request",
+    "Constraints": "problem.constraints",
     "Curvature": "instant",
     "DatabaseError": "errors",
     "DatabaseTooNew": "errors",
     "DuplicateSeries": "errors",
-    "Found": "query.found",
+    "Found": "find.results",
     "InvalidLinkage": "errors",
     "InvalidRequest": "errors",
     "Linkage": "linkage",
     "MissingExtra": "errors",
     "PluginError": "errors",
-    "StandStill": "query.standstill",
-    "StraightLine": "query.request",
+    "StandStill": "find.dwell_results",
+    "StraightLine": "problem.request",
     "classify": "opening",
     "curvature": "instant",
     "open": "opening",

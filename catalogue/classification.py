@@ -38,6 +38,13 @@ class Classification(Sequence[Memberships]):
         NaN where the family is none of the series', or the instant has no curvature (`reason`).
     tolerance : float
         Residual up to which a series holds.
+
+    Notes
+    -----
+    A series holds if its residual is at most the tolerance and its margin above it.  That leaves gaps: beside a series,
+    where its residual is just above the tolerance and the margin of what surrounds it just below, and where the instant
+    takes rays for parallel (up to an angle of 1e-8) or coincident (up to 1e-7) that are not so within the tolerance.
+    There the series with the least residual holds, of several within the tolerance the one with the largest margin.
     """
 
     instant: Instant
@@ -66,9 +73,15 @@ class Classification(Sequence[Memberships]):
 
     @cached_property
     def holds(self) -> Array:
-        """Which series hold, shape (n, k)."""
+        """Which series hold, shape (n, k): at least one wherever a series has a residual."""
         with np.errstate(invalid="ignore"):
-            return np.asarray((self.residual <= self.tolerance) & (self.margin > self.tolerance))
+            found = np.asarray((self.residual <= self.tolerance) & (self.margin > self.tolerance))
+        gap = np.flatnonzero(~found.any(1) & np.isfinite(self.residual).any(1))
+        if gap.size:
+            residual = np.where(np.isfinite(self.residual[gap]), self.residual[gap], np.inf)
+            order = np.lexsort((-np.nan_to_num(self.margin[gap]), np.maximum(residual, self.tolerance)), axis=1)
+            found[gap, order[:, 0]] = True
+        return found
 
     @cached_property
     def ranking(self) -> Array:

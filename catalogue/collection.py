@@ -29,8 +29,8 @@ import numpy as np
 from .errors import PluginError
 
 if TYPE_CHECKING:
-    from .query.collected import Piece
-    from .query.request import Request
+    from .collections.results import Piece
+    from .problem.request import Request
 
 #: JSON objects that say all of a mechanism.
 Parameters = Mapping[str, Any]
@@ -117,9 +117,10 @@ class Measured:
     Parameters
     ----------
     deviation : float
-        In the user's unit; NaN if it cannot be laid there.
+        In the user's unit; NaN if it cannot be laid there.  Of an arc whose radius is given the largest distance from
+        the best-placed arc of exactly that radius.
     radius : float or None
-        Of the best circle; None for a line.
+        Of the arc that the deviation is from: the one given, else the best; None for a line.
     metrics : mapping
         As in `Specimen`, lengths in the user's unit.
     parameters : mapping

@@ -7,8 +7,8 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from .closing import Closing
-from .query.constraints import Constraints
-from .query.criteria import DISTINCT
+from .problem.constraints import Constraints
+from .problem.criteria import DISTINCT
 from .store import Database, get_setting
 
 if TYPE_CHECKING:
@@ -16,13 +16,13 @@ if TYPE_CHECKING:
 
     from .build import Progress
     from .classification import Classification
+    from .collections.results import Collected
+    from .find.dwell_results import Dwellings, StandStill
+    from .find.results import Found
+    from .find.stored import StoredGuide
     from .linkage import Linkage
     from .plugins import Registry
-    from .query.collected import Collected
-    from .query.found import Found
-    from .query.request import Request
-    from .query.standstill import Dwellings, StandStill
-    from .query.stored import StoredGuide
+    from .problem.request import Request
 
 
 class Catalogue(Closing):
@@ -54,13 +54,14 @@ class Catalogue(Closing):
         request: Request,
         *,
         limit: int = 12,
-        rank_by: str | Mapping[str, float] | Sequence[str] = "balance",
+        rank_by: str | Mapping[str, float] | Sequence[str] = "score",
         per_series: int | None = None,
         distinct: float = DISTINCT,
         effort: int = 1,
         refine: bool = True,
         cognates: bool = False,
         round_to: float | None = None,
+        desires: Mapping[str, Sequence[float]] | None = None,
         **constraints: Any,
     ) -> Found:
         """Return the best guides for a request, each verified on its finite motion at the stroke asked for.
@@ -71,7 +72,7 @@ class Catalogue(Closing):
         limit : int
             How many at most.
         rank_by : str, mapping or sequence of str
-            One of `catalogue.query.criteria.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
+            One of `catalogue.problem.criteria.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
             sequence, ``["size", "deviation"]``, weighs nothing: the Pareto front of these criteria comes first, spread
             over all of it, then the second front; `Candidate.front` says which.
         per_series : int, optional
@@ -79,20 +80,23 @@ class Catalogue(Closing):
             for a front), 0: no bound.
         distinct : float
             No two answers are nearer to each other than this, 0 to 1; of such only the best is given.  About the part
-            of the stroke by which a pivot near the path is moved; see `catalogue.query.likeness` and
+            of the stroke by which a pivot near the path is moved; see `catalogue.candidates.similarity` and
             `Candidate.nearest`.
         effort : int
-            How many stored candidates are traced, 400 per unit, and refined, 20 per unit, in more rounds.
+            How hard to search: starts, rounds of refinement and the points that may be measured grow with it.
         refine : bool
-            Move the pivots and the guided point of the best candidates so that their deviation becomes least while all
-            constraints hold; `Candidate.unrefined` says what it was, `Candidate.gap` how good it is now.
+            Move the pivots until what is ranked is best, subject to the deviation and all constraints;
+            `Candidate.gap` says what could still be gained nearby.  Else stored guides are given as they are.
         cognates : bool
             Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see `Candidate.cognate`.
         round_to : float, optional
             Make the lengths of links, and the place of the guided point in the coupler, multiples of this; see
             `Candidate.lengths`.
+        desires : mapping of str to (best, worst) or (best, worst, weight), optional
+            What makes the score: a size, transmission angle, allowance or shortest link (``min_link``) is desired fully
+            from `best` on and not at all from `worst` on; lengths in the user's unit.
         **constraints
-            See `catalogue.query.constraints.Constraints`.
+            See `catalogue.problem.constraints.Constraints`.
 
         Raises
         ------
@@ -101,12 +105,12 @@ class Catalogue(Closing):
         DatabaseError
             If the database cannot be read.
         """
-        from .query.ask import ask
+        from .find.find import find
 
-        return ask(
+        return find(
             self.database, lambda: self.registry.series, request, Constraints.of(constraints),
             limit=limit, rank_by=rank_by, per_series=per_series, distinct=distinct, effort=effort, refine=refine,
-            cognates=cognates, round_to=round_to,
+            cognates=cognates, round_to=round_to, desires=desires,
         )  # fmt: skip
 
     def find_dwells(self, request: StandStill, *, limit: int = 12, effort: int = 1, **constraints: Any) -> Dwellings:
@@ -122,7 +126,7 @@ class Catalogue(Closing):
             How many stored arcs of each series are looked at, 150 per unit.
         **constraints
             families, series, configurations, order, pins_only and min_transmission of
-            `catalogue.query.constraints.Constraints`.
+            `catalogue.problem.constraints.Constraints`.
 
         Raises
         ------
@@ -131,7 +135,7 @@ class Catalogue(Closing):
         DatabaseError
             If the database cannot be read.
         """
-        from .query.dwells import find_dwells
+        from .find.dwells import find_dwells
 
         return find_dwells(self.database, request, Constraints.of(constraints), limit=limit, effort=effort)
 
@@ -176,8 +180,8 @@ class Catalogue(Closing):
             If the database cannot be read or written.
         """
         from .build.collect import is_current
-        from .query.find_in import find_in
-        from .query.request import path_request
+        from .collections.find import find_in
+        from .problem.request import path_request
 
         request = path_request("find_in", request)
         collection = self.registry.collection(name)
@@ -220,7 +224,7 @@ class Catalogue(Closing):
         InvalidRequest
             If there is none.
         """
-        from .query.stored import stored
+        from .find.stored import stored
 
         return stored(self.database, name)
 

@@ -38,6 +38,8 @@ FAMILIES: dict[str, tuple[int, int]] = {
     "elliptic-trammel": (PR, PR),
     "oldham": (RP, RP),
 }
+#: Families with a sliding joint.
+SLIDING = tuple(name for name, dyads in FAMILIES.items() if dyads != (RR, RR))
 _NAME = np.empty((3, 3), dtype=object)
 for _name, (_i, _j) in FAMILIES.items():
     _NAME[_i, _j] = _NAME[_j, _i] = _name
@@ -82,10 +84,14 @@ class Linkage:
     def valid(cls, pivots: Array) -> tuple[Linkage, Array]:
         """Return the linkages among `pivots` (n, 2, 2, 3) that are valid, and the mask (n,) that says which."""
         mask = faults(pivots) == ""
-        return cls._trusted(_normalised(pivots[mask])), mask
+        return cls.trusted(_normalised(pivots[mask])), mask
 
     @classmethod
-    def _trusted(cls, pivots: Array) -> Linkage:
+    def trusted(cls, pivots: Array) -> Linkage:
+        """Return linkages of pivots (n, 2, 2, 3) that are valid already: w is 0 or 1, directions are unit vectors.
+
+        Nothing is checked; the array is not copied, and is frozen.
+        """
         made = cls.__new__(cls)
         made.pivots = pivots
         made.pivots.setflags(write=False)
@@ -97,7 +103,7 @@ class Linkage:
 
     def __getitem__(self, index: Any) -> Linkage:
         chosen = self.pivots[index]
-        return self._trusted(chosen.reshape(-1, 2, 2, 3))
+        return self.trusted(chosen.reshape(-1, 2, 2, 3))
 
     def __iter__(self) -> Iterator[Linkage]:
         return (self[i] for i in range(len(self)))
@@ -150,7 +156,7 @@ class Linkage:
     # -- what can be made of them -------------------------------------------------------------------------------
     def inverted(self) -> Linkage:
         """Return the kinematic inversions: fixed and moving plane exchanged, in the same reference position."""
-        return self._trusted(np.ascontiguousarray(self.pivots[:, :, ::-1]))
+        return self.trusted(np.ascontiguousarray(self.pivots[:, :, ::-1]))
 
     def moved(self, scale: npt.ArrayLike = 1.0, shift: npt.ArrayLike = 0.0, mirror: npt.ArrayLike = False) -> Linkage:
         """Return the linkages carried by the similarity z -> scale z + shift (mirror: z -> scale conj(z) + shift).
@@ -172,7 +178,7 @@ class Linkage:
         a, b, flip = (np.broadcast_to(v, len(self))[:, None, None] for v in (a, b, np.asarray(mirror)))
         z = np.where(flip, self.points.conj(), self.points)
         z = np.where(self.finite, a * z + b, a / np.abs(a) * z)
-        return self._trusted(np.stack([z.real, z.imag, self.pivots[..., 2]], axis=-1))
+        return self.trusted(np.stack([z.real, z.imag, self.pivots[..., 2]], axis=-1))
 
 
 def faults(pivots: Array) -> Array:

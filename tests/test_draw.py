@@ -15,12 +15,12 @@ from catalogue.draw import draw
 from catalogue.draw.scene import POINTS, scene
 from catalogue.draw.symbols import rounded
 from catalogue.errors import InvalidRequest, MissingExtra
+from catalogue.find.candidate import Candidate
 from catalogue.guide.measures import measure
 from catalogue.guide.place import at_stroke, placed
 from catalogue.guide.span import span
 from catalogue.guide.trace import trace
 from catalogue.linkage import FAMILIES, PR, RP, RR, Linkage
-from catalogue.query.candidate import Candidate
 
 
 def normal(degrees: float) -> list[float]:
@@ -266,7 +266,7 @@ def test_drawing_leaves_pyplot_and_settings_alone() -> None:
     run(f"""
 import sys, matplotlib
 from catalogue.draw import draw
-from catalogue.query.candidate import Candidate
+from catalogue.find.candidate import Candidate
 before = matplotlib.rcParams.copy()
 draw(Candidate(**{asdict(ARC)!r}))
 assert 'matplotlib.pyplot' not in sys.modules

@@ -14,7 +14,7 @@ from .options import Db, Plugins
 def build(
     count: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Guides wanted.", show_default="200000, or as begun; 3000 of a collection"),
+        typer.Option(metavar="N", help="Guides wanted.", show_default="30000, or as begun; 3000 of a collection"),
     ] = None,
     series: Annotated[
         list[str] | None, typer.Option("--series", metavar="CODE", help="Only this series; may be repeated.")
@@ -30,6 +30,8 @@ def build(
     plugins: Plugins = None,
 ) -> None:
     """Draw linkages of each series, trace what they guide and store what is in proportion.
+
+    Of linkages that are alike one is stored: a search refines what it finds. A larger count makes a finer net.
 
     Same seed and count, same content. A build that is interrupted, even killed, loses nothing that was finished: run it
     again and it goes on.

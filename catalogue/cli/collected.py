@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from ..errors import InvalidRequest
-from ..query.request import Request
+from ..problem.request import Request
 from .options import Format
 
 if TYPE_CHECKING:
-    from ..query.collected import Collected
+    from ..collections.results import Collected
 
 #: Options of `find` that go with a collection.
 KNOWN = (
@@ -32,7 +32,7 @@ def find_in(request: Request, options: Mapping[str, Any], defaults: Mapping[str,
         if name not in KNOWN and value != defaults[name]:
             known = ", ".join(f"--{k.replace('_', '-')}" for k in KNOWN[1:6])
             raise InvalidRequest(f"--{name.replace('_', '-')} does not go with --collection, which knows {known}")
-    from ..query.bounds import parsed
+    from ..collections.bounds import parsed
 
     where = parsed(options["where"] or ())
     rank_by = "deviation" if options["rank_by"] == defaults["rank_by"] else options["rank_by"]

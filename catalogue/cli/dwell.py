@@ -43,8 +43,8 @@ def dwell(
 
     catalogue find dwell --angle 90 --residual 0.5 --swing 30
     """
+    from ..find.dwell_results import Dwelling, StandStill
     from ..opening import open
-    from ..query.standstill import Dwelling, StandStill
 
     with open(db, plugins=plugins or ()) as catalogue, busy("trying rockers"):
         found = catalogue.find_dwells(

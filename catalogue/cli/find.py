@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from ..errors import InvalidRequest
+from ..problem.constraints import GIVEN
+from ..problem.request import CircularArc, Request, StraightLine, ends
 from ..progress import busy
-from ..query.constraints import GIVEN
-from ..query.request import CircularArc, Request, StraightLine
 from .options import Format
-from .wishes import Deviation, Radius, Stroke, wishes
+from .wishes import Along, Deviation, From, Point, Radius, Stroke, To, wishes
 
 if TYPE_CHECKING:
-    from ..query.found import Found
+    from ..find.results import Found
 
 app = typer.Typer(
     help="Find guides: the point runs from (0, 0) to (stroke, 0) and every position is in that frame and unit.",
@@ -48,21 +48,37 @@ def _command(name: str) -> Callable[[Callable[..., Request]], Callable[..., Requ
 
 
 @_command("straight-line")
-def straight_line(stroke: Stroke, deviation: Deviation) -> Request:
+def straight_line(
+    deviation: Deviation, stroke: Stroke = None, from_: From = None, to: To = None, along: Along = 0.0
+) -> Request:
     """Guide a point along a straight line.
 
     catalogue find straight-line --stroke 150 --deviation 0.05 --pins-only --min-transmission 40
     """
-    return StraightLine(stroke, deviation)
+    return StraightLine(deviation=deviation, **_where(stroke, from_, to, along))
 
 
 @_command("circular-arc")
-def circular_arc(stroke: Stroke, deviation: Deviation, radius: Radius = None) -> Request:
+def circular_arc(
+    deviation: Deviation, stroke: Stroke = None, radius: Radius = None, from_: From = None, to: To = None,
+    along: Along = 0.0,
+) -> Request:  # fmt: skip
     """Guide a point along a circular arc.
 
     catalogue find circular-arc --stroke 100 --radius 100 --deviation 0.05
     """
-    return CircularArc(stroke, radius, deviation)
+    return CircularArc(radius=radius, deviation=deviation, **_where(stroke, from_, to, along))
+
+
+def _where(stroke: float | None, start: Point | None, end: Point | None, along: float) -> dict[str, Any]:
+    """Return stroke, start and direction of a path from the options that say where it lies."""
+    if end is None:
+        if stroke is None:
+            raise InvalidRequest("say how long the path is, --stroke L, or where it runs, --from X Y --to X Y")
+        return {"stroke": stroke, "start": start or (0.0, 0.0), "along": along}
+    if stroke is not None or along:
+        raise InvalidRequest("--to says how long the path is and where it leads: leave out --stroke and --along")
+    return ends(start or (0.0, 0.0), end)
 
 
 def _find(request: Request, options: dict[str, Any]) -> None:
@@ -79,6 +95,7 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     plural = {"families": "family", "series": "series", "configurations": "configuration"}
     options |= {name: options.pop(option) or () for name, option in plural.items()}
     options["keep_out"] = [_zone(text) for text in options["keep_out"] or ()]
+    options["desires"] = dict(_desire(text) for text in options["desires"] or ())
     if pareto := options.pop("pareto"):
         options["rank_by"] = [name.strip() for name in pareto.split(",")]
     output, explain, plot = options.pop("format"), options.pop("explain"), options.pop("plot")
@@ -117,12 +134,21 @@ def _zone(text: str) -> list[float] | list[tuple[float, float]]:
     return list(zip(numbers[::2], numbers[1::2], strict=True))
 
 
+def _desire(text: str) -> tuple[str, list[float]]:
+    """Return the name of a desire and its numbers, from NAME=BEST:WORST or NAME=BEST:WORST:WEIGHT."""
+    name, _, numbers = text.partition("=")
+    try:
+        return name.strip(), [float(part) for part in numbers.split(":")]
+    except ValueError:
+        raise InvalidRequest(f"--desire takes NAME=BEST:WORST or NAME=BEST:WORST:WEIGHT, not {text!r}") from None
+
+
 def _advice(told: str) -> str:
     return "catalogue: " + next(line for line in told.splitlines() if line.startswith("no guide found"))
 
 
 def _csv(found: Found) -> str:
-    from ..query.candidate import COLUMNS
+    from ..find.candidate import COLUMNS
 
     out = io.StringIO()
     writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")

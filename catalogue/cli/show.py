@@ -15,8 +15,8 @@ from .options import Db, Format, Output, Plugins
 
 if TYPE_CHECKING:
     from ..designs import Design
+    from ..find.candidate import Candidate
     from ..membership import Memberships
-    from ..query.candidate import Candidate
 
 
 @dataclass(frozen=True)
@@ -93,7 +93,7 @@ def show(
         if design is None or level is not None:
             laid = guide.at(stroke, level)
         if design is not None:
-            from ..query.textbook import as_published, best_of_series
+            from ..find.published import as_published, best_of_series
 
             published = as_published(design, guide, stroke)
             laid = published if level is None else laid

@@ -8,8 +8,8 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
-from ..query.candidate import Candidate
-from ..query.found import Found
+from ..find.candidate import Candidate
+from ..find.results import Found
 from ..series import EXACT
 
 
@@ -38,18 +38,24 @@ def print_candidates(found: Found) -> None:
     what += f" and radius {first.radius:.4g}" if arc and same else ""
     columns = [
         ("id", "right"), ("series", "left"), ("family", "left"), ("conf.", "left"), ("order", "right"),
-        ("deviation", "right"), ("size", "right"), ("longest link", "right"), ("arm", "right"),
+        ("deviation", "right"), ("allowance", "right"), ("size", "right"), ("links", "right"),
         ("transmission", "right"), ("turns", "left"), ("score", "right"),
     ]  # fmt: skip
-    rows = [_row(c) for c in found]
+    turning = any(c.min_transmission_turn for c in found)
+    rows = [_row(c, turning) for c in found]
     if not same:
         columns.append(("radius", "right"))
         rows = [[*row, f"{radius:.4g}"] for row, radius in zip(rows, radii, strict=True)]
-    caption = "`catalogue show ID --plot FILE` draws one; --format json gives all pivots"
+    caption = "allowance: scatter of the pivots that the path forgives; transmission: over the stroke (over the turn)\n"
+    caption += "`catalogue show ID --plot FILE` draws one; --format json gives all pivots"
     print_table(f"Guides for {what}", columns, rows, caption)
 
 
-def _row(c: Candidate) -> list[str]:
+def _degrees(angle: float) -> str:
+    return f"{angle:.0f}\u00b0"
+
+
+def _row(c: Candidate, turning: bool) -> list[str]:
     return [
         "-" if c.id is None else str(c.id),
         c.series,
@@ -57,10 +63,12 @@ def _row(c: Candidate) -> list[str]:
         c.configuration,
         "exact" if c.order == EXACT else str(c.order),
         f"{c.deviation:.3g}",
+        "-" if c.allowance is None else f"{c.allowance:.3g}",
         f"{c.size:.4g}",
-        "-" if c.max_link is None else f"{c.max_link:.4g}",
-        "-" if c.max_arm is None else f"{c.max_arm:.4g}",
-        f"{c.min_transmission:.1f}\u00b0",
+        "-" if c.max_link is None or c.min_link is None else f"{c.min_link:.3g}\u2013{c.max_link:.3g}",
+        _degrees(c.min_transmission)
+        if c.min_transmission_turn is None or not turning
+        else f"{_degrees(c.min_transmission)} ({_degrees(c.min_transmission_turn)})",
         " ".join(f"crank {k}" for k in c.rotates) or "-",
         "-" if c.score is None else f"{c.score:.0f}",
     ]

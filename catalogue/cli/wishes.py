@@ -7,15 +7,28 @@ from typing import Annotated
 
 import typer
 
-from ..query.criteria import CRITERIA, DISTINCT
+from ..problem.criteria import CRITERIA, DISTINCT
 from .options import Db, Format, Output, Plugins
 
 Box = tuple[float, float, float, float]
-Stroke = Annotated[float, typer.Option(help="Length of the path (chord of an arc), in any unit.")]
-Deviation = Annotated[float, typer.Option(help="Largest distance from the best line or circle, in the same unit.")]
-Radius = Annotated[
-    float | None, typer.Option(help="Radius of the arc, which bulges to +y.", show_default="whatever fits best")
+Point = tuple[float, float]
+Stroke = Annotated[
+    float | None,
+    typer.Option(metavar="L", help="Length of the path (chord of an arc), in any unit; or say --from and --to."),
 ]
+Deviation = Annotated[
+    float,
+    typer.Option(help="Largest distance from the best-placed line, or arc of exactly the radius given, in that unit."),
+]
+Radius = Annotated[
+    float | None,
+    typer.Option(
+        metavar="R", help="Radius of the arc, which bulges to the left of its way.", show_default="whatever fits best"
+    ),
+]
+From = Annotated[Point | None, typer.Option("--from", metavar="X Y", help="Where the path starts.")]
+To = Annotated[Point | None, typer.Option("--to", metavar="X Y", help="Where it ends, instead of --stroke.")]
+Along = Annotated[float, typer.Option(metavar="DEG", help="Direction of the path, with --stroke.")]
 Names = Annotated[list[str] | None, typer.Option("--family", metavar="NAME", help="Only this family; may be repeated.")]
 Codes = Annotated[list[str] | None, typer.Option("--series", metavar="CODE", help="Only this series; may be repeated.")]
 Configurations = Annotated[
@@ -31,7 +44,10 @@ Returns = Annotated[
 ]
 PinsOnly = Annotated[bool, typer.Option("--pins-only", help="No sliding joint.")]
 FixedIn = Annotated[
-    Box | None, typer.Option("--fixed-pivots-in", metavar="X0 Y0 X1 Y1", help="Box for the fixed pivots.")
+    Box | None,
+    typer.Option(
+        "--fixed-pivots-in", metavar="X0 Y0 X1 Y1", help="Box for the fixed pivots; -inf and inf leave a side open."
+    ),
 ]
 AllIn = Annotated[
     Box | None, typer.Option("--pivots-in", metavar="X0 Y0 X1 Y1", help="Box for all pivots in mid-stroke.")
@@ -57,6 +73,15 @@ MaxArm = Annotated[
 ]
 Transmission = Annotated[
     float, typer.Option(metavar="DEG", help="Least transmission angle over the stroke, the better crank driving.")
+]
+TransmissionTurn = Annotated[
+    float, typer.Option(metavar="DEG", help="The same over the whole turn of the driver, which then turns fully.")
+]
+Allowance = Annotated[
+    float | None,
+    typer.Option(
+        metavar="L", help="Least scatter of the pivots (standard deviation of each coordinate) that the path forgives."
+    ),
 ]
 FullRotation = Annotated[bool, typer.Option("--full-rotation", help="A crank must be able to turn fully.")]
 SweptIn = Annotated[
@@ -86,6 +111,13 @@ Play = Annotated[
 RankBy = Annotated[
     str, typer.Option(metavar="NAME[=W],...", help=f"What to rank by: {', '.join(CRITERIA)}; several with weights.")
 ]
+Desires = Annotated[
+    list[str] | None,
+    typer.Option(
+        "--desire", metavar="NAME=BEST:WORST[:WEIGHT]",
+        help="What makes the score, 1 from BEST, 0 from WORST on: size, transmission, allowance, min_link. Repeatable.",
+    ),
+]  # fmt: skip
 Pareto = Annotated[
     str | None, typer.Option(metavar="NAME,NAME,...", help="The Pareto front of these criteria instead, none weighed.")
 ]
@@ -97,12 +129,10 @@ PerSeries = Annotated[
     int | None, typer.Option(metavar="N", help="At most N of one series while there are others; 0: no bound.",
                              show_default="a third of the limit")
 ]  # fmt: skip
-Effort = Annotated[
-    int, typer.Option(metavar="N", help="Stored candidates to trace, in units of 400, and to refine, in units of 20.")
-]
+Effort = Annotated[int, typer.Option(metavar="N", help="How hard to search: starts, rounds and seconds grow with it.")]
 Refine = Annotated[
     bool,
-    typer.Option(help="Move the pivots of the best until their deviation is least within the constraints."),
+    typer.Option(help="Move the pivots until what is ranked is best within the deviation and all constraints."),
 ]
 Cognates = Annotated[
     bool,
@@ -151,6 +181,8 @@ def wishes(
     max_ground: MaxGround = None,
     max_arm: MaxArm = None,
     min_transmission: Transmission = 0.0,
+    min_transmission_turn: TransmissionTurn = 0.0,
+    min_allowance: Allowance = None,
     full_rotation: FullRotation = False,
     swept_in: SweptIn = None,
     keep_out: KeepOut = None,
@@ -160,7 +192,8 @@ def wishes(
     min_uniformity: Uniformity = None,
     min_advantage: Advantage = None,
     play: Play = 0.0,
-    rank_by: RankBy = "balance",
+    rank_by: RankBy = "score",
+    desires: Desires = None,
     pareto: Pareto = None,
     distinct: Distinct = DISTINCT,
     per_series: PerSeries = None,

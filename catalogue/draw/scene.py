@@ -15,7 +15,7 @@ from ..guide.trace import Traced, extended
 from ..linkage import PR, RP, Array
 
 if TYPE_CHECKING:
-    from ..query.candidate import Candidate
+    from ..find.candidate import Candidate
 
 #: Points of the drawn path, and positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
 POINTS, POSES = 201, 33
@@ -83,6 +83,7 @@ def scene(candidate: Candidate) -> Scene:
     InvalidRequest
         If the linkage does not lead the guided point over the whole stroke.
     """
+    candidate = candidate.at_home()
     here = candidate.span()
     traced = at_stroke(here, candidate.stroke, circle=candidate.radius is not None)
     low, high = (traced.low.astype(float), traced.high.astype(float))

@@ -1,4 +1,9 @@
-"""What a guide costs: size, link lengths, transmission angle and bounding boxes, on the finite motion."""
+"""What a guide costs: size, link lengths, transmission angle and bounding boxes, on the finite motion.
+
+One crank drives: the one with the better least transmission angle over the stroke; where a crank must turn fully, the
+better of those that do.  Everything that depends on the drive is of this crank: `Measures.min_transmission` and
+`drive_angle` here, and all of `catalogue.guide.drive`.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +13,10 @@ from typing import Any
 import numpy as np
 
 from ..linkage import RP, RR, Array, Linkage
-from ..motion import CRANK_1, CRANK_2, Motion, motion
+from ..motion import Motion
+from .inverse import of_machine
 from .minimax import grid
+from .rotatability import rotates as rotates
 from .span import Span
 from .trace import Traced
 
@@ -34,15 +41,15 @@ class Measures:
     max_arm : ndarray, shape (n,)
         Distance of the guided point from the nearer moving pivot; NaN if both are at infinity.
     min_transmission : ndarray, shape (n,)
-        Least transmission angle over the stroke when the better crank drives [deg]: the angle between the ray of the
-        driven dyad and the line that joins the driving moving pivot to it, 0 ... 90.
+        Least transmission angle over the stroke when that crank drives [deg]: the angle between the ray of the driven
+        dyad and the line that joins the driving moving pivot to it, 0 ... 90.  Without a crank: the better dyad.
     driver : ndarray of int, shape (n,)
-        Number of the crank that drives best, 1 or 2; 0 where there is no crank.
+        Number of the crank that drives, 1 or 2 (the rule: see the module); 0 where there is no crank.
     drive_angle, rotation : ndarray, shape (n,)
         By how much that crank turns from end to end, NaN without one; range of the coupler's angles, as far as `POSES`
-        positions show it [deg].  More exactly: `catalogue.guide.practice`.
+        positions show it [deg].  More exactly: `catalogue.guide.drive`.
     rotates : ndarray of int, shape (n,)
-        Bit i: the crank of dyad i turns fully.
+        Bit i: the crank of dyad i turns fully; see `catalogue.guide.rotatability`.
     fixed_box, box : ndarray, shape (n, 4)
         x0, y0, x1, y1 of the finite fixed pivots (of all finite pivots, in mid-stroke) in the frame whose origin is the
         middle of the stroke and whose x axis runs along it; NaN where there is none.
@@ -65,7 +72,15 @@ class Measures:
         return Measures(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
-def measure(guides: Span, traced: Traced, poses: int = POSES, *, in_middle: bool = False) -> Measures:
+def measure(
+    guides: Span,
+    traced: Traced,
+    poses: int = POSES,
+    *,
+    in_middle: bool = False,
+    turning: bool = False,
+    inverse: bool = False,
+) -> Measures:
     """Return the measures of traced guides.
 
     Parameters
@@ -73,6 +88,12 @@ def measure(guides: Span, traced: Traced, poses: int = POSES, *, in_middle: bool
     in_middle : bool
         The reference position is that of mid-stroke; else the pivots are interpolated there between the poses, which
         leaves a few thousandths of the size open.
+    turning : bool
+        A crank must turn fully: it is the driver, where there is one.
+    inverse : bool
+        The guides are inversions of machines whose coupler carries a slot over a fixed point: everything is that of
+        these machines, along the same motion.  `max_arm` is then the distance of the middle of the slot from the nearer
+        moving pivot, and the boxes are those of the frame in which the slot stands in mid-stroke.
     """
     linkage, moving = guides.linkage, guides.motion
     point = guides.point + traced.shift
@@ -83,10 +104,15 @@ def measure(guides: Span, traced: Traced, poses: int = POSES, *, in_middle: bool
         path = point + d + x * (point - moving.origin)
         z = linkage.points
         at = [z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin) for i in (0, 1)]
-        angle, driver = transmission(linkage, at, x)
-        drive_angle, rotation = _turned(linkage, at, x, driver)
+        machine, pins = linkage, at
+        if inverse:
+            machine, d, x = of_machine(linkage, d, x)
+            pins = [z[:, i, 0] + d + x * (z[:, i, 0] - moving.origin) for i in (0, 1)]
+        turns = rotates(machine)
+        angle, driver = transmission(machine, pins, x, turns if turning else None)
+        drive_angle, rotation = _turned(machine, pins, x, driver)
         middle = _middle(path, traced)
-        fixed = np.where(linkage.finite[:, :, 0], z[:, :, 0], np.nan)
+        fixed = _finite(linkage, 0)
         now = np.stack([_at(m, middle) for m in at], axis=-1)
         now = np.where(guides.cusp[:, None] | in_middle, z[:, :, 1], now)  # at a cusp: where the point turns
         now = np.where(linkage.finite[:, :, 1], now, np.nan)
@@ -94,12 +120,11 @@ def measure(guides: Span, traced: Traced, poses: int = POSES, *, in_middle: bool
         between = np.fmax.reduce(np.abs(pivots[:, :, None] - pivots[:, None, :]), axis=(1, 2))
         reach = np.fmax.reduce(np.abs(path[:, :, None] - pivots), axis=(0, 2))
         size = np.maximum(np.maximum(between, reach), np.abs(path[-1] - path[0]))
-        links = np.stack(
-            [np.where(linkage.dyads[:, i] == RR, np.abs(z[:, i, 1] - z[:, i, 0]), np.nan) for i in (0, 1)]
-            + [np.where(linkage.finite[:, :, 1].all(1), np.abs(z[:, 0, 1] - z[:, 1, 1]), np.nan)]
-        )
-        ground = np.where(linkage.finite[:, :, 0].all(1), np.abs(z[:, 0, 0] - z[:, 1, 0]), np.nan)
-        arm = np.fmin.reduce(np.where(linkage.finite[:, :, 1], np.abs(point[:, None] - z[:, :, 1]), np.nan), axis=1)
+        if inverse:
+            fixed, now, point = now, fixed, np.where(guides.cusp, point, _at(path, middle))
+        arm = np.fmin.reduce(np.abs(point[:, None] - _finite(machine, 1)), axis=1)
+        ground = np.abs(np.diff(_finite(machine, 0), axis=1)[:, 0])
+        links = np.abs(np.stack([*_cranks(machine).T, np.diff(_finite(machine, 1), axis=1)[:, 0]]))
         centre = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
         local = [
             (p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, np.concatenate([fixed, now], 1))
@@ -107,21 +132,29 @@ def measure(guides: Span, traced: Traced, poses: int = POSES, *, in_middle: bool
     boxes = [_box(p) for p in local]
     return Measures(
         size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, driver, drive_angle, rotation,
-        rotates(linkage), *boxes,
+        turns, *boxes,
     )  # fmt: skip
 
 
-def transmission(linkage: Linkage, at: list[Array], x: Array) -> tuple[Array, Array]:
-    """Return the least transmission angle over the poses, the better crank driving, shape (n,) [deg]; and its number.
+def transmission(linkage: Linkage, at: list[Array], x: Array, turns: Array | None = None) -> tuple[Array, Array]:
+    """Return the least transmission angle over the poses with the driving crank, shape (n,) [deg]; and its number.
 
     Parameters
     ----------
     at, x
         As in `transmissions`.
+    turns : ndarray of int, shape (n,), optional
+        Which cranks turn fully, bit i for dyad i: of these the better one drives, where there are any; of both if not
+        given.
     """
-    least = transmissions(linkage, at, x)
-    better = np.where((linkage.dyads == RR).any(1), np.where(least[1] > least[0], 2, 1), 0)
-    return np.where(np.isnan(least[0] + least[1]), np.nan, np.maximum(*least)), better
+    least, may = transmissions(linkage, at, x), linkage.dyads.T == RR
+    if turns is not None:
+        full = may & (turns >> np.array([[0], [1]]) & 1).astype(bool)
+        may = np.where(full.any(0), full, may)
+    second = may[1] & (~may[0] | (least[1] > least[0]))
+    angle = np.where(may.any(0), np.where(second, least[1], least[0]), np.maximum(*least))
+    driver = np.where(may.any(0), np.where(second, 2, 1), 0)
+    return np.where(np.isnan(least[0] + least[1]), np.nan, angle), driver
 
 
 def transmissions(linkage: Linkage, at: list[Array], x: Array) -> Array:
@@ -157,6 +190,16 @@ def transmissions(linkage: Linkage, at: list[Array], x: Array) -> Array:
     return np.stack(least)
 
 
+def _finite(linkage: Linkage, plane: int) -> Array:
+    """Return the fixed (0) or moving (1) pivots, shape (n, 2); NaN for those at infinity."""
+    return np.where(linkage.finite[:, :, plane], linkage.points[:, :, plane], complex(np.nan, np.nan))
+
+
+def _cranks(linkage: Linkage) -> Array:
+    """Return both dyads from fixed to moving pivot, shape (n, 2); NaN for those that are no crank."""
+    return np.asarray(_finite(linkage, 1) - _finite(linkage, 0))
+
+
 def _turned(linkage: Linkage, at: list[Array], x: Array, driver: Array) -> tuple[Array, Array]:
     """Return by how much the driving crank turns from the first pose to the last, and the range of the coupler's
     angles [deg]; from step to step, so that turns beyond 180 degrees are counted."""
@@ -166,13 +209,6 @@ def _turned(linkage: Linkage, at: list[Array], x: Array, driver: Array) -> tuple
     coupler = np.angle((1 + x[1:]) * (1 + x[:-1]).conj()).cumsum(0)
     rotation = np.maximum(coupler.max(0), 0.0) - np.minimum(coupler.min(0), 0.0)
     return np.where(driver > 0, np.degrees(crank), np.nan), np.degrees(rotation)
-
-
-def rotates(linkage: Linkage) -> Array:
-    """Return which cranks turn fully, shape (n,): bit i for dyad i."""
-    full = [~np.isfinite(motion(linkage, chart).interval).any(axis=0) for chart in (CRANK_1, CRANK_2)]
-    crank = linkage.dyads == RR
-    return np.asarray(1 * (crank[:, 0] & full[0]) + 2 * (crank[:, 1] & full[1]))
 
 
 def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Array) -> Array:

@@ -91,11 +91,13 @@ class Fit:
     unresolved: Array
 
 
-def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
+def fit(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None) -> Fit:
     """Return the narrowest strips (`circle` false) or annuli of the paths (u, v), each (m, n), at the nodes of a grid.
 
     NaN paths give NaN.  An annulus is sought near the circle through the ends and the middle of the path; the arc must
-    stay below a half circle, else NaN.
+    stay below a half circle, else NaN.  With `held`, curvatures (n,) positive to the left of the way from the first end
+    to the last, only the place of the circle is sought: the deviation is then the largest distance from the best-placed
+    arc of exactly that radius, whatever the radius (a straight line is the case 0).
     """
     ends = nodes.coefficients[-2:]
     unresolved = np.abs(ends @ v).sum(0) + (np.abs(ends @ u).sum(0) if circle else 0)
@@ -106,11 +108,13 @@ def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
         heading = chord.copy()
         u, v = nodes.fine @ (u - u[middle]), nodes.fine @ (v - v[middle])
         curvature = np.zeros_like(u[0])
-        if circle:
+        if held is not None:
+            curvature, circle = np.broadcast_to(held, curvature.shape).astype(curvature.dtype), True
+        elif circle:
             sagitta, half = ((origin - 0.5 * (first + last)) * chord.conj()).imag, 0.5 * np.abs(last - first)
             curvature = -2 * sagitta / (sagitta**2 + half**2)
             curvature = np.where(np.abs(sagitta) < half, curvature, np.nan)
-        size = 4 if circle else 3
+        size = 4 if circle and held is None else 3
         where = np.rint((len(u) - 1) / 2 * (1 - np.cos(np.pi * np.arange(size) / (size - 1)))).astype(int)
         open_, index = np.arange(u.shape[1]), np.repeat(where[:, None], u.shape[1], axis=1)
         centre, deviation, reach = np.zeros_like(origin), np.full_like(curvature, np.nan), 0.5 * np.abs(last - first)
@@ -118,7 +122,12 @@ def fit(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
             at, ahead = centre[open_], heading[open_]
             x = (u - at.real) * ahead.real + (v - at.imag) * ahead.imag
             y = (v - at.imag) * ahead.real - (u - at.real) * ahead.imag
-            if circle:
+            if held is not None:
+                bend = curvature[open_]
+                g, x, weight = concentric(x, y, bend)
+                c, error, index = exchange(x, g, index, weight)
+                moved = (np.abs(c[0]) + np.abs(c[1]) * reach[open_]) / (1e-1 * error + 1e-12 * reach[open_])
+            elif circle:
                 bend = curvature[open_]
                 g, x, weight = polar(x, y, bend)
                 c, error, index = exchange(x, g, index, weight)
@@ -148,6 +157,16 @@ def polar(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
     root = np.sqrt((curvature * x) ** 2 + (1 - curvature * y) ** 2)
     at = 2 * x / (root + 1 - curvature * y)
     return (2 * y - curvature * (x * x + y * y)) / (1 + root), at, 1 + (0.5 * curvature * at) ** 2
+
+
+def concentric(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
+    """Return the signed distance from the circle, tan(theta) / c and 1 / cos(theta), theta the angle about its centre.
+
+    A circle that is moved but keeps its radius changes the distance by (c0 + c1 tan(theta) / c) cos(theta).
+    """
+    down = 1 - curvature * y
+    root = np.hypot(curvature * x, down)
+    return (2 * y - curvature * (x * x + y * y)) / (1 + root), x / down, root / down
 
 
 def exchange(

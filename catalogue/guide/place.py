@@ -16,7 +16,7 @@ FINE = 1e-11
 #: as it grows.
 ROUNDS, ROUNDS_AT_CUSP = 3, 10
 #: No correction is made by less than this part.
-REACHED = 1e-11
+REACHED, CORRECTIONS = 1e-11, 2
 
 
 def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage, Array]:
@@ -56,7 +56,7 @@ def mid_stroke(guides: Span, traced: Traced) -> tuple[Linkage, Array]:
     for i in (0, 1):
         finite = linkage.finite[:, i, 1]
         z[:, i, 1] = np.where(finite, z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin), z[:, i, 1] * (1 + x))
-    now = Linkage._trusted(np.stack([z.real, z.imag, linkage.pivots[..., 2]], axis=-1))
+    now = Linkage.trusted(np.stack([z.real, z.imag, linkage.pivots[..., 2]], axis=-1))
     return now, point + d + x * (point - moving.origin)
 
 
@@ -81,12 +81,15 @@ def at_stroke(
     nodes: int = 32,
     extend: bool = True,
     curvature: Array | None = None,
+    exact: bool = False,
 ) -> Traced:
     """Trace each guide, its point as it is, over the window about its reference position that has exactly this stroke.
 
     NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended precision if `extend`.
-    The `curvature` of arcs that run from (0, 0) to (stroke, 0) is sought unless it is given, none being at a cusp.
+    The `curvature` of arcs that run from (0, 0) to (stroke, 0), positive for a centre above, is sought unless it is
+    given; it places the window, but not at a cusp, and is that of the nominal if `exact`.
     """
+    held = along_path(guides, curvature) if exact and curvature is not None else None
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
     half, centre = np.where(guides.cusp, np.minimum(stroke, guides.extent.min(0)), 0.5 * stroke), np.zeros(len(guides))
     if guides.cusp.any():
@@ -105,31 +108,44 @@ def at_stroke(
             rough = trace(guides, half, circle=True, split=False, centre=centre, nodes=nodes)
             half, centre = _symmetric(guides, rough.fit, stroke)
         half = _of_chord(guides, half, centre, stroke)
-    found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
+    found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
     with np.errstate(all="ignore"):
         ratio = stroke / found.fit.stroke
-    if (np.abs(ratio - 1) > REACHED).any():  # the chord of a path is longer than its run along the best line
+    for _ in range(CORRECTIONS):  # the chord of a path is longer than its run along the best line
+        if not (np.abs(ratio - 1) > REACHED).any():
+            break
         half = half * ratio
-        found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
+        found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
+        with np.errstate(all="ignore"):
+            ratio = stroke / found.fit.stroke
     fine = (found.relative < FINE) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
         again = trace(
             extended(guides[fine]), half[fine].astype(np.longdouble), circle=circle, split=False, centre=centre[fine],
-            nodes=nodes,
+            nodes=nodes, held=None if held is None else held[fine].astype(np.longdouble),
         )  # fmt: skip
         found = found.replaced(fine, again)
     return found
 
 
-def near_stroke(guides: Span, stroke: float, *, circle: bool, nodes: int = 16) -> Traced:
+def along_path(guides: Span, curvature: Array | float) -> Array:
+    """Return curvatures that are positive for a centre above as seen along the paths, positive for one to the left."""
+    return np.asarray(np.where(guides.tangent.real < 0, -1.0, 1.0) * curvature)
+
+
+def near_stroke(
+    guides: Span, stroke: float, *, circle: bool, nodes: int = 16, curvature: float | None = None
+) -> Traced:
     """Trace each of n guides, its point as it is, over the window about its reference position whose ends are so far
     apart [length of the guides]; NaN where it does not reach so far.
 
     Good enough to be laid by, and measured anew: the stroke along the nominal is off by a few deviations squared.
+    With a `curvature`, positive for a centre above, the nominal has exactly that.
     """
+    held = None if curvature is None else along_path(guides, curvature)
     half, centre = np.where(guides.cusp, stroke, 0.5 * stroke), np.zeros(len(guides))
     half = np.where(guides.cusp, half, _of_chord(guides, half, centre, np.full_like(half, stroke)))
-    return trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
+    return trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
 
 
 def _of_chord(guides: Span, half: Array, centre: Array, chord: Array) -> Array:

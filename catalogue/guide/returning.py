@@ -22,12 +22,13 @@ SETTLED = 1.001
 APART = 1e-11
 
 
-def fit_returning(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
+def fit_returning(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None) -> Fit:
     """Return the strips (`circle` false) or annuli of paths (u, v), each (m, n), at the nodes of a grid, that have a
     cusp in (0, 0) and leave it towards u > 0.
 
     The first end of the path is the cusp, the last the middle between its two ends.  NaN where a branch turns back, and
-    where no circle of less than half a turn is found.
+    where no circle of less than half a turn is found.  With `held`, curvatures (n,) positive to the left of the way
+    from the cusp, only the place of the circle is sought.
     """
     last_nodes = nodes.coefficients[-2:]
     unresolved = np.abs(last_nodes @ v).sum(0) + np.abs(last_nodes @ u).sum(0)
@@ -37,7 +38,10 @@ def fit_returning(u: Array, v: Array, circle: bool, nodes: Grid) -> Fit:
         x, y = _unfolded(nodes.fine @ u, nodes.fine @ v)
         x, y = x * along.real + y * along.imag, y * along.real - x * along.imag
         centre, heading, curvature = np.zeros_like(last), np.ones_like(last), np.zeros_like(stroke)
-        if circle:
+        if held is not None:  # the circle of that curvature through cusp and end
+            curvature = np.broadcast_to(held, stroke.shape).astype(stroke.dtype)
+            heading = np.exp(-1j * np.arcsin(0.5 * curvature * stroke))
+        elif circle:
             centre, heading, curvature = _mean_circle(x, y, stroke)
         deviation = stroke.copy()
         apart = APART * stroke * np.arange(len(x))[:, None]

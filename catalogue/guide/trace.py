@@ -90,7 +90,14 @@ class Traced:
 
 
 def trace(
-    guides: Span, half: Array, *, circle: bool, split: bool, centre: Array | float = 0.0, nodes: int = 32
+    guides: Span,
+    half: Array,
+    *,
+    circle: bool,
+    split: bool,
+    centre: Array | float = 0.0,
+    nodes: int = 32,
+    held: Array | None = None,
 ) -> Traced:
     """Trace each guide over a window of its path and fit the nominal.
 
@@ -108,6 +115,9 @@ def trace(
     nodes : int
         Intervals between Chebyshev points; guides that they do not resolve are traced again with twice and four times
         as many.
+    held : ndarray, shape (n,), optional
+        Curvature of the nominal, positive to the left of the way on which the parameter rises [1/length]; sought if
+        not given.  Only without `split`.
 
     Returns
     -------
@@ -119,16 +129,18 @@ def trace(
         found = Traced.nothing(len(guides), half.dtype)
         for which in (guides.cusp, ~guides.cusp):
             some = np.broadcast_to(centre, len(guides))[which]
-            part = trace(guides[which], half[which], circle=circle, split=split, centre=some, nodes=nodes)
+            bend = None if held is None else held[which]
+            part = trace(guides[which], half[which], circle=circle, split=split, centre=some, nodes=nodes, held=bend)
             found = found.replaced(which, part)
         return found
     low, high = guides.window((centre - 1) * half, (centre + 1) * half)
-    found = _measure(guides, low, high, half, circle, split, nodes)
+    found = _measure(guides, low, high, half, circle, split, nodes, held)
     for more in (2, 4):
         again = np.isfinite(found.fit.deviation) & ~resolved(found.fit)
         if not again.any():
             break
-        part = _measure(guides[again], low[again], high[again], half[again], circle, split, more * nodes)
+        bend = None if held is None else held[again]
+        part = _measure(guides[again], low[again], high[again], half[again], circle, split, more * nodes, bend)
         found = found.replaced(again, part)
     with np.errstate(all="ignore"):
         sure = resolved(found.fit, *LEAST_SURE)
@@ -136,18 +148,27 @@ def trace(
     return replace(found, fit=replace(found.fit, deviation=deviation))
 
 
-def again(guides: Span, traced: Traced, *, circle: bool, nodes: int) -> Traced:
+def again(guides: Span, traced: Traced, *, circle: bool, nodes: int, held: Array | None = None) -> Traced:
     """Measure guides, which do not return, over the same windows on another grid, their points as they are."""
     low, high = traced.low.astype(float), traced.high.astype(float)
-    return _measure(guides, low, high, 0.5 * traced.fit.stroke.astype(float), circle, False, nodes)
+    return _measure(guides, low, high, 0.5 * traced.fit.stroke.astype(float), circle, False, nodes, held)
 
 
-def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, split: bool, nodes: int) -> Traced:
+def _measure(
+    guides: Span,
+    low: Array,
+    high: Array,
+    half: Array,
+    circle: bool,
+    split: bool,
+    nodes: int,
+    held: Array | None = None,
+) -> Traced:
     returning = bool(guides.cusp.any())
     points = grid(4 * nodes if returning else nodes, half.dtype)
     u, v = guides.path.window(low, high, points.nodes)
     if returning:
-        found, shift = fit_returning(u, v, circle, points), np.zeros_like(guides.tangent)
+        found, shift = fit_returning(u, v, circle, points, held), np.zeros_like(guides.tangent)
     elif split:
         cos, sin = guides.turn.window(low, high, points.nodes)
         moved_u, moved_v, shift, plain = _straightened(u, v, cos, sin, half, circle, points, LEASH)
@@ -157,7 +178,7 @@ def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, s
             found, shift = _split_again(found, shift, poor, (u, v, cos, sin), half, circle, points)
         shift = shift * guides.tangent
     else:
-        found, shift = _fit(u, v, circle, points), np.zeros_like(guides.tangent)
+        found, shift = _fit(u, v, circle, points, held), np.zeros_like(guides.tangent)
     placed = replace(
         found,
         start=guides.point + shift + found.start * guides.tangent,
@@ -166,9 +187,9 @@ def _measure(guides: Span, low: Array, high: Array, half: Array, circle: bool, s
     return Traced(placed, shift, low, high)
 
 
-def _fit(u: Array, v: Array, circle: bool, points: Grid) -> Fit:
+def _fit(u: Array, v: Array, circle: bool, points: Grid, held: Array | None = None) -> Fit:
     """Fit the paths that run forward all the way."""
-    return fit(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points)
+    return fit(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points, held)
 
 
 def _split_again(

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from ..errors import InvalidRequest
 from ..linkage import Array, Linkage
 from .parallel import parallel_cranks
 from .polish import polished
@@ -38,7 +39,8 @@ class Curvature:
     ----------
     state : ndarray of int, shape (n,)
         `REGULAR`: finite pole.  `PARALLEL`: parallel rays, pole at infinity; `pole` is then the origin of the frame of
-        the parallel transformation.  `DEAD_POINT`: both rays coincide; see `dead_points` for the two branches.
+        the parallel transformation.  `DEAD_POINT`: both rays coincide; `dead_points`, or
+        `curvature(linkage, branch)`, gives the two branches.
     pole : ndarray, shape (n, 2)
     axes : ndarray, shape (n, 2, 2)
         Unit vectors of the pole tangent x and the pole normal y; y points into the inflection circle.
@@ -88,7 +90,10 @@ class Curvature:
         regular, parallel, dead = (self.state == k for k in (REGULAR, PARALLEL, DEAD_POINT))
         add(parallel, "the rays are parallel: the pole is at infinity")
         add(parallel & np.isnan(self.k), "the coupler translates: no stationary curvature")
-        add(dead, "dead point: the rays coincide, two branches meet (see dead_points) or the chain is immobile")
+        add(
+            dead,
+            "dead point: the rays coincide, two branches meet (curvature takes branch 0 or 1) or the chain is immobile",
+        )
         unit = np.where(regular, self.rho0, np.nan)
         straight = np.abs(self.s) * unit < VANISHING
         mode_2 = np.zeros(len(self), dtype=bool)
@@ -110,19 +115,29 @@ class Curvature:
         return why
 
 
-def curvature(linkage: Linkage) -> Curvature:
+def curvature(linkage: Linkage, branch: int | None = None) -> Curvature:
     """Return the curvature law and the stationary curvature of each linkage.
 
     Parameters
     ----------
     linkage : Linkage of n
+    branch : 0 or 1, optional
+        Of linkages at a dead point, where two branches of the motion meet, the one that is wanted; without it they have
+        no curvature.  Both at once: `dead_points`.
 
     Returns
     -------
     Curvature
         Measured digits: see `regular`.  Towards a dead point three decimal digits of kappa are lost per decade of the
         angle between the rays, because the pivots do not carry the information; where none is left NaN is returned.
+
+    Raises
+    ------
+    InvalidRequest
+        If the branch is neither 0 nor 1.
     """
+    if branch not in (None, 0, 1):
+        raise InvalidRequest(f"the branch at a dead point is 0 or 1, not {branch!r}")
     sine = linkage.sine
     state = np.where(np.abs(sine) < PARALLEL_SINE, PARALLEL, REGULAR)
     state[_collinear(linkage, sine)] = DEAD_POINT
@@ -137,7 +152,12 @@ def curvature(linkage: Linkage) -> Curvature:
     far = (state != DEAD_POINT) & (np.abs(sine) < NEAR_SINE) & (np.abs(sine) > SURE_SINE)
     if far.any():
         out["principal_pairs"][far] = polished(linkage[far], out["principal_pairs"][far])
-    return Curvature(**out)
+    found = Curvature(**out)
+    if branch is not None and (state == DEAD_POINT).any():
+        from .dead import branched  # which is built on this module
+
+        return branched(found, linkage, np.full(n, branch))
+    return found
 
 
 _SHAPE: dict[str, tuple[int, ...]] = {

@@ -28,13 +28,21 @@ def on_branch(linkage: Linkage, pole: Array) -> Curvature:
     pole : complex ndarray, shape (n,)
     """
     found = curvature(linkage)
-    dead = np.flatnonzero(found.state == DEAD_POINT)
+    dead, branch = np.flatnonzero(found.state == DEAD_POINT), np.zeros(len(linkage), int)
     if dead.size:
         both = dead_points(linkage[dead])
         off = np.abs(both.pole[:, 0] + 1j * both.pole[:, 1] - np.repeat(pole[dead], 2)).reshape(-1, 2)
-        chosen = 2 * np.arange(dead.size) + np.argmin(np.where(np.isnan(off), np.inf, off), axis=1)
+        branch[dead] = np.argmin(np.where(np.isnan(off), np.inf, off), axis=1)
+    return branched(found, linkage, branch)
+
+
+def branched(found: Curvature, linkage: Linkage, branch: Array) -> Curvature:
+    """Return instants with those of linkages at dead points replaced by the ones of a branch, 0 or 1, shape (n,)."""
+    dead = np.flatnonzero(found.state == DEAD_POINT)
+    if dead.size:
+        both = dead_points(linkage[dead])
         for f in fields(Curvature):
-            getattr(found, f.name)[dead] = getattr(both, f.name)[chosen]
+            getattr(found, f.name)[dead] = getattr(both, f.name)[2 * np.arange(dead.size) + branch[dead]]
     return found
 
 

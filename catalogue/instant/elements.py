@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..linkage import Array, Linkage
+from .analysis import DEAD_POINT
 from .circling import circling_points
+from .dead import dead_points
 from .error import leading_error_of_pairs
 from .instant import Instant
 
@@ -57,7 +59,9 @@ class Elements:
 def elements(instant: Instant, radius: float | None = None) -> Elements:
     """Return undulation point, cuspidation slot, principal pairs and, if asked for, circling points of a radius.
 
-    What the linkage's own dyads guide is left out; of two principal pairs that coincide one is given.
+    What the linkage's own dyads guide is left out; of two principal pairs that coincide one is given.  Of linkages at a
+    dead point what either branch of the motion guides is given, with labels of its own for the second one, unless the
+    instant says which branch is meant.
 
     Parameters
     ----------
@@ -72,6 +76,23 @@ def elements(instant: Instant, radius: float | None = None) -> Elements:
 
     Source: Allievi 1895, secs. 6-8.
     """
+    dead = instant.curvature.state == DEAD_POINT
+    if instant.pole is not None or not dead.any():
+        return _of_branch(instant, radius)
+    both = dead_points(instant.linkage).pole.reshape(-1, 2, 2)
+    here = instant.curvature.pole
+    poles = [np.where(dead[:, None], both[:, i], here) for i in (0, 1)]
+    first, second = (_of_branch(Instant(instant.linkage, p[:, 0] + 1j * p[:, 1]), radius) for p in poles)
+    only = dead[:, None]  # the others move in one way
+    return Elements(
+        first.labels + [f"{label}, branch 2" for label in second.labels],
+        np.concatenate([first.pairs, np.where(only[..., None, None], second.pairs, np.nan)], axis=1),
+        np.concatenate([first.order, np.where(only, second.order, 0)], axis=1),
+    )
+
+
+def _of_branch(instant: Instant, radius: float | None) -> Elements:
+    """Return the elements on one branch of each motion."""
     at = instant.curvature
     found = {
         "undulation": _straight(at.undulation, at.pole),

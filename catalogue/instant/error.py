@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from ..linkage import Array, Linkage
+from .exact import NEARER, UNDECIDED, first_term, stays
 from .jet import TERMS, Jet, jet, norm_squared
 
 #: Order of contact of a guide that is exact on the finite motion.
@@ -29,6 +30,8 @@ EXACT = 99
 #: A coefficient below this part of the path's own terms counts as zero: guided points are given with 16 digits, and
 #: with 8 where two principal pairs coincide.
 TOLERANCE = 1e-8
+#: Most positions that a point has in common with its nominal unless it is exact.
+MOST = 6
 #: How small the largest error of u^m over [-1, 1] becomes beside 1, u; beside 1, u, u^2; and beside all lower powers.
 LINE = {3: 1 / 4, 4: 1 / 2, 5: 0.3264468005, 6: 1 / 2}
 CIRCLE = {3: 1 / 4, 4: 1 / 8, 5: 0.3264468005, 6: 0.1924500897}
@@ -45,7 +48,8 @@ class LeadingError:
     Attributes
     ----------
     positions : ndarray of int, shape (n,)
-        N, the power of the motion's parameter with which the point leaves its nominal; `EXACT` + 1 if it does not.
+        N, the power of the motion's parameter with which the point leaves its nominal; `EXACT` + 1 if it does not, on
+        the finite motion; 0 where the motion has no series.
     coefficient : ndarray, shape (n,)
         c in v = c u^power [length^(1 - power)]; 0 if the point stays on its nominal, NaN where the motion has no series
         (a change point whose branch is not given).
@@ -74,8 +78,8 @@ class LeadingError:
 
     @property
     def order(self) -> Array:
-        """Order of contact, shape (n,): `EXACT` if the point does not leave its nominal."""
-        return np.asarray(self.positions - 1)
+        """Order of contact, shape (n,): `EXACT` if the point does not leave its nominal, 0 where there is no series."""
+        return np.asarray(np.maximum(self.positions - 1, 0))
 
     @property
     def power(self) -> Array:
@@ -161,6 +165,8 @@ def leading_error(
         positions = np.where(there.any(0), there.argmax(0), EXACT + 1)
         if order is not None:
             positions = np.broadcast_to(np.asarray(order) + 1, positions.shape)
+        else:
+            positions = _measured(linkage, point, positions, gap, z, unit, wanted_curvature, pole, tolerance)
         exact = positions > EXACT
         row = np.clip(np.where(exact, 0, positions), 0, TERMS - 1)
         speed = np.where(cusp, np.sqrt(u[2]) * np.where(path.turn < 0, -1, 1), u[1])
@@ -168,6 +174,28 @@ def leading_error(
     undefined = ~np.isfinite(base)
     coefficient = np.where(undefined, np.nan, np.where(exact, 0.0, coefficient))
     return LeadingError(np.where(undefined, 0, positions), coefficient, -1j * unit, wanted_curvature, wanted, cusp)
+
+
+def _measured(
+    linkage: Linkage,
+    point: Array,
+    positions: Array,
+    gap: Array,
+    path: Array,
+    unit: Array,
+    curvature: Array,
+    pole: Array | None,
+    tolerance: float,
+) -> Array:
+    """Return the positions, where there are more than any point has that is not exact decided by the finite motion."""
+    many = np.flatnonzero((positions > MOST) & np.isfinite(gap).all(0) & np.isfinite(unit + curvature))
+    if many.size:
+        positions, at = positions.copy(), None if pole is None else np.asarray(pole)[many]
+        which = linkage[many], point[many], unit[many], curvature[many], at
+        first = first_term(gap[:, many], path[:, many], MOST, tolerance)
+        exact = stays(*which) | (first == 0) & stays(*which, NEARER)
+        positions[many] = np.where(exact, EXACT + 1, np.where(first == 0, UNDECIDED, first))
+    return positions
 
 
 def leading_error_of_pairs(

@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from ..collection import LENGTH, Collection, Draw, Specimen
-from ..query.collected import Piece
-from ..query.request import CircularArc, Request, StraightLine
+from ..collections.results import Piece
+from ..problem.request import CircularArc, Request, StraightLine
 
 #: Another stroke than that of the specimens, and how far numbers over it may be from the stored ones.
 STROKE, CLOSE = 250.0, 1e-3
@@ -70,6 +70,18 @@ class CollectionContract:
                 value = m.metrics[name] / (STROKE if metric.unit == LENGTH else 1)
                 assert value == pytest.approx(s.metrics[name], rel=CLOSE, abs=1e-9), name
             assert (m.radius is None) == (kind == "line")
+
+    def test_a_given_radius_is_kept(self, family: str) -> None:
+        """The deviation is from an arc of exactly that radius, so that it is not below that from the best one."""
+        some = [s.parameters for s in self.specimens(family) if s.kind == "circle" and s.deviation <= 0.02]
+        for best, one in zip(self.collection.measure(some, _wish("circle")), some, strict=True):
+            assert best.radius is not None
+            for radius in (0.98 * best.radius, 1.05 * best.radius, 3 * best.radius):
+                if 1.9 * radius < STROKE:
+                    continue
+                (given,) = self.collection.measure([one], CircularArc(STROKE, radius, 0.1 * STROKE))
+                assert given.radius == pytest.approx(radius, rel=1e-12)
+                assert given.deviation >= best.deviation * (1 - CLOSE)
 
     @pytest.mark.parametrize("kind", ["line", "circle"])
     def test_what_is_laid_stays_where_it_is(self, family: str, kind: str) -> None:

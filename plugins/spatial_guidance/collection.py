@@ -12,7 +12,7 @@ from .measures import METRICS, measure
 from .special import classify
 
 if TYPE_CHECKING:
-    from catalogue.query.collected import Piece
+    from catalogue.collections.results import Piece
 
 
 def plot(piece: Piece, file: Path | None) -> Any:

@@ -15,7 +15,7 @@ import numpy as np
 from catalogue.collection import LENGTH, Measured, Metric
 from catalogue.guide.minimax import grid
 from catalogue.linkage import Array
-from catalogue.query.request import Request
+from catalogue.problem.request import Request
 
 from .fits import Fit, circle, line, unit
 from .follow import follow

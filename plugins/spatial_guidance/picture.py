@@ -18,7 +18,7 @@ from .plain import Strokes, strokes
 from .rotation import matrix
 
 if TYPE_CHECKING:
-    from catalogue.query.collected import Piece
+    from catalogue.collections.results import Piece
 
 #: Nodes of the motion that is drawn.
 NODES = 41

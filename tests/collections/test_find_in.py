@@ -18,8 +18,8 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, PluginError, StraightLine
-from catalogue.query.bounds import parsed
-from catalogue.query.find_in import find_in
+from catalogue.collections.bounds import parsed
+from catalogue.collections.find import find_in
 
 LINE = StraightLine(200, 4)
 
@@ -80,6 +80,20 @@ def test_a_given_radius_is_kept(swings: Catalogue) -> None:
     assert all(p.deviation < 1e-12 and p.radius == pytest.approx(p.metrics["size"]) for p in everything)
     near = [p for p in everything if abs(p.metrics["size"] - 250) < 5]  # that the narrowing does not lose
     assert {p.id for p in near} <= {p.id for p in found}
+
+
+def test_a_piece_that_is_measured_from_another_radius_is_refused(swings: Catalogue) -> None:
+    """A plugin that looks for the best radius whatever is asked for: 250 is not what its deviation is from."""
+    collection = swings.registry.collection("swings")
+
+    def free(parameters: Any, request: Any) -> Any:
+        return collection.measure(parameters, CircularArc(request.stroke, None, request.deviation))
+
+    heedless = replace(collection, measure=free)
+    found = find_in(swings.database, heedless, CircularArc(100, 250, 0.3), limit=1000)
+    assert not len(found)
+    assert "radius 250" in found.explain()
+    assert len(find_in(swings.database, heedless, CircularArc(100, None, 0.3), limit=5)) == 5
 
 
 def test_to_pandas_and_json(swings: Catalogue) -> None:

@@ -20,7 +20,7 @@ def drawn() -> Callable[..., tuple[Span, np.ndarray]]:
 
     @cache
     def make(circle: bool) -> tuple[Span, np.ndarray]:
-        from catalogue.build.block import points as points_of
+        from catalogue.build.candidates import points as points_of
         from catalogue.build.draw import draw
 
         linkages, points, orders = [], [], []

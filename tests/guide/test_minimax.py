@@ -8,8 +8,9 @@ import mpmath as mp  # type: ignore[import-untyped]
 import numpy as np
 import pytest
 from numpy.polynomial import chebyshev
+from scipy.optimize import minimize
 
-from catalogue.guide.minimax import Fit, fit, grid, resolved
+from catalogue.guide.minimax import Fit, concentric, fit, grid, resolved
 from catalogue.linkage import Array
 
 NODES = 32
@@ -180,3 +181,103 @@ def test_unresolved_bounds_what_a_grid_misses(nodes: int, circle: bool) -> None:
     assert np.all(missed[accepted] < 1e-3 * fine.deviation[accepted] + 1e-15)
     assert accepted.any()
     assert not accepted.all() or nodes == 32
+
+
+# -- arcs of exactly a given radius ----------------------------------------------------------------------------------
+CURVATURES = [0.0, 1e-9, 1e-4, 0.3, 0.99, -0.3, -0.99]
+
+
+def along_arc(curvature: float, s: Array, wave: Array) -> tuple[Array, Array]:
+    """Return an arc of length about 2 from the origin both ways, its centre above, with a wave across it."""
+    k, turn = np.longdouble(curvature), np.longdouble(curvature) * s
+    x = s * np.sinc(turn / np.pi)
+    return x - wave * np.sin(turn), 0.5 * k * s * s * np.sinc(0.5 * turn / np.pi) ** 2 + wave * np.cos(turn)
+
+
+def off_arc(u: Array, v: Array, curvature: float, tilt: float, rise: float) -> float:
+    """Return the largest distance of a path, turned about the origin and lifted, from the arc through the origin."""
+    x, y = (np.asarray(p, np.longdouble) for p in placed(u, v, tilt))
+    y = y + np.longdouble(rise)
+    if curvature == 0:
+        return float(np.abs(y).max())
+    radius = 1 / np.longdouble(curvature)
+    return float(np.abs(np.hypot(x, y - radius) - abs(radius)).max())
+
+
+@pytest.mark.parametrize("curvature", CURVATURES)
+@pytest.mark.parametrize(("count", "exponent"), [(2, -2), (3, -3), (5, -4), (8, -5)])
+def test_an_arc_of_a_given_radius_is_the_best_placed(curvature: float, count: int, exponent: int) -> None:
+    """A path with a wave of its own about an arc, and one that is bent a little more than the arc asked for."""
+    amplitude, nodes = 10.0**exponent, grid(NODES).nodes
+    half = 1.0 if not curvature else float(np.arcsin(abs(curvature)) / abs(curvature))
+    for held in (curvature, 0.97 * curvature):
+        c = waves(count, count)
+        u, v = along_arc(curvature, half * nodes, amplitude * chebyshev.chebval(nodes, c))
+        x, y = (np.asarray(p, float) for p in placed(u, v, 0.7, 1 + 2j))
+        found = fit(x[:, None], y[:, None], True, grid(NODES), np.array([held]))
+        assert found.curvature[0] == held
+        assert found.stroke[0] == pytest.approx(abs(complex(u[-1] - u[0], v[-1] - v[0])), rel=1e-12)
+        dense = along_arc(curvature, half * DENSE[::3], amplitude * chebyshev.chebval(DENSE[::3], c))
+        best, unit = np.zeros(2), max(amplitude, float(found.deviation[0]))
+        for _ in range(4):  # a simplex may get stuck along the edge of a largest error
+            best = minimize(
+                lambda p, dense=dense, held=held, unit=unit: off_arc(*dense, held, *(p * unit)) / unit, best,
+                method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-7, "maxiter": 2000},
+            ).x  # fmt: skip
+        assert found.deviation[0] == pytest.approx(off_arc(*dense, held, *(best * unit)), rel=1e-3)
+
+
+@pytest.mark.parametrize("held", CURVATURES)
+def test_an_arc_held_along_a_straight_path(held: float) -> None:
+    """Its centre is 1/k - k/4 away, so that middle and ends of a path of length 2 are k/4 off; in both senses."""
+    t = grid(NODES).nodes
+    for sense in (1, -1):
+        x, y = placed(sense * t, 0 * t, 0.3, 1j)
+        found = fit(x[:, None], y[:, None], True, grid(NODES), np.array([held]))
+        assert found.deviation[0] == pytest.approx(abs(held) / 4, rel=1e-4, abs=1e-15)
+
+
+@pytest.mark.parametrize("curvature", [-0.99, -0.3, 0.3, 0.99])
+def test_the_best_circle_is_that_of_its_own_radius(curvature: float) -> None:
+    """Of all radii the best one is that of the narrowest annulus."""
+    t = grid(NODES).nodes
+    u, v = (np.asarray(p, float)[:, None] for p in along_arc(curvature, t, 1e-4 * chebyshev.chebval(t, waves(5, 1))))
+    free = fit(u, v, True, grid(NODES))
+    same = fit(u, v, True, grid(NODES), free.curvature)
+    assert same.deviation[0] == pytest.approx(free.deviation[0], rel=1e-3)
+    for other in (0.999, 1.001):
+        assert fit(u, v, True, grid(NODES), other * free.curvature).deviation[0] > free.deviation[0]
+
+
+def test_held_paths_are_fitted_as_if_they_were_alone() -> None:
+    t = grid(NODES).nodes
+    held = np.array([0.0, 0.4, -0.9])
+    u = np.repeat(t[:, None], 3, 1)
+    v = np.stack([1e-3 * t**3, 0.2 * t**2, -0.4 * t**2 + 1e-5 * t**5], axis=1)
+    together = fit(u, v, True, grid(NODES), held)
+    for k in range(3):
+        alone = fit(u[:, [k]], v[:, [k]], True, grid(NODES), held[[k]])
+        assert together.deviation[k] == pytest.approx(alone.deviation[0], rel=1e-9)
+    np.testing.assert_array_equal(together.curvature, held)
+
+
+@pytest.mark.parametrize("curvature", CURVATURES)
+def test_concentric_is_the_distance_and_how_it_changes(curvature: float) -> None:
+    draw = np.random.default_rng(2)
+    x, y = draw.uniform(-0.9, 0.9, 50), draw.uniform(-0.1, 0.3, 50)
+    distance, run, weight = concentric(x, y, np.array(curvature))
+    if curvature:
+        away = x + 1j * y - 1j / curvature
+        if abs(curvature) > 1e-6:
+            np.testing.assert_allclose(distance, np.sign(curvature) * (1 / abs(curvature) - np.abs(away)), atol=1e-12)
+        np.testing.assert_allclose(run, -x / (curvature * away.imag), rtol=1e-9)
+        np.testing.assert_allclose(weight, np.abs(away) / np.abs(away.imag), rtol=1e-9)
+    else:
+        np.testing.assert_array_equal(distance, y)
+        np.testing.assert_array_equal(run, x)
+        np.testing.assert_array_equal(weight, 1)
+    # a turn about the vertex by c1 shifts the centre by c1 / k: with the lift it is all that a circle can do
+    for c0, c1 in ((1e-6, 0.0), (0.0, 1e-6)):
+        z = (x + 1j * y) * np.exp(-1j * c1) - 1j * c0
+        after = concentric(z.real, z.imag, np.array(curvature))[0]
+        np.testing.assert_allclose(distance - after, (c0 + c1 * run) / weight, atol=2e-11)

@@ -166,7 +166,7 @@ def test_points_that_rest_are_told_from_those_that_run() -> None:
 def held(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Catalogue]:
     """The catalogue of the series that have such guides."""
     with catalogue.open(tmp_path_factory.mktemp("returning") / "held.db", build=False) as opened:
-        opened.build(count=100, series=["III.KK", "II.y0", "II.yy"], processes=2)
+        opened.build(count=2000, series=["III.KK", "II.y0", "II.yy"], processes=2)
         yield opened
 
 

@@ -1,0 +1,5 @@
+"""Find: from a request in the user's unit to candidates, and what is told of them.
+
+`find` is the way; `results` and `candidate` are what comes of it, `explain` what is said; `prescribed_pivots`,
+`stored`, `published` and `dwells` are other questions.  May import everything below, nothing of the command line.
+"""

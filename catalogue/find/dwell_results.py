@@ -1,0 +1,126 @@
+"""A rocker that is to stand still, and what is found for it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import TYPE_CHECKING, Any, overload
+
+from ..errors import InvalidRequest
+from ..problem.request import positive
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+@dataclass(frozen=True)
+class StandStill:
+    """A rocker is to stand still while a crank turns on.
+
+    Parameters
+    ----------
+    angle : float
+        By how much the crank turns meanwhile, at least [deg].
+    residual : float
+        Width of the band of angles in which the rocker may stray meanwhile [deg].
+    swing : float
+        How far the rocker swings over a turn, at least [deg].
+
+    Raises
+    ------
+    InvalidRequest
+        Unless all are positive, the angle below 300, the swing below 180, the residual below a fifth of the swing.
+    """
+
+    angle: float
+    residual: float
+    swing: float
+
+    def __post_init__(self) -> None:
+        for name in ("angle", "residual", "swing"):
+            object.__setattr__(self, name, positive(name, getattr(self, name)))
+        if self.angle >= 300 or self.swing >= 180:
+            raise InvalidRequest("a dwell of 300 degrees or more, or a swing of 180, cannot be had with a dyad")
+        if self.residual > 0.2 * self.swing:
+            raise InvalidRequest(f"a residual of {self.residual:g} degrees in {self.swing:g} is no standstill")
+
+
+@dataclass(frozen=True)
+class Dwelling:
+    """A crank-driven linkage with an output dyad, in the middle of the dwell; the driving crank has length 1.
+
+    Attributes
+    ----------
+    id, family, series, configuration, order
+        Of the stored guide that it comes from.
+    angle, residual, swing : float
+        Dwell in degrees of the crank, range of the rocker's angles meanwhile, and over the full turn [deg]; measured in
+        steps of an eighth of a degree.
+    min_transmission : float
+        Least transmission angle over the full turn, of the linkage and at the joint of the dyad [deg].
+    size : float
+        Diameter of all finite pivots in the middle of the dwell, the joint and the pivot of the output dyad among them,
+        together with the guided path over the whole turn [crank lengths].
+    driver : int
+        Number of the crank that turns.
+    pivots : list
+        [[A1, A1*], [A2, A2*]], each [x, y, w].
+    guided, joint, pivot : list of float
+        The coupler point that leads the rod; the joint of rod and rocker; the fixed pivot of the rocker.
+    """
+
+    id: int
+    family: str
+    series: str
+    configuration: str
+    order: int
+    angle: float
+    residual: float
+    swing: float
+    min_transmission: float
+    size: float
+    driver: int
+    pivots: list[list[list[float]]]
+    guided: list[float]
+    joint: list[float]
+    pivot: list[float]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the dwell as plain Python numbers, lists and strings."""
+        return asdict(self)
+
+
+@dataclass(frozen=True)
+class Dwellings(Sequence[Dwelling]):
+    """Dwells, best first, and a line that says how many were looked at."""
+
+    found: list[Dwelling]
+    told: str
+
+    def __len__(self) -> int:
+        return len(self.found)
+
+    def __iter__(self) -> Iterator[Dwelling]:
+        return iter(self.found)
+
+    @overload
+    def __getitem__(self, index: int) -> Dwelling: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Dwelling]: ...
+    def __getitem__(self, index: int | slice) -> Dwelling | list[Dwelling]:
+        return self.found[index]
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return one row per dwell."""
+        import pandas as pd
+
+        return pd.DataFrame([d.to_dict() for d in self.found], columns=list(Dwelling.__dataclass_fields__))
+
+    def to_json(self) -> str:
+        """Return a JSON list of the dwells."""
+        return json.dumps([d.to_dict() for d in self.found], indent=1, allow_nan=False)
+
+    def explain(self) -> str:
+        """Say how many guides were looked at, and how near the nearest came."""
+        return self.told

@@ -1,0 +1,213 @@
+"""Find dwells: circular guides on a crank that turns fully, with the output dyad that stands still meanwhile."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..candidates.stored import canonical
+from ..errors import InvalidRequest
+from ..guide.drive import drive_metrics
+from ..guide.dwell import Dwell, dwells, turned
+from ..guide.kinds import POINTS
+from ..guide.measures import measure
+from ..guide.place import mid_stroke
+from ..guide.span import Span, span
+from ..guide.trace import trace
+from ..linkage import SLIDING, Array
+from ..problem.constraints import Constraints
+from ..problem.request import whole
+from ..store import COLUMNS, Database, Guide, Mechanism, Reach, joined
+from .dwell_results import Dwelling, Dwellings, StandStill
+from .names import check_names, eligible_series
+
+#: Constraints that go with a dwell.
+GOVERNED = ("families", "series", "configurations", "order", "pins_only", "min_transmission")
+#: Stored guides that are traced of each series, per unit of effort.
+SHARE = 150
+#: Lengths of rockers over that of the rod, and directions from the joint to their pivots, that are tried.
+ROCKERS = np.array([0.35, 0.5, 0.7, 1.0, 1.4, 2.0])
+DIRECTIONS = np.exp(2j * np.pi * np.arange(36) / 36)
+#: Steps by which the pivot of a chosen rocker, in parts of the rod, and its joint, in parts of the rod times the
+#: residual, are moved while that is better, and how often each.
+STEPS, ROUNDS = (0.2, 0.1, 0.05, 0.025), 4
+AROUND = np.array([complex(x, y) for x in (0, -1, 1) for y in (0, -1, 1)])
+#: Steps of the turn when dyads are tried, and when the chosen ones are measured.
+COARSE, FINE = 120, 2880
+#: Points of the path over the turn that count in the size.
+DEGREES = 360
+#: Guides whose dyads are tried at once.
+BLOCK = 40
+
+
+def find_dwells(database: Database, request: StandStill, wanted: Constraints, *, limit: int, effort: int) -> Dwellings:
+    """Return at most `limit` dwells, the best transmission angle first, one for each stored guide.
+
+    A third of them are of one series at most, while there are others.
+
+    Raises
+    ------
+    InvalidRequest
+        If the request is none, a number impossible, a name unknown, or a constraint set that is not in `GOVERNED`.
+    """
+    if not isinstance(request, StandStill):
+        raise InvalidRequest(f"find_dwells wants a StandStill, not {request!r}")
+    limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
+    if other := [name for name in wanted.active() if name not in GOVERNED]:
+        raise InvalidRequest(f"{other[0]} does not go with a dwell; there are {', '.join(GOVERNED)}")
+    check_names(database, wanted)
+    stored = _turning(database, wanted, request, effort)
+    if stored is None:
+        return Dwellings([], "no dwell found: no stored arc spans so much of a full turn of its crank; ask for less")
+    rows, guides, driver = stored
+    pivots, coarse = _tried(rows, guides, driver, request)
+    order = np.argsort(-np.nan_to_num(coarse, nan=-1.0), kind="stable")
+    order = order[coarse[order] > 0.9 * wanted.min_transmission]
+    order = _few_of_each(order, rows["series"], 4 * limit)
+    if not len(order):
+        told = f"no dwell found: of {len(guides)} arcs none has a dyad that stands so still and swings so far"
+        return Dwellings([], f"{told}; ask for less swing, or a wider residual")
+    rows = {name: values[order] for name, values in rows.items()}
+    guides, driver = guides[order], driver[order]
+    rows["joint"], pivots = _moved(rows["joint"], pivots[order], guides, driver, request)
+    path, input_ = turned(guides, driver, FINE)
+    final = dwells(path, rows["joint"], pivots[:, None], request.residual)[:, 0]
+    least = np.fmin(input_, final.transmission)
+    good = (
+        (final.angle >= request.angle) & (final.swing >= request.swing) & (least >= max(wanted.min_transmission, 1e-9))
+    )
+    order = np.flatnonzero(good)[np.argsort(-least[good], kind="stable")]
+    chosen = _few_of_each(order, rows["series"], limit)
+    told = f"{len(guides)} dyads were measured over the full turn, {good.sum()} serve"
+    if not len(chosen):
+        told = f"no dwell found: of {len(guides)} dyads the longest dwell is {np.nanmax(final.angle):.4g} degrees"
+    return Dwellings([_dwelling(rows, guides, driver, pivots, path, final, least, i) for i in chosen], told)
+
+
+def _turning(
+    database: Database, wanted: Constraints, request: StandStill, effort: int
+) -> tuple[dict[str, Array], Span, Array] | None:
+    """Return stored arcs in the middle of their dwells, on cranks that turn fully through the angle that is wanted."""
+    parts = []
+    with database.reading() as read:
+        for code in eligible_series(database, wanted):
+            select = joined(*COLUMNS, Reach.rotates).where(
+                Reach.series == code, Reach.kind == POINTS["circle"], Reach.level == -3, Reach.rotates > 0
+            )
+            if wanted.families:
+                select = select.where(Mechanism.family.in_(wanted.families))
+            if wanted.configurations:
+                select = select.where(Mechanism.configuration.in_(wanted.configurations))
+            if wanted.pins_only:
+                select = select.where(Mechanism.family.not_in(SLIDING))
+            if wanted.order:
+                select = select.where(Guide.contact_order >= wanted.order)
+            parts.append(read(select.order_by(Reach.min_transmission.desc()).limit(SHARE * effort)))
+    parts = [p for p in parts if len(p["id"])]
+    if not parts:
+        return None
+    rows = {k: np.concatenate([p[k] for p in parts]) for k in parts[0]}
+    guides = canonical(rows)
+    traced = trace(guides, rows["half"], circle=True, split=True, centre=rows["centre"], nodes=16)
+    works = drive_metrics(guides, traced, measure(guides, traced, turning=True))
+    turns = works.driver > 0
+    turns &= (rows["rotates"].astype(int) >> np.maximum(works.driver - 1, 0) & 1) > 0
+    good = np.flatnonzero(turns & (works.drive_angle >= 0.7 * request.angle))
+    if not len(good):
+        return None
+    rows, guides, traced = {k: v[good] for k, v in rows.items()}, guides[good], traced[good]
+    linkage, point = mid_stroke(guides, traced)
+    fit = traced.fit
+    depth = np.copysign(np.sqrt(1 / fit.curvature**2 - 0.25 * fit.stroke**2), fit.curvature)
+    rows["joint"] = fit.start + fit.along * (0.5 * fit.stroke + 1j * depth)
+    return rows, span(linkage, point), works.driver[good]
+
+
+def _tried(rows: dict[str, Array], guides: Span, driver: Array, request: StandStill) -> tuple[Array, Array]:
+    """Return the rocker pivot with the best transmission angle for each guide, and that angle; NaN if none serves."""
+    pivots, best = np.full(len(guides), complex(np.nan, np.nan)), np.full(len(guides), np.nan)
+    for start in range(0, len(guides), BLOCK):
+        part = slice(start, start + BLOCK)
+        path, input_ = turned(guides[part], driver[part], COARSE)
+        joint = rows["joint"][part]
+        rod = np.abs(0.5 * (path[COARSE // 2 - 1] + path[COARSE // 2]) - joint)
+        tries = joint[:, None] + rod[:, None] * (ROCKERS[:, None] * DIRECTIONS).reshape(-1)
+        found = dwells(path, joint, tries, request.residual, request.swing)
+        serves = (found.angle >= request.angle) & (found.swing >= request.swing)
+        value = np.where(serves, np.fmin(found.transmission, input_[:, None]), -1.0)
+        first = np.argmax(value, axis=1)
+        chosen = np.arange(len(first)), first
+        pivots[part], best[part] = tries[chosen], np.where(value[chosen] > 0, value[chosen], np.nan)
+    return pivots, best
+
+
+def _few_of_each(order: Array, series: Array, limit: int) -> Array:
+    """Return `limit` of an order, the first of each series, a third of one at most while there are others."""
+    codes, seen = series[order], dict.fromkeys(series.tolist(), 0)
+    place = np.zeros(len(order), int)
+    for i, code in enumerate(codes.tolist()):
+        place[i], seen[code] = seen[code], seen[code] + 1
+    late = place >= -(-limit // 3)
+    return np.asarray(order[np.sort(np.argsort(late, kind="stable")[:limit])])
+
+
+def _moved(joint: Array, pivots: Array, guides: Span, driver: Array, request: StandStill) -> tuple[Array, Array]:
+    """Return joints and rocker pivots moved to where the transmission angle is best nearby, the dwell being kept."""
+    joint, pivots = joint.copy(), pivots.copy()
+    for start in range(0, len(guides), BLOCK):
+        part = slice(start, start + BLOCK)
+        path, input_ = turned(guides[part], driver[part], COARSE)
+        rod = np.abs(0.5 * (path[COARSE // 2 - 1] + path[COARSE // 2]) - joint[part])
+        at = np.arange(len(rod))
+        each = np.repeat(at, len(AROUND))
+        for step in np.repeat(STEPS, ROUNDS):
+            joints = joint[part, None] + step * np.radians(request.residual) * rod[:, None] * AROUND
+            tried = pivots[part, None] + step * rod[:, None] * AROUND
+            found = dwells(path[:, each], joints.ravel(), tried[each], request.residual, request.swing)
+            serves = (found.angle >= request.angle) & (found.swing >= request.swing)
+            value = np.where(serves, np.fmin(found.transmission, input_[each, None]), -1.0).reshape(len(rod), -1)
+            best = np.argmax(value, axis=1)  # the first of all leaves both where they are
+            joint[part], pivots[part] = joints[at, best // len(AROUND)], tried[at, best % len(AROUND)]
+    return joint, pivots
+
+
+def diameter(pivots: Array, path: Array) -> float:
+    """Return the largest distance between any of the pivots and of the points of a path over a turn, all complex."""
+    every = np.concatenate([pivots, path[:: max(1, len(path) // DEGREES)]])
+    return float(np.abs(every[:, None] - every).max())
+
+
+def _dwelling(
+    rows: dict[str, Array], guides: Span, driver: Array, pivots: Array, path: Array, found: Dwell, least: Array, i: int
+) -> Dwelling:
+    z, finite = guides.linkage.points[i], guides.linkage.finite[i]
+    k = int(driver[i]) - 1
+    scale = 1 / abs(z[k, 1] - z[k, 0])
+    origin, turn = z[k, 0], np.abs(pivots[i] - z[k, 0]) / (pivots[i] - z[k, 0])  # the frame from A to E along +x
+
+    def place(at: complex) -> list[float]:
+        moved = scale * turn * (at - origin)
+        return [float(moved.real), float(moved.imag)]
+
+    def direction(at: complex) -> list[float]:
+        return [float((turn * at).real), float((turn * at).imag)]
+
+    return Dwelling(
+        id=int(rows["id"][i]),
+        family=str(rows["family"][i]),
+        series=str(rows["series"][i]),
+        configuration=str(rows["configuration"][i]),
+        order=int(rows["contact_order"][i]),
+        angle=float(found.angle[i]),
+        residual=float(found.residual[i]),
+        swing=float(found.swing[i]),
+        min_transmission=float(least[i]),
+        size=scale * diameter(np.array([*z[finite], rows["joint"][i], pivots[i]]), path[:, i]),
+        driver=k + 1,
+        pivots=[
+            [[*place(p), 1.0] if there else [*direction(p), 0.0] for p, there in zip(pair, known, strict=True)]
+            for pair, known in zip(z, finite, strict=True)
+        ],
+        guided=place(guides.point[i]),
+        joint=place(rows["joint"][i]),
+        pivot=place(pivots[i]),
+    )

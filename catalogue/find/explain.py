@@ -1,0 +1,243 @@
+"""Say how an answer came about, and of an empty one what to relax, to which value, and what that gives."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from ..candidates.batch import Candidates
+from ..candidates.feasibility import LARGEST, LEAST, ROUNDING, STANDING, Feasibility, feasibility, machine
+from ..guide.drive import drive_metrics
+from ..guide.rotatability import min_transmission_turn
+from ..problem.constraints import DRIVE, Constraints
+from ..problem.problem import Problem
+from ..problem.region import Region
+from ..problem.request import Request
+from ..refine.sqp import Refinement
+from ..search.report import SearchReport
+from ..search.search import Search
+from ..store import Database
+from .grid_synthesis import reaches
+
+#: Points from which each relaxation is sought, and rounds of refinement.
+STARTS, ROUNDS = 8, 8
+#: By which part farther than the point found a bound is relaxed, so that a search finds it again, and something better.
+ROOM = 0.03
+#: The tolerance inside which a search stays, of the one asked: what the grid of the search leaves open.
+INSIDE = 1 - 2e-4
+
+
+@dataclass(frozen=True)
+class Relaxation:
+    """Constraints to be relaxed, each by name with the option that would be met, in the user's unit."""
+
+    options: tuple[str, ...]
+    deviation: float
+
+    def __str__(self) -> str:
+        return " with ".join(self.options)
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """What is told of a search; computed when it is printed.
+
+    Parameters
+    ----------
+    count : int
+        How many candidates are shown.
+    """
+
+    database: Database
+    problem: Problem
+    request: Request
+    report: SearchReport
+    count: int
+
+    def __str__(self) -> str:
+        return "\n".join(self._lines())
+
+    def _lines(self) -> Iterator[str]:
+        report, prescribed = self.report, self.problem.constraints.given
+        if prescribed:
+            what = "one crank" if prescribed == "crank" else f"both {prescribed} pivots"
+            yield (
+                f"{describe(self.request)}, {what} given: the series have {report.solved} linkages for that, "
+                f"{report.completed} more were completed along the path"
+            )
+        else:
+            yield f"{describe(self.request)}: {report.eligible} stored reaches are of what is asked"
+        yield (
+            f"  {report.measured} starts were measured, {report.refined} points by refinement; {self.count} are shown"
+        )
+        if report.nearest is not None:
+            for name, number in feasibility(self.problem, report.nearest).counts.items():
+                yield f"  {option(name)} is broken by {number} of {len(report.nearest)} refined"
+        if not self.count:
+            yield self.advice()
+        source = (
+            "nothing was read from the database"
+            if prescribed
+            else f"loaded: {self.database.path}; no plugin was needed"
+        )
+        yield f"{source}; {', '.join(f'{step} {1000 * s:.0f} ms' for step, s in report.seconds.items())}"
+
+    def advice(self) -> str:
+        """Return one line for an empty answer: what to relax, to which value."""
+        nearest = self.report.nearest
+        if nearest is None or not np.isfinite(nearest.deviation).any():
+            return self._nothing()
+        found = list(self.relaxations(nearest))
+        if not found:
+            counts = feasibility(self.problem, nearest).counts
+            worst = max(counts, key=lambda name: counts[name], default="deviation")
+            return f"no guide found, nor nearly: {option(worst)} excludes most of what was tried; relax more than one"
+        return "no guide found; what gives one: " + ", or ".join(str(one) for one in found)
+
+    def _nothing(self) -> str:
+        wanted = self.problem.constraints
+        if wanted.given == "crank" and not reaches(wanted.places, self.problem.path):
+            return (
+                "no guide found: this crank with its arm to the point is too short for the path, or in line with the "
+                "arm in mid-stroke; lengthen or move it"
+            )
+        if wanted.given:
+            return (
+                "no guide found: no linkage with these pivots carries the point from end to end; move them, or give a "
+                "tolerance (--within)"
+            )
+        names = [option(n) for n in ("families", "series", "configurations", "order", "slots", "returns", "pins_only")
+                 if getattr(wanted, n)]  # fmt: skip
+        what = " and ".join(names) or "this path"
+        return f"no guide found: the catalogue holds no guide for {what}; leave one of them out"
+
+    def relaxations(self, nearest: Candidates) -> Iterator[Relaxation]:
+        """Yield what each constraint alone, else each pair of them, would have to be for an answer to be found; each
+        was tried."""
+        names = [n for n, amount in feasibility(self.problem, nearest).amounts.items() if (amount > ROUNDING).any()]
+        relaxable = [name for name in names if name != "distance from the moving pivots"]
+        refined = []
+        for name in relaxable:
+            found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
+            refined.append((found, feasibility(self.problem, found)))
+        for count in (1, 2):
+            several = False
+            for group in combinations(relaxable, count):
+                some = refined if count > 1 else [refined[relaxable.index(group[0])]]
+                options = [one for found, broken in some if (one := self._best(found, broken, group)) is not None]
+                if options:
+                    several = True
+                    yield options[0]
+            if several:
+                return
+
+    def _best(self, found: Candidates, broken: Feasibility, names: tuple[str, ...]) -> Relaxation | None:
+        """Return the least relaxation of some constraints for which one of the candidates is an answer."""
+        others = np.sum([a for n, a in broken.amounts.items() if n not in names] or [np.zeros(len(found))], axis=0)
+        amount = np.sum([broken.amounts[n] for n in names], axis=0)
+        amount = np.where(others <= ROUNDING, amount, np.inf)
+        best = int(np.argmin(amount))
+        if not np.isfinite(amount[best]):
+            return None
+        one = found[np.array([best])]
+        if amount[best] <= ROUNDING or not self._helps(names, one):
+            return None
+        return Relaxation(tuple(self._option(n, one) for n in names), float(one.deviation[0]) * self.problem.stroke)
+
+    def _helps(self, names: tuple[str, ...], one: Candidates) -> bool:
+        """Return whether a search finds an answer with these constraints relaxed to what a candidate meets."""
+        problem = self.problem
+        if problem.constraints.given:  # the candidate came of the very steps that would be taken
+            return True
+        changes: dict[str, Any] = {}
+        path, stroke = problem.path, problem.stroke
+        for name in names:
+            value = self._value(name, one)
+            if name == "deviation":
+                path = replace(path, deviation=min(float(value) / stroke, 0.1))
+            elif isinstance(value, Region):
+                changes[name] = value.carried(1 / problem.scale, -problem.shift / problem.scale)
+            elif value is None:
+                changes[name] = getattr(Constraints(), name)
+            else:
+                changes[name] = value / stroke if name in LARGEST or name in LEAST else value
+        looser = replace(problem, path=path, limit=1).with_constraints(**changes)
+        return bool(np.isfinite(Search(looser, self.database).run().cost).any())
+
+    def _value(self, name: str, one: Candidates) -> Any:
+        """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or
+        None if it would have to go."""
+        problem, s, m = self.problem, self.problem.stroke, one.measures
+        if name == "deviation":
+            return rounded(s * float(one.deviation[0]) / INSIDE, up=True)
+        if name in LARGEST:
+            return rounded(s * float(getattr(m, LARGEST[name])[0]), up=True)
+        if name in LEAST:
+            return rounded(s * float((one.allowance if name == "min_allowance" else m.min_link)[0]), up=False)
+        if name == "min_transmission":
+            return rounded(float(m.min_transmission[0]), up=False)
+        if name == "min_transmission_turn":
+            return rounded(float(min_transmission_turn(machine(problem, one), m.driver)[0]), up=False)
+        if name in DRIVE:
+            works = drive_metrics(one.curve, one.traced, m, inverse=problem.constraints.slots)
+            return rounded(float(getattr(works, name.partition("_")[2])[0]), up=name.startswith("max"))
+        if name in STANDING:
+            return _widened(problem, getattr(problem.constraints, name), one, STANDING[name])
+        return None
+
+    def _option(self, name: str, one: Candidates) -> str:
+        """Return the option that a candidate would meet, in the user's unit, with what was asked."""
+        value, s = self._value(name, one), self.problem.stroke
+        if value is None:
+            return f"without {option(name)}"
+        if isinstance(value, Region):
+            return f"{option(name)} {' '.join(f'{number:.5g}' for number in value.box)}"
+        asked = self.request.deviation if name == "deviation" else getattr(self.problem.constraints, name)
+        asked = s * asked if name in LARGEST or name in LEAST else asked
+        return f"{option(name)} {value:.4g} (asked {asked:g})"
+
+
+def relaxed(problem: Problem, nearest: Candidates, name: str) -> Candidates:
+    """Return candidates that break one constraint as little as the others allow, from the best of those given."""
+    loose = replace(problem, relaxed=name)
+    total = feasibility(loose, nearest).total
+    first = np.argsort(np.where(np.isnan(total), np.inf, total), kind="stable")[:STARTS]
+    return Refinement.of(loose, nearest[first[np.isfinite(total[first])]]).run(ROUNDS).best
+
+
+def rounded(value: float, *, up: bool) -> float | None:
+    """Return a bound that a value meets with a little room, in four digits; None where there is none above 0."""
+    value = value * (1 + ROOM if up else 1 - ROOM)
+    if not (math.isfinite(value) and value > 0):
+        return None
+    unit = 10.0 ** (math.floor(math.log10(value)) - 3)
+    return float(f"{(math.ceil if up else math.floor)(value / unit) * unit:.4g}")
+
+
+def _widened(problem: Problem, region: Region, one: Candidates, planes: tuple[int, ...]) -> Region:
+    """Return the box of a region and of a candidate's pivots together, in the user's unit and frame."""
+    x0, y0, x1, y1 = region.carried(problem.scale, problem.shift).box
+    there = one.linkage.points[0][:, planes][one.linkage.finite[0][:, planes]] * problem.scale + problem.shift
+    room = ROOM * problem.stroke
+    low = min(x0, there.real.min() - room), min(y0, there.imag.min() - room)
+    high = max(x1, there.real.max() + room), max(y1, there.imag.max() + room)
+    return Region.of("region", [float(f"{number:.5g}") for number in (*low, *high)])
+
+
+def option(name: str) -> str:
+    """Return the option of the command that sets a constraint."""
+    singular = {"families": "family", "configurations": "configuration"}
+    return "--" + singular.get(name, name).replace("_", "-") if " " not in name else name
+
+
+def describe(request: Request) -> str:
+    """Return a request in words."""
+    if request.kind == "line":
+        return f"straight line of {request.stroke:g} within {request.deviation:g}"
+    radius = "any radius" if request.radius is None else f"radius {request.radius:g}"
+    return f"arc of chord {request.stroke:g} and {radius} within {request.deviation:g}"

@@ -1,0 +1,152 @@
+"""From a request to candidates: searched, refined, selected."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..batching import join
+from ..candidates.batch import Candidates
+from ..candidates.feasibility import feasibility
+from ..candidates.placement import final
+from ..candidates.select import select_top
+from ..errors import InvalidRequest
+from ..linkage import Array
+from ..problem.constraints import Constraints
+from ..problem.problem import Problem
+from ..problem.ranking import Ranking
+from ..problem.request import Request, path_request, positive, whole
+from ..refine.certificate import Certificate, certified
+from ..refine.drift import Drifts
+from ..search.report import SearchReport
+from ..search.search import Search
+from ..store import Database
+from .explain import INSIDE, Explanation
+from .names import check_names
+from .results import Found, candidates
+
+if TYPE_CHECKING:
+    from ..series import Series
+
+
+@dataclass(frozen=True)
+class Selection:
+    """Candidates that are given, best first.
+
+    Attributes
+    ----------
+    found : Candidates of n
+    front : ndarray of int, shape (n,)
+        Number of the Pareto front of each; 0 without fronts.
+    certificate : Certificate of n, or None
+    """
+
+    found: Candidates
+    front: Array
+    certificate: Certificate | None = None
+
+
+def find(
+    database: Database,
+    series: Callable[[], Mapping[str, Series]],
+    request: Request,
+    constraints: Constraints,
+    *,
+    limit: int = 12,
+    rank_by: Any = "score",
+    per_series: int | None = None,
+    distinct: Any = 0.0,
+    effort: int = 1,
+    refine: bool = True,
+    cognates: bool = False,
+    round_to: float | None = None,
+    desires: Mapping[str, Any] | None = None,
+) -> Found:
+    """Return the candidates; see `catalogue.Catalogue.find`.
+
+    Parameters
+    ----------
+    series : callable
+        Returns the series that are registered, by code.  Called only where pivots are prescribed, or when somebody asks
+        how far a candidate has drifted.
+    """
+    request = path_request("find", request)
+    limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
+    ranking = Ranking.of(request, rank_by, per_series, distinct, limit, desires)
+    problem = Problem.of(request, constraints, ranking, limit, effort)
+    step = None if round_to is None else positive("round_to", round_to) / problem.stroke
+    report = SearchReport()
+    if constraints.given:
+        if cognates or step is not None:
+            raise InvalidRequest(
+                "cognates and round_to move the pivots: they cannot be asked for where pivots are given"
+            )
+        from .prescribed_pivots import with_prescribed_pivots
+
+        chosen = with_prescribed_pivots(series(), problem, report)
+        drifts = None
+    else:
+        check_names(database, constraints)
+        chosen = searched(database, problem, report, refine=refine, cognates=cognates, round_to=step)
+        drifts = Drifts(chosen.found, series, constraints.slots) if chosen is not None and refine else None
+    listed = [] if chosen is None else candidates(problem, request, chosen, drifts)
+    return Found(listed, Explanation(database, problem, request, report, len(listed)))
+
+
+def searched(
+    database: Database,
+    problem: Problem,
+    report: SearchReport,
+    *,
+    refine: bool = True,
+    cognates: bool = False,
+    round_to: float | None = None,
+) -> Selection | None:
+    """Return the best candidates for a problem, verified on their finite motion, or None if there is none.
+
+    With `round_to` their lengths are made multiples of it, and those that meet the constraints so are kept.  With
+    `cognates` those of all that were found are candidates too.
+    """
+    within = replace(problem, path=replace(problem.path, deviation=problem.path.deviation * INSIDE))
+    parts = []
+    for name in problem.ranking.front or (None,):
+        ranking = problem.ranking if name is None else replace(problem.ranking, weights={name: 1.0}, front=())
+        search = Search(replace(within, ranking=ranking), database, report, refines=refine).run()
+        if search.found is not None:
+            parts.append(search.found)
+    if not parts:
+        return None
+    found = join(*parts)
+    report.nearest = found
+    if cognates and (others := _cognates(within, found, refine)) is not None:
+        found = join(found, others)
+    if round_to is not None:
+        from .postprocess import with_round_lengths
+
+        with report.timed("round lengths"):
+            found = with_round_lengths(problem, found, round_to)
+    found = found[np.flatnonzero(feasibility(problem, found).all)]
+    if not len(found):
+        return None
+    found, front = select_top(problem, found, problem.limit)
+    with report.timed("verify"):
+        found = final(problem, found)
+        good = np.flatnonzero(feasibility(problem, found).all)
+        found, front = found[good], front[good]
+        seal = certified(problem, found) if refine and round_to is None else None
+    return Selection(found, front, seal) if len(found) else None
+
+
+def _cognates(problem: Problem, found: Candidates, refine: bool) -> Candidates | None:
+    """Return the cognates of candidates that follow the path, refined where these break a constraint."""
+    from ..refine.sqp import Refinement
+    from .postprocess import cognates_of
+
+    straight = np.flatnonzero(found.deviation <= problem.deviation)
+    others = cognates_of(problem, found[straight]) if len(straight) else None
+    if others is None or not refine:
+        return others
+    return Refinement.of(problem, others).run(3).best

@@ -1,0 +1,44 @@
+"""Names of families, series and configurations that a request gives."""
+
+from __future__ import annotations
+
+from sqlalchemy import func, select
+
+from ..errors import InvalidRequest
+from ..linkage import SLIDING
+from ..problem.constraints import Constraints
+from ..store import Batch, Database, Mechanism
+
+SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
+
+
+def check_names(database: Database, wanted: Constraints) -> None:
+    """Raise `InvalidRequest` if a family, series or configuration is asked for that the database does not hold."""
+    columns = {"families": Mechanism.family, "series": Mechanism.series, "configurations": Mechanism.configuration}
+    for name, column in columns.items():
+        asked = getattr(wanted, name)
+        if asked:
+            unknown = [
+                a for a in asked if not len(database.read(select(column).where(column == a).limit(1))[column.key])
+            ]
+            if unknown:
+                held = sorted(set(database.read(select(column.label("name")).distinct())["name"]))
+                raise InvalidRequest(
+                    f"the database holds no {SINGULAR[name]} {unknown[0]!r}; it holds "
+                    f"{', '.join(held)}. `catalogue build --series CODE` adds a series"
+                )
+
+
+def eligible_series(database: Database, wanted: Constraints) -> list[str]:
+    """Return the codes of the series that a database holds and that are wanted, of a family that is wanted; those of
+    which it holds few guides come first."""
+    number = func.sum(func.sum(Batch.guides)).over(partition_by=Batch.series).label("number")
+    members = select(Batch.series.label("code"), Batch.member, number).group_by(Batch.series, Batch.member)
+    rows = database.read(members.order_by("number", Batch.series))
+    codes = []
+    for code, member in zip(rows["code"], rows["member"], strict=True):
+        family = member.split()[0]  # a member is named by its family and a name of its own
+        fits = (not wanted.families or family in wanted.families) and not (wanted.pins_only and family in SLIDING)
+        if fits and (not wanted.series or code in wanted.series):
+            codes.append(str(code))
+    return list(dict.fromkeys(codes))

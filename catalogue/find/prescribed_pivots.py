@@ -1,0 +1,217 @@
+"""Answer a request for which pivots are given: closed-form guides of every series, refined where they stand.
+
+The guided point is posed at many places of the path; each series gives the linkages that guide it there, and more are
+completed numerically.  They are traced in place, the straightest are refined with the given pivots held, and what comes
+of them is checked and ranked.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..candidates.batch import Candidates, Origin
+from ..candidates.feasibility import feasibility
+from ..candidates.placement import SHOWN, described, near_path
+from ..candidates.select import select_top
+from ..errors import InvalidRequest
+from ..guide.fixed_nominal import Nominal, in_place
+from ..guide.span import span
+from ..instant import Instant, leading_error
+from ..linkage import Array, Linkage
+from ..posed import Posed
+from ..problem.constraints import Constraints
+from ..problem.problem import Problem
+from ..refine.parametrisation import PivotCoordinates
+from ..refine.sqp import Refinement
+from ..search.report import SearchReport
+from ..series import Series
+from .find import Selection
+from .grid_synthesis import completed
+
+#: Places of the path, from start to end, at which the point is posed when the fixed pivots are given.
+PLACES = np.linspace(0.04, 0.96, 47)
+#: Pairs of pivots tried within a tolerance, per unit of effort.
+PAIRS = 24
+#: Guides that are refined per unit of effort; rounds for straightness and for what is ranked, as starts may be far off.
+REFINED, ROUNDS = 60, 12
+#: Which coordinates are held: of A1, A1*, A2, A2*, and of the point, which in mid-stroke may move across only.
+HELD = {
+    "fixed": np.array([1, 1, 0, 0, 1, 1, 0, 0, 0, 0], bool),
+    "moving": np.array([0, 0, 1, 1, 0, 0, 1, 1, 1, 0], bool),
+    "crank": np.array([1, 1, 1, 1, 0, 0, 0, 0, 1, 0], bool),
+}
+#: No pivot stands farther from the middle of the path, in strokes: its rounding would move the path by 1e-12 of that.
+FARTHEST = 1e4
+#: Nor so many times as far as the stroke is long, and the given pivots are off.
+FARTHER = 100.0
+#: Designs whose pivots and points differ by less than this part of the stroke are one.
+SAME = 1e-3
+
+
+@dataclass(frozen=True)
+class Built:
+    """Guides in the position in which their series gives them, with what is known of them."""
+
+    linkage: Linkage
+    point: Array
+    series: Array
+    exact: Array
+
+    def __getitem__(self, index: Array) -> Built:
+        return Built(self.linkage[index], self.point[index], self.series[index], self.exact[index])
+
+    def followed_by(self, other: Built) -> Built:
+        """Return these and then the others."""
+        linkage = Linkage.trusted(np.concatenate([self.linkage.pivots, other.linkage.pivots]))
+        rest = ((getattr(self, name), getattr(other, name)) for name in ("point", "series", "exact"))
+        return Built(linkage, *(np.concatenate(two) for two in rest))
+
+
+def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, report: SearchReport) -> Selection | None:
+    """Return guides with the prescribed pivots, best first, or None if there is none."""
+    wanted = problem.constraints
+    assert wanted.given is not None
+    with report.timed("solve in closed form"):
+        problems = posed(problem)
+        unknown = [code for code in wanted.series if code not in series]
+        if unknown:
+            raise InvalidRequest(f"no plugin provides series {unknown[0]!r}; there are {', '.join(series)}")
+        built = solved([series[code] for code in wanted.series or series], problems, wanted)
+        report.solved = len(built.point)
+    nominal = _nominal(problem)
+    built = built[_near(built.linkage, wanted)]
+    if not wanted.series and (not wanted.families or "four-bar" in wanted.families):
+        with report.timed("complete"):
+            more = _completed(problems, nominal)
+            report.completed = len(more.point)
+            built = built.followed_by(more)
+    with report.timed("trace in place"):
+        traced = in_place(span(built.linkage, built.point), nominal)
+        deviation = np.where(np.isnan(traced.fit.deviation), np.inf, traced.fit.deviation)
+        order = np.argsort(deviation, kind="stable")[: int(np.isfinite(deviation).sum())]
+        report.measured = len(order)
+        order = _seeds(built, order, REFINED * problem.effort)
+    if not len(order):
+        return None
+    with report.timed("refine"):
+        found = _refined(built[order], problem, nominal, report)
+        report.nearest = found
+        good = feasibility(problem, found).all & _near(found.linkage, wanted)
+        found = found[np.flatnonzero(good)]
+    if not len(found):
+        return None
+    found = found[np.argsort(found.deviation, kind="stable")]
+    exact = np.zeros(len(found), bool)
+    made = Built(found.linkage, found.point, found.origin.series, exact)
+    found = found[distinct(made, len(found))]
+    return Selection(*select_top(problem, found, problem.limit))
+
+
+def posed(problem: Problem) -> Posed:
+    """Return the problems that a request with prescribed pivots poses."""
+    wanted = problem.constraints
+    kind, pivots = wanted.given, np.array([complex(*p) for p in wanted.places])
+    assert kind is not None
+    far = np.abs(pivots - 0.5) > FARTHEST
+    if far.any():
+        z = pivots[int(far.argmax())] * problem.scale + problem.shift
+        raise InvalidRequest(
+            f"the pivot ({z.real:g}, {z.imag:g}) is more than {FARTHEST:g} strokes from the path, where its rounding "
+            "decides: move it nearer, or ask for a slider"
+        )
+    places = PLACES if kind == "fixed" else np.array([0.5])
+    pairs = pivots[None]
+    if wanted.within:
+        drawn = np.random.default_rng(0).random((PAIRS * problem.effort, 4))
+        off = np.sqrt(drawn[:, :2]) * np.exp(2j * np.pi * drawn[:, 2:])  # uniform over the disc
+        pairs = np.concatenate([pairs, pivots + wanted.within * off])
+    nominal = _nominal(problem)
+    point, across = nominal.at(np.tile(places, len(pairs)))
+    return Posed(kind, np.repeat(pairs, len(places), axis=0), point, np.full(len(point), nominal.centre), across)
+
+
+def _nominal(problem: Problem) -> Nominal:
+    radius, given = problem.path.radius, problem.constraints.given
+    if radius is None:
+        what = "a crank is" if given == "crank" else f"{given} pivots are"
+        raise InvalidRequest(f"give the radius of the arc too, where {what} given")
+    return Nominal(1.0, radius)
+
+
+def solved(series: Iterable[Series], problems: Posed, wanted: Constraints) -> Built:
+    """Return all linkages that the series give, of the families that are wanted."""
+    pivots, points, codes = [np.zeros((0, 2, 2, 3))], [np.zeros(0, complex)], [np.zeros(0, "<U9")]
+    exact, first = [np.zeros(0, bool)], (problems.pivots == problems.pivots[:1]).all(1)
+    for one in series:
+        answers = one.answers(problems)
+        k = answers.shape[1]
+        linkage, good = Linkage.valid(answers.reshape(-1, 2, 2, 3))
+        if wanted.families:
+            chosen = np.isin(linkage.family, wanted.families)
+            good[good] = chosen
+            linkage = linkage[chosen]
+        pivots.append(linkage.pivots)
+        points.append(np.repeat(problems.point, k)[good])
+        codes.append(np.full(len(linkage), one.code))
+        exact.append(np.repeat(first, k)[good])
+    return Built(Linkage.trusted(np.concatenate(pivots)), *(np.concatenate(x) for x in (points, codes, exact)))
+
+
+def _completed(problems: Posed, nominal: Nominal) -> Built:
+    """Return linkages for the given pivots that no series has; they count as general ones."""
+    pairs = problems.pivots[:: len(PLACES)] if problems.given == "fixed" else problems.pivots
+    pivots, of = completed(problems.given, pairs, nominal)
+    linkage, good = Linkage.valid(pivots)
+    exact = (pairs[of[good]] == pairs[0]).all(1)
+    point = np.broadcast_to(nominal.at(np.array([0.5]))[0], len(linkage))
+    return Built(linkage, point, np.full(len(linkage), "general"), exact)
+
+
+def _near(linkage: Linkage, wanted: Constraints) -> Array:
+    """Return which linkages have no pivot much farther off than those that are given, shape (n,)."""
+    given = max(abs(complex(*p) - 0.5) for p in wanted.places)
+    off = np.where(linkage.finite, np.abs(linkage.points - 0.5), 0.0)
+    return np.asarray((off <= min(FARTHER * max(given, 1.0), FARTHEST)).all(axis=(1, 2)))
+
+
+def _seeds(built: Built, order: Array, count: int) -> Array:
+    """Return the first `count` of an order that are unlike each other, of the pivots themselves and of those near."""
+    exact = built.exact[order]
+    some = [group[distinct(built[group], count)] for group in (order[exact], order[~exact])]
+    return np.concatenate(some)
+
+
+def distinct(built: Built, count: int) -> Array:
+    """Return the numbers of the first `count` designs that are unlike those before them."""
+    z = np.concatenate([built.linkage.points.reshape(-1, 4), built.point[:, None]], axis=1)
+    kept: list[int] = []
+    for i in range(len(z)):
+        if len(kept) == count:
+            break
+        if not kept or np.abs(z[kept] - z[i]).max(1).min() > SAME:
+            kept.append(i)
+    return np.array(kept, dtype=int)
+
+
+def _refined(ancestors: Built, problem: Problem, nominal: Nominal, report: SearchReport) -> Candidates:
+    """Return the refined guides in mid-stroke: first as straight as they become, then for what is ranked."""
+    law = leading_error(ancestors.linkage, ancestors.point, circle=problem.curved, tolerance=1e-7)
+    n = len(law.order)
+    configuration = Instant(ancestors.linkage).configuration.astype(object)
+    origin = Origin(
+        np.full(n, -1), ancestors.linkage.family.astype(object), ancestors.series.astype(object), configuration,
+        law.order, np.zeros(n, int),
+    )  # fmt: skip
+    assert problem.constraints.given is not None
+    start = near_path(problem, origin, span(ancestors.linkage, ancestors.point), nominal)
+    moves = PivotCoordinates(HELD[problem.constraints.given])
+    straight = replace(problem, relaxed="deviation")
+    first = Refinement.of(straight, start, moves, nominal).run(ROUNDS)
+    second = Refinement.of(problem, first.best, moves, nominal).run(ROUNDS)
+    report.refined = first.evaluated + second.evaluated
+    found = second.best
+    guides = span(found.linkage, found.point)
+    return described(problem, found.origin, guides, in_place(guides, nominal, SHOWN))

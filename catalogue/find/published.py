@@ -1,0 +1,65 @@
+"""A named guide as the literature has it, beside the best that the catalogue has in its place."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..candidates.batch import Origin
+from ..candidates.placement import lay, measured
+from ..designs import Design
+from ..problem.constraints import Constraints
+from ..problem.problem import Problem
+from ..problem.ranking import Ranking
+from ..problem.request import CircularArc, Request, StraightLine, positive
+from .candidate import Candidate
+from .find import Selection
+from .results import candidates
+
+if TYPE_CHECKING:
+    from ..facade import Catalogue
+    from .stored import StoredGuide
+
+#: A deviation below this part of the stroke is rounding: nothing can be straighter.
+EXACT_DEVIATION = 1e-14
+
+
+def as_published(design: Design, guide: StoredGuide, stroke: float = 1.0) -> Candidate:
+    """Return a design over its usual stroke, the guided point not split, laid from (0, 0) to (stroke, 0).
+
+    Parameters
+    ----------
+    design : Design
+    guide : StoredGuide
+        What the database holds of it.
+    """
+    stroke = positive("stroke", stroke)
+    tags = (guide.id, guide.family, guide.series, guide.configuration, guide.order, 0)
+    traced = design.traced
+    request: Request = StraightLine(stroke, 0.09 * stroke)
+    if design.circle:
+        request = CircularArc(stroke, None, 0.09 * stroke)
+    problem = Problem.of(request, Constraints(), Ranking())
+    placed = lay(problem, design.guide, traced)
+    bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
+    found = measured(problem, Origin(*(np.array([tag]) for tag in tags)), *placed, bend)
+    return candidates(problem, request, Selection(found, np.zeros(1, int)))[0]
+
+
+def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | None:
+    """Return the straightest stored guide of the same series on the same stroke, no larger; None if none is straighter.
+
+    Parameters
+    ----------
+    catalogue : Catalogue
+    published : Candidate
+        Of `as_published`.
+    """
+    if published.deviation <= EXACT_DEVIATION * published.stroke:
+        return None
+    size = published.size * (1 + 1e-9)
+    found = catalogue.find(
+        published.request, series=[published.series], max_size=size, rank_by="deviation", limit=1, per_series=0
+    )
+    return found[0] if len(found) else None

@@ -1,0 +1,190 @@
+"""One stored guide, as it stands in the database."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from typing import Any
+
+import numpy as np
+from sqlalchemy import func, select
+
+from ..candidates.stored import as_stored, linkages
+from ..designs import designs
+from ..errors import InvalidRequest
+from ..guide.kinds import RETURNS, SLOTS
+from ..guide.reach import LEVELS
+from ..linkage import Array, Linkage
+from ..problem.constraints import Constraints
+from ..problem.problem import Problem
+from ..problem.ranking import Ranking
+from ..problem.request import CircularArc, Request, StraightLine, positive
+from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
+from .candidate import Candidate
+from .find import Selection
+from .results import candidates
+
+SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
+
+
+@dataclass(frozen=True, eq=False)
+class StoredGuide:
+    """A guide in its canonical frame: pole at the origin, rho0 = 1 (parallel cranks: height of crank 1).
+
+    Attributes
+    ----------
+    id : int
+    name : str or None
+        Of a named design.
+    family, series, member, configuration, kind, label : str
+    order : int
+        Order of contact; 99 if exact.
+    inflections : int
+        Merged at the design position; the split guide has as many.
+    parameters : dict of float
+        Free parameters of the member.
+    linkage : Linkage of 1
+        Of a slot the inverse one, in whose motion the fixed point of the slot is the guided point.
+    point : complex
+        Guided point.
+    curvature : float
+        Of the nominal, positive to the left of the tangent; 0 for a line.
+    rho0, kappa, kappa_star, s : float or None
+        None if the pole is at infinity.
+    provenance : dict
+        Plugin, version, plan, seed and block; empty for a design entered by hand.
+    reaches : dict of ndarray
+        By level: stroke (canonical units), deviation, size, links and arm over stroke, transmission angle [deg].
+    """
+
+    id: int
+    name: str | None
+    family: str
+    series: str
+    member: str
+    configuration: str
+    kind: str
+    label: str
+    order: int
+    inflections: int
+    parameters: dict[str, float]
+    linkage: Linkage
+    point: complex
+    curvature: float
+    rho0: float | None
+    kappa: float | None
+    kappa_star: float | None
+    s: float | None
+    provenance: dict[str, Any]
+    reaches: dict[str, Array]
+    rows: dict[int, dict[str, Array]] = field(repr=False)
+
+    @property
+    def is_slot(self) -> bool:
+        """Whether the coupler carries a slot over a fixed point, not a point along a path."""
+        return self.kind in SLOTS.values()
+
+    @property
+    def returns(self) -> bool:
+        """Whether the point runs to the pole and back along one line or circle."""
+        return self.kind in RETURNS.values()
+
+    def at(self, stroke: float, level: int | None = None) -> Candidate:
+        """Return the guide laid along a path of this stroke, split for the reach of a level.
+
+        Parameters
+        ----------
+        stroke : float
+            Length of the path; an arc of that chord.
+        level : int, optional
+            Decimal exponent of the relative deviation; the middle one of those that are stored if not given.
+
+        Raises
+        ------
+        InvalidRequest
+            If the guide has no reach of that level.
+        """
+        levels = sorted(self.rows)
+        if level is None:
+            level = levels[len(levels) // 2]
+        if level not in self.rows:
+            known = ", ".join(str(k) for k in levels)
+            raise InvalidRequest(f"guide {self.id} has no reach of level {level}; it has {known}")
+        row = self.rows[level]
+        stroke = positive("stroke", stroke)
+        request: Request = StraightLine(stroke, 0.1 * stroke)
+        if self.curvature:
+            request = CircularArc(stroke, stroke / float(row["sweep"][0]), 0.1 * stroke)
+        problem = Problem.of(request, Constraints(), Ranking())
+        return candidates(problem, request, Selection(as_stored(problem, row), np.zeros(1, int)))[0]
+
+
+def stored(database: Database, name: int | str) -> StoredGuide:
+    """Return the guide with an id, or the first guide of a named design; see `Catalogue.guide`."""
+    try:
+        test = Guide.id == min(int(name), 2**63 - 1)
+    except ValueError:
+        test = Mechanism.name == str(name)
+    extra = (
+        Reach.min_transmission, Guide.curvature, Guide.inflections, Mechanism.parameters,
+        Mechanism.id.label("mechanism"),
+    )  # fmt: skip
+    found = database.read(joined(*COLUMNS, *extra).where(test).order_by(Guide.id, Reach.level))
+    if not len(found["id"]):
+        raise InvalidRequest(f"the database holds no guide {name}; {_instead(database, str(name))}")
+    found = {k: v[found["id"] == found["id"][0]] for k, v in found.items()}
+    one = {k: v[0].item() if isinstance(v[0], np.generic) else v[0] for k, v in found.items()}
+    reaches = {k: found[k] for k in SHOWN}
+    about = {
+        k: v[0]
+        for k, v in database.read(
+            select(
+                Mechanism.name, Mechanism.rho0, Mechanism.kappa, Mechanism.kappa_star, Mechanism.s,
+                func.coalesce(Mechanism.batch_id, 0).label("batch"),
+            ).where(Mechanism.id == one["mechanism"])
+        ).items()
+    }  # fmt: skip
+    drawn = database.read(
+        select(Batch.plugin, Batch.plugin_version, Batch.plan, Batch.seed, Batch.number)
+        .where(Batch.id == int(about["batch"]))
+    )  # fmt: skip
+
+    def number(key: str) -> float | None:
+        value = float(about[key])
+        return value if np.isfinite(value) else None
+
+    return StoredGuide(
+        id=int(one["id"]),
+        name=about["name"],
+        family=one["family"],
+        series=one["series"],
+        member=one["member"],
+        configuration=one["configuration"],
+        kind=one["kind"],
+        label=one["label"],
+        order=int(one["contact_order"]),
+        inflections=int(one["inflections"]),
+        parameters=json.loads(one["parameters"]),
+        linkage=linkages(found["pivots"][:1], found["kind"][:1]),
+        point=complex(one["x"], one["y"]),
+        curvature=float(one["curvature"]),
+        **{k: number(k) for k in ("rho0", "kappa", "kappa_star", "s")},
+        provenance={k: v[0] if isinstance(v[0], str) else int(v[0]) for k, v in drawn.items() if len(v)},
+        reaches=reaches,
+        rows={
+            int(level): {k: found[k][i : i + 1] for k in found} for i, level in enumerate(found["level"])
+            if level in LEVELS
+        },
+    )  # fmt: skip
+
+
+def _instead(database: Database, name: str) -> str:
+    """Say what to ask for instead of a name that the database does not hold."""
+    if name in designs():
+        return "`catalogue build` adds the named guides"
+    held = [str(n) for n in database.read(select(Mechanism.name).where(Mechanism.batch_id.is_(None)))["name"] if n]
+    near = get_close_matches(name.lower(), held, n=5, cutoff=0.4) or [n for n in held if name.lower() in n]
+    if near:
+        return f"near names are {', '.join(near)}"
+    return "`catalogue find` lists guides with their ids"

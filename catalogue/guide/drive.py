@@ -1,0 +1,166 @@
+"""What a practitioner asks of a guide besides its straightness: how it is driven, how it turns, what room it takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+from ..linkage import RR, Array
+from .inverse import of_machine
+from .measures import Measures
+from .minimax import grid
+from .span import Span
+from .trace import Traced
+
+#: Intervals between the Chebyshev points of the stroke at which motions are read and differentiated.
+NODES = 32
+
+
+@dataclass(frozen=True)
+class DriveMetrics:
+    """How n guides work over their strokes; those whose points return from end to end, to the point of rest and back.
+
+    Attributes
+    ----------
+    driver : ndarray of int, shape (n,)
+        Number of the crank that drives, 0 where there is none: that of the measures, whose transmission angle
+        `Measures.min_transmission` is.
+    drive_angle : ndarray, shape (n,)
+        By how much it turns over the stroke [deg]; NaN without a crank, and where it turns back on the way.
+    time_ratio : ndarray, shape (n,)
+        Of the rest of its turn to that, if it turns fully and steadily; NaN otherwise.
+    uniformity : ndarray, shape (n,)
+        Least over largest speed of the guided point along the path, the driver turning steadily: 0 ... 1.  Of a point
+        that returns 0, because it rests on the way.
+    advantage : ndarray, shape (n,)
+        Mechanical advantage, the least over the stroke: force of the point along its path over force at the driving
+        crank pin, without friction; their speeds the other way round.  It grows beyond all bounds where a point rests,
+        so that of one that returns it is the least of what it has on the way there and back.
+    rotation : ndarray, shape (n,)
+        Range of angles that the coupler takes over the stroke [deg].
+    """
+
+    driver: Array
+    drive_angle: Array
+    time_ratio: Array
+    uniformity: Array
+    advantage: Array
+    rotation: Array
+
+    def __getitem__(self, index: Any) -> DriveMetrics:
+        return DriveMetrics(*(getattr(self, f.name)[index] for f in fields(self)))
+
+
+def drive_metrics(guides: Span, traced: Traced, measures: Measures, *, inverse: bool = False) -> DriveMetrics:
+    """Return how traced guides, their points as they are, work over the stroke.
+
+    Parameters
+    ----------
+    measures : Measures of n
+        They tell the driver.
+    inverse : bool
+        The guides are inversions of machines with a slot, as in `catalogue.guide.measures.measure`, and the measures
+        are those of the machines.
+    """
+    moves = SampledPoses.of(guides, traced, inverse=inverse)
+    driver, turns = measures.driver, measures.rotates
+    crank, lever = moves.driven(driver)
+    z = guides.linkage.points
+    radius = np.take_along_axis(np.abs(z[..., 1] - z[..., 0]), np.maximum(driver - 1, 0)[:, None], axis=1)[:, 0]
+    with np.errstate(all="ignore"):
+        steady = (lever > 0).all(0) | (lever < 0).all(0)
+        angle = np.where(steady, np.degrees(np.abs(crank[-1] - crank[0])), np.nan)
+        full = (turns >> np.maximum(driver - 1, 0) & 1).astype(bool) & (driver > 0)
+        least, most = np.abs(lever).min(0), np.abs(lever).max(0)
+        return DriveMetrics(
+            driver,
+            angle,
+            np.where(full, (360 - angle) / angle, np.nan),
+            np.where(steady, np.where(guides.cusp, 0.0, least / most), np.nan),
+            np.where(steady, radius * least, np.nan),
+            np.degrees(moves.turn.max(0) - moves.turn.min(0)),
+        )
+
+
+@dataclass(frozen=True)
+class SampledPoses:
+    """Positions of n guides over the stroke, at the fine points of a grid.
+
+    Attributes
+    ----------
+    pins : complex ndarray, shape (f, n, 2)
+        Moving pivots; of one at infinity the point of its slide that is nearest to the fixed one.
+    point : complex ndarray, shape (f, n)
+        The guided point.
+    turn : ndarray, shape (f, n)
+        Angle of the coupler [rad], 0 in the reference position.
+    crank : ndarray, shape (f, n, 2)
+        Angles of the cranks [rad]; NaN for sliders and slides.
+    lever : ndarray, shape (f, n, 2)
+        By how much either crank turns per length of the guided path [rad/length]; infinite where the point is at rest.
+    slot : complex ndarray, shape (f, n, 2), optional
+        Both ends of the slot that the coupler carries.
+    """
+
+    pins: Array
+    point: Array
+    turn: Array
+    crank: Array
+    lever: Array
+    slot: Array | None = None
+
+    @classmethod
+    def of(cls, guides: Span, traced: Traced, nodes: int = NODES, *, inverse: bool = False) -> SampledPoses:
+        """Return the positions of traced guides.
+
+        Parameters
+        ----------
+        inverse : bool
+            The guides are inversions of machines with a slot: pivots, angles and `slot` are those of these machines, in
+            the plane of their frame, which is that of the reference position; `point` is the fixed point in the slot.
+        """
+        points, linkage, moving = grid(nodes), guides.linkage, guides.motion
+        low, high = traced.low.astype(float), traced.high.astype(float)
+        t = 0.5 * (high + low) + 0.5 * (high - low) * points.nodes[:, None]
+        slopes = _slopes(nodes)
+        with np.errstate(all="ignore"):
+            d, x = moving.pose(t)
+            at = guides.point + traced.shift
+            point = at + d + x * (at - moving.origin)
+            speed = np.abs(points.fine @ (slopes @ point))
+            ends = None
+            if inverse:
+                linkage, d, x = of_machine(linkage, d, x)
+                ends = np.stack([end + d + x * (end - moving.origin) for end in (point[0], point[-1])], axis=-1)
+                point = np.broadcast_to(at, point.shape)
+            fixed, moved = linkage.points[:, :, 0], linkage.points[:, :, 1]
+            moved = moved + d[..., None] + x[..., None] * (moved - moving.origin[:, None])
+            pins = np.where(linkage.finite[:, :, 1], moved, fixed)
+            crank = np.unwrap(np.angle(np.where(linkage.dyads == RR, moved - fixed, np.nan)), axis=0)
+            turn = np.unwrap(np.angle(1 + x), axis=0)
+
+            def fine(values: Array) -> Array:
+                return np.asarray(np.tensordot(points.fine, values, axes=1))
+
+            # of two polynomials, not the polynomial of their quotient: that has a pole where the point rests
+            lever = fine(np.tensordot(slopes, crank, axes=1)) / speed[..., None]
+            return cls(fine(pins), fine(point), fine(turn), fine(crank), lever, None if ends is None else fine(ends))
+
+    def driven(self, driver: Array) -> tuple[Array, Array]:
+        """Return angle and lever of the cranks with these numbers, shape (f, n) each; NaN where it is 0."""
+        index = np.maximum(driver - 1, 0)[None, :, None]
+        one, two = (np.take_along_axis(values, index, axis=2)[..., 0] for values in (self.crank, self.lever))
+        return np.where(driver > 0, one, np.nan), np.where(driver > 0, two, np.nan)
+
+
+@lru_cache
+def _slopes(count: int) -> Array:
+    """Return the matrix (m, m) that differentiates values at the nodes of a grid by the parameter in [-1, 1]."""
+    points = grid(count)
+    chebyshev = np.polynomial.chebyshev
+    # the derivative's coefficients, one less, evaluated at the nodes
+    columns = [chebyshev.chebval(points.nodes, chebyshev.chebder(c)) for c in points.coefficients.T]
+    return np.stack(columns, axis=-1)

@@ -1,0 +1,33 @@
+"""The machine of a slot, whose inverse is traced: fixed and moving plane exchanged, along the same motion.
+
+A coupler that carries a slot over a fixed point is traced as its kinematic inversion, in which that point runs along
+the slot; there the coupler stands still and the frame moves.  Both have the same positions, seen from another plane:
+with the pose  z -> z + d + x (z - o)  of the traced motion, the machine's is  z -> z + e + conj(x) (z - o)  with
+e = -conj(1 + x) d.  In the reference position the two planes coincide.
+"""
+
+from __future__ import annotations
+
+from ..linkage import Array, Linkage
+
+
+def of_machine(linkage: Linkage, d: Array, x: Array) -> tuple[Linkage, Array, Array]:
+    """Return the machines of n traced inversions, and their poses.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+        The inversions that are traced.
+    d, x : complex ndarray, shape (m, n)
+        Their poses, as `Motion.pose` returns them.
+
+    Returns
+    -------
+    linkage : Linkage of n
+        The machines: what is fixed in the inversion is their coupler.
+    d, x : complex ndarray, shape (m, n)
+        Their poses, about the same origin.
+
+    Source: Allievi 1895, (the dual mechanism: meccanismo correlativo).
+    """
+    return linkage.inverted(), -(1 + x).conj() * d, x.conj()

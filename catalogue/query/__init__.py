@@ -1,1 +1,0 @@
-"""From a wish to ranked, verified candidates."""

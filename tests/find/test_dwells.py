@@ -1,0 +1,182 @@
+"""Dwells, against loops closed by plain circle intersections over the full turn."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from typing import Any
+
+import numpy as np
+import pytest
+
+import catalogue
+from catalogue.errors import InvalidRequest
+from catalogue.find import dwells as dwells_module
+from catalogue.find.dwell_results import Dwelling
+from catalogue.find.dwells import diameter
+from catalogue.guide.dwell import _standing, dwells
+from catalogue.linkage import Array
+
+
+@pytest.fixture(scope="module")
+def found(small: catalogue.Catalogue) -> list[Dwelling]:
+    listed = small.find_dwells(catalogue.StandStill(40, 1.0, 20), pins_only=True, limit=6)
+    assert len(listed) == 6
+    return list(listed)
+
+
+def meet(a: Array, r: Any, b: Any, s: Any, near: complex) -> Array:
+    """Return, from position to position, the intersection of two circles that goes on from `near`."""
+    out = []
+    for p, q in zip(a, np.broadcast_to(b, a.shape), strict=True):
+        gap = q - p
+        x = (r * r - s * s + abs(gap) ** 2) / (2 * abs(gap))
+        root = np.sqrt(complex(r * r - x * x)).real
+        both = [p + gap / abs(gap) * (x + 1j * sign * root) for sign in (1, -1)]
+        near = min(both, key=lambda z: abs(z - near))
+        out.append(near)
+    return np.array(out)
+
+
+def guided_path(d: Dwelling, count: int) -> Array:
+    """Return the guided point over a turn of the crank."""
+    z = np.array(d.pivots)[..., 0] + 1j * np.array(d.pivots)[..., 1]
+    i = d.driver - 1
+    turn = np.exp(2j * np.pi * np.arange(count) / count)
+    pin = z[i, 0] + turn * (z[i, 1] - z[i, 0])
+    other = meet(pin, abs(z[1 - i, 1] - z[i, 1]), z[1 - i, 0], abs(z[1 - i, 1] - z[1 - i, 0]), z[1 - i, 1])
+    share = (complex(*d.guided) - z[i, 1]) / (z[1 - i, 1] - z[i, 1])
+    return pin + share * (other - pin)
+
+
+def rocker_angles(d: Dwelling, count: int) -> tuple[Array, Array]:
+    """Return the angle of the rocker and the sine of the transmission angle at its joint, over a turn of the crank."""
+    point = guided_path(d, count)
+    joint, pivot = complex(*d.joint), complex(*d.pivot)
+    at = meet(point, abs(complex(*d.guided) - joint), pivot, abs(joint - pivot), joint)
+    rod, rocker = at - point, at - pivot
+    sine = np.abs((rod.conj() * rocker).imag) / (np.abs(rod) * np.abs(rocker))
+    return np.degrees(np.unwrap(np.angle(rocker / (joint - pivot)))), sine
+
+
+def test_the_rocker_stands_still_and_swings_as_it_is_said(found: list[Dwelling]) -> None:
+    for d in found:
+        count = 1440
+        angle, sine = rocker_angles(d, count)
+        assert np.ptp(angle) == pytest.approx(d.swing, abs=0.02)
+        assert abs(angle[-1] - angle[0]) < 10  # closed
+        assert d.residual <= 1.0 + 1e-9
+        # the longest run about the reference position within a band of 1 degree
+        around = np.concatenate([angle[count // 2 :], angle[: count // 2]])
+        longest = 0
+        for low in np.linspace(-1.0, 0.0, 41):
+            inside = (around >= low - 1e-9) & (around <= low + 1.0 + 1e-9)
+            breaks = np.flatnonzero(~inside)
+            before, after = breaks[breaks < count // 2], breaks[breaks >= count // 2]
+            if inside[count // 2] and len(before) and len(after):
+                longest = max(longest, after[0] - before[-1] - 2)
+        assert longest * 360 / count == pytest.approx(d.angle, abs=1.5)
+        assert d.angle >= 40
+        assert np.degrees(np.arcsin(sine.min())) >= d.min_transmission - 0.1
+
+
+def test_size_is_the_diameter_of_all_pivots_and_the_path(found: list[Dwelling]) -> None:
+    for d in found:
+        inner = [complex(x, y) for pair in d.pivots for x, y, _ in pair] + guided_path(d, 540).tolist()
+        every = [*inner, complex(*d.joint), complex(*d.pivot)]
+        assert d.size == pytest.approx(max(abs(p - q) for p in every for q in every), rel=1e-4)
+
+
+@pytest.mark.parametrize("count", [7, 360, 2880, 2881])
+def test_no_pivot_is_left_out_of_the_size(count: int) -> None:
+    path = np.exp(2j * np.pi * np.arange(count) / count)
+    for place in range(6):
+        pivots = np.zeros(6, complex)
+        pivots[place] = 9j
+        assert diameter(pivots, path) == pytest.approx(10, abs=0.15)
+
+
+def test_the_crank_has_length_one_and_the_best_comes_first(found: list[Dwelling]) -> None:
+    for d in found:
+        (x0, y0, _), (x1, y1, _) = d.pivots[d.driver - 1]
+        assert np.hypot(x1 - x0, y1 - y0) == pytest.approx(1)
+        assert (x0, y0) == pytest.approx((0, 0))
+        assert d.pivot[1] == pytest.approx(0, abs=1e-9)
+    least = [d.min_transmission for d in found]
+    assert least == sorted(least, reverse=True)
+
+
+def test_asking_for_less_finds_no_fewer(small: catalogue.Catalogue) -> None:
+    more = small.find_dwells(catalogue.StandStill(60, 0.5, 25), limit=100)
+    less = small.find_dwells(catalogue.StandStill(40, 1.0, 20), limit=100)
+    assert len(less) >= len(more) > 0
+
+
+def test_constraints_hold(small: catalogue.Catalogue) -> None:
+    found = small.find_dwells(catalogue.StandStill(40, 1.0, 20), series="IV*.l", min_transmission=20, limit=5)
+    assert len(found)
+    assert {d.series for d in found} == {"IV*.l"}
+    assert min(d.min_transmission for d in found) >= 20
+    assert json.loads(found.to_json()) == [d.to_dict() for d in found]
+    assert found.to_pandas()["id"].tolist() == [d.id for d in found]
+
+
+def test_an_impossible_dwell_is_empty_and_says_so(small: catalogue.Catalogue) -> None:
+    found = small.find_dwells(catalogue.StandStill(290, 1e-6, 100))
+    assert not len(found)
+    assert "no dwell found" in found.explain()
+
+
+@pytest.mark.parametrize(
+    ("wish", "says"),
+    [((0, 1, 20), "above zero"), ((300, 1, 20), "300"), ((90, 5, 20), "standstill"), ((90, 1, np.inf), "finite")],
+)
+def test_bad_wishes_are_refused(wish: tuple[float, float, float], says: str) -> None:
+    with pytest.raises(InvalidRequest, match=says):
+        catalogue.StandStill(*wish)
+
+
+def test_constraints_that_do_not_go_with_a_dwell_are_refused(small: catalogue.Catalogue) -> None:
+    with pytest.raises(InvalidRequest, match="max_size does not go"):
+        small.find_dwells(catalogue.StandStill(40, 1, 20), max_size=3)
+
+
+def test_a_point_on_an_exact_arc_leaves_the_rocker_at_rest() -> None:
+    phi = (np.arange(720) + 0.5) / 360 * np.pi - np.pi
+    # the path: an arc about the origin while |phi| < 60 degrees, then out along a smooth loop
+    path = np.exp(1j * (np.pi / 2 + 0.3 * np.sin(phi)))
+    away = np.maximum(np.abs(phi) - np.pi / 3, 0) ** 2
+    path = path * (1 - 0.1 * away)
+    found = dwells(path[:, None], np.array([0j]), np.array([[1.0 + 0.2j]]), 0.01)
+    assert found.angle[0, 0] == pytest.approx(120, abs=8)
+    assert found.residual[0, 0] < 0.01
+    assert found.swing[0, 0] > 10
+
+
+def test_the_band_is_the_best_placed_one() -> None:
+    angle = np.concatenate([np.linspace(-3, 0, 50), np.linspace(0, 0.9, 100), np.linspace(0.9, 4, 50)])[:, None]
+    run, spread = _standing(angle - angle[100], 1.0)
+    assert spread[0] <= 1.0
+    assert run[0] == pytest.approx((100 + 2) * 360 / 200, abs=6)
+
+
+def test_moved_rockers_transmit_better(small: catalogue.Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    wished = catalogue.StandStill(60, 0.5, 20)
+    moved = list(small.find_dwells(wished, limit=6))
+    monkeypatch.setattr(dwells_module, "STEPS", ())
+    tried = list(small.find_dwells(wished, limit=6))
+    gains = [a.min_transmission - b.min_transmission for a, b in zip(moved, tried, strict=True)]
+    assert min(gains) > -0.1
+    assert max(gains) > 0.5
+    assert all(d.angle >= 60 and d.residual <= 0.5 + 1e-9 and d.swing >= 20 for d in moved)
+
+
+def test_no_series_crowds_out_the_others(small: catalogue.Catalogue) -> None:
+    every = list(small.find_dwells(catalogue.StandStill(60, 0.5, 20), limit=9))
+    counted = Counter(d.series for d in every)
+    assert len(counted) >= 3
+    assert max(counted.values()) == 3
+    assert [d.min_transmission for d in every] == sorted((d.min_transmission for d in every), reverse=True)
+    of_one = list(small.find_dwells(catalogue.StandStill(60, 0.5, 20), limit=9, series=[every[0].series]))
+    assert len(of_one) > 3
+    assert of_one[0].min_transmission >= every[0].min_transmission - 0.5

@@ -1,0 +1,76 @@
+"""What an empty answer advises is followed, and an answer is found."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from catalogue import CircularArc, Found, StraightLine
+
+Ask = Callable[..., Found]
+LEAD = "no guide found; what gives one: "
+LINE = StraightLine(150, 0.05)
+
+
+def advised(told: str) -> list[dict[str, Any]]:
+    """Return each relaxation that an explanation offers, as keywords of `find`; None: to be left out."""
+    (line,) = [line for line in told.splitlines() if line.startswith(LEAD)]
+    offers = []
+    for offer in line.removeprefix(LEAD).split(", or "):
+        changes: dict[str, Any] = {}
+        for one in offer.split(" with "):
+            match = re.fullmatch(r"(without )?--([a-z-]+)((?: -?[\d.e+-]+|inf)*)(?: \(asked [^)]*\))?", one.strip())
+            assert match, one
+            name, values = match[2].replace("-", "_"), [float(v) for v in match[3].split()]
+            changes[name] = None if match[1] else values[0] if len(values) == 1 else values
+        offers.append(changes)
+    return offers
+
+
+EMPTY: list[tuple[Any, dict[str, Any]]] = [
+    (StraightLine(150, 0.0005), {"max_size": 170, "min_transmission": 70, "pins_only": True}),
+    (LINE, {"max_size": 151, "pins_only": True}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("request_", "wanted"), EMPTY, ids=str)
+def test_who_follows_the_advice_finds_an_answer(ask: Ask, request_: Any, wanted: dict[str, Any]) -> None:
+    empty = ask(request_, **wanted)
+    assert not empty
+    told = empty.explain()
+    assert "0 are shown" in told
+    assert re.search(r"\n  --[a-z-]+ is broken by [1-9]\d* of \d+ refined\n", told)
+    offers = advised(told)
+    assert 1 <= len(offers) <= 3
+    for changes in offers:
+        relaxed = {name: value for name, value in {**wanted, **changes}.items() if value is not None}
+        asked = replace(request_, deviation=relaxed.pop("deviation", request_.deviation))
+        assert (asked, relaxed) != (request_, wanted)
+        assert ask(asked, limit=1, **relaxed), (told, changes)
+
+
+def test_a_relaxation_relaxes(ask: Ask) -> None:
+    """Bounds are given on the side that is looser than what was asked."""
+    request_, wanted = EMPTY[0]
+    for changes in advised(ask(request_, **wanted).explain()):
+        for name, value in changes.items():
+            asked = request_.deviation if name == "deviation" else wanted[name]
+            assert value < asked if name.startswith("min_") else value > asked
+
+
+@pytest.mark.parametrize(
+    ("request_", "wanted", "says"),
+    [
+        (LINE, {"families": ["elliptic-trammel"], "pins_only": True}, "--family and --pins-only"),
+        (LINE, {"series": ["IV.l"], "order": 30}, "--series and --order"),
+        (CircularArc(1, 2, 0.01), {"families": ["oldham"], "pins_only": True}, "--family and --pins-only"),
+    ],
+    ids=str,
+)
+def test_what_the_catalogue_does_not_hold_is_said(ask: Ask, request_: Any, wanted: dict[str, Any], says: str) -> None:
+    told = ask(request_, **wanted).explain()
+    assert f"no guide found: the catalogue holds no guide for {says}" in told

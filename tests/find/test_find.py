@@ -1,0 +1,410 @@
+"""Every candidate is what it says and satisfies what was asked, measured again by a loop closed another way."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from catalogue import Candidate, Catalogue, CircularArc, Found, InvalidRequest, Linkage, StraightLine
+from catalogue.find.candidate import COLUMNS
+from catalogue.problem.criteria import CRITERIA
+from tests.find.conftest import at_home
+
+Ask = Callable[..., Found]
+Again = Callable[..., Any]
+#: The least that the second measurement resolves, in units of size: its loops are closed in extended precision.
+RESOLVED = 1e-16
+LINE = StraightLine(150, 0.05)
+ARC = CircularArc(100, 100, 0.05)
+#: Families whose loops the second measurement closes.
+CLOSED = ("four-bar", "slider-crank", "inverted-slider-crank")
+
+
+def check(c: Candidate, request: StraightLine | CircularArc, again: Again, **wanted: Any) -> None:
+    """Compare all that a candidate says with the second measurement, and with what was wanted."""
+    a = again(c, request.radius if isinstance(request, CircularArc) else None)
+    clear = max(1e-2 * a.deviation, RESOLVED * a.size)
+    assert abs(c.deviation - a.deviation) <= clear, (c.id, c.deviation, a.deviation)
+    assert a.deviation <= request.deviation * (1 + 1e-3)
+    assert c.stroke == request.stroke
+    if isinstance(request, CircularArc):
+        assert c.radius is not None
+        assert c.radius == request.radius or request.radius is None
+        assert a.radius == pytest.approx(c.radius, rel=1e-3 + 3 * a.deviation / c.radius)
+        # the arc bulges to the left of the way
+        assert float(a.path[len(a.path) // 2].imag) > 0
+    else:
+        assert c.radius is None
+        assert np.abs(a.path.imag.astype(float)).max() <= 2.01 * request.deviation
+    assert np.all(np.diff(a.path.real.astype(float)) > 0), "the point runs forward"
+    assert abs(complex(a.path[0]) - 0) < 3 * request.deviation
+    assert abs(complex(a.path[-1]) - c.stroke) < 3 * request.deviation
+    assert at_home(c)[1].real == pytest.approx(c.stroke / 2, abs=1e-3 * c.stroke)
+
+    for name, rel in (("max_link", 1e-9), ("min_link", 1e-9), ("max_ground", 1e-9), ("max_arm", 1e-9), ("size", 3e-3)):
+        value = getattr(c, name)
+        assert getattr(a, name) == pytest.approx(np.nan if value is None else value, rel=rel, nan_ok=True), name
+        bound = wanted.get(name if name.startswith("max") else f"max_{name}")
+        assert bound is None or value is None or value <= bound * (1 + 1e-8)
+    assert "min_link" not in wanted or not a.min_link < wanted["min_link"] * (1 - 1e-8)
+    if not np.isnan(a.min_transmission):
+        assert c.min_transmission <= a.min_transmission + 1.5
+        # where a crank must turn fully it drives, whether or not the other one would be the better
+        assert wanted.get("full_rotation") or c.min_transmission >= a.min_transmission - 1.5
+    assert c.min_transmission >= wanted.get("min_transmission", 0) - 1e-6
+    assert c.family == Linkage(c.pivots).family[0]
+    assert not wanted.get("pins_only") or c.family == "four-bar"
+    assert not wanted.get("full_rotation") or c.rotates
+    assert c.order >= wanted.get("order", 0)
+    for name, values in (("family", "families"), ("series", "series"), ("configuration", "configurations")):
+        assert values not in wanted or getattr(c, name) in wanted[values]
+
+
+WISHES: list[dict[str, Any]] = [
+    {},
+    {"families": ["four-bar"], "min_transmission": 45},
+    {"families": ["slider-crank"]},
+    {"families": ["inverted-slider-crank", "elliptic-trammel"]},
+    {"series": ["II.xy", "IV*.l"], "max_size": 700},
+    {"pins_only": True, "order": 4, "rank_by": "deviation"},
+    {"full_rotation": True, "families": ["four-bar"]},
+    {"min_link": 40, "max_link": 400, "rank_by": "max_link"},
+    {"max_ground": 200, "max_arm": 150, "rank_by": "transmission"},
+    {"rank_by": "size", "max_size": 600},
+]
+
+
+@pytest.mark.parametrize("wish", WISHES, ids=str)
+def test_straight_guides_are_what_they_say(ask: Ask, again: Again, wish: dict[str, Any]) -> None:
+    found = ask(LINE, limit=4, **wish)
+    assert len(found) >= 3
+    for c in found:
+        check(c, LINE, again, **wish)
+
+
+@pytest.mark.parametrize(
+    ("request_", "wish"),
+    [
+        (StraightLine(2.0, 0.015), {}),
+        (StraightLine(1e6, 0.02), {"rank_by": "deviation"}),
+        (StraightLine(30, 0.1, start=(7, -200), along=-120), {"max_size": 100, "min_link": 10}),
+    ],
+    ids=str,
+)
+@pytest.mark.parametrize("family", ["four-bar"])
+def test_so_are_others(ask: Ask, again: Again, request_: Any, wish: dict[str, Any], family: str) -> None:
+    found = ask(request_, limit=3, families=[family], **wish)
+    assert len(found) == 3
+    for c in found:
+        check(c, request_, again, families=[family], **wish)
+
+
+@pytest.mark.parametrize(
+    ("request_", "wish"),
+    [
+        (ARC, {}),
+        (ARC, {"min_transmission": 45, "full_rotation": True}),
+        (ARC, {"rank_by": "deviation", "max_size": 250}),
+        (CircularArc(10, 300, 1e-3), {}),
+        (CircularArc(190, 100, 1.0), {"rank_by": "size"}),
+        (CircularArc(100, None, 0.05), {"min_transmission": 45}),
+        (CircularArc(20, 30, 0.02, start=(-3, 8), along=77), {}),
+    ],
+    ids=str,
+)
+def test_circular_guides_are_what_they_say(ask: Ask, again: Again, wish: dict[str, Any], request_: CircularArc) -> None:
+    found = ask(request_, limit=3, families=CLOSED, **wish)
+    assert found
+    for c in found:
+        check(c, request_, again, families=CLOSED, **wish)
+
+
+@pytest.mark.parametrize("radius", [0.55, 1.2, 50.0, 1e6])
+def test_the_deviation_is_from_an_arc_of_exactly_the_radius_asked_for(ask: Ask, again: Again, radius: float) -> None:
+    """The best-placed one of these, by brute force; from half a stroke to a million strokes."""
+    request = CircularArc(1.0, radius, 1e-3)
+    found = ask(request, limit=4, families=CLOSED, refine=False)
+    assert found
+    for c in found:
+        assert c.deviation == pytest.approx(again(c, radius).deviation, rel=1e-2)
+        assert c.radius == radius
+    # which is no less than the distance from the best arc of any radius
+    assert all(c.deviation >= again(c).deviation * (1 - 1e-2) for c in found)
+
+
+def test_an_arc_of_a_million_strokes_is_a_line(ask: Ask) -> None:
+    """Its sagitta is an eighth of a millionth of the stroke; so is what the deviations differ by."""
+    found = ask(CircularArc(1.0, 1e6, 1e-3), limit=3, families=["four-bar"])
+    assert len(found) == 3
+    flat = ask(StraightLine(1.0, 1e-3), limit=3, families=["four-bar"])
+    assert (found[0].score or 0) >= 0.93 * (flat[0].score or 0)
+
+
+@pytest.mark.parametrize(
+    "request_", [StraightLine(150, 0.05), CircularArc(150, 200, 0.05)], ids=["straight slot", "circular slot"]
+)
+def test_slots_run_over_a_fixed_point(ask: Ask, again: Again, request_: Any) -> None:
+    """Seen from the coupler; the linkage itself is the inverse of what is shown."""
+    found = ask(request_, slots=True, limit=6)
+    assert len(found) >= 4
+    for c in found:
+        if c.family not in CLOSED:
+            continue
+        m = again(c, request_.radius if request_.kind == "circle" else None)
+        assert m.deviation <= request_.deviation * 1.01
+        assert m.deviation == pytest.approx(c.deviation, rel=1e-2, abs=1e-12 * c.stroke)
+    points = {c.id for c in ask(request_, limit=50, refine=False)}
+    assert not points & {c.id for c in found if c.id is not None}
+
+
+def test_no_guided_point_is_a_pivot(ask: Ask) -> None:
+    """The pin of a slider runs straight without being guided."""
+    for c in ask(LINE, limit=100, per_series=0, rank_by="deviation"):
+        assert c.max_arm is None or c.max_arm >= 0.05 * 150 * (1 - 1e-9)
+
+
+BOXES: list[tuple[Any, dict[str, Any], Callable[[complex], bool]]] = [
+    (CircularArc(150, 200, 0.2), {"fixed_pivots_in": (-100, 30, 250, 300)},
+     lambda z: -100 <= z.real <= 250 and 30 <= z.imag <= 300),
+    (StraightLine(150, 0.2), {"fixed_pivots_in": (-np.inf, -np.inf, np.inf, -20)}, lambda z: z.imag <= -20),
+    (StraightLine(150, 0.2), {"fixed_pivots_in": [(-400, 0), (500, 0), (50, 800)]},
+     lambda z: z.imag > 0 and 16 * abs(z.real - 50) < 9 * (800 - z.imag)),
+    (StraightLine(150, 0.2), {"pivots_in": (-150, -150, 300, 200)},
+     lambda z: -150 <= z.real <= 300 and -150 <= z.imag <= 200),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("request_", "wish", "inside"), BOXES, ids=lambda v: "" if callable(v) else str(v))
+def test_pivots_stand_inside_the_region(
+    ask: Ask, again: Again, request_: Any, wish: dict[str, Any], inside: Callable[[complex], bool]
+) -> None:
+    found = ask(request_, limit=2, families=["four-bar"], **wish)
+    assert len(found) == 2
+    for c in found:
+        check(c, request_, again)
+        a = again(c)
+        stand = a.fixed if "fixed_pivots_in" in wish else a.fixed + a.moving
+        # a pivot on the border may be off it by rounding
+        assert all(any(inside(z + 1e-6 * way) for way in (0, 1, -1, 1j, -1j)) for z in stand), (c.id, stand)
+
+
+# -- unit, place and direction ----------------------------------------------------------------------------------------
+def same(one: Found, other: Found) -> None:
+    """Check that two answers are the same designs, number by number."""
+    assert [(c.id, c.series) for c in one] == [(c.id, c.series) for c in other]
+    for a, b in zip(one, other, strict=True):
+        for name in ("deviation", "size", "max_link", "min_link", "max_ground", "max_arm", "allowance"):
+            here, there = getattr(a, name), getattr(b, name)
+            assert (here is None) == (there is None)
+            assert here is None or there / b.stroke == pytest.approx(here / a.stroke, rel=1e-9)
+        assert b.score == pytest.approx(a.score, rel=1e-9)
+        z, z_ = (np.array(at_home(c)[0]) / [c.stroke, c.stroke, 1] for c in (a, b))
+        np.testing.assert_allclose(z_, z, atol=1e-9)
+
+
+def alike(one: Found, other: Found) -> None:
+    """Check that two answers are as good: what rounding makes of the numbers asked may lead to neighbours."""
+    assert len(one) == len(other)
+    assert len({c.id for c in one} & {c.id for c in other}) >= len(one) - 1
+    for a, b in zip(one, other, strict=True):
+        assert b.score == pytest.approx(a.score, abs=1.0)
+
+
+BASE = StraightLine(1.0, 1e-3)
+BEND = CircularArc(1.0, 1.25, 1e-3)
+HOW: dict[str, Any] = {"families": ["four-bar"], "limit": 4, "min_transmission": 40}
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [StraightLine(8.0, 8e-3, start=(300.0, -7.0), along=90.0), StraightLine.between((5.0, 2.0), (1.0, 2.0), 4e-3)],
+    ids=str,
+)
+def test_a_line_that_is_scaled_moved_and_turned_has_the_same_answers(ask: Ask, request_: StraightLine) -> None:
+    """Exactly, where doubles hold the scale."""
+    same(ask(BASE, max_size=3.0, **HOW), ask(request_, max_size=3.0 * request_.stroke, **HOW))
+
+
+def test_so_has_an_arc(ask: Ask) -> None:
+    same(ask(BEND, **HOW), ask(CircularArc.between((1.0, 2.0), (1.0, 18.0), 20.0, 16e-3), **HOW))
+
+
+@pytest.mark.parametrize(
+    "request_",
+    [
+        StraightLine(10.0, 1e-2, start=(300.0, -7.0), along=33.0), StraightLine(1e-3, 1e-6),
+        StraightLine(1e-300, 1e-303), StraightLine(1e300, 1e297),
+        CircularArc(10.0, 12.5, 1e-2, start=(-30.0, 4.0), along=-160.0), CircularArc(1e-300, 1.25e-300, 1e-303),
+        CircularArc(1e300, 1.25e300, 1e297),
+    ],
+    ids=str,
+)  # fmt: skip
+def test_no_unit_is_too_large_or_small(ask: Ask, request_: Any) -> None:
+    """And nothing warns."""
+    base = BASE if request_.kind == "line" else BEND
+    bounds = (3.0, 3.0 * request_.stroke) if request_.kind == "line" else (4.0, 4.0 * request_.stroke)
+    one, other = (ask(r, max_size=b, **HOW) for r, b in zip((base, request_), bounds, strict=True))
+    alike(one, other)
+    assert all(c.deviation <= request_.deviation for c in other)
+
+
+def test_a_region_and_desires_are_in_the_unit_and_frame_of_the_user(ask: Ask) -> None:
+    """A quarter turn: what was above the path is to its left."""
+    how: dict[str, Any] = {"families": ["four-bar"], "limit": 3}
+    one = ask(BASE, fixed_pivots_in=(-0.5, 0.25, 1.5, 1.5), desires={"size": (1.25, 4.0)}, **how)
+    other = ask(
+        StraightLine(16, 0.016, start=(100, 50), along=90), fixed_pivots_in=(76, 42, 96, 74),
+        desires={"size": (20, 64)}, **how
+    )  # fmt: skip
+    assert len(one) == 3
+    alike(one, other)
+    for c in other:
+        assert all(76 - 1e-6 <= x <= 96 + 1e-6 and 42 - 1e-6 <= y <= 74 + 1e-6 for (x, y, _), _ in c.pivots)
+
+
+# -- order ------------------------------------------------------------------------------------------------------------
+PRICE: dict[str, Callable[[Candidate], float]] = {
+    "score": lambda c: -(c.score or 0.0),
+    "balance": lambda c: c.size / c.stroke - c.min_transmission / 90,
+    "size": lambda c: c.size,
+    "deviation": lambda c: c.deviation,
+    "transmission": lambda c: -c.min_transmission,
+    "allowance": lambda c: -(c.allowance or 0.0),
+    "max_link": lambda c: c.max_link or 0.0,
+    "min_link": lambda c: -(c.min_link or np.inf),
+    "max_ground": lambda c: c.max_ground or 0.0,
+    "max_arm": lambda c: c.max_arm or 0.0,
+}
+
+
+@pytest.mark.parametrize("criterion", PRICE)
+@pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
+def test_answers_come_in_the_order_asked_for(ask: Ask, request_: Any, criterion: str) -> None:
+    found = ask(request_, rank_by=criterion, limit=10, per_series=0, distinct=0, refine=False, families=["four-bar"])
+    price = np.array([PRICE[criterion](c) for c in found])
+    assert len(price) >= 6
+    # deviation and allowance are measured on a finer grid after that
+    fine = criterion in ("deviation", "allowance", "score")
+    slack = 2e-3 * np.abs(price).max() if fine else 1e-9 * np.abs(price).max()
+    assert np.all(np.diff(price) >= -slack)
+    assert price[-1] > price[0] + slack
+
+
+def test_every_criterion_is_one_that_is_tested_here() -> None:
+    assert set(PRICE) == set(CRITERIA)
+
+
+def test_a_mix_weighs_its_criteria(ask: Ask) -> None:
+    how: dict[str, Any] = {"limit": 10, "per_series": 0, "refine": False}
+    mix = ask(LINE, rank_by="size=1,transmission=4", **how)
+    price = [c.size / 150 + 4 * (1 - c.min_transmission / 90) for c in mix]
+    assert price == sorted(price)
+    assert mix[0].id != ask(LINE, rank_by="size", **how)[0].id
+    other = ask(LINE, rank_by={"size": 2, "transmission": 8}, **how)
+    assert [c.id for c in other] == [c.id for c in mix]
+
+
+def test_limit_and_variety(ask: Ask) -> None:
+    def few(**how: Any) -> Found:
+        return ask(LINE, refine=False, families=["four-bar"], **how)
+
+    plain, varied, two = few(limit=12, per_series=0), few(limit=12), few(limit=4, per_series=2)
+    assert len(plain) == len(varied) == 12
+    assert [c.id for c in plain][:1] == [c.id for c in varied][:1]
+    assert max(Counter(c.series for c in varied).values()) <= 4
+    assert max(Counter(c.series for c in two).values()) <= 2
+    # where there is one series only, the bound gives way
+    assert len(ask(LINE, limit=6, per_series=2, series="II.xy", refine=False)) == 6
+
+
+def test_same_question_same_answer(small: Catalogue) -> None:
+    one, other = (small.find(LINE, limit=6, families=["four-bar"], min_transmission=30).to_json() for _ in range(2))
+    assert one == other
+
+
+def test_a_looser_constraint_gives_nothing_worse(ask: Ask) -> None:
+    """Whatever meets the tighter one meets it: the best may be worse by what the search leaves open, a hundredth."""
+    chains: list[tuple[Callable[..., Found], list[Any]]] = [
+        (lambda v: ask(LINE, families=["four-bar"], rank_by="size", limit=1, min_transmission=v), [70, 60, 45]),
+        (lambda v: ask(StraightLine(150, v), families=["four-bar"], rank_by="size", limit=1, min_transmission=45),
+         [0.01, 0.05, 0.3]),
+    ]  # fmt: skip
+    for chain, bounds in chains:
+        sizes = [chain(v)[0].size for v in bounds]
+        assert sizes[1] <= sizes[0] * 1.01, (bounds, sizes)
+        assert sizes[2] <= sizes[1] * 1.01, (bounds, sizes)
+    tight, loose = (ask(LINE, families=["four-bar"], limit=1, max_size=v)[0] for v in (220, 300))
+    assert (loose.score or 0) >= (tight.score or 0) * 0.99
+
+
+def test_more_effort_is_no_worse(ask: Ask) -> None:
+    one, two = ([c.score or 0 for c in ask(LINE, limit=4, effort=e, families=["four-bar"])] for e in (1, 2))
+    assert two[0] >= one[0] - 0.2
+    assert sum(two) >= sum(one) - 1
+
+
+# -- what was denied --------------------------------------------------------------------------------------------------
+DENIED: list[tuple[Any, dict[str, Any]]] = [
+    (StraightLine(2.789770216, 0.0000512),
+     {"families": ["four-bar"], "max_size": 7.99, "min_transmission": 57.5, "rank_by": "deviation"}),
+    (CircularArc(1, 2.54, 3.9e-4), {"min_transmission": 40, "fixed_pivots_in": (-0.6, 0.1, 1.6, 1.4)}),
+    (CircularArc(1, 2.54, 3.9e-4), {"min_transmission": 40, "fixed_pivots_in": (-0.6, -1.4, 1.6, -0.1)}),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize(("request_", "wish"), DENIED, ids=str)
+def test_hard_requests_are_answered(ask: Ask, again: Again, request_: Any, wish: dict[str, Any]) -> None:
+    found = ask(request_, limit=3, **wish)
+    assert found
+    for c in found:
+        if c.family in CLOSED:
+            check(c, request_, again, **wish)
+        if "fixed_pivots_in" in wish:
+            x0, y0, x1, y1 = wish["fixed_pivots_in"]
+            for (x, y, w), _ in c.pivots:
+                assert not w or (x0 - 1e-8 <= x <= x1 + 1e-8 and y0 - 1e-8 <= y <= y1 + 1e-8)
+
+
+# -- refusals ---------------------------------------------------------------------------------------------------------
+@pytest.mark.parametrize(
+    ("wanted", "message"),
+    [
+        ({"families": "five-bar"}, "the database holds no family 'five-bar'; it holds .*four-bar.*"),
+        ({"series": ["I.GG", "V.zz"]}, r"the database holds no series 'V\.zz'; it holds I\.GG, "),
+        ({"configurations": ["Q"]}, "the database holds no configuration 'Q'"),
+        ({"bolts": 3}, "unknown constraint: 'bolts'"),
+        ({"rank_by": "beauty"}, "cannot rank by beauty"),
+        ({"desires": {"beauty": (1, 2)}}, "no desirability is made of 'beauty'"),
+        ({"limit": 0}, "limit must be at least 1, not 0"),
+        ({"effort": 0}, "effort must be at least 1, not 0"),
+        ({"per_series": -1}, "per_series must be at least 0, not -1"),
+        ({"limit": "many"}, "limit must be a whole number, not 'many'"),
+        ({"effort": 1.5}, "effort must be a whole number, not 1.5"),
+        ({"distinct": 1}, "distinct must be a number from 0 to below 1"),
+        ({"round_to": 0}, "round_to must be a finite number above zero"),
+        ({"fixed_pivots": (0, 0, 1, 1), "cognates": True}, "cognates and round_to move the pivots"),
+    ],
+)
+def test_find_refuses(small: Catalogue, wanted: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidRequest, match=message):
+        small.find(StraightLine(150, 0.5), **wanted)
+
+
+@pytest.mark.parametrize("given", [None, 150, "line"])
+def test_find_refuses_what_is_no_request(small: Catalogue, given: Any) -> None:
+    with pytest.raises(InvalidRequest, match="StraightLine or CircularArc"):
+        small.find(given)
+
+
+def test_empty_answers_are_empty(ask: Ask) -> None:
+    found = ask(LINE, families=["elliptic-trammel"], pins_only=True)
+    assert isinstance(found, Found)
+    assert len(found) == 0
+    assert not found
+    assert found.to_json() == "[]"
+    assert found.to_pandas().empty
+    assert list(found.to_pandas().columns) == list(COLUMNS)

@@ -1,0 +1,105 @@
+"""Sensitivity against 100,000 draws of errors, each linkage moved and traced anew."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from catalogue import Candidate, Catalogue, CircularArc, InvalidRequest, StraightLine
+from catalogue.guide.place import at_stroke
+from catalogue.guide.pose_jacobian import COUNT, displaced
+from catalogue.guide.sensitivity import rms_gradient, sensitivity
+from catalogue.guide.span import span
+
+DRAWS, BATCH, ERROR = 100_000, 10_000, 1e-4
+WISHES: list[Any] = [
+    (StraightLine(150, 0.05), {"families": ["four-bar"]}),
+    (StraightLine(150, 0.05), {"families": ["slider-crank"]}),
+    (CircularArc(100, 100, 0.05), {"families": ["four-bar"]}),
+]
+
+
+def drawn(c: Candidate) -> float:
+    """Return the largest standard deviation of the point's displacement across its path, for errors of 1."""
+    guides = c.span()
+    path = c.path(9) @ np.array([1, 1j])
+    straight = c.radius is None
+    centre = 0.0 if straight else 0.5 * c.stroke - 1j * np.sqrt((c.radius or 0) ** 2 - 0.25 * c.stroke**2)
+    # places along the nominal at which the moved path is read, and the normals there
+    normal = np.full(9, 1j) if straight else (path - centre) / np.abs(path - centre)
+    draw, squares, count = np.random.default_rng(7), np.zeros(9), 0
+    finite = np.repeat(np.append(guides.linkage.finite[0].reshape(4), True), 2)
+    for _ in range(DRAWS // BATCH):
+        step = draw.normal(size=(BATCH, 10)) * finite * ERROR * c.stroke
+        linkage, point, good = displaced(guides.linkage[np.zeros(BATCH, int)], np.full(BATCH, guides.point[0]), step)
+        assert good.all()
+        moved = span(linkage, point)
+        off = np.empty((9, BATCH))
+        for k in range(9):
+            # the place where the moved path crosses the normal: along the moved tangent to first order, then corrected
+            u = ((path[k] - point) * moved.tangent.conj()).real
+            for _ in range(4):
+                t, _ = moved.window(u, u)
+                x, y = moved.path(t[None])
+                z = point + (x[0] + 1j * y[0]) * moved.tangent
+                along = ((path[k] - z) * (-1j * normal[k]).conjugate()).real
+                u = u + along * np.sign((moved.tangent * (-1j * normal[k]).conjugate()).real)
+            off[k] = ((z - path[k]) * normal[k].conjugate()).real
+        squares += np.nansum(off**2, axis=1)
+        count += BATCH
+    return float(np.sqrt(squares / count).max() / (ERROR * c.stroke))
+
+
+@pytest.mark.parametrize(("request_", "wish"), WISHES, ids=["line", "slider", "arc"])
+def test_spread_is_that_of_draws(small: Catalogue, request_: Any, wish: dict[str, Any]) -> None:
+    c = small.find(request_, limit=1, min_transmission=40, **wish)[0]
+    assert c.sensitivity().rms[0] == pytest.approx(drawn(c), rel=0.02)
+
+
+def test_worst_and_spread_bound_one_another(small: Catalogue) -> None:
+    c = small.find(StraightLine(150, 0.05), families=["four-bar"], limit=1)[0]
+    s = c.sensitivity()
+    assert s.pivots.shape == (1, 2, 2)
+    assert s.pivots.max() <= s.worst[0] <= s.pivots.sum() + s.point[0] + 1e-12
+    assert s.rms[0] <= s.worst[0] <= np.sqrt(5) * s.rms[0] + 1e-12
+    assert s.point[0] >= 1 - 1e-9  # the point is carried with the coupler, wherever that is
+
+
+def test_a_returning_point_has_none(small: Catalogue) -> None:
+    c = small.find(StraightLine(150, 0.05), limit=1)[0]
+    resting = replace(c, guided=[float(v) for v in _pole(c)])
+    with pytest.raises(InvalidRequest, match="returns: its sensitivity is not known"):
+        resting.sensitivity()
+
+
+def _pole(c: Candidate) -> Any:
+    from catalogue import curvature
+
+    return curvature(c.linkage).pole[0]
+
+
+@pytest.mark.parametrize(("request_", "wish"), WISHES, ids=["line", "slider", "arc"])
+def test_the_gradient_of_the_spread_is_that_of_differences(
+    small: Catalogue, request_: Any, wish: dict[str, Any]
+) -> None:
+    """The same stations of the motion; what they shift along the path on the way is of second order for the largest."""
+    for c in small.find(request_, limit=4, per_series=0, **wish):
+        guides = c.span()
+        traced = at_stroke(guides, c.stroke, circle=c.radius is not None)
+        rms, slope = rms_gradient(guides, traced, step=1e-5 * c.stroke)
+        assert rms[0] == pytest.approx(sensitivity(guides, traced, 8).rms[0], rel=1e-9)
+        want = np.zeros(COUNT)
+        for k in range(COUNT):
+            ends = []
+            for sign in (1, -1):
+                step = sign * 1e-4 * c.stroke * np.eye(COUNT)[k][None]
+                linkage, point, good = displaced(guides.linkage, guides.point, step)
+                assert good.all()
+                moved = span(linkage, point, chart=guides.motion.chart)
+                ends.append(sensitivity(moved, traced, 8).rms[0])
+            want[k] = (ends[0] - ends[1]) / (2e-4 * c.stroke)
+        moves = np.arange(COUNT) != 8  # along the path, to which the stations keep
+        np.testing.assert_allclose(slope[0][moves], want[moves], atol=0.02 * np.abs(want).max())

@@ -1,0 +1,83 @@
+"""The architecture: rooms of the core on floors; no room imports from its own floor or one above it, hidden or not."""
+
+from __future__ import annotations
+
+import ast
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import catalogue
+
+ROOT = Path(catalogue.__file__).parent
+#: From the bottom to the top.  A room is a package, or a module at the top level of the core.
+FLOORS = (
+    ("errors",),
+    ("folders", "closing", "linkage", "families"),
+    ("store", "batching", "problem", "charts", "polynomials", "pairs", "posed", "cognates", "dimensions", "lengths"),
+    ("change",),
+    ("motion",),
+    ("instant",),
+    ("guide",),
+    ("candidates", "designs", "series"),
+    ("refine",),
+    ("search", "membership", "collection"),
+    ("hookspecs",),
+    ("plugins",),
+    ("classification", "collections"),
+    ("build",),
+    ("census", "draw", "progress"),
+    ("find",),
+    ("facade",),
+    ("opening",),
+    ("cli", "testing"),
+    ("__main__",),
+)
+FLOOR = {room: number for number, rooms in enumerate(FLOORS) for room in rooms}
+
+
+def room(path: Path) -> str:
+    parts = path.relative_to(ROOT).parts
+    return parts[0] if len(parts) > 1 else path.stem
+
+
+def imported(path: Path) -> Iterator[tuple[str, int]]:
+    """Yield the rooms that a module imports from, with the line; those that only a type checker sees are left out."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    typed = {
+        id(inner)
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        for inner in ast.walk(node)
+    }
+    package = path.relative_to(ROOT).parts[:-1]
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and id(node) not in typed:
+            if node.level:
+                base = package[: len(package) - node.level + 1]
+                for name in [node.module] if node.module else [alias.name for alias in node.names]:
+                    yield (*base, *name.split("."))[0], node.lineno
+            elif node.module and node.module.split(".")[0] == "catalogue":
+                yield (*node.module.split("."), "__init__")[1], node.lineno
+
+
+MODULES = sorted(
+    p for p in ROOT.rglob("*.py") if not any(part.startswith("_") for part in p.relative_to(ROOT).parts[:-1])
+)
+
+
+@pytest.mark.parametrize("path", MODULES, ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_imports_lead_down(path: Path) -> None:
+    here = room(path)
+    if here == "__init__":  # names are loaded when they are first used
+        return
+    for other, line in imported(path):
+        if other in (here, "__version__"):
+            continue
+        assert other in FLOOR, f"{path}:{line}: {other} stands on no floor"
+        assert FLOOR[other] < FLOOR[here], f"{path}:{line}: {here} imports {other}, which is not below it"
+
+
+def test_every_room_is_there() -> None:
+    assert set(FLOOR) == {room(path) for path in MODULES} - {"__init__"}
