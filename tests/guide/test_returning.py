@@ -183,12 +183,12 @@ def measured(naive: SimpleNamespace, c: Candidate) -> float:
 def test_returning_guides_are_found_and_are_what_they_say(
     held: Catalogue, naive: SimpleNamespace, radius: float
 ) -> None:
-    request = CircularArc(30, radius, 0.3)
+    request = CircularArc(30, radius, 0.4)
     found = held.find(request, returns=True, limit=6)
     assert found
     for c in found:
-        assert c.deviation <= 0.3
-        assert c.radius == pytest.approx(radius, rel=2e-3)
+        assert c.deviation <= 0.4
+        assert c.radius == radius
         rest = complex(*c.guided)
         assert min(abs(rest), abs(rest - 30)) < 1e-9
         assert measured(naive, c) == pytest.approx(c.deviation, rel=2e-2)
