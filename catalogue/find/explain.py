@@ -26,8 +26,9 @@ from .grid_synthesis import reaches
 
 #: Points from which each relaxation is sought, and rounds of refinement.
 STARTS, ROUNDS = 8, 8
-#: By which part farther than the point found a bound is relaxed, so that a search finds it again, and something better.
-ROOM = 0.03
+#: By which parts farther than the point found a bound is relaxed, so that a search finds it again, and something
+#: better; the first that helps is offered.
+ROOMS = (0.03, 0.2)
 #: The tolerance inside which a search stays, of the one asked: what the grid of the search leaves open.
 INSIDE = 1 - 2e-4
 
@@ -145,11 +146,13 @@ class Explanation:
         if not np.isfinite(amount[best]):
             return None
         one = found[np.array([best])]
-        if amount[best] <= ROUNDING or not self._helps(names, one):
-            return None
-        return Relaxation(tuple(self._option(n, one) for n in names), float(one.deviation[0]) * self.problem.stroke)
+        for room in ROOMS if amount[best] > ROUNDING else ():
+            if self._helps(names, one, room):
+                options = tuple(self._option(name, one, room) for name in names)
+                return Relaxation(options, float(one.deviation[0]) * self.problem.stroke)
+        return None
 
-    def _helps(self, names: tuple[str, ...], one: Candidates) -> bool:
+    def _helps(self, names: tuple[str, ...], one: Candidates, room: float) -> bool:
         """Return whether a search finds an answer with these constraints relaxed to what a candidate meets."""
         problem = self.problem
         if problem.constraints.given:  # the candidate came of the very steps that would be taken
@@ -157,7 +160,7 @@ class Explanation:
         changes: dict[str, Any] = {}
         path, stroke = problem.path, problem.stroke
         for name in names:
-            value = self._value(name, one)
+            value = self._value(name, one, room)
             if name == "deviation":
                 path = replace(path, deviation=min(float(value) / stroke, 0.1))
             elif isinstance(value, Region):
@@ -169,30 +172,30 @@ class Explanation:
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
         return bool(np.isfinite(Search(looser, self.database).run().cost).any())
 
-    def _value(self, name: str, one: Candidates) -> Any:
+    def _value(self, name: str, one: Candidates, room: float) -> Any:
         """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or
         None if it would have to go."""
         problem, s, m = self.problem, self.problem.stroke, one.measures
         if name == "deviation":
-            return rounded(s * float(one.deviation[0]) / INSIDE, up=True)
+            return rounded(s * float(one.deviation[0]) / INSIDE, room, up=True)
         if name in LARGEST:
-            return rounded(s * float(getattr(m, LARGEST[name])[0]), up=True)
+            return rounded(s * float(getattr(m, LARGEST[name])[0]), room, up=True)
         if name in LEAST:
-            return rounded(s * float((one.allowance if name == "min_allowance" else m.min_link)[0]), up=False)
+            return rounded(s * float((one.allowance if name == "min_allowance" else m.min_link)[0]), room, up=False)
         if name == "min_transmission":
-            return rounded(float(m.min_transmission[0]), up=False)
+            return rounded(float(m.min_transmission[0]), room, up=False)
         if name == "min_transmission_turn":
-            return rounded(float(min_transmission_turn(machine(problem, one), m.driver)[0]), up=False)
+            return rounded(float(min_transmission_turn(machine(problem, one), m.driver)[0]), room, up=False)
         if name in DRIVE:
             works = drive_metrics(one.curve, one.traced, m, inverse=problem.constraints.slots)
-            return rounded(float(getattr(works, name.partition("_")[2])[0]), up=name.startswith("max"))
+            return rounded(float(getattr(works, name.partition("_")[2])[0]), room, up=name.startswith("max"))
         if name in STANDING:
-            return _widened(problem, getattr(problem.constraints, name), one, STANDING[name])
+            return _widened(problem, getattr(problem.constraints, name), one, STANDING[name], room)
         return None
 
-    def _option(self, name: str, one: Candidates) -> str:
+    def _option(self, name: str, one: Candidates, room: float) -> str:
         """Return the option that a candidate would meet, in the user's unit, with what was asked."""
-        value, s = self._value(name, one), self.problem.stroke
+        value, s = self._value(name, one, room), self.problem.stroke
         if value is None:
             return f"without {option(name)}"
         if isinstance(value, Region):
@@ -210,20 +213,20 @@ def relaxed(problem: Problem, nearest: Candidates, name: str) -> Candidates:
     return Refinement.of(loose, nearest[first[np.isfinite(total[first])]]).run(ROUNDS).best
 
 
-def rounded(value: float, *, up: bool) -> float | None:
-    """Return a bound that a value meets with a little room, in four digits; None where there is none above 0."""
-    value = value * (1 + ROOM if up else 1 - ROOM)
+def rounded(value: float, room: float, *, up: bool) -> float | None:
+    """Return a bound that a value meets with a part of it to spare, four digits; None where there is none above 0."""
+    value = value * (1 + room if up else 1 - room)
     if not (math.isfinite(value) and value > 0):
         return None
     unit = 10.0 ** (math.floor(math.log10(value)) - 3)
     return float(f"{(math.ceil if up else math.floor)(value / unit) * unit:.4g}")
 
 
-def _widened(problem: Problem, region: Region, one: Candidates, planes: tuple[int, ...]) -> Region:
+def _widened(problem: Problem, region: Region, one: Candidates, planes: tuple[int, ...], room: float) -> Region:
     """Return the box of a region and of a candidate's pivots together, in the user's unit and frame."""
     x0, y0, x1, y1 = region.carried(problem.scale, problem.shift).box
     there = one.linkage.points[0][:, planes][one.linkage.finite[0][:, planes]] * problem.scale + problem.shift
-    room = ROOM * problem.stroke
+    room = room * problem.stroke
     low = min(x0, there.real.min() - room), min(y0, there.imag.min() - room)
     high = max(x1, there.real.max() + room), max(y1, there.imag.max() + room)
     return Region.of("region", [float(f"{number:.5g}") for number in (*low, *high)])
