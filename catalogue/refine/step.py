@@ -136,8 +136,9 @@ def take_step(problem: Subproblem, radius: Array, penalty: Array, margin: float 
     force = (proof[:, None] @ rows[:, :count, :p])[:, 0]  # in the scaled coordinates
     pulled = (force[:, None] @ (stretch[..., None] * turn))[:, 0]
     bound = at_rest + (proof * right[:, :count]).sum(1) + radius * np.abs(pulled).sum(1)
-    unbalanced = np.abs(cost[:, p:] + (proof[:, None] @ rows[:, :count, p:])[:, 0]).max(1)
-    bound = np.where(unbalanced <= BALANCED, bound, np.nan)
+    # what the multipliers leave unbalanced counts in full: errors, measures and slacks are of order 1
+    unbalanced = np.abs(cost[:, p:] + (proof[:, None] @ rows[:, :count, p:])[:, 0]).sum(1)
+    bound = np.where(unbalanced <= BALANCED, bound + 2 * unbalanced, np.nan)
     return Step(np.where(good[:, None], step, np.nan), dual[:, :m] - dual[:, m : 2 * m], bound)
 
 

@@ -108,8 +108,8 @@ def test_refined_guides_are_nearer_to_stationary(small: Catalogue) -> None:
         run = Refinement.of(problem, start).run(40)  # until it rests
         some = np.flatnonzero(np.isfinite(run.best_cost) & feasibility(problem, start).all)
         before, after = (certified(problem, found[some]).gap for found in (start, run.best))
-        assert np.isfinite(before).mean() > 0.7  # what is not proved is not said
-        assert np.isfinite(after).mean() > 0.7
+        assert np.isfinite(before).mean() > 0.5  # what is not proved is not said
+        assert np.isfinite(after).mean() > 0.5
         assert np.nanmedian(after) < 0.02
         assert np.nanmedian(before) > 3 * np.nanmedian(after)
 
