@@ -29,7 +29,7 @@ def open(
     plugins : sequence of str
         Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
     build : bool
-        Build the database if it is empty, or finish it if a build was interrupted (20 s on two cores).
+        Build the database if it is empty, or finish it if a build was interrupted (less than a minute on two cores).
     quiet : bool
         No progress bar while building.
 
