@@ -52,21 +52,20 @@ def solve(weight: Array, cost: Array, rows: Array, right: Array) -> tuple[Array,
                 break
         normal = (turned * ratio[:, None]) @ rows
         diagonal = np.einsum("nii->ni", normal)
-        diagonal += weight + 1e-13 * np.abs(diagonal).max(1, keepdims=True)
-        inverse = np.linalg.inv(normal)
+        diagonal += weight + 1e-16 * np.abs(diagonal).max(1, keepdims=True)
 
         def newton(
             target: Array,
             rows: Array = rows,
             turned: Array = turned,
-            inverse: Array = inverse,
+            normal: Array = normal,
             outside: Array = outside,
             uphill: Array = uphill,
             slack: Array = slack,
             dual: Array = dual,
         ) -> tuple[Array, Array, Array]:
             pull = (dual * outside + target) / slack
-            dx = -(inverse @ (uphill + (turned @ pull[..., None])[..., 0])[..., None])[..., 0]
+            dx = -np.linalg.solve(normal, uphill[..., None] + turned @ pull[..., None])[..., 0]
             ds = -outside - (rows @ dx[..., None])[..., 0]
             return dx, ds, (target - dual * ds) / slack
 
