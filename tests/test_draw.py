@@ -30,7 +30,7 @@ def normal(degrees: float) -> list[float]:
 def candidate(pivots: list[list[list[float]]], point: complex, half: float, *, circle: bool = False) -> Candidate:
     """Return the guide of a coupler point, laid over a stroke of 100."""
     guides = span(Linkage(pivots), np.array([point]))
-    linkage, guided = placed(guides, trace(guides, np.array([half]), circle=circle, split=False), 100.0)
+    linkage, guided, _ = placed(guides, trace(guides, np.array([half]), circle=circle, split=False), 100.0)
     guides = span(linkage, guided)
     traced = at_stroke(guides, 100.0, circle=circle)
     m = measure(guides, traced)

@@ -58,6 +58,8 @@ class Candidates:
         Guided points in mid-stroke.
     pole : complex ndarray, shape (n,)
         The pole there, which tells the branch of a linkage at a change point; NaN where it is not known.
+    chart : ndarray of int, shape (n,)
+        The chart of the motion whose parameter the traces are in.
     traced : Traced of n
         The path over the stroke and its nominal.
     measures : Measures of n
@@ -72,6 +74,7 @@ class Candidates:
     linkage: Linkage
     point: Array
     pole: Array
+    chart: Array
     traced: Traced
     measures: Measures
     allowance: Array
@@ -98,7 +101,7 @@ class Candidates:
     @property
     def curve(self) -> Span:
         """The guides ready to be traced from mid-stroke."""
-        return span(self.linkage, self.point, pole=self.pole)
+        return span(self.linkage, self.point, pole=self.pole, chart=self.chart)
 
     def with_(self, **changes: Any) -> Candidates:
         """Return these with some fields changed."""

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..batching import take
@@ -34,7 +36,7 @@ def lay(problem: Problem, guides: Span, traced: Traced) -> tuple[Linkage, Array,
     point, pole : complex ndarray, shape (n,)
     """
     there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
-    linkage, point = placed(guides, traced, 1.0)
+    linkage, point, _ = placed(guides, traced, 1.0)
     with np.errstate(all="ignore"):  # the pole matters at change points, which are the reference position
         pole = np.where(there, -traced.fit.along.conj() / traced.fit.stroke * traced.fit.start, 0)
     over = problem.curved & (traced.fit.curvature > 0)
@@ -83,7 +85,7 @@ def described(problem: Problem, origin: Origin, guides: Span, traced: Traced) ->
     allowance = np.full(len(guides), np.nan)
     if "allowance" in problem.needed:
         allowance = allowances(problem, guides, traced, STATIONS)
-    return Candidates(origin, guides.linkage, guides.point, pole, traced, found, allowance)
+    return Candidates(origin, guides.linkage, guides.point, pole, guides.motion.chart, traced, found, allowance)
 
 
 def allowances(problem: Problem, guides: Span, traced: Traced, stations: int) -> Array:
@@ -104,16 +106,34 @@ def near_path(problem: Problem, origin: Origin, moved: Span, nominal: Nominal | 
         The path itself, from which distances are then measured: guides stay where they stand.
     """
     if nominal is not None:
-        linkage, point = mid_stroke(moved, in_place(moved, nominal))
-        here = span(linkage, point)
-        return described(problem, origin, here, in_place(here, nominal))
-    traced = _forward(near_stroke(moved, 1.0, circle=problem.curved, curvature=problem.fixed_curvature))
-    linkage, point = placed(moved, traced, 1.0)
+        linkage, point, traced = mid_stroke(moved, in_place(moved, nominal))
+        return described(problem, origin, span(linkage, point, chart=moved.motion.chart), traced)
+    found = near_stroke(moved, 1.0, circle=problem.curved, curvature=problem.fixed_curvature)
+    back = found.fit.along.real < 0  # guides keep their side of the path
+    found = _reversed(found, back)
+    linkage, point, traced = placed(moved, found, 1.0)
+    if problem.curvature is None:  # an arc that has turned over is none of what is asked
+        turned = traced.fit.curvature >= 0
+        traced = replace(traced, fit=replace(traced.fit, deviation=np.where(turned, np.nan, traced.fit.deviation)))
     with np.errstate(all="ignore"):
         before = np.full(len(moved), complex(np.nan, np.nan)) if moved.pole is None else moved.pole
-        pole = traced.fit.along.conj() / traced.fit.stroke * (before - traced.fit.start)
-        bend = traced.fit.curvature * traced.fit.stroke
-    return measured(problem, origin, linkage, point, pole, bend)
+        pole = found.fit.along.conj() / found.fit.stroke * (before - found.fit.start)
+    if moved.cusp.any():
+        return measured(problem, origin, linkage, point, pole, traced.fit.curvature)
+    here = span(linkage, point, pole=pole, chart=moved.motion.chart)
+    return described(problem, origin, here, _reversed(traced, back))
+
+
+def in_best_charts(problem: Problem, found: Candidates) -> Candidates:
+    """Return candidates with those measured anew whose motion has a better chart than the one they were traced in."""
+    best = span(found.linkage, found.point, pole=found.pole).motion.chart
+    other = np.flatnonzero(best != found.chart)
+    if not len(other):
+        return found
+    some = found[other]
+    bend = _reversed(some.traced, some.traced.fit.along.real < 0).fit.curvature
+    anew = measured(problem, some.origin, some.linkage, some.point, some.pole, bend)
+    return found.replaced(other, anew)
 
 
 def final(problem: Problem, found: Candidates) -> Candidates:
@@ -132,12 +152,10 @@ def final(problem: Problem, found: Candidates) -> Candidates:
     return found.with_(traced=traced, allowance=allowances(problem, guides, traced, SHOWN // 4))
 
 
-def _forward(traced: Traced) -> Traced:
-    """Return the traces with those turned round that run backwards along the path: guides keep their side of it."""
-    back = traced.fit.along.real < 0
-    fit = take(traced.fit, slice(None))
-    start, along = np.where(back, fit.start + fit.stroke * fit.along, fit.start), np.where(back, -fit.along, fit.along)
-    curvature = np.where(back, -fit.curvature, fit.curvature)
-    turned = type(fit)(fit.deviation, fit.stroke, start, along, curvature, fit.unresolved)
-    low, high = np.where(back, traced.high, traced.low), np.where(back, traced.low, traced.high)
+def _reversed(traced: Traced, where: Array) -> Traced:
+    """Return the traces with those `where` a mask says so run through from the other end."""
+    fit = traced.fit
+    start, along = np.where(where, fit.start + fit.stroke * fit.along, fit.start), np.where(where, -1, 1) * fit.along
+    turned = replace(fit, start=start, along=along, curvature=np.where(where, -1, 1) * fit.curvature)
+    low, high = np.where(where, traced.high, traced.low), np.where(where, traced.low, traced.high)
     return Traced(turned, traced.shift, low, high)

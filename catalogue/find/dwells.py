@@ -115,7 +115,7 @@ def _turning(
     if not len(good):
         return None
     rows, guides, traced = {k: v[good] for k, v in rows.items()}, guides[good], traced[good]
-    linkage, point = mid_stroke(guides, traced)
+    linkage, point, _ = mid_stroke(guides, traced)
     fit = traced.fit
     depth = np.copysign(np.sqrt(1 / fit.curvature**2 - 0.25 * fit.stroke**2), fit.curvature)
     rows["joint"] = fit.start + fit.along * (0.5 * fit.stroke + 1j * depth)

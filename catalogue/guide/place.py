@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from typing import Any
+
 import numpy as np
 
 from ..linkage import Array, Linkage
@@ -19,7 +22,7 @@ ROUNDS, ROUNDS_AT_CUSP = 3, 10
 REACHED, CORRECTIONS = 1e-11, 2
 
 
-def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage, Array]:
+def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage, Array, Traced]:
     """Return the linkages in mid-stroke, laid so that their paths run from (0, 0) to (stroke, 0).
 
     Guides whose paths have a cusp are given as they stand there, at (0, 0).
@@ -36,17 +39,25 @@ def placed(guides: Span, traced: Traced, stroke: Array | float) -> tuple[Linkage
     linkage : Linkage of n
     point : complex ndarray, shape (n,)
         Guided points in mid-stroke.  A guide that was not traced stays where it is.
+    traced : Traced of n
+        The same traces there, in the same charts.
     """
     there = _there(traced)
-    now, here = mid_stroke(guides, traced)
+    now, here, seen = mid_stroke(guides, traced)
     with np.errstate(all="ignore"):
         scale = np.where(there, stroke / traced.fit.stroke * traced.fit.along.conj(), 1.0)
         shift = np.where(there, -scale * traced.fit.start, 0.0)
-    return now.moved(scale, shift), scale * here + shift
+        size, fit = np.abs(scale), traced.fit
+        fit = Fit(
+            size * fit.deviation, size * fit.stroke, scale * fit.start + shift, scale / size * fit.along,
+            fit.curvature / size, size * fit.unresolved,
+        )  # fmt: skip
+    return now.moved(scale, shift), scale * here + shift, replace(seen, fit=fit)
 
 
-def mid_stroke(guides: Span, traced: Traced) -> tuple[Linkage, Array]:
-    """Return the linkages and guided points in mid-stroke (at a cusp: there), where they stand."""
+def mid_stroke(guides: Span, traced: Traced) -> tuple[Linkage, Array, Traced]:
+    """Return the linkages and guided points in mid-stroke (at a cusp: there), where they stand, and their traces with
+    the parameters counted from there, in the same charts."""
     there = _there(traced)
     moving, linkage = guides.motion, guides.linkage
     point = np.where(there, guides.point + traced.shift, guides.point)
@@ -57,7 +68,9 @@ def mid_stroke(guides: Span, traced: Traced) -> tuple[Linkage, Array]:
         finite = linkage.finite[:, i, 1]
         z[:, i, 1] = np.where(finite, z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin), z[:, i, 1] * (1 + x))
     now = Linkage.trusted(np.stack([z.real, z.imag, linkage.pivots[..., 2]], axis=-1))
-    return now, point + d + x * (point - moving.origin)
+    # a parameter is the tangent of half an angle: angles are subtracted
+    low, high = ((end - t) / (1 + end * t) for end in (traced.low, traced.high))
+    return now, point + d + x * (point - moving.origin), Traced(traced.fit, np.zeros_like(traced.shift), low, high)
 
 
 def _there(traced: Traced) -> Array:
@@ -109,15 +122,7 @@ def at_stroke(
             half, centre = _symmetric(guides, rough.fit, stroke)
         half = _of_chord(guides, half, centre, stroke)
     found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
-    with np.errstate(all="ignore"):
-        ratio = stroke / found.fit.stroke
-    for _ in range(CORRECTIONS):  # the chord of a path is longer than its run along the best line
-        if not (np.abs(ratio - 1) > REACHED).any():
-            break
-        half = half * ratio
-        found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
-        with np.errstate(all="ignore"):
-            ratio = stroke / found.fit.stroke
+    found, half = _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)
     fine = (found.relative < FINE) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
         again = trace(
@@ -134,18 +139,34 @@ def along_path(guides: Span, curvature: Array | float) -> Array:
 
 
 def near_stroke(
-    guides: Span, stroke: float, *, circle: bool, nodes: int = 16, curvature: float | None = None
+    guides: Span, stroke: float, *, circle: bool, nodes: int = 32, curvature: float | None = None
 ) -> Traced:
     """Trace each of n guides, its point as it is, over the window about its reference position whose ends are so far
     apart [length of the guides]; NaN where it does not reach so far.
 
-    Good enough to be laid by, and measured anew: the stroke along the nominal is off by a few deviations squared.
-    With a `curvature`, positive for a centre above, the nominal has exactly that.
+    The stroke along a line is off by a few deviations squared.  With a `curvature`, positive for a centre above, the
+    nominal has exactly that, and the stroke is the one asked for.
     """
     held = None if curvature is None else along_path(guides, curvature)
     half, centre = np.where(guides.cusp, stroke, 0.5 * stroke), np.zeros(len(guides))
     half = np.where(guides.cusp, half, _of_chord(guides, half, centre, np.full_like(half, stroke)))
-    return trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
+    found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
+    if held is None:
+        return found
+    return _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)[0]
+
+
+def _corrected(found: Traced, guides: Span, stroke: Array | float, half: Array, **how: Any) -> tuple[Traced, Array]:
+    """Return guides traced again until their strokes are those asked for, and their half windows: the chord of a path
+    is longer than its run along the best line."""
+    for _ in range(CORRECTIONS):
+        with np.errstate(all="ignore"):
+            ratio = stroke / found.fit.stroke
+        if not (np.abs(ratio - 1) > REACHED).any():
+            break
+        half = half * ratio
+        found = trace(guides, half, split=False, **how)
+    return found, half
 
 
 def _of_chord(guides: Span, half: Array, centre: Array, chord: Array) -> Array:

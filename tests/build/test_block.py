@@ -154,7 +154,7 @@ def test_measures_are_those_of_the_motion(again: Again) -> None:
 
 
 def test_boxes_hold_the_pivots_when_the_path_lies_from_0_to_1(again: Again) -> None:
-    linkage, _ = placed(again.guides, again.traced, 1.0)
+    linkage, _, _ = placed(again.guides, again.traced, 1.0)
     nowhere = complex(np.nan, np.nan)
     for name, planes in (("fixed", (0,)), ("all", (0, 1))):
         z = np.where(linkage.finite[:, :, planes], linkage.points[:, :, planes], nowhere).reshape(len(linkage), -1)

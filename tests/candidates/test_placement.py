@@ -10,7 +10,9 @@ import pytest
 
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.feasibility import standing
-from catalogue.candidates.placement import every_flip, final, flipped, measured
+from catalogue.candidates.placement import every_flip, final, flipped, in_best_charts, measured, near_path
+from catalogue.guide.pose_jacobian import displaced
+from catalogue.guide.span import span
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3), CircularArc(1, None, 1e-3)
 FAMILIES = ["four-bar", "slider-crank", "inverted-slider-crank"]
@@ -85,3 +87,53 @@ def test_parts_of_a_batch_make_the_batch(batch: Any, request_: Any) -> None:
         np.testing.assert_array_equal(one.deviation, other.deviation)
         np.testing.assert_array_equal(one.origin.series, other.origin.series)
         np.testing.assert_array_equal(one.measures.box, other.measures.box)
+
+
+@pytest.mark.parametrize("request_", [LINE, ARC, ANY], ids=["line", "arc", "any"])
+def test_a_displaced_guide_is_laid_along_the_path_again(batch: Any, naive: SimpleNamespace, request_: Any) -> None:
+    """Its trace, seen from mid-stroke and in the frame of the path, is the one that is measured there anew."""
+    problem, found = batch(request_, count=40, families=FAMILIES)
+    found = found[np.flatnonzero(found.deviation < 5e-3)]
+    turn, draw = 1.1 * np.exp(0.2j), np.random.default_rng(4)
+    step = 3e-3 * draw.normal(size=(len(found), 10))
+    linkage, point, good = displaced(found.linkage, found.point, step)
+    found = found[np.flatnonzero(good)]
+    away = np.full(len(found), turn if problem.fixed_curvature is None else np.exp(0.2j))
+    moved = span(linkage.moved(away, 0.1 * away), away * (point + 0.1), chart=found.chart)
+    laid = near_path(problem, found.origin, moved)
+    laid = laid[np.flatnonzero(np.isfinite(laid.deviation))]
+    assert len(laid) > 0.5 * len(found)
+    bend = -np.abs(laid.traced.fit.curvature) if problem.curved else None
+    again = measured(problem, laid.origin, laid.linkage, laid.point, laid.pole, bend)
+    # the window of the one is laid about its mid-stroke, that of the other ends on the nominal: second order in the
+    # deviation, but in the end all that a steep path rises there
+    np.testing.assert_allclose(laid.deviation, again.deviation, rtol=3e-2)
+    np.testing.assert_allclose(laid.measures.size, again.measures.size, rtol=1e-3)
+    np.testing.assert_allclose(laid.traced.fit.stroke, 1.0, atol=1e-12)
+    way = np.sign(laid.traced.fit.along.real)
+    assert (way * laid.traced.fit.along).real == pytest.approx(1.0)
+    run = [path for p, z in zip(laid.linkage.pivots, laid.point, strict=True)
+           if (path := naive.Loop(p, complex(z)).over(1.0, 301)) is not None]  # fmt: skip
+    assert len(run) > 0.9 * len(laid)
+    if problem.curvature is None:
+        assert min(path[150].imag for path in run) > 0, "arcs bulge up"
+    ends = np.abs([[path[0], path[-1] - 1] for path in run])
+    assert ends.max() < 4 * laid.deviation.max()
+
+
+def test_an_arc_that_turns_over_is_none(batch: Any) -> None:
+    problem, found = batch(ANY, count=20, families=["four-bar"])
+    over = np.ones(len(found), bool)
+    linkage, point, _ = flipped(found.linkage, found.point, found.pole, ~over, over)
+    assert np.isfinite(found.deviation).any()
+    assert np.isnan(near_path(problem, found.origin, span(linkage, point)).deviation).all()
+
+
+def test_guides_are_measured_in_their_best_chart(batch: Any) -> None:
+    problem, found = batch(LINE, count=20, families=["four-bar"])
+    same = in_best_charts(problem, found)
+    np.testing.assert_array_equal(same.deviation, found.deviation)
+    other = found.with_(chart=(found.chart + 1) % 3)
+    back = in_best_charts(problem, other)
+    np.testing.assert_array_equal(back.chart, found.chart)
+    np.testing.assert_allclose(back.deviation, found.deviation, rtol=1e-6)

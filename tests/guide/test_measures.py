@@ -93,7 +93,7 @@ def test_lengths_and_boxes_are_those_of_the_placed_linkage(short: Made, naive: A
     guides, found = short
     stroke = found.fit.stroke
     m = measure(guides, found)
-    linkage, _ = placed(guides, found, stroke)
+    linkage, _, _ = placed(guides, found, stroke)
     for n in range(len(guides)):
         z, finite, kind = linkage.points[n], linkage.finite[n], linkage.dyads[n]
         links = [abs(z[i, 1] - z[i, 0]) for i in (0, 1) if kind[i] == RR]

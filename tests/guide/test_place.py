@@ -37,7 +37,7 @@ def path_of(linkage: Linkage, point: Array, low: Array, high: Array) -> Array:
 
 def test_path_runs_from_0_to_the_stroke(case: tuple[bool, Span, Traced]) -> None:
     circle, guides, found = case
-    linkage, point = placed(guides, found, STROKE)
+    linkage, point, _ = placed(guides, found, STROKE)
     now = at_stroke(span(linkage, point), STROKE, circle=circle)
     good = np.isfinite(now.fit.deviation)
     assert good.mean() > 0.97  # the others end where their path turns
@@ -54,7 +54,7 @@ def test_path_runs_from_0_to_the_stroke(case: tuple[bool, Span, Traced]) -> None
 
 def test_linkage_is_given_in_mid_stroke(case: tuple[bool, Span, Traced]) -> None:
     _, guides, found = case
-    linkage, point = placed(guides, found, STROKE)
+    linkage, point, _ = placed(guides, found, STROKE)
     np.testing.assert_allclose(point.real, STROKE / 2, atol=1e-6 * STROKE)
     # it is the same linkage: its lengths have only been multiplied
     scale = STROKE / found.fit.stroke
@@ -68,7 +68,7 @@ def test_linkage_is_given_in_mid_stroke(case: tuple[bool, Span, Traced]) -> None
 
 def test_deviation_is_kept_by_placing(case: tuple[bool, Span, Traced]) -> None:
     circle, guides, found = case
-    linkage, point = placed(guides, found, STROKE)
+    linkage, point, _ = placed(guides, found, STROKE)
     now = at_stroke(span(linkage, point), STROKE, circle=circle)
     ratio = now.relative / found.relative
     # a slightly different window: its ends are those of the path, not of the tangent
@@ -78,7 +78,7 @@ def test_deviation_is_kept_by_placing(case: tuple[bool, Span, Traced]) -> None:
 
 def test_mirrored_guides_are_mirror_images(case: tuple[bool, Span, Traced]) -> None:
     circle, guides, found = case
-    linkage, point = placed(guides, found, STROKE)
+    linkage, point, _ = placed(guides, found, STROKE)
     n = len(point)
     before = at_stroke(span(linkage, point), STROKE, circle=circle)
     for reverse in (False, True):
@@ -100,7 +100,7 @@ def test_mirrored_guides_are_mirror_images(case: tuple[bool, Span, Traced]) -> N
 
 def test_mirroring_chooses_for_each_guide_on_its_own(case: tuple[bool, Span, Traced]) -> None:
     _, guides, found = case
-    linkage, point = placed(guides, found, STROKE)
+    linkage, point, _ = placed(guides, found, STROKE)
     pick = np.arange(len(point)) % 2 == 0
     laid, there = mirrored(linkage, point, STROKE, pick, ~pick)
     np.testing.assert_allclose(there[pick].real, STROKE - point[pick].real)
@@ -138,7 +138,7 @@ def test_a_known_circle_need_not_be_sought(drawn: Drawn, scanned: Callable[[bool
     half, found = reach(guides, scanned(True), 1e-3, circle=True)
     some = np.isfinite(half) & ~guides.cusp
     guides, found = guides[some], found[some]
-    linkage, point = placed(guides, found, STROKE)
+    linkage, point, _ = placed(guides, found, STROKE)
     here, known = span(linkage, point), found.fit.curvature * found.fit.stroke / STROKE
     sought = at_stroke(here, STROKE, circle=True)
     given = at_stroke(here, STROKE, circle=True, curvature=known)

@@ -246,7 +246,7 @@ def test_split_shift_is_real(naive: Any) -> None:
         guides = spanned(case)
         half = np.array([0.25 * case["strokes"][0]["stroke"]])
         found = trace(guides, half, circle=False, split=True)
-        linkage, point = placed(guides, found, 10.0)
+        linkage, point, _ = placed(guides, found, 10.0)
         path = naive.Loop(linkage.pivots[0].tolist(), complex(point[0])).over(10.0, 1201)
         assert path is not None
         again = at_stroke(span(linkage, point), 10.0, circle=False)
