@@ -22,8 +22,9 @@ LARGEST = {"max_size": "size", "max_link": "max_link", "max_ground": "max_ground
 LEAST = {"min_link": "min_link", "min_allowance": "allowance"}
 #: Regions with the pivots, 0 fixed and 1 moving, that must stand in them.
 STANDING = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
-#: What the amount of a relaxed constraint counts for, beside others.
-RELAXED = 0.02
+#: What the logarithm of the deviation counts for beside lengths in strokes and angles in radians, so that a guide may
+#: deviate on its way to where its pivots are to stand; and the amount of a relaxed constraint.
+BESIDE, RELAXED = 0.01, 0.02
 #: Intervals between the Chebyshev points of the stroke at which the swept room is looked at; four times as many places.
 SWEPT = 16
 #: Amounts below this break nothing: lengths in strokes, angles in radians, rounding of both.
@@ -42,9 +43,10 @@ class Feasibility:
 
     @cached_property
     def total(self) -> Array:
-        """All amounts together, that of a relaxed constraint by `RELAXED` of it, shape (n,)."""
-        parts = [amount * (RELAXED if name == self.relaxed else 1.0) for name, amount in self.amounts.items()]
-        return np.asarray(np.sum(parts, axis=0))
+        """All amounts together, each by its weight, shape (n,)."""
+        return np.asarray(
+            np.sum([amount * weight(name, self.relaxed) for name, amount in self.amounts.items()], axis=0)
+        )
 
     @cached_property
     def all(self) -> Array:
@@ -56,6 +58,11 @@ class Feasibility:
         """How many candidates break each constraint."""
         counts = {name: int((amount > ROUNDING).sum()) for name, amount in self.amounts.items()}
         return {name: number for name, number in counts.items() if number}
+
+
+def weight(name: str, relaxed: str = "") -> float:
+    """Return what the amount counts for by which a constraint is broken."""
+    return RELAXED if name == relaxed else BESIDE if name == "deviation" else 1.0
 
 
 def nearer_arm(found: Candidates) -> Array:

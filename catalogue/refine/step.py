@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..candidates.feasibility import RELAXED
+from ..candidates.feasibility import weight
 from ..linkage import Array
 from .qp import solve
 from .subproblem import Subproblem
@@ -77,8 +77,8 @@ def take_step(problem: Subproblem, radius: Array, penalty: Array, margin: float 
     width = first + 1 + len(slack)
     cost = np.zeros((n, width))
     cost[:, first:] = penalty[:, None]
-    if problem.relaxed in slack:
-        cost[:, first + slack[problem.relaxed]] *= RELAXED
+    for name, column in slack.items():
+        cost[:, first + column] *= weight(name, problem.relaxed)
     blocks: list[Array] = []
     rights: list[Array] = []
 
@@ -126,10 +126,10 @@ def take_step(problem: Subproblem, radius: Array, penalty: Array, margin: float 
     box = back / radius[:, None, None]
     add(box, np.ones((n, p)), {})
     add(-box, np.ones((n, p)), {})
-    weight = np.full((n, width), 1e-9)
-    weight[:, :p] = PULL / (stretch * radius[:, None]) ** 2
+    square = np.full((n, width), 1e-9)
+    square[:, :p] = PULL / (stretch * radius[:, None]) ** 2
     rows, right = np.concatenate(blocks, axis=1), np.concatenate(rights, axis=1)
-    x, dual = solve(weight, cost, rows, right)
+    x, dual = solve(square, cost, rows, right)
     step = (back @ x[:, :p, None])[..., 0]
 
     proof, at_rest = dual[:, :count], cost[:, p] * worst / scale + penalty * _violation(problem, scale, margin)
@@ -146,4 +146,4 @@ def _violation(problem: Subproblem, scale: Array, margin: float) -> Array:
     """Return by how much the constraints are broken before the step, as the slacks count it, shape (n,)."""
     broken = [np.maximum(limit.value + margin, 0).max(1) for limit in problem.limits.values()]
     deviation = np.maximum(np.abs(problem.error).max(1) - problem.allowed, 0) / scale
-    return np.asarray(deviation + np.sum(broken, axis=0))
+    return np.asarray(weight("deviation") * deviation + np.sum(broken, axis=0))

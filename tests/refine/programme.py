@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import linprog
 
+from catalogue.candidates.feasibility import BESIDE
 from catalogue.guide.minimax import grid
 from catalogue.linkage import Array
 from catalogue.refine.quantities import Pieces
@@ -44,7 +45,7 @@ def cost_of(problem: Subproblem, i: int, step: Array, penalty: float) -> float:
     if "deviation" in problem.marginal:
         total += problem.marginal["deviation"][i] * left / problem.allowed[i]
     over = max(left / problem.allowed[i] - 1, 0.0)
-    return float(total + penalty * (over + sum(max(after[name], 0.0) for name in problem.limits)))
+    return float(total + penalty * (BESIDE * over + sum(max(after[name], 0.0) for name in problem.limits)))
 
 
 def best_of(problem: Subproblem, i: int, radius: float, penalty: float) -> float:
@@ -67,7 +68,7 @@ def best_of(problem: Subproblem, i: int, radius: float, penalty: float) -> float
         add(sign * problem.jacobian[i] / unit, -sign * problem.error[i] / unit, (p, -1.0))
     add(np.zeros((1, p)), np.ones(1), (p, 1.0), (p + 1, -1.0))
     cost = np.zeros(width)
-    cost[p + 1] = penalty
+    cost[p + 1] = BESIDE * penalty
     if "deviation" in problem.marginal:
         cost[p] = problem.marginal["deviation"][i]
     bounds: list[tuple[float | None, float | None]] = [(-1, 1)] * p + [(0, None), (0, None)]
