@@ -17,7 +17,7 @@ import numpy as np
 from ..batching import join, take
 from ..candidates.batch import Candidates
 from ..candidates.feasibility import cost, feasibility
-from ..candidates.placement import near_path
+from ..candidates.placement import in_best_charts, near_path
 from ..guide.fixed_nominal import Nominal
 from ..guide.span import span
 from ..linkage import Array
@@ -29,7 +29,7 @@ from .subproblem import linearise
 #: First trust-region radius, in the units of `Parametrisation`; what it is multiplied by; that of the second step.
 RADIUS, RADIUS_FACTORS, SECOND = 0.1, (0.2, 0.7, 2.5), 0.5
 #: A guide rests when its radius is shorter than this, or when so many rounds in a row have made its merit less by less
-#: than that.
+#: than that; in haste, one such round after one that made it less by more, where no constraint is broken.
 SHORT, PATIENCE, STALLED = 1e-5, 2, 1e-3
 #: Guides below this deviation over stroke are exact but for rounding.
 EXACT = 1e-12
@@ -58,6 +58,8 @@ class Refinement:
         Which are still refined.
     stalled : ndarray of int, shape (n,)
         For how many rounds the merit has hardly fallen.
+    hasty : bool
+        Whether they rest after the first round that gains little.
     rounds, evaluated : int
         Rounds taken, and candidates measured in them.
     """
@@ -74,6 +76,7 @@ class Refinement:
     penalty: Array
     active: Array
     stalled: Array
+    hasty: bool = False
     rounds: int = 0
     evaluated: int = 0
 
@@ -85,6 +88,7 @@ class Refinement:
         moves: Parametrisation | None = None,
         nominal: Nominal | None = None,
         penalty: float = PENALTY,
+        hasty: bool = False,
     ) -> Refinement:
         """Return the refinement of placed guides, which need not meet the constraints.
 
@@ -98,6 +102,8 @@ class Refinement:
             The path itself, from which distances are then measured: guides are not laid anew, but stay in place.
         penalty : float
             Cost of a broken constraint, per stroke or radian, to begin with.
+        hasty : bool
+            Rest after the first round that gains little.
         """
         n = len(start)
         broken = feasibility(problem, start)
@@ -108,7 +114,7 @@ class Refinement:
             active = np.isfinite(start.deviation) & ~start.curve.cusp
         return cls(
             problem, start, moves or PivotCoordinates(), nominal, start, value, broken.total.copy(),
-            broken.total.copy(), np.full(n, RADIUS), np.full(n, penalty), np.asarray(active), np.zeros(n, int),
+            broken.total.copy(), np.full(n, RADIUS), np.full(n, penalty), np.asarray(active), np.zeros(n, int), hasty,
         )  # fmt: skip
 
     def __getitem__(self, index: Array) -> Refinement:
@@ -146,7 +152,9 @@ class Refinement:
         fell = np.ones(len(self.active), bool)
         fell[at] = self.violation[at] <= 0
         fell[to] |= total[gained] <= FALLS * self.violation[to]
-        self.current = self.current.replaced(to, trials[gained])
+        self.current = self.current.replaced(
+            to, in_best_charts(self.problem, trials[gained]) if self.nominal is None else trials[gained]
+        )
         self.violation[to] = total[gained]
         steeper = np.where(fell[at], 1.0, STEEPER)
         self.penalty[at] = np.minimum(self.penalty[at] * steeper, STEEPEST)
@@ -155,7 +163,8 @@ class Refinement:
         self.radius[at] = np.minimum(self.radius[at] * by[at], 1.0)
         gain = np.zeros(len(self.active))
         gain[to] = np.where(np.isfinite(before), before, np.inf)[of[gained]] - merit[gained]
-        self.stalled[at] = np.where(gain[at] < STALLED, self.stalled[at] + 1, 0)
+        soon = self.hasty & (self.violation[at] <= 0)
+        self.stalled[at] = np.where(gain[at] < STALLED, self.stalled[at] + 1, soon.astype(int))
         self.active = self.active & (self.radius > SHORT) & (self.stalled < PATIENCE)
         return bool(self.active.any())
 

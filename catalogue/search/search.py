@@ -23,10 +23,11 @@ from ..store import Database
 from . import retrieve, synthesis
 from .report import SearchReport
 
-#: Starts of a stage that are measured, of those the ones that are refined, those refined farther, per unit of effort.
-MEASURED, TRIED, KEPT = 60, 24, 10
-#: Rounds of refinement for all that are tried, and then for those that are kept.
-FIRST_ROUNDS, MORE_ROUNDS = 2, 6
+#: Starts of each kind that are measured in a stage; those of them that are refined for a round, and of all kinds for
+#: another; those refined farther.
+MEASURED, TRIED, KEPT = 60, 24, 12
+#: Most rounds of refinement for those that are kept, per unit of effort.
+MORE_ROUNDS = 6
 #: Candidates that break the constraints by less than this, all together, are refined once more, at
 #: this price.
 NEAR, LEADING = 0.1, 1e3
@@ -88,7 +89,7 @@ class Search:
             self._refine(starts)
         self.stage += 1
         effort, feasible = self.problem.effort, int(np.isfinite(self.cost).sum())
-        ample = feasible >= min(self.problem.limit, AMPLE) and self.stage >= effort + self._constrained
+        ample = feasible >= AMPLE and self.stage >= effort + self._constrained
         spent = self.report.refined > POINTS * effort or self.stage >= STAGES * effort
         if ample or spent or starts is None or not len(starts):
             self.status = "found" if feasible else "exhausted"
@@ -174,19 +175,28 @@ class Search:
             self.cost = np.concatenate([self.cost, first_cost])
             return
         with self.report.timed("refine"):
-            first = Refinement.of(self.problem, starts).run(FIRST_ROUNDS)
-            merit = np.where(np.isfinite(first.best_cost), first.best_cost, 1e3 + first.nearest)
-            keep = np.argsort(merit, kind="stable")[: max(KEPT, min(self.problem.limit, TRIED))]
-            later = first[keep].run(MORE_ROUNDS * self.problem.effort)
-            self.report.refined += first.evaluated + later.evaluated
-            near = np.flatnonzero(~np.isfinite(later.best_cost) & (later.nearest < NEAR))
-            if len(near):  # hardly outside the constraints: led in, whatever they cost on the way
-                last = Refinement.of(self.problem, later.best[near], penalty=LEADING).run(MORE_ROUNDS)
-                self.report.refined += last.evaluated
-                later.best = later.best.replaced(near, last.best)
-                later.best_cost[near] = last.best_cost
-            rest = np.setdiff1d(np.arange(len(merit)), keep)
-            found = join(later.best, first.best[rest])
-            value = np.concatenate([later.best_cost, first.best_cost[rest]])
+            found, value = self._halved(Refinement.of(self.problem, starts, hasty=self.problem.effort == 1))
         self.found = found if self.found is None else join(self.found, found)
         self.cost = np.concatenate([self.cost, value])
+
+    def _halved(self, refinement: Refinement) -> tuple[Candidates, Array]:
+        """Return what comes of candidates, fewer of which are refined the farther it goes, and what they cost."""
+        parts: list[tuple[Candidates, Array]] = []
+        for rounds, keep in ((1, TRIED), (1, max(KEPT, min(self.problem.limit, TRIED)))):
+            refinement.run(rounds)
+            merit = np.where(np.isfinite(refinement.best_cost), refinement.best_cost, 1e3 + refinement.nearest)
+            order = np.argsort(merit, kind="stable")
+            rest = refinement[order[keep:]]
+            parts.append((rest.best, rest.best_cost))
+            self.report.refined += refinement.evaluated
+            refinement = refinement[order[:keep]]
+        refinement.run(MORE_ROUNDS * self.problem.effort)
+        self.report.refined += refinement.evaluated
+        near = np.flatnonzero(~np.isfinite(refinement.best_cost) & (refinement.nearest < NEAR))
+        if len(near):  # hardly outside the constraints: led in, whatever they cost on the way
+            led = Refinement.of(self.problem, refinement.best[near], penalty=LEADING).run(MORE_ROUNDS)
+            self.report.refined += led.evaluated
+            refinement.best = refinement.best.replaced(near, led.best)
+            refinement.best_cost[near] = led.best_cost
+        parts.append((refinement.best, refinement.best_cost))
+        return join(*(found for found, _ in parts)), np.concatenate([value for _, value in parts])
