@@ -129,15 +129,15 @@ def searched(
         with report.timed("round lengths"):
             found = with_round_lengths(problem, found, round_to)
     found = found[np.flatnonzero(feasibility(problem, found).all)]
-    if not len(found):
-        return None
-    found, front = select_top(problem, found, problem.limit)
     with report.timed("verify"):
-        found = final(problem, found)
-        good = np.flatnonzero(feasibility(problem, found).all)
-        found, front = found[good], front[good]
+        if len(found):
+            found = final(problem, found)
+            found = found[np.flatnonzero(feasibility(problem, found).all)]
+        if not len(found):
+            return None
+        found, front = select_top(problem, found, problem.limit)
         seal = certified(problem, found) if refine and round_to is None else None
-    return Selection(found, front, seal) if len(found) else None
+    return Selection(found, front, seal)
 
 
 def _cognates(problem: Problem, found: Candidates, refine: bool) -> Candidates | None:
