@@ -6,7 +6,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..batching import take
 from ..guide.fixed_nominal import Nominal, in_place
 from ..guide.measures import measure
 from ..guide.place import FINE, at_stroke, mid_stroke, mirrored, near_stroke, placed

@@ -152,9 +152,10 @@ class Refinement:
         fell = np.ones(len(self.active), bool)
         fell[at] = self.violation[at] <= 0
         fell[to] |= total[gained] <= FALLS * self.violation[to]
-        self.current = self.current.replaced(
-            to, in_best_charts(self.problem, trials[gained]) if self.nominal is None else trials[gained]
-        )
+        accepted = trials[gained]
+        if self.nominal is None:
+            accepted = in_best_charts(self.problem, accepted)
+        self.current = self.current.replaced(to, accepted)
         self.violation[to] = total[gained]
         steeper = np.where(fell[at], 1.0, STEEPER)
         self.penalty[at] = np.minimum(self.penalty[at] * steeper, STEEPEST)
