@@ -11,7 +11,7 @@ import numpy as np
 
 from ..errors import InvalidRequest
 from .region import Region, zones
-from .request import positive, whole
+from .request import digits, positive, whole
 
 #: Bounds on lengths, and on what `catalogue.guide.drive` knows.
 LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "max_arm", "min_allowance")
@@ -165,12 +165,13 @@ class Constraints:
         return places
 
     def carried(self, scale: complex, shift: complex) -> Constraints:
-        """Return the same constraints after the similarity z -> scale z + shift."""
+        """Return the same constraints after the similarity z -> scale z + shift into strokes, bounds to 12 digits and
+        regions to 12 decimals, so that the unit leaves no trace in them."""
         size = abs(scale)
         to: dict[str, Any] = {name: getattr(self, name) for name in (*LENGTHS, "within", "play")}
-        to = {name: value * size for name, value in to.items() if value}
-        to |= {n: region.carried(scale, shift) for n in REGIONS if (region := getattr(self, n)) is not None}
-        to["keep_out"] = tuple(zone.carried(scale, shift) for zone in self.keep_out)
+        to = {name: digits(value * size) for name, value in to.items() if value}
+        to |= {n: region.carried(scale, shift).rounded() for n in REGIONS if (region := getattr(self, n)) is not None}
+        to["keep_out"] = tuple(zone.carried(scale, shift).rounded() for zone in self.keep_out)
         for name in GIVEN:
             if (pair := getattr(self, name)) is not None:
                 carried = [scale * complex(*place) + shift for place in pair]

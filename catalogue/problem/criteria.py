@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InvalidRequest
 from ..linkage import Array
-from .request import positive
+from .request import digits, positive
 
 #: What candidates can be ranked by; of each less is better as a cost.  The score is that of the desirabilities, the
 #: balance the size over the stroke less the transmission angle over 90 degrees.
@@ -56,7 +56,7 @@ class Desire:
             side = "below" if downward else "above"
             raise InvalidRequest(f"the best {name} must lie {side} the worst, not {best:g} and {worst:g}")
         right = 90.0 if name == "transmission" else unit
-        return cls(best / right, worst / right, positive(f"the weight of {name}", weight))
+        return cls(digits(best / right), digits(worst / right), positive(f"the weight of {name}", weight))
 
     def of_value(self, value: Array) -> Array:
         """Return the desirability, 0 to 1."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from .constraints import Constraints
 from .ranking import Ranking
-from .request import CircularArc, Request, StraightLine
+from .request import CircularArc, Request, StraightLine, digits
 
 
 @dataclass(frozen=True)
@@ -50,10 +50,10 @@ class Problem:
         scale, shift = request.stroke * request.direction, request.origin
         path: Request
         if isinstance(request, CircularArc):
-            radius = None if request.radius is None else request.radius / request.stroke
-            path = CircularArc(1.0, radius, request.relative)
+            radius = None if request.radius is None else digits(request.radius / request.stroke)
+            path = CircularArc(1.0, radius, digits(request.relative))
         else:
-            path = StraightLine(1.0, request.relative)
+            path = StraightLine(1.0, digits(request.relative))
         inside = constraints.carried(1 / scale, -shift / scale)
         return cls(path, inside, ranking, limit, effort, scale, shift)
 

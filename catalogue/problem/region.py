@@ -53,6 +53,10 @@ class Region:
         (x0, y0), (x1, y1) = corners.min(0).tolist(), corners.max(0).tolist()
         return Region(corners, (x0, y0, x1, y1), self.is_box and complex(scale).imag == 0)
 
+    def rounded(self, decimals: int = 12) -> Region:
+        """Return the region with its coordinates rounded."""
+        return Region(self.corners.round(decimals), tuple(round(x, decimals) for x in self.box), self.is_box)
+
     def outside(self, z: Array) -> Array:
         """Return how far points z, complex, any shape, lie outside the region; negative inside, to the nearest side."""
         if self.is_box:

@@ -31,6 +31,11 @@ def positive(name: str, value: Any) -> float:
     return number
 
 
+def digits(value: float) -> float:
+    """Return a ratio to 12 digits: what the user's unit leaves in the last ones is no part of what is asked."""
+    return float(f"{value:.12g}")
+
+
 def whole(name: str, value: Any, least: int) -> int:
     """Return `value` as an int.
 
