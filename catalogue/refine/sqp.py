@@ -28,14 +28,16 @@ from .subproblem import linearise
 
 #: First trust-region radius, in the units of `Parametrisation`; what it is multiplied by; that of the second step.
 RADIUS, RADIUS_FACTORS, SECOND = 0.1, (0.2, 0.7, 2.5), 0.5
+#: By which part of the deviation allowed the second step stays inside it, at most: by what the first one missed it.
+MISSED = 0.1
 #: A guide rests when its radius is shorter than this, or when so many rounds in a row have made its merit less by less
 #: than that; in haste, one such round after one that made it less by more, where no constraint is broken.
 SHORT, PATIENCE, STALLED = 1e-5, 2, 1e-3
 #: Guides below this deviation over stroke are exact but for rounding.
 EXACT = 1e-12
-#: Cost of a broken constraint per stroke or radian, at first and at most, and what it is multiplied by where the
-#: violation does not fall to `FALLS` of what it was.
-PENALTY, STEEPEST, STEEPER, FALLS = 10.0, 1e4, 4.0, 0.7
+#: Cost of a broken constraint per stroke or radian, at first, where all are met, and at most; what it is multiplied by
+#: where the violation does not fall to `FALLS` of what it was.
+PENALTY, HELD, STEEPEST, STEEPER, FALLS = 10.0, 100.0, 1e4, 4.0, 0.7
 
 
 @dataclass
@@ -114,7 +116,7 @@ class Refinement:
             active = np.isfinite(start.deviation) & ~start.curve.cusp
         return cls(
             problem, start, moves or PivotCoordinates(), nominal, start, value, broken.total.copy(),
-            broken.total.copy(), np.full(n, RADIUS), np.full(n, penalty), np.asarray(active), np.zeros(n, int), hasty,
+            broken.total.copy(), np.full(n, RADIUS), np.where(met, max(HELD, penalty), penalty), np.asarray(active), np.zeros(n, int), hasty,
         )  # fmt: skip
 
     def __getitem__(self, index: Array) -> Refinement:
@@ -159,6 +161,7 @@ class Refinement:
         self.violation[to] = total[gained]
         steeper = np.where(fell[at], 1.0, STEEPER)
         self.penalty[at] = np.minimum(self.penalty[at] * steeper, STEEPEST)
+        self.penalty = np.where(self.violation <= 0, np.maximum(self.penalty, HELD), self.penalty)
         by = np.full(len(self.active), RADIUS_FACTORS[0] ** 2)
         by[to] = factor[gained]
         self.radius[at] = np.minimum(self.radius[at] * by[at], 1.0)
@@ -189,16 +192,21 @@ class Refinement:
         led = np.flatnonzero(np.isfinite(one.deviation))
         if not len(led):
             return one, of, by
+        missed = np.clip(one.deviation[led] / self.problem.deviation - 1, 0.0, MISSED)
         two, kept = self._stepped(
-            one[led], np.arange(len(led)), SECOND * self.radius[at][of[led]] * by[led], self.penalty[at][of[led]]
-        )
+            one[led], np.arange(len(led)), SECOND * self.radius[at][of[led]] * by[led], self.penalty[at][of[led]],
+            1 - missed,
+        )  # fmt: skip
         return join(one, two), np.concatenate([of, of[led][kept]]), np.concatenate([by, by[led][kept]])
 
-    def _stepped(self, here: Candidates, each: Array, radius: Array, penalty: Array) -> tuple[Candidates, Array]:
-        """Return what comes of a step of the guides `each` of those here within radii, and of which of them."""
+    def _stepped(
+        self, here: Candidates, each: Array, radius: Array, penalty: Array, share: Array | float = 1.0
+    ) -> tuple[Candidates, Array]:
+        """Return what comes of a step of the guides `each` of those here within radii, using a share of the deviation,
+        and of which of them."""
         guides = here.curve
         linear = linearise(self.problem, here, guides, self.moves, self.nominal)
-        found = take_step(linear[each], radius, penalty[each])
+        found = take_step(linear[each], radius, penalty[each], share=share)
         step = np.nan_to_num(found.step[:, :-1] if self.problem.curvature is None else found.step)
         many = here[each]
         linkage, point, valid = self.moves.moved(many, step)

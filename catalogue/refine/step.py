@@ -43,7 +43,9 @@ class Step:
     bound: Array
 
 
-def take_step(problem: Subproblem, radius: Array, penalty: Array, margin: float = MARGIN) -> Step:
+def take_step(
+    problem: Subproblem, radius: Array, penalty: Array, margin: float = MARGIN, share: Array | float = 1.0
+) -> Step:
     """Return the steps |s_k| <= radius for which the linearised cost and the penalised violation are least.
 
     In the singular directions of the Jacobian, each scaled by the larger of its effect on the errors and the radius,
@@ -57,6 +59,8 @@ def take_step(problem: Subproblem, radius: Array, penalty: Array, margin: float 
         Cost of a broken constraint, per stroke, right angle, or part of the deviation.
     margin : float
         How far inside the constraints the steps lead.
+    share : float or ndarray, shape (n,)
+        Part of the deviation allowed that the steps may use: less where the linear problem is known to promise too much.
     """
     n, m, p = problem.jacobian.shape
     worst = np.abs(problem.error).max(1)
@@ -98,7 +102,7 @@ def take_step(problem: Subproblem, radius: Array, penalty: Array, margin: float 
     add(effect, -error, {p: -1.0})
     add(-effect, error, {p: -1.0})
     nothing = np.zeros((n, 1, p))
-    inside = 1 - min(5 * margin, 1e-4)
+    inside = share * (1 - min(5 * margin, 1e-4))
     add(nothing, (inside * problem.allowed / scale)[:, None], {p: 1.0, **of("deviation")})
     for name, limit in problem.limits.items():
         add(limit.slope @ back, -limit.value - margin, of(name))
