@@ -170,7 +170,7 @@ class Explanation:
             else:
                 changes[name] = value / stroke if name in LARGEST or name in LEAST else value
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
-        return bool(np.isfinite(Search(looser, self.database).run().cost).any())
+        return bool(np.isfinite(Search(looser, self.database, enough=1).run().cost).any())
 
     def _value(self, name: str, one: Candidates, room: float) -> Any:
         """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or

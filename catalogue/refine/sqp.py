@@ -114,9 +114,10 @@ class Refinement:
         active = (start.traced.relative > EXACT) & ~start.curve.cusp
         if problem.ranking.only != "deviation":
             active = np.isfinite(start.deviation) & ~start.curve.cusp
+        prices = np.where(met, max(HELD, penalty), penalty)
         return cls(
             problem, start, moves or PivotCoordinates(), nominal, start, value, broken.total.copy(),
-            broken.total.copy(), np.full(n, RADIUS), np.where(met, max(HELD, penalty), penalty), np.asarray(active), np.zeros(n, int), hasty,
+            broken.total.copy(), np.full(n, RADIUS), prices, np.asarray(active), np.zeros(n, int), hasty,
         )  # fmt: skip
 
     def __getitem__(self, index: Array) -> Refinement:

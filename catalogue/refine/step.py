@@ -60,7 +60,7 @@ def take_step(
     margin : float
         How far inside the constraints the steps lead.
     share : float or ndarray, shape (n,)
-        Part of the deviation allowed that the steps may use: less where the linear problem is known to promise too much.
+        Part of the deviation allowed that the steps may use: less where the linear problem promises too much.
     """
     n, m, p = problem.jacobian.shape
     worst = np.abs(problem.error).max(1)

@@ -38,7 +38,8 @@ DRAWN = 600
 #: Points that a search may measure in refinement, per unit of effort: a bound in time would make answers depend on the
 #: machine.
 POINTS = 2500
-#: Stages per unit of effort at most, and how many answers are enough to look no farther.
+#: Stages per unit of effort at most, and how many answers are enough to look no farther.  Fewer would make the first
+#: answer worse where fewer are shown.
 STAGES, AMPLE = 10, 6
 
 
@@ -59,6 +60,8 @@ class Search:
         ``searching``, ``found`` or ``exhausted``.
     refines : bool
         Whether starts are refined; else they are given as they are stored.
+    enough : int
+        How many answers end the search.
     """
 
     problem: Problem
@@ -69,6 +72,7 @@ class Search:
     status: str = "searching"
     stage: int = 0
     refines: bool = True
+    enough: int = AMPLE
 
     def __post_init__(self) -> None:
         self._random = np.random.default_rng(20)
@@ -89,7 +93,7 @@ class Search:
             self._refine(starts)
         self.stage += 1
         effort, feasible = self.problem.effort, int(np.isfinite(self.cost).sum())
-        ample = feasible >= AMPLE and self.stage >= effort + self._constrained
+        ample = feasible >= self.enough and self.stage >= (effort + self._constrained if self.enough > 1 else 1)
         spent = self.report.refined > POINTS * effort or self.stage >= STAGES * effort
         if ample or spent or starts is None or not len(starts):
             self.status = "found" if feasible else "exhausted"
