@@ -13,7 +13,7 @@ import numpy as np
 
 from ..batching import join, take
 from ..candidates.batch import Candidates
-from ..candidates.feasibility import cost, feasibility
+from ..candidates.feasibility import STANDING, cost, feasibility
 from ..candidates.placement import measured
 from ..candidates.similarity import distances, normal_form
 from ..linkage import Array, Linkage
@@ -93,20 +93,21 @@ class Search:
             self._refine(starts)
         self.stage += 1
         effort, feasible = self.problem.effort, int(np.isfinite(self.cost).sum())
-        ample = feasible >= self.enough and self.stage >= (effort + self._constrained if self.enough > 1 else 1)
+        ample = feasible >= self.enough and (self.stage >= effort or self.enough == 1)
         spent = self.report.refined > POINTS * effort or self.stage >= STAGES * effort
         if ample or spent or starts is None or not len(starts):
             self.status = "found" if feasible else "exhausted"
 
     @property
-    def _constrained(self) -> int:
-        """How many stages more than one are needed because starts must be made to measure."""
-        return int(any(getattr(self.problem.constraints, n) is not None for n in ("fixed_pivots_in", "pivots_in")))
+    def _to_measure(self) -> bool:
+        """Whether starts are made to measure from the first stage on: where pivots or the radius are bound."""
+        regions = (getattr(self.problem.constraints, name) for name in STANDING)
+        return self.problem.fixed_curvature is not None or any(region is not None for region in regions)
 
     def _starts(self) -> Candidates | None:
         """Return measured starts of the present stage, the most promising first."""
         parts = [self._stored(MEASURED)] if self.stage % 2 == 0 else [self._stored(MEASURED // 2)]
-        if self.stage or self._constrained or self.problem.fixed_curvature is not None:
+        if self.stage or self._to_measure:
             parts += [
                 synthesis.starts(self.problem, family, DRAWN, self._random)
                 for family in synthesis.families(self.problem)
