@@ -69,7 +69,7 @@ def sensitivity(guides: Span, traced: Traced, stations: int = NODES) -> Sensitiv
         length[..., :4].max(0).reshape(-1, 2, 2),
         length[..., 4].max(0),
         given.sum(-1).max(0),
-        np.sqrt((given**2).sum(-1)).max(0),
+        _largest(given**2, stations),
     )
 
 
@@ -103,12 +103,16 @@ def rms_gradient(guides: Span, traced: Traced, stations: int = 8, step: float = 
         moving = motion(linkage, guides.motion.chart[each], point, pole=pole)
         by = across_nominal(moving, point, t[:, each], tangent[:, each])
         finite = np.concatenate([linkage.finite.reshape(-1, 4), np.ones((len(point), 1), bool)], axis=1)
-        square = np.where(np.repeat(finite, 2, axis=1), by**2, 0.0).sum(-1)
         rms = np.full((COUNT + 1) * n, np.nan)
-        rms[good] = np.sqrt(square).max(0)
+        rms[good] = _largest(np.where(np.repeat(finite, 2, axis=1), by**2, 0.0), stations)
         each_rms = rms.reshape(COUNT + 1, n)
         slope = ((each_rms[1:] - each_rms[0]) / step).T
     return each_rms[0], np.where(np.isfinite(slope), slope, 0.0)
+
+
+def _largest(squares: Array, stations: int) -> Array:
+    """Return the largest root of the sum of squares (m, n, k), read between the positions too, shape (n,)."""
+    return np.asarray(np.sqrt((grid(stations).fine @ squares.sum(-1)).max(0)))
 
 
 def _ways(guides: Span, traced: Traced, nodes: Array) -> Array:
