@@ -33,8 +33,8 @@ MORE_ROUNDS = 6
 NEAR, LEADING = 0.1, 1e3
 #: Price of what is broken when starts are compared.
 PENALTY = 4.0
-#: Linkages drawn to measure in a stage.
-DRAWN = 600
+#: Linkages drawn to measure in a stage; parallelograms in the first one.
+DRAWN, PARALLELOGRAMS = 600, 60
 #: Points that a search may measure in refinement, per unit of effort: a bound in time would make answers depend on the
 #: machine.
 POINTS = 2500
@@ -112,10 +112,12 @@ class Search:
                 synthesis.starts(self.problem, family, DRAWN, self._random)
                 for family in synthesis.families(self.problem)
             ]
+            if self.stage == 0 and self.problem.fixed_curvature is not None and parts[1:]:
+                parts.append(synthesis.parallelograms(self.problem, PARALLELOGRAMS, self._random))
         if self.stage >= 2:
             parts.append(self._perturbed())
-        parts = [self._promising(part, TRIED) for part in parts if part is not None and len(part)]
-        return join(*parts) if parts else None
+        parts = [part for part in parts if part is not None and len(part)]
+        return join(*(self._promising(part, TRIED) for part in parts)) if parts else None
 
     def _stored(self, count: int) -> Candidates | None:
         if self._reaches is None:

@@ -28,6 +28,8 @@ MADE = {"four-bar": (True, True), "slider-crank": (True, False)}
 DISTANCE, SPREAD = 1.0, 0.6
 #: Longest and shortest link or arm of a start, in strokes.
 LONGEST, SHORTEST = 12.0, 0.06
+#: Least angle of a parallelogram over the stroke [rad].
+DEAD = 0.35
 
 
 def families(problem: Problem) -> list[str]:
@@ -55,6 +57,24 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
     bend = np.full(len(linkage), _curvature(problem))
     pole = np.full(len(linkage), complex(np.nan, np.nan))
     return measured(problem, Origin.made(linkage, "general"), linkage, point, pole, bend)
+
+
+def parallelograms(problem: Problem, count: int, random: np.random.Generator) -> Candidates | None:
+    """Return parallelograms whose cranks are as long as the radius given, measured; None if they would come too near
+    to a dead point.  Every point of the coupler runs along such an arc exactly: trivial, but compact and sound."""
+    radius = problem.path.radius
+    assert radius is not None
+    free = 0.5 * np.pi - np.arcsin(0.5 / radius) - DEAD
+    if free <= 0 or radius > LONGEST:
+        return None
+    point = complex(0.5, summit(problem))
+    tilt = random.uniform(-free, free, count) + np.where(random.random(count) < 0.5, 0.0, np.pi)
+    first = _fixed(problem, point, count, random)
+    fixed = np.stack([first, first + np.exp(random.normal(np.log(0.5), 0.5, count)) * np.exp(1j * tilt)], axis=1)
+    ends = np.stack([fixed, fixed + 1j * radius], axis=-1)
+    linkage = Linkage(np.stack([ends.real, ends.imag, np.ones(ends.shape)], axis=-1))
+    bend, pole = np.full(count, _curvature(problem)), np.full(count, complex(np.nan, np.nan))
+    return measured(problem, Origin.made(linkage, "parallel", 99), linkage, np.full(count, point), pole, bend)
 
 
 def summit(problem: Problem) -> float:

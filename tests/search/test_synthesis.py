@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue import CircularArc, StraightLine
+from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search.synthesis import LONGEST, SHORTEST, drawn, families, starts, summit
+from catalogue.search.synthesis import DEAD, LONGEST, SHORTEST, drawn, families, parallelograms, starts, summit
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 0.8, 1e-3), CircularArc(1, None, 1e-3)
 
@@ -88,3 +88,31 @@ def test_some_starts_reach_over_the_stroke(request_: Any) -> None:
 )
 def test_only_what_is_asked_for_is_made(wanted: dict[str, Any], made: list[str]) -> None:
     assert families(asked(LINE, **wanted)) == made
+
+
+@pytest.mark.parametrize("radius", [0.51, 0.6, 1.0, 5.0])
+def test_parallelograms_carry_along_the_arc_itself(naive: SimpleNamespace, radius: float) -> None:
+    """Loops closed by circles; no dead point is near."""
+    problem = asked(CircularArc(1, radius, 1e-3), families=["four-bar"])
+    made = parallelograms(problem, 12, np.random.default_rng(3))
+    if radius == 0.51:
+        assert made is None, "the crank would come too near to its coupler"
+        return
+    assert made is not None
+    assert (made.deviation < 1e-14).all()
+    assert (made.measures.min_transmission > np.degrees(0.95 * DEAD)).all()
+    assert (made.origin.order == 99).all()
+    centre = 0.5 - 1j * np.sqrt(radius**2 - 0.25)
+    for pivots, point in zip(made.linkage.pivots, made.point, strict=True):
+        with np.errstate(invalid="ignore"):  # it looks how far the crank turns
+            path = naive.Loop(pivots, complex(point)).over(1.0, 51)
+        assert path is not None
+        off = np.abs(np.asarray(path).astype(complex) - centre) - radius
+        assert np.abs(off).max() < 1e-9
+
+
+def test_an_arc_of_given_radius_is_exact_where_parallelograms_may_be(small: Catalogue) -> None:
+    found = small.find(ARC, families=["four-bar"], rank_by="deviation", limit=6, max_size=3.0)
+    assert found[0].deviation < 1e-14
+    assert found[0].order == 99
+    assert len({c.series for c in found}) > 1, "they crowd out nothing"
