@@ -256,7 +256,9 @@ def test_a_reader_that_goes_away_is_no_error(environment: dict[str, str], small_
     """As in ``catalogue find ... | head -1``."""
     options = (*LINE, "--limit", 300, "--format", "json", "--db", small_db)
     command = [sys.executable, "-m", "catalogue", *map(str, options)]
-    with subprocess.Popen(command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE) as process:
+    with subprocess.Popen(
+        command, env=environment, stdout=subprocess.PIPE, stderr=subprocess.PIPE, bufsize=0, pipesize=4096
+    ) as process:  # a pipe so small that the answer does not fit into it
         assert process.stdout is not None
         assert process.stderr is not None
         assert process.stdout.readline() == b"[\n"
