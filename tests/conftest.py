@@ -2,7 +2,16 @@
 
 from __future__ import annotations
 
+import os
+
+# Before NumPy is imported: threads of processes that test side by side would fight for the cores.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MKL_NUM_THREADS", "1")
+
+import fcntl
 import json
+import re
 import runpy
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -16,8 +25,11 @@ from alembic import command
 from alembic.config import Config
 
 import catalogue
+from catalogue.find import dwells, find, prescribed_pivots
+from catalogue.find.explain import Explanation
 from catalogue.folders import folder
 from catalogue.linkage import FAMILIES, PR, RP, RR, Array, Linkage
+from catalogue.search.report import SearchReport
 from catalogue.store import Base
 from catalogue.store.connecting import connect, engine_for
 
@@ -49,10 +61,18 @@ STORED = ("I.GG", "II.ooo", "II.xy", "II*.xy", "IV.l", "IV*.l")
 
 @pytest.fixture(scope="session")
 def small_db(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a database with a block or two of a few series, built once; do not write to it."""
-    path = tmp_path_factory.mktemp("small") / "small.db"
-    with catalogue.open(path, build=False) as opened:
-        opened.build(count=4000, series=STORED, processes=2)
+    """Return a database with a block or two of a few series, built once for all workers; do not write to it."""
+    shared = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:  # each worker has a folder of its own in that of the run
+        shared = shared.parent
+    path = shared / "small.db"
+    with (shared / "small.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)  # until the file is closed
+        if not path.exists():
+            begun = shared / "begun.db"
+            with catalogue.open(begun, build=False) as opened:
+                opened.build(count=4000, series=STORED, processes=2)
+            begun.rename(path)
     return path
 
 
@@ -61,6 +81,56 @@ def small(small_db: Path) -> Iterator[catalogue.Catalogue]:
     """Return the catalogue of `small_db`."""
     with catalogue.open(small_db, build=False) as opened:
         yield opened
+
+
+@pytest.fixture(scope="session")
+def answers() -> Callable[[tuple[Any, ...], Callable[[], Any]], Any]:
+    """Return a keeper of answers for the whole run: of a question that was asked before, else of the function."""
+    kept: dict[str, Any] = {}
+
+    def answer(question: tuple[Any, ...], make: Callable[[], Any]) -> Any:
+        with np.printoptions(floatmode="unique", threshold=10**6):
+            key = re.sub(r"(\d)\.0\b", r"\1", repr(question))  # 3 and 3.0 are one number
+        if key not in kept:
+            kept[key] = make()
+        return kept[key]
+
+    return answer
+
+
+@pytest.fixture
+def searched_once(answers: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Let each problem be searched once in the whole run, for `Catalogue.find`, for dwells or for advice.
+
+    Problems are what becomes of a request and its options: if an option does not arrive the problem is another one, and
+    is searched.  For tests of what comes before the search and after it.
+    """
+    plain, prescribed, advice = find.searched, prescribed_pivots.with_prescribed_pivots, Explanation.advice
+    standing = dwells.find_dwells
+
+    def reported(question: tuple[Any, ...], report: SearchReport, make: Callable[[], Any]) -> Any:
+        found, told = answers(question, lambda: (make(), vars(report).copy()))
+        vars(report).update(told)
+        return found
+
+    def searched(database: Any, problem: Any, report: SearchReport, **options: Any) -> Any:
+        question = ("searched", database.path, problem, sorted(options.items()))
+        return reported(question, report, lambda: plain(database, problem, report, **options))
+
+    def given(series: Any, problem: Any, report: SearchReport) -> Any:
+        return reported(("given", sorted(series), problem), report, lambda: prescribed(series, problem, report))
+
+    def advised(told: Explanation) -> str:
+        return str(answers(("advice", told.database.path, told.problem), lambda: advice(told)))
+
+    def dwelling(database: Any, *wish: Any, **options: Any) -> Any:
+        question = ("dwells", database.path, wish, sorted(options.items()))
+        return answers(question, lambda: standing(database, *wish, **options))
+
+    monkeypatch.setattr(find, "searched", searched)
+    monkeypatch.setattr(dwells, "find_dwells", dwelling)
+    monkeypatch.setattr(prescribed_pivots, "with_prescribed_pivots", given)
+    monkeypatch.setattr(Explanation, "advice", advised)
 
 
 @pytest.fixture(scope="session")

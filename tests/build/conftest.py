@@ -68,20 +68,21 @@ def rude() -> Registry:
 
 @pytest.fixture(scope="session")
 def filled(registry: Registry) -> Callable[..., Progress]:
-    """Return `fill` for a path, by default with 1200 guides of the two small series."""
+    """Return `fill` for a path, by default with 600 guides of the two small series, made by one process."""
 
-    def run(path: Path, *, count: int = 1200, series: tuple[str, ...] = FEW, **options: Any) -> Progress:
+    def run(path: Path, *, count: int = 600, series: tuple[str, ...] = FEW, **options: Any) -> Progress:
         with Database.open(path) as database:
-            return fill(database, options.pop("registry", registry), count=count, series=series, **options)
+            options = {"registry": registry, "processes": 1, **options}
+            return fill(database, count=count, series=series, **options)
 
     return run
 
 
 @pytest.fixture(scope="session")
 def undisturbed(filled: Callable[..., Progress], tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a file that `filled` made in one go."""
+    """Return a file that `filled` made in one go, by two processes."""
     path = tmp_path_factory.mktemp("undisturbed") / "some.db"
-    filled(path)
+    filled(path, processes=2)
     return path
 
 

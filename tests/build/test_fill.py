@@ -71,7 +71,7 @@ def test_interrupted_and_resumed_is_undisturbed(
     filled: Filled, path: Path, undisturbed: Path, content: Content, blocks: int
 ) -> None:
     with pytest.raises(Interrupted):
-        filled(path, report=after(blocks))
+        filled(path, report=after(blocks), processes=2)
     assert len(content(path)["batch"]) == blocks
     last = filled(path)
     assert last.rows > 0
@@ -79,15 +79,15 @@ def test_interrupted_and_resumed_is_undisturbed(
 
 
 def test_extended_later_is_a_larger_build(filled: Filled, path: Path, tmp_path: Path, content: Content) -> None:
-    small = filled(path, count=400)
-    large = filled(path, count=1800)
+    small = filled(path, count=250)
+    large = filled(path, count=900)
     assert small.guides < large.guides
-    filled(tmp_path / "large.db", count=1800)
+    filled(tmp_path / "large.db", count=900)
     assert content(path) == content(tmp_path / "large.db")
 
 
 def test_series_one_by_one_are_all_of_them(filled: Filled, path: Path, undisturbed: Path, content: Content) -> None:
-    filled(path, count=600, series=("T.less",))
+    filled(path, count=300, series=("T.less",))
     assert {row[0] for row in content(path)["batch"]} == {"T.less"}
     filled(path)
     assert content(path) == content(undisturbed)
@@ -98,7 +98,7 @@ def test_progress_counts_what_is_in_the_file(filled: Filled, path: Path, content
     last = filled(path, report=reports.append)
     there = content(path)
     assert reports[-1] == last
-    assert last.guides == len(there["guide"]) == pytest.approx(1200, rel=0.05)
+    assert last.guides == len(there["guide"]) == pytest.approx(600, rel=0.05)
     assert last.rows == sum(len(there[table]) for table in ("mechanism", "guide", "reach"))
     assert [r.guides for r in reports] == sorted(r.guides for r in reports)
     assert last.rate == pytest.approx(last.rows / last.seconds)
@@ -124,12 +124,12 @@ def test_interrupted_build_is_finished_as_it_was_begun(
     filled: Filled, path: Path, registry: Registry, tmp_path: Path, content: Content
 ) -> None:
     with pytest.raises(Interrupted):
-        filled(path, count=500, series=("T.less",), seed=7, report=after(1))
+        filled(path, count=250, series=("T.less",), seed=7, report=after(1))
     with Catalogue(Database.open(path), registry.folders) as opened:
         assert not opened.complete
         opened.build()
         assert opened.complete
-    filled(tmp_path / "straight.db", count=500, series=("T.less",), seed=7)
+    filled(tmp_path / "straight.db", count=250, series=("T.less",), seed=7)
     assert content(path) == content(tmp_path / "straight.db")
 
 
@@ -153,7 +153,7 @@ def test_series_that_fails_is_reported_and_the_others_are_complete(
     filled: Filled, path: Path, rude: Registry, undisturbed: Path, content: Content, code: str, reason: str
 ) -> None:
     with pytest.warns(PluginWarning, match=rf"plugin rude .*: {code} four-bar general is left out: {reason}$"):
-        last = filled(path, count=1650, series=(FEW[0], code, FEW[1]), registry=rude)
+        last = filled(path, count=825, series=(FEW[0], code, FEW[1]), registry=rude)
     assert last.failed == (f"rude: {reason}",)
     found, expected = content(path), content(undisturbed)
     for table in ("batch", "mechanism", "guide", "reach", "index"):
@@ -208,7 +208,7 @@ def _interruptible() -> None:
 def test_command_builds_and_then_has_nothing_to_do(
     path: Path, environment: dict[str, str], undisturbed: Path, content: Content
 ) -> None:
-    with command(path, environment, "--count", "1200") as process:
+    with command(path, environment, "--count", "600") as process:
         output, messages = process.communicate()
     assert process.returncode == 0, messages
     assert output == ""
@@ -224,7 +224,7 @@ def test_command_builds_and_then_has_nothing_to_do(
 def test_command_ends_on_ctrl_c_and_goes_on_later(
     path: Path, environment: dict[str, str], tmp_path: Path, registry: Registry, content: Content, all_gone: Any
 ) -> None:
-    with command(path, environment, "--count", "3000") as process:
+    with command(path, environment, "--count", "1500") as process:
         wait_for_batches(path, 2)
         process.send_signal(signal.SIGINT)
         output, messages = process.communicate(timeout=20)
@@ -235,12 +235,12 @@ def test_command_ends_on_ctrl_c_and_goes_on_later(
     Database.open(path, create=False).close()
     done = len(content(path)["batch"])
     assert done >= 2
-    with command(path, environment, "--count", "3000") as process:
+    with command(path, environment, "--count", "1500") as process:
         _, messages = process.communicate()
     assert process.returncode == 0, messages
     assert len(content(path)["batch"]) > done
     with Database.open(tmp_path / "straight.db") as database:
-        fill(database, registry, count=3000, series=FEW)
+        fill(database, registry, count=1500, series=FEW)
     assert content(path) == content(tmp_path / "straight.db")
 
 

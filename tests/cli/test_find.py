@@ -31,6 +31,7 @@ def test_json_is_what_the_library_finds(run: Run, small_db: Path, small: Catalog
     assert json.loads(done.out) == json.loads(found.to_json())
 
 
+@pytest.mark.usefixtures("searched_once")
 def test_every_option_reaches_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
     done = run(
         *LINE, "--family", "four-bar", "--family", "slider-crank", "--series", "I.GG", "--series", "II*.xy",
@@ -56,6 +57,7 @@ def test_every_option_reaches_the_library(run: Run, small_db: Path, small: Catal
     assert all(row["rotates"] for row in turning)
 
 
+@pytest.mark.usefixtures("searched_once")
 def test_given_pivots_reach_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
     told = run("find", "straight-line", "--stroke", "1", "--deviation", "0.01", "--fixed-pivots", "-0.3", "0.5", "1.1",
                "-0.8", "--within", "0.1", "--limit", "3", "--format", "json", "--db", small_db)  # fmt: skip
@@ -64,6 +66,7 @@ def test_given_pivots_reach_the_library(run: Run, small_db: Path, small: Catalog
     assert len(same) == 3
 
 
+@pytest.mark.usefixtures("searched_once")
 def test_zones_and_practice_reach_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
     told = run(
         *LINE, "--keep-out", "-200,-300,400,-1", "--keep-out", "60 80 90 80 75 140", "--swept-in", -300, -300, 450, 450,
@@ -79,6 +82,7 @@ def test_zones_and_practice_reach_the_library(run: Run, small_db: Path, small: C
     assert "three or more points" in run(*LINE, "--keep-out", "1,2,3,4,5", "--db", small_db).err
 
 
+@pytest.mark.usefixtures("searched_once")
 def test_csv_holds_the_same_rows(run: Run, small_db: Path) -> None:
     rows = json.loads(run(*ARC, "--limit", 4, "--format", "json", "--db", small_db).out)
     done = run(*ARC, "--limit", 4, "--format", "csv", "--db", small_db)
@@ -112,6 +116,7 @@ def test_explain_goes_to_standard_error(run: Run, small_db: Path) -> None:
     assert "no plugin was needed" in done.err
 
 
+@pytest.mark.usefixtures("searched_once")
 @pytest.mark.parametrize("output", ["json", "csv", "table"])
 def test_an_empty_answer_is_exit_code_1_and_advice(run: Run, small_db: Path, output: str) -> None:
     done = run(*LINE, "--max-size", 10, "--format", output, "--db", small_db)
@@ -297,6 +302,7 @@ def test_importing_the_package_imports_nothing_heavy(environment: dict[str, str]
     assert done.stderr == ""
 
 
+@pytest.mark.usefixtures("searched_once")
 def test_round_lengths_and_a_drawing_of_the_best(run: Run, small_db: Path, small: Catalogue, tmp_path: Path) -> None:
     drawing = tmp_path / "best.svg"
     done = run("find", "straight-line", "--stroke", 150, "--deviation", 0.5, "--round-to", 1, "--limit", 2,
@@ -307,6 +313,7 @@ def test_round_lengths_and_a_drawing_of_the_best(run: Run, small_db: Path, small
     assert str(drawing) in done.err
 
 
+@pytest.mark.usefixtures("searched_once")
 def test_dwells_in_every_format(run: Run, small_db: Path, small: Catalogue) -> None:
     wish = ("find", "dwell", "--angle", 40, "--residual", 1, "--swing", 20, "--limit", 3, "--db", small_db)
     same = small.find_dwells(StandStill(40, 1, 20), limit=3)
