@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
 LEFT_BEHIND = {"__pycache__", "build", "dist", "PKG-INFO"}  # by tools; git ignores them
-OWN_DOT_ENTRIES = {".ci", ".gitignore"}
+OWN_DOT_ENTRIES = {".ci", ".gitignore", ".pre-commit-config.yaml"}
 
 
 def _tracked() -> list[str]:
