@@ -95,6 +95,7 @@ def test_a_design_is_the_same_at_any_size_turned_or_with_its_dyads_exchanged(kin
     assert kind != "circle" or (first.points[:, 4, 1] >= 0).all()  # the centre lies to the left
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("code", "key"), MEMBERS)
 def test_no_configuration_and_kind_that_all_candidates_fill_is_empty(code: str, key: str) -> None:
     linkage, found, names = drawn(code, key)

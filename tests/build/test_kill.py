@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from catalogue.store import Database
 
@@ -50,6 +51,7 @@ def assert_whole(path: Path) -> None:
             assert (kept, guides) == (mechanisms, found)
 
 
+@pytest.mark.slow
 def test_killed_at_twenty_moments_and_resumed_is_undisturbed(
     tmp_path: Path,
     environment: dict[str, str],

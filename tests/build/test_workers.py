@@ -20,6 +20,7 @@ def bad(code: str) -> tuple[str, str, int, int, int, str, str]:
     return code, "four-bar general", 0, 0, 64, "rude", "1"
 
 
+@pytest.mark.slow
 def test_worker_that_dies_is_named_and_replaced(rude: Registry) -> None:
     with Workers(1, rude.folders) as pool:
         for code, end in (("R.ends", "ended with exit code 7"), ("R.killed", "was killed by SIGKILL")):
@@ -35,6 +36,7 @@ def test_error_of_a_plugin_is_one_line_and_the_worker_goes_on(rude: Registry) ->
         assert pool.submit(*GOOD).result().count > 0
 
 
+@pytest.mark.slow
 def test_plugin_may_print_and_read(rude: Registry, capfd: pytest.CaptureFixture[str]) -> None:
     with Workers(1, rude.folders) as pool:
         assert pool.submit(*bad("R.prints")).result().count > 0
@@ -45,6 +47,7 @@ def test_plugin_may_print_and_read(rude: Registry, capfd: pytest.CaptureFixture[
     assert "past the buffer" in messages
 
 
+@pytest.mark.slow
 def test_leaving_the_pool_ends_its_processes(
     rude: Registry, environment: dict[str, str], monkeypatch: pytest.MonkeyPatch, all_gone: Callable[[float], None]
 ) -> None:
@@ -73,6 +76,7 @@ with catalogue.open("some.db", build=False) as cat:
 """
 
 
+@pytest.mark.slow
 def test_script_needs_no_guard_and_its_folder_hides_no_module(tmp_path: Path, environment: dict[str, str]) -> None:
     (tmp_path / "script.py").write_text(SCRIPT)
     # a worker must not find these, which stand in the folder where it is started, but not beside the script

@@ -22,6 +22,7 @@ LINE = ("find", "straight-line", "--stroke", 150, "--deviation", 0.05)
 ARC = ("find", "circular-arc", "--stroke", 100, "--radius", 120, "--deviation", 0.05)
 
 
+@pytest.mark.slow
 def test_json_is_what_the_library_finds(run: Run, small_db: Path, small: Catalogue) -> None:
     done = run(*LINE, "--fixed-pivots-in", -400, -400, 400, 400, "--min-transmission", 30, "--format", "json",
                "--db", small_db)  # fmt: skip
@@ -31,6 +32,7 @@ def test_json_is_what_the_library_finds(run: Run, small_db: Path, small: Catalog
     assert json.loads(done.out) == json.loads(found.to_json())
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
 def test_every_option_reaches_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
     done = run(
@@ -57,6 +59,7 @@ def test_every_option_reaches_the_library(run: Run, small_db: Path, small: Catal
     assert all(row["rotates"] for row in turning)
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
 def test_given_pivots_reach_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
     told = run("find", "straight-line", "--stroke", "1", "--deviation", "0.01", "--fixed-pivots", "-0.3", "0.5", "1.1",
@@ -66,6 +69,7 @@ def test_given_pivots_reach_the_library(run: Run, small_db: Path, small: Catalog
     assert len(same) == 3
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
 def test_zones_and_practice_reach_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
     told = run(
@@ -82,6 +86,7 @@ def test_zones_and_practice_reach_the_library(run: Run, small_db: Path, small: C
     assert "three or more points" in run(*LINE, "--keep-out", "1,2,3,4,5", "--db", small_db).err
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
 def test_csv_holds_the_same_rows(run: Run, small_db: Path) -> None:
     rows = json.loads(run(*ARC, "--limit", 4, "--format", "json", "--db", small_db).out)
@@ -116,6 +121,7 @@ def test_explain_goes_to_standard_error(run: Run, small_db: Path) -> None:
     assert "no plugin was needed" in done.err
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
 @pytest.mark.parametrize("output", ["json", "csv", "table"])
 def test_an_empty_answer_is_exit_code_1_and_advice(run: Run, small_db: Path, output: str) -> None:
@@ -302,6 +308,7 @@ def test_importing_the_package_imports_nothing_heavy(environment: dict[str, str]
     assert done.stderr == ""
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
 def test_round_lengths_and_a_drawing_of_the_best(run: Run, small_db: Path, small: Catalogue, tmp_path: Path) -> None:
     drawing = tmp_path / "best.svg"
@@ -313,6 +320,7 @@ def test_round_lengths_and_a_drawing_of_the_best(run: Run, small_db: Path, small
     assert str(drawing) in done.err
 
 
+@pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
 def test_dwells_in_every_format(run: Run, small_db: Path, small: Catalogue) -> None:
     wish = ("find", "dwell", "--angle", 40, "--residual", 1, "--swing", 20, "--limit", 3, "--db", small_db)

@@ -328,6 +328,7 @@ def extended(process: Run, folder: Path, tmp_path_factory: pytest.TempPathFactor
     return file, done
 
 
+@pytest.mark.slow
 def test_build_uses_a_dropped_in_series_and_survives_the_broken_ones(extended: tuple[Path, Any]) -> None:
     file, done = extended
     assert done.code == 5
@@ -347,6 +348,7 @@ def test_build_uses_a_dropped_in_series_and_survives_the_broken_ones(extended: t
     assert "V.no" not in held
 
 
+@pytest.mark.slow
 def test_find_uses_a_dropped_in_series(run: Run, extended: tuple[Path, Any]) -> None:
     file, _ = extended
     with closing(sqlite3.connect(file)) as connection:
@@ -361,6 +363,7 @@ def test_find_uses_a_dropped_in_series(run: Run, extended: tuple[Path, Any]) -> 
     assert {c["family"] for c in found} == {"slider-crank"}
 
 
+@pytest.mark.slow
 @pytest.mark.filterwarnings("default")
 def test_classify_uses_a_dropped_in_series(process: Run, folder: Path) -> None:
     pivots = [[[-1, 0, 1], [0, 0, 1]], [[0.8, 0.6, 0], [0.48, 0.36, 1]]]  # crank to the pole, coupler along the ray
@@ -378,6 +381,7 @@ def test_classify_uses_a_dropped_in_series(process: Run, folder: Path) -> None:
     assert "plugin broken" in done.err
 
 
+@pytest.mark.slow
 def test_build_again_does_nothing_and_more_goes_on(process: Run, tmp_path: Path) -> None:
     file = tmp_path / "some.db"
     first = process("build", "--count", 200, "--series", "IV*.l", "--seed", 4, "--db", file)
@@ -408,6 +412,7 @@ def test_build_refuses(run: Run, tmp_path: Path, options: tuple[Any, ...], messa
     assert message in done.line
 
 
+@pytest.mark.slow
 def test_a_full_disk_is_one_line_and_the_file_still_opens(environment: dict[str, str], tmp_path: Path) -> None:
     """A limit on the size of files stands in for the disk."""
     file = tmp_path / "full.db"

@@ -13,6 +13,7 @@ from tests.find.test_find import check
 Ask = Callable[..., Found]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "wish"),
     [

@@ -106,6 +106,7 @@ def test_the_crank_has_length_one_and_the_best_comes_first(found: list[Dwelling]
     assert least == sorted(least, reverse=True)
 
 
+@pytest.mark.slow
 def test_asking_for_less_finds_no_fewer(small: catalogue.Catalogue) -> None:
     more = small.find_dwells(catalogue.StandStill(60, 0.5, 25), limit=100)
     less = small.find_dwells(catalogue.StandStill(40, 1.0, 20), limit=100)
@@ -160,6 +161,7 @@ def test_the_band_is_the_best_placed_one() -> None:
     assert run[0] == pytest.approx((100 + 2) * 360 / 200, abs=6)
 
 
+@pytest.mark.slow
 def test_moved_rockers_transmit_better(small: catalogue.Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     wished = catalogue.StandStill(60, 0.5, 20)
     moved = list(small.find_dwells(wished, limit=6))
@@ -171,6 +173,7 @@ def test_moved_rockers_transmit_better(small: catalogue.Catalogue, monkeypatch: 
     assert all(d.angle >= 60 and d.residual <= 0.5 + 1e-9 and d.swing >= 20 for d in moved)
 
 
+@pytest.mark.slow
 def test_no_series_crowds_out_the_others(small: catalogue.Catalogue) -> None:
     every = list(small.find_dwells(catalogue.StandStill(60, 0.5, 20), limit=9))
     counted = Counter(d.series for d in every)

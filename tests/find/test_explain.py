@@ -37,6 +37,7 @@ EMPTY: list[tuple[Any, dict[str, Any]]] = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "wanted"), EMPTY, ids=str)
 def test_who_follows_the_advice_finds_an_answer(ask: Ask, request_: Any, wanted: dict[str, Any]) -> None:
     empty = ask(request_, **wanted)
@@ -53,6 +54,7 @@ def test_who_follows_the_advice_finds_an_answer(ask: Ask, request_: Any, wanted:
         assert ask(asked, limit=1, **relaxed), (told, changes)
 
 
+@pytest.mark.slow
 def test_a_relaxation_relaxes(ask: Ask) -> None:
     """Bounds are given on the side that is looser than what was asked."""
     request_, wanted = EMPTY[0]

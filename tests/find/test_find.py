@@ -78,6 +78,7 @@ WISHES: list[dict[str, Any]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wish", WISHES, ids=str)
 def test_straight_guides_are_what_they_say(ask: Ask, again: Again, wish: dict[str, Any]) -> None:
     found = ask(LINE, limit=4, **wish)
@@ -86,6 +87,7 @@ def test_straight_guides_are_what_they_say(ask: Ask, again: Again, wish: dict[st
         check(c, LINE, again, **wish)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "wish"),
     [
@@ -103,6 +105,7 @@ def test_so_are_others(ask: Ask, again: Again, request_: Any, wish: dict[str, An
         check(c, request_, again, families=[family], **wish)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("request_", "wish"),
     [
@@ -136,6 +139,7 @@ def test_the_deviation_is_from_an_arc_of_exactly_the_radius_asked_for(ask: Ask, 
     assert all(c.deviation >= again(c).deviation * (1 - 1e-2) for c in found)
 
 
+@pytest.mark.slow
 def test_an_arc_of_a_million_strokes_is_a_line(ask: Ask) -> None:
     """Its sagitta is an eighth of a millionth of the stroke; so is what the deviations differ by."""
     found = ask(CircularArc(1.0, 1e6, 1e-3), limit=3, families=["four-bar"])
@@ -144,6 +148,7 @@ def test_an_arc_of_a_million_strokes_is_a_line(ask: Ask) -> None:
     assert (found[0].score or 0) >= 0.93 * (flat[0].score or 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "request_", [StraightLine(150, 0.05), CircularArc(150, 200, 0.05)], ids=["straight slot", "circular slot"]
 )
@@ -161,6 +166,7 @@ def test_slots_run_over_a_fixed_point(ask: Ask, again: Again, request_: Any) -> 
     assert not points & {c.id for c in found if c.id is not None}
 
 
+@pytest.mark.slow
 def test_no_guided_point_is_a_pivot(ask: Ask) -> None:
     """The pin of a slider runs straight without being guided."""
     for c in ask(LINE, limit=100, per_series=0, rank_by="deviation"):
@@ -178,6 +184,7 @@ BOXES: list[tuple[Any, dict[str, Any], Callable[[complex], bool]]] = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "wish", "inside"), BOXES, ids=lambda v: "" if callable(v) else str(v))
 def test_pivots_stand_inside_the_region(
     ask: Ask, again: Again, request_: Any, wish: dict[str, Any], inside: Callable[[complex], bool]
@@ -219,6 +226,7 @@ BEND = CircularArc(1.0, 1.25, 1e-3)
 HOW: dict[str, Any] = {"families": ["four-bar"], "limit": 4, "min_transmission": 40}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "request_",
     [
@@ -233,6 +241,7 @@ def test_a_line_that_is_scaled_moved_and_turned_has_the_same_answers(ask: Ask, r
     same(ask(BASE, max_size=3.0, **HOW), ask(request_, max_size=3.0 * request_.stroke, **HOW))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "request_",
     [
@@ -246,6 +255,7 @@ def test_so_has_an_arc(ask: Ask, request_: CircularArc) -> None:
     same(ask(BEND, max_size=4.0, **HOW), ask(request_, max_size=4.0 * request_.stroke, **HOW))
 
 
+@pytest.mark.slow
 def test_a_region_and_desires_are_in_the_unit_and_frame_of_the_user(ask: Ask) -> None:
     """A quarter turn: what was above the path is to its left."""
     how: dict[str, Any] = {"families": ["four-bar"], "limit": 3}
@@ -315,11 +325,13 @@ def test_limit_and_variety(ask: Ask) -> None:
     assert len(ask(LINE, limit=6, per_series=2, series="II.xy", refine=False)) == 6
 
 
+@pytest.mark.slow
 def test_same_question_same_answer(small: Catalogue) -> None:
     one, other = (small.find(LINE, limit=6, families=["four-bar"], min_transmission=30).to_json() for _ in range(2))
     assert one == other
 
 
+@pytest.mark.slow
 def test_a_looser_constraint_gives_nothing_worse(ask: Ask) -> None:
     """Whatever meets the tighter one meets it: the best may be worse by what the search leaves open, a twentieth."""
     chains: list[tuple[Callable[..., Found], list[Any]]] = [
@@ -334,6 +346,7 @@ def test_a_looser_constraint_gives_nothing_worse(ask: Ask) -> None:
     assert (loose.score or 0) >= (tight.score or 0) * 0.99
 
 
+@pytest.mark.slow
 def test_more_effort_is_no_worse(ask: Ask) -> None:
     one, two = ([c.score or 0 for c in ask(LINE, limit=4, effort=e, families=["four-bar"])] for e in (1, 2))
     assert two[0] >= one[0] - 0.2
@@ -349,6 +362,7 @@ DENIED: list[tuple[Any, dict[str, Any]]] = [
 ]  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "wish"), DENIED, ids=str)
 def test_hard_requests_are_answered(ask: Ask, again: Again, request_: Any, wish: dict[str, Any]) -> None:
     found = ask(request_, limit=3, **wish)

@@ -52,6 +52,7 @@ def test_a_linkage_off_its_proportions_is_still_nearest_to_its_series(name: str)
     assert set(frame["family"]) == {"four-bar"}
 
 
+@pytest.mark.slow
 @each
 def test_the_catalogue_holds_one_at_least_as_straight(small: Catalogue, name: str) -> None:
     """At the same stroke, of the same series, no larger."""

@@ -18,6 +18,7 @@ Ask = Callable[..., Found]
 LINE, ARC = StraightLine(150, 0.05), CircularArc(100, 100, 0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("criterion", "part"), [("deviation", 0.5), ("size", 0.9)])
 def test_refinement_gains_much(ask: Ask, criterion: str, part: float) -> None:
     """Of what is ranked, beside the best as it is stored."""
@@ -32,6 +33,7 @@ def test_refinement_gains_much(ask: Ask, criterion: str, part: float) -> None:
     assert all(c.deviation <= 0.05 for c in fine)
 
 
+@pytest.mark.slow
 def test_bounds_are_used_to_the_full(ask: Ask) -> None:
     """A longer linkage is straighter: steps run along the bounds, not against them."""
     wish: dict[str, Any] = {
@@ -47,6 +49,7 @@ def test_bounds_are_used_to_the_full(ask: Ask) -> None:
     assert np.median(tight) < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "rank_by"), [(LINE, "size"), (ARC, "size"), (LINE, "score")], ids=str)
 def test_the_tolerance_is_kept_whatever_is_ranked(ask: Ask, again: Any, request_: Any, rank_by: str) -> None:
     """A smaller guide uses it, and does not exceed it on a path as fine as it may be."""
@@ -58,6 +61,7 @@ def test_the_tolerance_is_kept_whatever_is_ranked(ask: Ask, again: Any, request_
         assert max(c.deviation for c in found) > 0.5 * request_.deviation
 
 
+@pytest.mark.slow
 def test_refined_guides_say_how_good_they_are(small: Catalogue, ask: Ask) -> None:
     """Refined ones have a gap, alternate and have drifted; what is stored has none of that."""
     wish: dict[str, Any] = {"series": ["II.xy"], "rank_by": "deviation", "max_size": 700.0, "limit": 5}
@@ -85,6 +89,7 @@ def test_drift_is_measured_when_it_is_asked_for(small_db: Path) -> None:
         assert copied.to_dict() == first.to_dict()
 
 
+@pytest.mark.slow
 def test_any_radius_will_do(ask: Ask, again: Any) -> None:
     free = CircularArc(100, None, 0.05)
     found = ask(free, families=["four-bar"], rank_by="deviation", max_size=250.0, limit=4)

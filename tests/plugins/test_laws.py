@@ -89,6 +89,7 @@ def test_deviation_follows_the_order_and_the_coefficient(series: Series, member:
     assert seen or all(np.isnan(pairs).any(axis=(1, 2)).all() for pairs in plain.values())
 
 
+@pytest.mark.slow
 def test_deviation_from_the_best_line_or_circle_tends_to_the_law() -> None:
     """Of points and slots away from the pole, left where they are: the excess over the law falls with the stroke.
 

@@ -75,6 +75,7 @@ PROBLEMS: list[tuple[Any, Any, dict[str, Any]]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "rank_by", "wish"), PROBLEMS, ids=str)
 def test_no_small_move_gains_more_than_the_gap(
     small: Catalogue, request_: Any, rank_by: Any, wish: dict[str, Any]
@@ -101,6 +102,7 @@ def test_no_small_move_gains_more_than_the_gap(
                 assert not (gain[met] > gap[kept][met] + 0.02 * share**2 + 1e-4).any()
 
 
+@pytest.mark.slow
 def test_refined_guides_are_nearer_to_stationary(small: Catalogue) -> None:
     for request_, rank_by, wish in PROBLEMS:
         problem = problem_of(request_, rank_by, **wish)

@@ -47,6 +47,7 @@ def test_refinement_does_better_than_what_is_stored(small: Catalogue) -> None:
     assert best.mean() < before.mean() - 0.05
 
 
+@pytest.mark.slow
 def test_a_further_stage_never_loses_the_best(small: Catalogue) -> None:
     problem = asked(LINE, "deviation", families=["four-bar"], max_size=3.0, min_transmission=45)
     one, best, count = Search(replace(problem, effort=3), small.database), np.inf, 0
@@ -59,6 +60,7 @@ def test_a_further_stage_never_loses_the_best(small: Catalogue) -> None:
     assert np.isfinite(best)
 
 
+@pytest.mark.slow
 def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(search, "POINTS", 300)
     problem = asked(LINE, "size", families=["four-bar"], fixed_pivots_in=(-0.5, 0.1, 1.5, 1.5))

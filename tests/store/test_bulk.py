@@ -181,6 +181,7 @@ def test_finish_waits_for_nobody_and_can_be_repeated(
     assert finish(database)
 
 
+@pytest.mark.slow
 def test_kill_at_any_moment_leaves_whole_batches(path: Path, filler: Path, environment: dict[str, str]) -> None:
     delays = np.random.default_rng(0).uniform(0, 0.15, 5)
     done = []

@@ -83,6 +83,7 @@ def test_current_file_is_opened_without_alembic(filled: Path, environment: dict[
     subprocess.run([sys.executable, "-c", check, filled], env=environment, check=True)
 
 
+@pytest.mark.slow
 def test_processes_may_make_one_file_at_once(path: Path, environment: dict[str, str]) -> None:
     makers = [subprocess.Popen([sys.executable, "-c", OPEN, path], env=environment) for _ in range(3)]
     assert [maker.wait() for maker in makers] == [0, 0, 0]
