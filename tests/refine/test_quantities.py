@@ -43,14 +43,20 @@ class Stations:
         low, high = found.traced.low.astype(float), found.traced.high.astype(float)
         self.t = 0.5 * (high + low) + 0.5 * (high - low) * grid(8).nodes[:, None]
         self.place, self.along = self._run(found, self.t)
+        self._moved: dict[tuple[int, int], Quantities] = {}
 
     def pieces(self, name: str) -> Pieces:
         guides = self.found.curve
         by = pose_jacobian(guides.motion, guides.point, self.t, self.along)
         return Quantities(self.problem, self.found, guides, self.t, by)(name)
 
-    def moved(self, name: str, step: Array) -> Array:
-        """Return the values after a step (10,) of all guides."""
+    def moved(self, name: str, k: int, sign: int) -> Array:
+        """Return the values after a step of coordinate k of all guides, forward or back."""
+        if (k, sign) not in self._moved:
+            self._moved[k, sign] = self._after(sign * STEP * np.eye(COUNT)[k])
+        return self._moved[k, sign](name).value
+
+    def _after(self, step: Array) -> Quantities:
         found = self.found
         linkage, point, good = displaced(found.linkage, found.point, np.tile(step, (len(found), 1)))
         assert good.all()
@@ -62,7 +68,7 @@ class Stations:
         assert np.abs(off).max() < 1e-11
         guides = now.curve
         none = pose_jacobian(guides.motion, guides.point, t, self.along)
-        return Quantities(self.problem, now, guides, t, none)(name).value
+        return Quantities(self.problem, now, guides, t, none)
 
     def _run(self, found: Candidates, t: Array) -> tuple[Array, Array]:
         """Return how far along the nominal the guided points are, and its directions there."""
@@ -89,7 +95,7 @@ def test_slopes_are_central_differences(
             kink = np.diff(np.sort(value, axis=1)[:, -2:], axis=1)[:, 0] < 1e-4
         value, slope = value[kept], slope[kept]
         for k in range(COUNT):
-            ends = [at.moved(name, sign * STEP * np.eye(COUNT)[k]) for sign in (1, -1)]
+            ends = [at.moved(name, k, sign) for sign in (1, -1)]
             ends = [end.max(1)[:, None] if name == "full_rotation" else end for end in ends]
             assert ((ends[0] == NONE) == (value == NONE)).all()
             want = np.where(value == NONE, 0.0, (ends[0] - ends[1]) / (2 * STEP))
