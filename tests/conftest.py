@@ -33,6 +33,25 @@ from catalogue.search.report import SearchReport
 from catalogue.store import Base
 from catalogue.store.connecting import connect, engine_for
 
+#: Checks of the contracts in `catalogue.testing` that take seconds, by the start of the name of the module.
+SLOW = {
+    "test_collection": (
+        "test_a_given_radius_is_kept",
+        "test_draws_are_declared_and_repeatable",
+        "test_what_is_stored_is_measured_again_at_any_stroke",
+    ),
+    "test_iii_": ("test_guides_touch_the_finite_motion_to_their_order",),
+}
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Mark the slow checks that are inherited: there is no place of their own to do it."""
+    for item in items:
+        for module, checks in SLOW.items():
+            if item.path.name.startswith(module) and getattr(item, "originalname", "") in checks:
+                item.add_marker(pytest.mark.slow)
+
+
 GOLDEN = Path(__file__).with_name("golden") / "planar.json"
 
 

@@ -51,6 +51,7 @@ def shares(member: Member, free: dict[str, np.ndarray]) -> np.ndarray:
     return np.stack(out, axis=-1)
 
 
+@pytest.mark.slow
 @each_member
 def test_blocks_are_parts_of_one_sobol_sequence(series: Series, member: Member) -> None:
     if not member.parameters:  # one design

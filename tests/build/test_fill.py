@@ -172,6 +172,7 @@ def test_series_that_fails_is_reported_and_the_others_are_complete(
         assert get_setting(database, "complete") == "yes"
 
 
+@pytest.mark.slow
 def test_member_that_fails_leaves_the_other_members(filled: Filled, path: Path, rude: Registry) -> None:
     with pytest.warns(PluginWarning, match="R.half four-bar raises is left out"):
         assert filled(path, count=200, series=("R.half",), registry=rude).guides >= 100

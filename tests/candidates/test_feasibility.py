@@ -33,6 +33,7 @@ def short_of(low: float, high: float) -> float:
     return 0.0 if math.isnan(low - high) else max(low - high, 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 def test_amounts_are_those_of_the_second_measurement(batch: Any, shown: Any, again: Any, request_: Any) -> None:
     problem, found = batch(request_, count=24, families=["four-bar", "slider-crank", "inverted-slider-crank"], **BOUNDS)
@@ -107,6 +108,7 @@ def test_a_crank_turns_fully_or_the_constraint_is_broken(batch: Any, shown: Any,
     assert not met.all()
 
 
+@pytest.mark.slow
 def test_links_stay_in_the_room_and_out_of_what_is_kept_free(batch: Any, shown: Any, naive: SimpleNamespace) -> None:
     """Against fifty places along each link at four hundred positions of the stroke."""
     outer, kept = (-1.2, -1.2, 2.2, 2.2), (0.2, 0.5, 0.4, 0.7)
@@ -132,6 +134,7 @@ def test_links_stay_in_the_room_and_out_of_what_is_kept_free(batch: Any, shown: 
     assert min(clear) > 0, "of each kind there is one"
 
 
+@pytest.mark.slow
 def test_the_allowance_is_the_scatter_that_uses_the_rest_of_the_tolerance(
     batch: Any, shown: Callable[..., Any], naive: SimpleNamespace
 ) -> None:

@@ -70,6 +70,7 @@ def test_no_answer_on_the_front_is_dominated(small: Catalogue, request_: Any, na
     assert values[0, 0] == values[:, 0].min(), "the best by the first criterion comes first"
 
 
+@pytest.mark.slow
 def test_refined_fronts_hold_nobody_twice(small: Catalogue) -> None:
     found = small.find(LINE, rank_by=["size", "transmission"], limit=8, families=["four-bar"])
     assert len(found) == 8

@@ -55,6 +55,7 @@ def measured(guide: Dyad, poses: list[list[Any]]) -> tuple[Any, Any]:
     return np.array(strokes), np.array(deviations)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("series", "member"), MEMBERS, ids=[f"{s.code}-{m.key}" for s, m in MEMBERS])
 def test_deviation_follows_the_order_and_the_coefficient(series: Series, member: Member) -> None:
     """The exponent is the order plus one (half of it at a cusp) within 0.1; the ratio to the law tends to 1."""

@@ -77,6 +77,7 @@ class Stations:
         return self.nominal.along(guides.point + (u + 1j * v) * guides.tangent)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "wish", "names"), WISHES, ids=str)
 def test_slopes_are_central_differences(
     small: Catalogue, request_: Any, wish: dict[str, Any], names: tuple[str, ...]

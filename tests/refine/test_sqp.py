@@ -110,6 +110,7 @@ def breaks(found: Candidates, i: int, request: Any, wish: dict[str, Any]) -> lis
     return [name for name, holds in truth.items() if not holds]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "rank_by", "wish"), WISHES, ids=str)
 def test_the_best_meet_all_constraints_and_cost_less(
     small: Catalogue, request_: Any, rank_by: Any, wish: dict[str, Any]
@@ -131,6 +132,7 @@ def test_the_best_meet_all_constraints_and_cost_less(
         assert np.median(gain) > 0.02
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wish", "rank_by"),
     [

@@ -71,6 +71,7 @@ def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue, monkeypa
     np.testing.assert_array_equal(one.cost, other.cost)
 
 
+@pytest.mark.slow
 def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(search, "POINTS", 600)
     problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
