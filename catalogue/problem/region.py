@@ -55,7 +55,8 @@ class Region:
 
     def rounded(self, decimals: int = 12) -> Region:
         """Return the region with its coordinates rounded."""
-        return Region(self.corners.round(decimals), tuple(round(x, decimals) for x in self.box), self.is_box)
+        x0, y0, x1, y1 = (round(x, decimals) for x in self.box)
+        return Region(self.corners.round(decimals), (x0, y0, x1, y1), self.is_box)
 
     def outside(self, z: Array) -> Array:
         """Return how far points z, complex, any shape, lie outside the region; negative inside, to the nearest side."""

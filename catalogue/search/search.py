@@ -31,6 +31,9 @@ MORE_ROUNDS = 6
 #: Candidates that break the constraints by less than this, all together, are refined once more, at
 #: this price.
 NEAR, LEADING = 0.1, 1e3
+#: A search in which the least violation is above this, and in so many stages has not fallen to this part of what it
+#: was, is given up.
+FAR, WAITING, NEARER = 0.1, 2, 0.9
 #: Price of what is broken when starts are compared.
 PENALTY = 4.0
 #: Linkages drawn to measure in a stage; parallelograms in the first one.
@@ -78,6 +81,7 @@ class Search:
         self._random = np.random.default_rng(20)
         self._reaches: retrieve.Reaches | None = None
         self._taken = np.zeros(0, int)
+        self._nearest: list[float] = []  # least violation of each stage
 
     def run(self) -> Search:
         """Search until enough is found or the budget is spent."""
@@ -95,8 +99,14 @@ class Search:
         effort, feasible = self.problem.effort, int(np.isfinite(self.cost).sum())
         ample = feasible >= self.enough and (self.stage >= effort or self.enough == 1)
         spent = self.report.refined > POINTS * effort or self.stage >= STAGES * effort
-        if ample or spent or starts is None or not len(starts):
+        if ample or spent or self._hopeless or starts is None or not len(starts):
             self.status = "found" if feasible else "exhausted"
+
+    @property
+    def _hopeless(self) -> bool:
+        """Whether all are far from the constraints, and the last stages came no nearer."""
+        least = np.minimum.accumulate(self._nearest)
+        return len(least) > WAITING and least[-1] > FAR and least[-1] > NEARER * least[-1 - WAITING]
 
     @property
     def _to_measure(self) -> bool:
@@ -185,6 +195,8 @@ class Search:
             found, value = self._halved(Refinement.of(self.problem, starts, hasty=self.problem.effort == 1))
         self.found = found if self.found is None else join(self.found, found)
         self.cost = np.concatenate([self.cost, value])
+        violation = feasibility(self.problem, found).total
+        self._nearest.append(float(np.fmin.reduce(violation, initial=np.inf)))
 
     def _halved(self, refinement: Refinement) -> tuple[Candidates, Array]:
         """Return what comes of candidates, fewer of which are refined the farther it goes, and what they cost."""
