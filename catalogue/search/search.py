@@ -126,8 +126,8 @@ class Search:
                 parts.append(synthesis.parallelograms(self.problem, PARALLELOGRAMS, self._random))
         if self.stage >= 2:
             parts.append(self._perturbed())
-        parts = [part for part in parts if part is not None and len(part)]
-        return join(*(self._promising(part, TRIED) for part in parts)) if parts else None
+        kept = [self._promising(part, TRIED) for part in parts if part is not None and len(part)]
+        return join(*kept) if kept else None
 
     def _stored(self, count: int) -> Candidates | None:
         if self._reaches is None:
