@@ -15,6 +15,8 @@ from typing import TYPE_CHECKING, Any
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from .api import Catalogue, classify, open
+    from .curvature_theory.analysis import Curvature, curvature
     from .errors import (
         CatalogueError,
         DatabaseError,
@@ -25,37 +27,34 @@ if TYPE_CHECKING:
         MissingExtra,
         PluginError,
     )
-    from .facade import Catalogue
     from .find.candidate import Candidate
     from .find.dwell_results import StandStill
     from .find.results import Found
-    from .instant import Curvature, curvature
-    from .linkage import Linkage
-    from .opening import classify, open
+    from .kinematics.linkage import Linkage
     from .problem.constraints import Constraints
     from .problem.request import CircularArc, StraightLine
 
 _HOME = {
     "Candidate": "find.candidate",
-    "Catalogue": "facade",
+    "Catalogue": "api",
     "CatalogueError": "errors",
     "CircularArc": "problem.request",
     "Constraints": "problem.constraints",
-    "Curvature": "instant",
+    "Curvature": "curvature_theory.analysis",
     "DatabaseError": "errors",
     "DatabaseTooNew": "errors",
     "DuplicateSeries": "errors",
     "Found": "find.results",
     "InvalidLinkage": "errors",
     "InvalidRequest": "errors",
-    "Linkage": "linkage",
+    "Linkage": "kinematics.linkage",
     "MissingExtra": "errors",
     "PluginError": "errors",
     "StandStill": "find.dwell_results",
     "StraightLine": "problem.request",
-    "classify": "opening",
-    "curvature": "instant",
-    "open": "opening",
+    "classify": "api",
+    "curvature": "curvature_theory.analysis",
+    "open": "api",
 }
 
 __all__ = [

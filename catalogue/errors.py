@@ -53,3 +53,12 @@ class MissingExtra(CatalogueError, ImportError):
     """An optional package that this request needs is not installed."""
 
     exit_code = 6
+
+
+class PluginWarning(UserWarning):
+    """A plugin was left out; the text names it and says why."""
+
+
+def one_line(error: BaseException) -> str:
+    text = str(error).strip().splitlines()
+    return f"{type(error).__name__}: {text[0]}" if text else type(error).__name__

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .build import Progress
+    from .populate import Progress
 
 #: After how long a pulsing bar appears [s].
 PATIENCE = 1.0

@@ -9,12 +9,28 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import PR, RP, Array, Linkage
-from catalogue.pairs import alike, linkage_of, ray_pair, roots, slide_pair, slider_pair, without
-from catalogue.posed import Posed
-from catalogue.series import Guided, Member, Parameter, Parameters, Series, angles
+from catalogue.plugin import (
+    PR,
+    RP,
+    Array,
+    Guided,
+    Instant,
+    Linkage,
+    Member,
+    Parameter,
+    Parameters,
+    Posed,
+    Series,
+    alike,
+    angles,
+    hookimpl,
+    linkage_of,
+    ray_pair,
+    roots,
+    slide_pair,
+    slider_pair,
+    without,
+)
 
 Derive = Callable[[Parameters], Parameters]
 

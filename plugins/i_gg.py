@@ -8,13 +8,28 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import RR, Array
-from catalogue.pairs import circle_pair, linkage_of, normal_pair
-from catalogue.polynomials import product, real_roots
-from catalogue.posed import Posed, circle_through, dot, equidistant, four_bars, mirror_images
-from catalogue.series import Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Posed,
+    Series,
+    circle_pair,
+    circle_through,
+    dot,
+    equidistant,
+    four_bars,
+    hookimpl,
+    linkage_of,
+    mirror_images,
+    normal_pair,
+    product,
+    real_roots,
+)
 
 KAPPA = Parameter("kappa", ((-3.0, -1.1), (-0.9, -0.1), (0.1, 2.5)), "rho0/R, curvature of the fixed circle")
 PHI_1 = Parameter("phi1", tuple(np.radians([(12, 84), (96, 168)]).tolist()), "direction of crank 1 [rad]")

@@ -7,12 +7,26 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import PR, RP, RR, Array
-from catalogue.pairs import circle_pair, linkage_of, normal_pair
-from catalogue.posed import Posed, dot, four_bars, poles_by_two_cranks
-from catalogue.series import Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    PR,
+    RP,
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Posed,
+    Series,
+    circle_pair,
+    dot,
+    four_bars,
+    hookimpl,
+    linkage_of,
+    normal_pair,
+    poles_by_two_cranks,
+)
 
 KAPPA = Parameter("kappa", ((-3.0, -1.1), (-0.9, -0.1), (0.1, 2.5)), "rho0/R, curvature of the fixed circle")
 PHI_1 = Parameter("phi1", tuple(np.radians([(12, 80)]).tolist()), "direction of the pair on the circles [rad]")

@@ -7,11 +7,20 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import RR, Array
-from catalogue.pairs import circle_pair, linkage_of, normal_pair
-from catalogue.series import Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Series,
+    circle_pair,
+    hookimpl,
+    linkage_of,
+    normal_pair,
+)
 
 Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 3.0)), "rho0/r3 of the first pair on the pole normal")
 Q_4 = Parameter("q4", Q_3.domain, "rho0/r4 of the second pair")

@@ -8,11 +8,22 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import PR, RR, Array
-from catalogue.pairs import linkage_of, normal_pair, slider_pair
-from catalogue.series import EXACT, Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    EXACT,
+    PR,
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Series,
+    hookimpl,
+    linkage_of,
+    normal_pair,
+    slider_pair,
+)
 
 #: Rays of the stored guided points, and how near they may come to the ray of a slider, which is itself such a point.
 RAYS = (30, 60, 90, 120, 150)

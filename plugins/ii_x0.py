@@ -5,11 +5,22 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import PR, RR, Array
-from catalogue.pairs import linkage_of, normal_pair, slider_pair, tangent_pair
-from catalogue.series import Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    PR,
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Series,
+    hookimpl,
+    linkage_of,
+    normal_pair,
+    slider_pair,
+    tangent_pair,
+)
 
 A_1 = Parameter("a1", ((0.25, 4.0),), "rho0/r1, inverse length of the crank")
 PHI_2 = Parameter("phi2", tuple(np.radians([(12, 84), (96, 168)]).tolist()), "ray of the slider [rad]")

@@ -5,11 +5,23 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import PR, RP, RR, Array
-from catalogue.pairs import linkage_of, normal_pair, slider_pair, tangent_pair
-from catalogue.series import Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    PR,
+    RP,
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Series,
+    hookimpl,
+    linkage_of,
+    normal_pair,
+    slider_pair,
+    tangent_pair,
+)
 
 Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 0.9), (1.1, 3.0)), "rho0/r3 of the crank")
 #: Rays of the undulation circle on which points are offered [deg]; by symmetry one side is enough.

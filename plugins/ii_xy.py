@@ -8,12 +8,27 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import RP, RR, Array
-from catalogue.pairs import linkage_of, normal_pair, slider_pair, tangent_pair
-from catalogue.posed import Posed, dot, four_bars, on_ray, unit
-from catalogue.series import Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    RP,
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Posed,
+    Series,
+    dot,
+    four_bars,
+    hookimpl,
+    linkage_of,
+    normal_pair,
+    on_ray,
+    slider_pair,
+    tangent_pair,
+    unit,
+)
 
 A_1 = Parameter("a1", ((0.25, 4.0),), "rho0/r1, inverse length of crank 1")
 Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 3.0)), "rho0/r3 of the pair on the pole normal")

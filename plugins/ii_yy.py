@@ -5,11 +5,21 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant, dead_points
-from catalogue.linkage import Array
-from catalogue.pairs import linkage_of, normal_pair, slider_pair, tangent_pair
-from catalogue.series import Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Series,
+    dead_points,
+    hookimpl,
+    linkage_of,
+    normal_pair,
+    slider_pair,
+    tangent_pair,
+)
 
 Q_3 = Parameter("q3", ((0.55, 0.85), (1.15, 1.85), (2.15, 3.0)), "rho0/r3, the larger of the two")
 #: Rays of the undulation circle on which points are offered [deg]; by symmetry one side is enough.

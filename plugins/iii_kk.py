@@ -10,12 +10,31 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import PR, RR, Array
-from catalogue.pairs import alike, linkage_of, slide_pair, tangent_circle_pair, tangent_pair, without
-from catalogue.posed import Posed, circle_through, dot, four_bars, on_ray, unit
-from catalogue.series import Guided, Member, Parameter, Parameters, Series, angles
+from catalogue.plugin import (
+    PR,
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Posed,
+    Series,
+    alike,
+    angles,
+    circle_through,
+    dot,
+    four_bars,
+    hookimpl,
+    linkage_of,
+    on_ray,
+    slide_pair,
+    tangent_circle_pair,
+    tangent_pair,
+    unit,
+    without,
+)
 
 PSI = Parameter("psi", angles((12, 78)), "tan(psi) = S/rho0; the cuspidation point stands on the ray -psi [rad]")
 PSI_BOTH = Parameter("psi", angles((-78, -33), (-27, -12), (12, 27), (33, 78)), PSI.meaning)

@@ -8,12 +8,31 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import PR, RP, Array
-from catalogue.pairs import alike, linkage_of, roots, slide_pair, tangent_circle_pair, tangent_pair, without
-from catalogue.posed import Posed, dot, four_bars, on_ray, poles_by_two_cranks
-from catalogue.series import Guided, Member, Parameter, Parameters, Series, angles
+from catalogue.plugin import (
+    PR,
+    RP,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Posed,
+    Series,
+    alike,
+    angles,
+    dot,
+    four_bars,
+    hookimpl,
+    linkage_of,
+    on_ray,
+    poles_by_two_cranks,
+    roots,
+    slide_pair,
+    tangent_circle_pair,
+    tangent_pair,
+    without,
+)
 
 PSI = Parameter("psi", angles((12, 78)), "tan(psi) = S/rho0; the cuspidation point stands on the ray -psi [rad]")
 PSI_BOTH = Parameter("psi", angles((-78, -12), (12, 78)), PSI.meaning)

@@ -8,12 +8,23 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import RR, Array
-from catalogue.pairs import linkage_of, pair, parallel_pair, point
-from catalogue.posed import Posed, four_bars
-from catalogue.series import Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Posed,
+    Series,
+    four_bars,
+    hookimpl,
+    linkage_of,
+    pair,
+    parallel_pair,
+    point,
+)
 
 Y_2 = Parameter("y2", ((-3.0, -0.1), (0.1, 0.95), (1.05, 3.0)), "y2/y1, heights of the cranks")
 K_STAR = Parameter("k", ((-5.0, -0.1), (0.1, 5.0)), "k*/y1^2 of IV, k/y1^2 of its inversion")

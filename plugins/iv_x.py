@@ -9,11 +9,25 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import RP, RR, Array
-from catalogue.pairs import alike, linkage_of, pair, parallel_pair, point, roots, without
-from catalogue.series import Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    RP,
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Series,
+    alike,
+    hookimpl,
+    linkage_of,
+    pair,
+    parallel_pair,
+    point,
+    roots,
+    without,
+)
 
 K = Parameter("k", ((0.1, 5.0),), "k*/y3^2 of IV, k/y3^2 of its inversion: length of the crank over its height")
 X_4 = Parameter("x4", ((-5.0, -0.1), (0.1, 5.0)), "x4/y3, place of the slide (slider) along the crank")

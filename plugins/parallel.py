@@ -8,12 +8,24 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.instant import Instant
-from catalogue.linkage import RR, Array
-from catalogue.pairs import alike, linkage_of, parallel_pair, roots, without
-from catalogue.posed import Posed, four_bars
-from catalogue.series import Guided, Member, Parameter, Parameters, Series
+from catalogue.plugin import (
+    RR,
+    Array,
+    Guided,
+    Instant,
+    Member,
+    Parameter,
+    Parameters,
+    Posed,
+    Series,
+    alike,
+    four_bars,
+    hookimpl,
+    linkage_of,
+    parallel_pair,
+    roots,
+    without,
+)
 
 K = Parameter("k", ((0.1, 5.0),), "k/y1^2, hyperbola of the fixed points")
 K_STAR = Parameter("k_star", ((-4.9, -0.11), (0.11, 4.9)), "k*/y1^2, hyperbola of the moving points")

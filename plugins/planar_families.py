@@ -2,8 +2,7 @@
 
 from collections.abc import Iterator
 
-from catalogue.families import Family
-from catalogue.hookspecs import hookimpl
+from catalogue.plugin import Family, hookimpl
 
 
 @hookimpl

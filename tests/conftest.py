@@ -28,10 +28,11 @@ import catalogue
 from catalogue.find import dwells, find, prescribed_pivots
 from catalogue.find.explain import Explanation
 from catalogue.folders import folder
-from catalogue.linkage import FAMILIES, PR, RP, RR, Array, Linkage
+from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
+from catalogue.kinematics.types import Array
 from catalogue.search.report import SearchReport
 from catalogue.store import Base
-from catalogue.store.connecting import connect, engine_for
+from catalogue.store.engine import connect, engine_for
 
 #: Checks of the contracts in `catalogue.testing` that take seconds, by the start of the name of the module.
 SLOW = {

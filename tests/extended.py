@@ -1,7 +1,7 @@
 """The formulas of the series in 100 digits: the same code, given mpmath's numbers instead of numpy's.
 
 A plugin computes with numpy's functions.  `Exchanged.many_digits` exchanges them, as long as it lasts, for functions
-that work on arrays of mpmath's numbers, in the plugins, in `catalogue.pairs` and in `catalogue.series`.
+that work on arrays of mpmath's numbers, in the plugins, in `catalogue.series.pairs` and in `catalogue.series.series`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from typing import Any
 import mpmath
 import numpy as np
 
-from catalogue.plugins import Registry
+from catalogue.plugin.registry import Registry
 from catalogue.testing.contact import DIGITS
 
 NUMBERS: Any = mpmath.MPContext()
@@ -82,7 +82,7 @@ class Exchanged:
     def __init__(self) -> None:
         self.registry = Registry()
         plugins = [name for name in sys.modules if name.startswith("catalogue_plugin_")]  # just loaded
-        modules = [sys.modules[name] for name in ("catalogue.pairs", "catalogue.series", *plugins)]
+        modules = [sys.modules[name] for name in ("catalogue.series.pairs", "catalogue.series.series", *plugins)]
         self._modules = [module for module in modules if hasattr(module, "np")]
 
     @contextmanager

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from catalogue import StraightLine
-from catalogue.candidates.batch import Candidates, Origin
-from catalogue.candidates.placement import lay, measured
-from catalogue.guide.place import at_stroke
-from catalogue.guide.span import span
-from catalogue.linkage import Array, Linkage
-from catalogue.motion import CRANK_1
+from catalogue.candidates.batch import CandidateBatch, Origin
+from catalogue.candidates.placement import measured, place_on_path
+from catalogue.guide.coupler_curve import coupler_curve
+from catalogue.guide.placement import at_stroke
+from catalogue.kinematics.linkage import Linkage
+from catalogue.kinematics.motion import CRANK_1
+from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
@@ -59,7 +60,7 @@ def four_bars(rotation: float) -> ClassParameters:
         fixed, moving, point = (q[:, k] + 1j * q[:, k + 1] for k in (0, 2, 4))
         z = np.stack([np.stack([0 * fixed, 0 * fixed - 1], 1), np.stack([fixed, moving], 1)], 1)
         pivots = np.stack([z.real, z.imag, np.ones(z.shape)], axis=-1)
-        guides = span(Linkage(pivots), point, chart=np.full(len(q), CRANK_1))
+        guides = coupler_curve(Linkage(pivots), point, chart=np.full(len(q), CRANK_1))
         low, high = np.zeros(len(q)), guides.extent.min(0)
         for _ in range(50):
             half = 0.5 * (low + high)
@@ -77,14 +78,14 @@ def four_bars(rotation: float) -> ClassParameters:
     return ClassParameters(make, read)
 
 
-def placed(moves: ClassParameters, q: Array) -> Candidates:
+def placed(moves: ClassParameters, q: Array) -> CandidateBatch:
     pivots, point = moves.make(np.atleast_2d(q))
-    guides = span(Linkage(pivots), point)
-    laid = lay(LINE, guides, at_stroke(guides, 1.0, circle=False))
+    guides = coupler_curve(Linkage(pivots), point)
+    laid = place_on_path(LINE, guides, at_stroke(guides, 1.0, circle=False))
     return measured(LINE, Origin.made(laid[0], "general"), *laid)
 
 
-def band(guide: Candidates) -> float:
+def band(guide: CandidateBatch) -> float:
     """Return the full width of the strip over the stroke, on a grid that leaves nothing between its points."""
-    found = at_stroke(span(guide.linkage, guide.point), 1.0, circle=False, nodes=128)
+    found = at_stroke(coupler_curve(guide.linkage, guide.point), 1.0, circle=False, nodes=128)
     return float(2 * found.fit.deviation[0])

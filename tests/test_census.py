@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 from catalogue import Catalogue
-from catalogue.census import ALLIEVI_COUNT, LETTER_COUNT, NORMAL, Cell, _why, census, impossible
-from catalogue.plugins import Registry
+from catalogue.find.census import ALLIEVI_COUNT, LETTER_COUNT, NORMAL, Cell, _why, census, impossible
+from catalogue.plugin.registry import Registry
 
 STORED = ("I.GG", "II.ooo", "II.xy", "II*.xy", "IV.l", "IV*.l")  # in the small database
 

@@ -16,11 +16,11 @@ from catalogue.draw.scene import POINTS, scene
 from catalogue.draw.symbols import rounded
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.find.candidate import Candidate
-from catalogue.guide.measures import measure
-from catalogue.guide.place import at_stroke, placed
-from catalogue.guide.span import span
+from catalogue.guide.coupler_curve import coupler_curve
+from catalogue.guide.metrics import measure
+from catalogue.guide.placement import at_stroke, placed
 from catalogue.guide.trace import trace
-from catalogue.linkage import FAMILIES, PR, RP, RR, Linkage
+from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
 
 
 def normal(degrees: float) -> list[float]:
@@ -29,9 +29,9 @@ def normal(degrees: float) -> list[float]:
 
 def candidate(pivots: list[list[list[float]]], point: complex, half: float, *, circle: bool = False) -> Candidate:
     """Return the guide of a coupler point, laid over a stroke of 100."""
-    guides = span(Linkage(pivots), np.array([point]))
+    guides = coupler_curve(Linkage(pivots), np.array([point]))
     linkage, guided, _ = placed(guides, trace(guides, np.array([half]), circle=circle, split=False), 100.0)
-    guides = span(linkage, guided)
+    guides = coupler_curve(linkage, guided)
     traced = at_stroke(guides, 100.0, circle=circle)
     m = measure(guides, traced)
     return Candidate(

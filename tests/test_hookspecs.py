@@ -8,9 +8,9 @@ from pathlib import Path
 import pluggy
 import pytest
 
-from catalogue import hookspecs
 from catalogue.folders import folder
-from catalogue.plugins import Registry
+from catalogue.plugin import hookspecs
+from catalogue.plugin.registry import Registry
 
 
 def hooks() -> list[str]:

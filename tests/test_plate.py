@@ -14,16 +14,16 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from catalogue.build.draw import draw as sample
 from catalogue.cli.app import app, run
 from catalogue.cli.plate import _files
+from catalogue.curvature_theory.analysis import PARALLEL
+from catalogue.curvature_theory.instant import Instant
 from catalogue.draw.cells import ROOM, Cell, cells
 from catalogue.draw.cubics import cubic, hyperbola
 from catalogue.draw.plate import file_name, plate
 from catalogue.errors import CatalogueError, InvalidRequest, MissingExtra, PluginError
-from catalogue.instant import Instant
-from catalogue.instant.analysis import PARALLEL
-from catalogue.plugins import Registry
+from catalogue.plugin.registry import Registry
+from catalogue.series.sampling import draw as sample
 
 SERIES = Registry().series
 OLDHAM = SERIES["II.ooo"].inversion("II*.ooo", "inverse cyclic motion")  # of a family that few series have
@@ -309,7 +309,7 @@ def test_drawing_leaves_pyplot_and_settings_alone() -> None:
     code = """
 import sys, matplotlib
 from catalogue.draw.plate import plate
-from catalogue.plugins import Registry
+from catalogue.plugin.registry import Registry
 before = matplotlib.rcParams.copy()
 plate(Registry().get('II.ooo'))
 assert 'matplotlib.pyplot' not in sys.modules

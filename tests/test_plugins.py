@@ -12,9 +12,9 @@ from textwrap import dedent
 import pytest
 
 from catalogue import __version__
-from catalogue.errors import DuplicateSeries, PluginError
+from catalogue.errors import DuplicateSeries, PluginError, PluginWarning
 from catalogue.folders import folder
-from catalogue.plugins import PluginWarning, Record, Registry
+from catalogue.plugin.registry import Record, Registry
 
 BUILT_IN = [
     "general", "I.GG", "I.Gy", "I.yy", "II.ooo", "II*.ooo", "II.x0", "II*.x0", "II.xoy", "II*.xoy", "II.xy", "II*.xy",
@@ -23,9 +23,7 @@ BUILT_IN = [
 ]  # fmt: skip
 PLUGIN = """
     from dataclasses import replace
-    from catalogue.families import Family
-    from catalogue.hookspecs import hookimpl
-    from catalogue.series import Member, Series
+    from catalogue.plugin import Family, Member, Series, hookimpl
 
     def series(code, family="four-bar"):
         return Series(code, "a test", code, "nowhere", [Member("general", family, [], None)], None, None)

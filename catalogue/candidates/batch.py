@@ -7,11 +7,12 @@ from typing import Any
 
 import numpy as np
 
-from ..batching import join, put, take
-from ..guide.measures import Measures
-from ..guide.span import Span, span
+from ..guide.coupler_curve import CouplerCurve, coupler_curve
+from ..guide.metrics import Measures
 from ..guide.trace import Traced
-from ..linkage import Array, Linkage
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
+from .batching import join, put, take
 
 
 @dataclass(frozen=True)
@@ -47,7 +48,7 @@ class Origin:
 
 
 @dataclass(frozen=True)
-class Candidates:
+class CandidateBatch:
     """n guides laid along the path from 0 to 1, in mid-stroke; lengths in strokes.
 
     Attributes
@@ -82,14 +83,14 @@ class Candidates:
     def __len__(self) -> int:
         return len(self.point)
 
-    def __getitem__(self, index: Any) -> Candidates:
+    def __getitem__(self, index: Any) -> CandidateBatch:
         return take(self, index)
 
-    def replaced(self, where: Array, by: Candidates) -> Candidates:
+    def replaced(self, where: Array, by: CandidateBatch) -> CandidateBatch:
         """Return these with the entries `where`, a mask or indices, from `by`, which holds just those."""
         return put(self, where, by)
 
-    def followed_by(self, *others: Candidates) -> Candidates:
+    def followed_by(self, *others: CandidateBatch) -> CandidateBatch:
         """Return these and then the others."""
         return join(self, *others)
 
@@ -99,10 +100,10 @@ class Candidates:
         return np.asarray(self.traced.fit.deviation.astype(float))
 
     @property
-    def curve(self) -> Span:
+    def curve(self) -> CouplerCurve:
         """The guides ready to be traced from mid-stroke."""
-        return span(self.linkage, self.point, pole=self.pole, chart=self.chart)
+        return coupler_curve(self.linkage, self.point, pole=self.pole, chart=self.chart)
 
-    def with_(self, **changes: Any) -> Candidates:
+    def with_(self, **changes: Any) -> CandidateBatch:
         """Return these with some fields changed."""
-        return Candidates(**{f.name: changes.get(f.name, getattr(self, f.name)) for f in fields(self)})
+        return CandidateBatch(**{f.name: changes.get(f.name, getattr(self, f.name)) for f in fields(self)})

@@ -9,13 +9,14 @@ from functools import cached_property
 import numpy as np
 
 from ..guide.drive import SampledPoses, drive_metrics
-from ..guide.measures import LEAST_ARM
+from ..guide.metrics import LEAST_ARM
 from ..guide.rotatability import min_transmission_turn, rotation_margin
 from ..guide.swept_area import intrusion, link_segments, protrusion
-from ..linkage import Array, Linkage
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
-from .batch import Candidates
+from .batch import CandidateBatch
 
 #: Bounds by the value that they bound; each is the largest allowed, or the least.
 LARGEST = {"max_size": "size", "max_link": "max_link", "max_ground": "max_ground", "max_arm": "max_arm"}
@@ -65,19 +66,19 @@ def weight(name: str, relaxed: str = "") -> float:
     return RELAXED if name == relaxed else BESIDE if name == "deviation" else 1.0
 
 
-def nearer_arm(found: Candidates) -> Array:
+def nearer_arm(found: CandidateBatch) -> Array:
     """Return how far guided points are from the nearer moving pivot of the linkages as they are traced, shape (n,)."""
     finite = found.linkage.finite[:, :, 1]
     arms = np.where(finite, np.abs(found.linkage.points[:, :, 1] - found.point[:, None]), np.nan)
     return np.asarray(np.fmin.reduce(arms, axis=1))
 
 
-def machine(problem: Problem, found: Candidates) -> Linkage:
+def machine(problem: Problem, found: CandidateBatch) -> Linkage:
     """Return the linkages as they are built: those of slots are traced as their inversions."""
     return found.linkage.inverted() if problem.constraints.slots else found.linkage
 
 
-def values(problem: Problem, found: Candidates) -> dict[str, Array]:
+def values(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
     """Return what a ranking is a function of; see `catalogue.problem.ranking.Ranking.cost`."""
     m = found.measures
     with np.errstate(all="ignore"):
@@ -93,7 +94,7 @@ def values(problem: Problem, found: Candidates) -> dict[str, Array]:
         }
 
 
-def transmission(problem: Problem, found: Candidates) -> Array:
+def transmission(problem: Problem, found: CandidateBatch) -> Array:
     """Return the least transmission angles [deg] that a ranking looks at: over the whole turn if the crank is to turn
     fully, else over the stroke; shape (n,)."""
     if not problem.constraints.full_rotation:
@@ -103,7 +104,7 @@ def transmission(problem: Problem, found: Candidates) -> Array:
     )
 
 
-def play_deviation(problem: Problem, found: Candidates) -> Array | float:
+def play_deviation(problem: Problem, found: CandidateBatch) -> Array | float:
     """Return by how much play makes the path deviate more, two standard deviations of it; infinite for points that
     return."""
     if not problem.constraints.play:
@@ -112,14 +113,14 @@ def play_deviation(problem: Problem, found: Candidates) -> Array | float:
     return np.where(np.isfinite(rms), 2 * problem.constraints.play * rms, np.inf)
 
 
-def cost(problem: Problem, found: Candidates) -> Array:
+def cost(problem: Problem, found: CandidateBatch) -> Array:
     """Return what candidates are ranked by, less is better, shape (n,); 0 where a constraint is relaxed."""
     if problem.relaxed:
         return np.zeros(len(found))
     return problem.ranking.cost(values(problem, found))
 
 
-def feasibility(problem: Problem, found: Candidates, *, signed: bool = False) -> Feasibility:
+def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False) -> Feasibility:
     """Return by how much candidates break each constraint, all read on their finite motion.
 
     With `signed` amounts are negative where a constraint holds with something to spare.
@@ -153,7 +154,7 @@ def feasibility(problem: Problem, found: Candidates, *, signed: bool = False) ->
     return Feasibility(amounts, problem.relaxed)
 
 
-def _drive(problem: Problem, found: Candidates) -> dict[str, Array]:
+def _drive(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
     """Return by how much the bounds on how the guide is driven are broken."""
     bounds = {name: bound for name in DRIVE if (bound := getattr(problem.constraints, name)) is not None}
     if not bounds:
@@ -168,7 +169,7 @@ def _drive(problem: Problem, found: Candidates) -> dict[str, Array]:
     return amounts
 
 
-def _standing(problem: Problem, found: Candidates) -> dict[str, Array]:
+def _standing(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
     """Return how far pivots stand outside their regions, links outside the room or inside what is to be kept free."""
     wanted, linkage = problem.constraints, found.linkage
     amounts = standing(problem, linkage.points, linkage.finite)

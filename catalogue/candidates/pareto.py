@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..linkage import Array
+from ..kinematics.types import Array
 
 
 def fronts(values: Array) -> Array:

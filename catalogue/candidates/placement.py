@@ -1,4 +1,4 @@
-"""Lay traced guides along the path of a problem, and measure them there on their finite motion."""
+"""Place traced guides along the path of a problem, and measure them there on their finite motion."""
 
 from __future__ import annotations
 
@@ -6,15 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 
+from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.fixed_nominal import Nominal, in_place
-from ..guide.measures import measure
-from ..guide.place import FINE, at_stroke, mid_stroke, mirrored, near_stroke, placed
+from ..guide.metrics import measure
+from ..guide.placement import FINE, at_stroke, mid_stroke, mirrored, near_stroke, placed
 from ..guide.sensitivity import sensitivity
-from ..guide.span import Span, span
 from ..guide.trace import Traced, again
-from ..linkage import Array, Linkage
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 from ..problem.problem import Problem
-from .batch import Candidates, Origin
+from .batch import CandidateBatch, Origin
 
 #: Intervals between the Chebyshev points at which the deviation of an answer is measured: 32 leave up to 0.2 per cent
 #: of it open where a dead point is near, or many extremes are as large.
@@ -25,7 +26,7 @@ FLIPS = ((False, False), (True, False), (False, True), (True, True))
 STATIONS = 8
 
 
-def lay(problem: Problem, guides: Span, traced: Traced) -> tuple[Linkage, Array, Array]:
+def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Array, Array]:
     """Carry traced guides by the similarity that lays their strokes onto the path, arcs bulging to +y.
 
     Returns
@@ -57,7 +58,7 @@ def every_flip(problem: Problem, n: int) -> list[tuple[Array, Array]]:
 
 def measured(
     problem: Problem, origin: Origin, linkage: Linkage, point: Array, pole: Array, bend: Array | None = None
-) -> Candidates:
+) -> CandidateBatch:
     """Return guides that stand along the path as candidates, measured over exactly the stroke.
 
     Parameters
@@ -65,7 +66,7 @@ def measured(
     bend : ndarray, shape (n,), optional
         Curvatures of the nominals that are to be expected, for arcs of free radius.
     """
-    guides = span(linkage, point, pole=pole)
+    guides = coupler_curve(linkage, point, pole=pole)
     if problem.fixed_curvature is not None:
         bend = np.full(len(point), problem.fixed_curvature)
     free = problem.fixed_curvature is None
@@ -76,7 +77,7 @@ def measured(
     return described(problem, origin, guides, traced)
 
 
-def described(problem: Problem, origin: Origin, guides: Span, traced: Traced) -> Candidates:
+def described(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
     """Return traced guides in mid-stroke with what the problem needs to be measured of them."""
     wanted = problem.constraints
     found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
@@ -84,29 +85,29 @@ def described(problem: Problem, origin: Origin, guides: Span, traced: Traced) ->
     allowance = np.full(len(guides), np.nan)
     if "allowance" in problem.needed:
         allowance = allowances(problem, guides, traced, STATIONS)
-    return Candidates(origin, guides.linkage, guides.point, pole, guides.motion.chart, traced, found, allowance)
+    return CandidateBatch(origin, guides.linkage, guides.point, pole, guides.motion.chart, traced, found, allowance)
 
 
-def allowances(problem: Problem, guides: Span, traced: Traced, stations: int) -> Array:
-    """Return the allowances of traced guides, see `Candidates`, shape (n,)."""
+def allowances(problem: Problem, guides: CouplerCurve, traced: Traced, stations: int) -> Array:
+    """Return the allowances of traced guides, see `CandidateBatch`, shape (n,)."""
     with np.errstate(all="ignore"):
         rms = np.where(guides.cusp, np.nan, sensitivity(guides, traced, stations).rms)
         return np.asarray((problem.deviation - traced.fit.deviation.astype(float)) / (2 * rms))
 
 
-def near_path(problem: Problem, origin: Origin, moved: Span, nominal: Nominal | None = None) -> Candidates:
+def near_path(problem: Problem, origin: Origin, moved: CouplerCurve, nominal: Nominal | None = None) -> CandidateBatch:
     """Return guides that stand nearly along the path, laid along it anew and measured.
 
     Parameters
     ----------
-    moved : Span of n
+    moved : CouplerCurve of n
         About positions near mid-stroke; arcs bulge to +y already.
     nominal : Nominal, optional
         The path itself, from which distances are then measured: guides stay where they stand.
     """
     if nominal is not None:
         linkage, point, traced = mid_stroke(moved, in_place(moved, nominal))
-        return described(problem, origin, span(linkage, point, chart=moved.motion.chart), traced)
+        return described(problem, origin, coupler_curve(linkage, point, chart=moved.motion.chart), traced)
     found = near_stroke(moved, 1.0, circle=problem.curved, curvature=problem.fixed_curvature)
     back = found.fit.along.real < 0  # guides keep their side of the path
     found = _reversed(found, back)
@@ -119,13 +120,13 @@ def near_path(problem: Problem, origin: Origin, moved: Span, nominal: Nominal | 
         pole = found.fit.along.conj() / found.fit.stroke * (before - found.fit.start)
     if moved.cusp.any():
         return measured(problem, origin, linkage, point, pole, traced.fit.curvature)
-    here = span(linkage, point, pole=pole, chart=moved.motion.chart)
+    here = coupler_curve(linkage, point, pole=pole, chart=moved.motion.chart)
     return described(problem, origin, here, _reversed(traced, back))
 
 
-def in_best_charts(problem: Problem, found: Candidates) -> Candidates:
+def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     """Return candidates with those measured anew whose motion has a better chart than the one they were traced in."""
-    best = span(found.linkage, found.point, pole=found.pole).motion.chart
+    best = coupler_curve(found.linkage, found.point, pole=found.pole).motion.chart
     other = np.flatnonzero(best != found.chart)
     if not len(other):
         return found
@@ -135,7 +136,7 @@ def in_best_charts(problem: Problem, found: Candidates) -> Candidates:
     return found.replaced(other, anew)
 
 
-def final(problem: Problem, found: Candidates) -> Candidates:
+def final(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     """Return candidates with their deviation measured on a finer grid, and with more digits where double lacks them."""
     guides = found.curve
     if guides.cusp.any():

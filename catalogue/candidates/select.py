@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..linkage import Array
+from ..kinematics.types import Array
 from ..problem.problem import Problem
-from .batch import Candidates
+from .batch import CandidateBatch
 from .feasibility import cost, values
 from .pareto import spread_order
 from .similarity import distances, normal_form
@@ -17,13 +17,13 @@ DECIMALS = 9
 IDENTICAL = 1e-6
 
 
-def select_top(problem: Problem, found: Candidates, limit: int) -> tuple[Candidates, Array]:
+def select_top(problem: Problem, found: CandidateBatch, limit: int) -> tuple[CandidateBatch, Array]:
     """Return the best candidates in their order, at most `limit`, and the number of the Pareto front of each, from 1;
     0 without fronts.
 
     Parameters
     ----------
-    found : Candidates of n
+    found : CandidateBatch of n
         All of which meet the constraints.
     """
     ranking, key = problem.ranking, found.origin.id
@@ -40,7 +40,7 @@ def select_top(problem: Problem, found: Candidates, limit: int) -> tuple[Candida
     return found[chosen], number[chosen]
 
 
-def _varied(problem: Problem, found: Candidates, order: Array, limit: int) -> Array:
+def _varied(problem: Problem, found: CandidateBatch, order: Array, limit: int) -> Array:
     """Return the first `limit` of an order that are unlike each other, few of a series as long as there are others."""
     designs, ranking = normal_form(found.linkage.pivots, 1.0), problem.ranking
     apart = max(ranking.distinct, IDENTICAL)

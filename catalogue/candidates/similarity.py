@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..linkage import Array
+from ..kinematics.types import Array
 
 #: Pairs of designs compared at once.
 BLOCK = 4096

@@ -6,13 +6,14 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.kinds import SLOTS
-from ..guide.span import Span, span
 from ..guide.trace import trace
-from ..linkage import Array, Linkage
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 from ..problem.problem import Problem
-from .batch import Candidates, Origin
-from .placement import lay, measured
+from .batch import CandidateBatch, Origin
+from .placement import measured, place_on_path
 
 
 def linkages(pivots: Array, kind: Array) -> Linkage:
@@ -22,10 +23,10 @@ def linkages(pivots: Array, kind: Array) -> Linkage:
     return Linkage.trusted(np.where(slot, pivots[:, :, ::-1], pivots))
 
 
-def canonical(rows: Mapping[str, Array]) -> Span:
+def canonical(rows: Mapping[str, Array]) -> CouplerCurve:
     """Return stored guides in their canonical frame, whose origin is the pole; those of slots in their motion."""
     z = rows["x"] + 1j * rows["y"]
-    return span(linkages(rows["pivots"], rows["kind"]), z, pole=np.zeros_like(z))
+    return coupler_curve(linkages(rows["pivots"], rows["kind"]), z, pole=np.zeros_like(z))
 
 
 def origin(rows: Mapping[str, Array]) -> Origin:
@@ -34,9 +35,9 @@ def origin(rows: Mapping[str, Array]) -> Origin:
     return Origin(rows["id"], rows["family"], rows["series"], rows["configuration"], rows["contact_order"], none)
 
 
-def as_stored(problem: Problem, rows: Mapping[str, Array]) -> Candidates:
+def as_stored(problem: Problem, rows: Mapping[str, Array]) -> CandidateBatch:
     """Return stored reaches laid along a path as they are, at the strokes that are stored."""
     guides = canonical(rows)
     traced = trace(guides, rows["half"], circle=problem.curved, split=True, centre=rows["centre"], nodes=16)
-    linkage, point, pole = lay(problem, guides, traced)
+    linkage, point, pole = place_on_path(problem, guides, traced)
     return measured(problem, origin(rows), linkage, point, pole, -np.abs(traced.fit.curvature) * traced.fit.stroke)

@@ -1,4 +1,9 @@
-"""The command ``catalogue``."""
+"""The command ``catalogue``: one module per command, with its options.
+
+`app` puts the commands together, `options` and `find_options` are what several of them share, `tables` prints,
+`reading` reads linkages from files.  Only `main` is for others; the modules import `api` and what lies below, late, so
+that ``--help`` is quick.
+"""
 
 from __future__ import annotations
 

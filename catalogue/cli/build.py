@@ -36,7 +36,7 @@ def build(
     Same seed and count, same content. A build that is interrupted, even killed, loses nothing that was finished: run it
     again and it goes on.
     """
-    from ..opening import open
+    from ..api import open
     from ..progress import shown
 
     if collection is not None:

@@ -12,8 +12,8 @@ from .options import Db, Format, Output, Plugins
 
 def census(format: Output = Format.table, db: Db = None, plugins: Plugins = None) -> None:
     """Count the stored mechanisms: series by family by configuration, and say why a cell is empty."""
-    from .. import census as counting
-    from ..opening import open
+    from ..api import open
+    from ..find import census as counting
 
     with open(db, plugins=plugins or ()) as catalogue:
         with busy("counting"):

@@ -9,12 +9,12 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from ..curvature_theory.leading_error import EXACT
 from ..progress import busy
-from ..series import EXACT
 from .options import Format, Output, Plugins
 
 if TYPE_CHECKING:
-    from ..classification import Classification
+    from ..series.classification import Classification
 
 
 def classify(
@@ -46,7 +46,7 @@ def classify(
     CSV: 8 numbers a line (x, y of A1, A1*, A2, A2*) or 12 (x, y, w of each), a heading line is skipped; or columns
     under a heading that names link lengths.
     """
-    from ..opening import classify as run
+    from ..api import classify as run
     from .reading import read_linkages
 
     linkages = read_linkages(file)

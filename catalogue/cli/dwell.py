@@ -10,8 +10,8 @@ from typing import Annotated
 import typer
 
 from ..progress import busy
+from .find_options import Codes, Effort, Limit, Names, Order, PinsOnly
 from .options import Db, Format, Output, Plugins
-from .wishes import Codes, Effort, Limit, Names, Order, PinsOnly
 
 Angle = Annotated[float, typer.Option(metavar="DEG", help="By how much the crank turns meanwhile, at least.")]
 Residual = Annotated[float, typer.Option(metavar="DEG", help="Band of angles in which the rocker may stray meanwhile.")]
@@ -43,8 +43,8 @@ def dwell(
 
     catalogue find dwell --angle 90 --residual 0.5 --swing 30
     """
-    from ..find.dwell_results import Dwelling, StandStill
-    from ..opening import open
+    from ..api import open
+    from ..find.dwell_results import DwellCandidate, StandStill
 
     with open(db, plugins=plugins or ()) as catalogue, busy("trying rockers"):
         found = catalogue.find_dwells(
@@ -56,7 +56,7 @@ def dwell(
     if format is Format.json:
         print(found.to_json())
     elif format is Format.csv:
-        writer = csv.DictWriter(sys.stdout, list(Dwelling.__dataclass_fields__), lineterminator="\n")
+        writer = csv.DictWriter(sys.stdout, list(DwellCandidate.__dataclass_fields__), lineterminator="\n")
         writer.writeheader()
         writer.writerows(
             {k: json.dumps(v) if isinstance(v, list) else v for k, v in d.to_dict().items()} for d in found

@@ -13,11 +13,11 @@ from typing import TYPE_CHECKING, Any
 import typer
 
 from ..errors import InvalidRequest
-from ..problem.constraints import GIVEN
+from ..problem.constraints import PRESCRIBED
 from ..problem.request import CircularArc, Request, StraightLine, ends
 from ..progress import busy
+from .find_options import Along, Deviation, From, Point, Radius, Stroke, To, find_options
 from .options import Format
-from .wishes import Along, Deviation, From, Point, Radius, Stroke, To, wishes
 
 if TYPE_CHECKING:
     from ..find.results import Found
@@ -29,7 +29,7 @@ app = typer.Typer(
 
 
 def _command(name: str) -> Callable[[Callable[..., Request]], Callable[..., Request]]:
-    """Make a command of a function that makes a request: its options, then those of `wishes`."""
+    """Make a command of a function that makes a request: its options, then those of `find_options`."""
 
     def register(request: Callable[..., Request]) -> Callable[..., Request]:
         own = signature(request, eval_str=True).parameters
@@ -38,7 +38,7 @@ def _command(name: str) -> Callable[[Callable[..., Request]], Callable[..., Requ
             _find(request(**{key: options.pop(key) for key in own}), options)
 
         command.__doc__ = request.__doc__
-        options = [*own.values(), *signature(wishes, eval_str=True).parameters.values()]
+        options = [*own.values(), *signature(find_options, eval_str=True).parameters.values()]
         command.__annotations__ = {one.name: one.annotation for one in options} | {"return": None}
         command.__signature__ = Signature(options)  # type: ignore[attr-defined]  # mypy knows none
         app.command(name)(command)
@@ -83,14 +83,14 @@ def _where(stroke: float | None, start: Point | None, end: Point | None, along: 
 
 def _find(request: Request, options: dict[str, Any]) -> None:
     if options["collection"] is not None:
-        from .collected import find_in
+        from .find_collection import find_in
 
-        find_in(request, options, {name: p.default for name, p in signature(wishes).parameters.items()})
+        find_in(request, options, {name: p.default for name, p in signature(find_options).parameters.items()})
         return
     if options["where"]:
         raise InvalidRequest("--where bounds a metric of a collection: name it with --collection")
     options = {name: value for name, value in options.items() if name not in ("collection", "where")}
-    from ..opening import open
+    from ..api import open
 
     plural = {"families": "family", "series": "series", "configurations": "configuration"}
     options |= {name: options.pop(option) or () for name, option in plural.items()}
@@ -99,7 +99,7 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     if pareto := options.pop("pareto"):
         options["rank_by"] = [name.strip() for name in pareto.split(",")]
     output, explain, plot = options.pop("format"), options.pop("explain"), options.pop("plot")
-    given = any(options[name] for name in GIVEN)  # such guides are made, not looked up
+    given = any(options[name] for name in PRESCRIBED)  # such guides are made, not looked up
     with open(options.pop("db"), plugins=options.pop("plugins") or (), build=not given) as catalogue:
         with busy("searching"):
             found = catalogue.find(request, **options)

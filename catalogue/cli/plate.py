@@ -14,7 +14,7 @@ from ..errors import InvalidRequest
 from .options import Plugins
 
 if TYPE_CHECKING:
-    from ..series import Series
+    from ..series.series import Series
 
 
 def plate(
@@ -28,7 +28,7 @@ def plate(
     """Draw a series: each family and configuration with its circles, cubics, linkage and guided pairs."""
     from ..draw.plate import file_name
     from ..draw.plate import plate as draw
-    from ..plugins import Registry
+    from ..plugin.registry import Registry
 
     chosen = Registry(plugins or ()).get(series)
     file = Path(f"{file_name(chosen.code)}.svg") if out is None else out
@@ -45,7 +45,7 @@ def atlas(
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
     from ..draw.plate import plate as draw
-    from ..plugins import Registry
+    from ..plugin.registry import Registry
 
     every = list(Registry(plugins or ()).series.values())
     files = _files(every)

@@ -13,7 +13,7 @@ from ..folders import default_database
 from .options import Db, Format, Output, Plugins
 
 if TYPE_CHECKING:
-    from ..plugins import Record
+    from ..plugin.registry import Record
 
 
 def plugins(plugins: Plugins = None, format: Output = Format.table, db: Db = None) -> None:
@@ -23,7 +23,8 @@ def plugins(plugins: Plugins = None, format: Output = Format.table, db: Db = Non
     """
     from dataclasses import asdict
 
-    from ..plugins import PluginWarning, Registry
+    from ..errors import PluginWarning
+    from ..plugin.registry import Registry
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PluginWarning)  # the table says it
@@ -62,7 +63,7 @@ def _stored(file: Path, names: list[str]) -> dict[str, int]:
     """Return how many specimens a database holds of each collection; none if there is no such file."""
     if not names or not file.exists():
         return dict.fromkeys(names, 0)
-    from ..build.collect import stored
+    from ..populate.collect import stored
     from ..store import Database
 
     with Database.open(file, create=False) as database:

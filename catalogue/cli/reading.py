@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidLinkage, InvalidRequest
-from ..lengths import FOUR_BAR, INVERTED, POSITION, SLIDER_CRANK, from_lengths
-from ..linkage import Array, Linkage
+from ..kinematics.from_lengths import FOUR_BAR, INVERTED, POSITION, SLIDER_CRANK, from_lengths
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 
 NAMES = {*FOUR_BAR, *SLIDER_CRANK, *INVERTED, *POSITION}
 

@@ -10,20 +10,20 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from ..series import EXACT
+from ..curvature_theory.leading_error import EXACT
 from .options import Db, Format, Output, Plugins
 
 if TYPE_CHECKING:
-    from ..designs import Design
     from ..find.candidate import Candidate
-    from ..membership import Memberships
+    from ..series.membership import Memberships
+    from ..series.named_guides import NamedGuide
 
 
 @dataclass(frozen=True)
 class About:
     """What is said of a named design besides its guide."""
 
-    design: Design
+    design: NamedGuide
     memberships: Memberships
     published: Candidate
     best: Candidate | None
@@ -83,12 +83,12 @@ def show(
     A design is laid as published, over its usual stroke and not split, unless --level is given; the best guide of its
     series on the same stroke, no larger, is named beside it.
     """
-    from ..designs import designs
-    from ..opening import open
+    from ..api import open
+    from ..series.named_guides import named_guides
 
     with open(db, plugins=plugins or ()) as catalogue:
         guide = catalogue.guide(name)
-        design = designs().get(guide.name or "")
+        design = named_guides().get(guide.name or "")
         about = None
         if design is None or level is not None:
             laid = guide.at(stroke, level)

@@ -8,9 +8,9 @@ from rich import box
 from rich.console import Console
 from rich.table import Table
 
+from ..curvature_theory.leading_error import EXACT
 from ..find.candidate import Candidate
 from ..find.results import Found
-from ..series import EXACT
 
 
 def print_table(

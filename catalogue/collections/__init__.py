@@ -1,4 +1,5 @@
-"""Collections: what is asked of mechanisms of another kind, which a plugin brings.
+"""Collections: mechanisms of another kind than linkages, which a plugin brings, and what is asked of them.
 
-May import `collection`, `problem`, `store` and what lies below.
+`spec` is the author's guide and the types of a plugin, `bounds` what a request demands, `find` searches the stored
+specimens, `results` are the answers.  Import from the modules; they import `problem`, `store` and what lies below.
 """

@@ -10,13 +10,12 @@ from typing import Any
 
 from sqlalchemy import ColumnElement, Select, and_, case, func, select, true
 
-from ..collection import Collection, Measured
-from ..errors import InvalidRequest, PluginError
-from ..plugins import one_line
+from ..errors import InvalidRequest, PluginError, one_line
 from ..problem.request import Request, whole
 from ..store import Database, SpecimenRow
 from .bounds import Bound, bounds
-from .results import Collected, Piece
+from .results import CollectionCandidate, CollectionResults
+from .spec import Collection, Measured
 
 #: Specimens that are verified together, and batches of them at most.
 BATCH, BATCHES = 32, 32
@@ -30,7 +29,7 @@ SLACK = 1e-3
 
 
 @dataclass
-class Trail:
+class CollectionReport:
     """What became of the specimens: verified, and how many each step removed there."""
 
     verified: int = 0
@@ -55,8 +54,8 @@ def find_in(
     families: Sequence[str] = (),
     series: Sequence[str] = (),
     where: Mapping[str, Any] | None = None,
-) -> Collected:
-    """Return the best pieces of a collection for a request; see `catalogue.Catalogue.find_in`."""
+) -> CollectionResults:
+    """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`."""
     limit, clock = whole("limit", limit, 1), time.perf_counter()
     if rank_by != "deviation" and rank_by not in collection.metrics:
         known = ", ".join(["deviation", *collection.metrics])
@@ -64,7 +63,7 @@ def find_in(
     given = bounds(collection, request.stroke, where or {})
     tests = _tests(collection, request, given, _named("family", families, collection.families),
                    _named("series", series, collection.series))  # fmt: skip
-    trail, pieces = Trail(), []
+    trail, pieces = CollectionReport(), []
     for part in range(BATCHES):
         rows = database.read(_ranked(collection, request, rank_by, list(tests.values()), part))
         if not len(rows["id"]):
@@ -82,7 +81,9 @@ def find_in(
     )
     trail.seconds = time.perf_counter() - clock
     found = pieces[:limit]
-    return Collected(collection, found, lambda: _explained(database, collection, request, tests, given, trail, found))
+    return CollectionResults(
+        collection, found, lambda: _explained(database, collection, request, tests, given, trail, found)
+    )
 
 
 def _named(what: str, given: Sequence[str], known: Any) -> tuple[str, ...]:
@@ -152,7 +153,7 @@ def _measured(collection: Collection, stored: list[Any], request: Request) -> li
     return found
 
 
-def _serves(measured: Measured, request: Request, given: list[Bound], trail: Trail) -> bool:
+def _serves(measured: Measured, request: Request, given: list[Bound], trail: CollectionReport) -> bool:
     if measured.reason:
         trail.remove(measured.reason)
     elif not _on_radius(measured, request):
@@ -177,16 +178,16 @@ def _on_radius(measured: Measured, request: Request) -> bool:
     )
 
 
-def _piece(collection: Collection, number: int, request: Request, m: Measured) -> Piece:
+def _piece(collection: Collection, number: int, request: Request, m: Measured) -> CollectionCandidate:
     tags = collection.classify(m.parameters)
     metrics = {name: float(m.metrics[name]) for name in collection.metrics}
-    return Piece(number, collection, tags.family, tags.series, tags.configuration, tuple(tags.special),
+    return CollectionCandidate(number, collection, tags.family, tags.series, tags.configuration, tuple(tags.special),
                  float(request.stroke), float(m.deviation), m.radius, metrics, m.parameters)  # fmt: skip
 
 
 def _explained(
     database: Database, collection: Collection, request: Request, tests: dict[str, Any], given: list[Bound],
-    trail: Trail, found: list[Piece],
+    trail: CollectionReport, found: list[CollectionCandidate],
 ) -> str:  # fmt: skip
     """Return what each bound excludes, what was verified, and for an empty answer the nearest miss."""
     columns: list[Any] = [func.count().label("all")]
@@ -209,7 +210,7 @@ def _explained(
 
 def _advice(
     database: Database, collection: Collection, request: Request, tests: dict[str, Any], given: list[Bound],
-    trail: Trail, useful: list[int], number: dict[str, int],
+    trail: CollectionReport, useful: list[int], number: dict[str, int],
 ) -> str:  # fmt: skip
     if trail.verified:
         worst = max(trail.removed, key=lambda name: trail.removed[name])

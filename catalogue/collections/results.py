@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, overload
 
-from ..collection import COLUMNS, Collection, Parameters
+from .spec import COLUMNS, Collection, Parameters
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 @dataclass(frozen=True, eq=False)
-class Piece:
+class CollectionCandidate:
     """A verified mechanism of a collection, laid so that its path begins at the origin and ends on +x at the stroke.
 
     Attributes
@@ -48,7 +48,7 @@ class Piece:
     parameters: Parameters = field(repr=False)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the piece as plain Python numbers, lists and strings, a column for each metric."""
+        """Return the candidate as plain Python numbers, lists and strings, a column for each metric."""
         own = {name: getattr(self, name) for name in COLUMNS}
         own |= {"collection": self.collection.name, "special": list(self.special)}
         parameters = own.pop("parameters")
@@ -60,39 +60,39 @@ class Piece:
 
 
 @dataclass(frozen=True, eq=False)
-class Collected(Sequence[Piece]):
-    """The answer of a collection to a request: pieces, best first."""
+class CollectionResults(Sequence[CollectionCandidate]):
+    """The answer of a collection to a request: candidates, best first."""
 
     collection: Collection
-    pieces: list[Piece]
+    pieces: list[CollectionCandidate]
     explanation: Callable[[], str] = field(repr=False)
 
     def __len__(self) -> int:
         return len(self.pieces)
 
-    def __iter__(self) -> Iterator[Piece]:
+    def __iter__(self) -> Iterator[CollectionCandidate]:
         return iter(self.pieces)
 
     @overload
-    def __getitem__(self, index: int) -> Piece: ...
+    def __getitem__(self, index: int) -> CollectionCandidate: ...
     @overload
-    def __getitem__(self, index: slice) -> list[Piece]: ...
-    def __getitem__(self, index: int | slice) -> Piece | list[Piece]:
+    def __getitem__(self, index: slice) -> list[CollectionCandidate]: ...
+    def __getitem__(self, index: int | slice) -> CollectionCandidate | list[CollectionCandidate]:
         return self.pieces[index]
 
     @property
     def columns(self) -> list[str]:
-        """Names of what each piece is printed as."""
+        """Names of what each candidate is printed as."""
         return [*COLUMNS[:-1], *self.collection.metrics, COLUMNS[-1]]
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return one row per piece."""
+        """Return one row per candidate."""
         import pandas as pd
 
         return pd.DataFrame([p.to_dict() for p in self.pieces], columns=self.columns)
 
     def to_json(self) -> str:
-        """Return a JSON list of the pieces."""
+        """Return a JSON list of the candidates."""
         return json.dumps([p.to_dict() for p in self.pieces], indent=1, allow_nan=False)
 
     def explain(self) -> str:

@@ -7,10 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..build.draw import draw as sample
-from ..instant import Curvature, Instant
-from ..linkage import Array, Linkage
-from ..series import Guided, Member, Series
+from ..curvature_theory.analysis import Curvature
+from ..curvature_theory.instant import Instant
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
+from ..series.sampling import draw as sample
+from ..series.series import Guided, Member, Series
 
 #: Cells of a plate; members with special conditions take those that the configurations leave.
 ROOM = 20

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..linkage import Array
+from ..kinematics.types import Array
 
 #: Below this, in units of rho0, kappa and s count as zero.
 ZERO = 1e-9

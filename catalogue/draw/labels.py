@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from ..linkage import Array
+from ..kinematics.types import Array
 from .symbols import PAPER, Pen
 
 #: Distances at which a word may stand, and how much worse it is to cover a part of a linkage than to cross a curve.

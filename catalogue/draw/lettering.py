@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..instant.analysis import PARALLEL
-from ..linkage import Array
-from ..series import EXACT, Series
+from ..curvature_theory.analysis import PARALLEL
+from ..curvature_theory.leading_error import EXACT
+from ..kinematics.types import Array
+from ..series.series import Series
 from .cells import Cell
 from .paper import SANS, SERIF
 from .sheet import NAMES

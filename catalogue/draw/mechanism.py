@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..linkage import PR, RP, RR, Array
+from ..kinematics.linkage import PR, RP, RR
+from ..kinematics.types import Array
 from .scene import Scene
 from .symbols import BLOCK, COUPLER, CRANK, GREY, INK, PATH, ROD, Pen
 

@@ -6,7 +6,7 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from ..series import Series
+from ..series.series import Series
 from .cells import cells
 from .lettering import MARGIN, caption, frame, legend, title
 from .paper import blank, kind_of, write

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..guide.minimax import grid
-from ..guide.place import FINE, at_stroke
-from ..guide.span import Span
+from ..guide.coupler_curve import CouplerCurve
+from ..guide.minimum_zone import grid
+from ..guide.placement import FINE, at_stroke
 from ..guide.trace import Traced, extended
-from ..linkage import PR, RP, Array
+from ..kinematics.linkage import PR, RP
+from ..kinematics.types import Array
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
@@ -127,7 +128,7 @@ def _slides(kinds: Array, fixed: Array, moving: Array, guided: Array) -> tuple[d
     return feet, rods
 
 
-def _beyond(here: Span, low: Array, high: Array, more: float) -> tuple[Array, Array]:
+def _beyond(here: CouplerCurve, low: Array, high: Array, more: float) -> tuple[Array, Array]:
     """Return the path below `low` and above `high` for a length of at most `more`, from there outwards."""
     u, _ = here.path(np.stack([low, high]))
     below, above = here.extent * 0.9999
@@ -149,7 +150,7 @@ def _until_it_turns(z: Array) -> Array:
     return z[: corner[0] + 2] if corner.size else z
 
 
-def _deviation(candidate: Candidate, here: Span, traced: Traced) -> tuple[Array, Array]:
+def _deviation(candidate: Candidate, here: CouplerCurve, traced: Traced) -> tuple[Array, Array]:
     """Return the distance from the nominal along the stroke, measured as finely as the deviation itself."""
     fine = bool(traced.relative[0] < FINE)
     guides = extended(here) if fine else here
@@ -178,8 +179,8 @@ def _from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: floa
     along = 0.5 * (ends[1] - ends[0]) / half
     w = (z - 0.5 * (ends[0] + ends[1])) * along.conj()
     side = -np.sign(w.imag[np.argmin(np.abs(w.real))])
-    # the circle through the ends of the path, seen from the top of its arc; the distance as in `minimax`, which loses
-    # no digits on a flat arc
+    # the circle through the ends of the path, seen from the top of its arc; the distance as in `minimum_zone`, which
+    # loses no digits on a flat arc
     x, y, c = w.real, w.imag + side * half**2 / (radius + np.sqrt(radius**2 - half**2)), side / radius
     arm = np.hypot(c * x, 1 - c * y)
     far = (2 * y - c * (x * x + y * y)) / (1 + arm)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..linkage import Array
+from ..kinematics.types import Array
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

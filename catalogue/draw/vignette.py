@@ -6,8 +6,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..instant.analysis import PARALLEL
-from ..linkage import PR, RP, RR, Array
+from ..curvature_theory.analysis import PARALLEL
+from ..kinematics.linkage import PR, RP, RR
+from ..kinematics.types import Array
 from .cells import FAR, Cell
 from .cubics import circle, cubic, hyperbola
 from .labels import CURVE, SOLID, Labels

@@ -11,12 +11,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..linkage import Array, Linkage
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 from ..problem.request import CircularArc, Request, StraightLine
 
 if TYPE_CHECKING:
+    from ..guide.coupler_curve import CouplerCurve
     from ..guide.sensitivity import Sensitivity
-    from ..guide.span import Span
     from ..refine.drift import Drifts
 
 
@@ -42,7 +43,7 @@ class Candidate:
     radius : float or None
         Of the best circle; None for a straight line.
     size, max_link, min_link, max_ground, max_arm, min_transmission, rotates
-        See `catalogue.guide.measures.Measures`; None where there is no such length.  `rotates`: numbers of the cranks.
+        See `catalogue.guide.metrics.Measures`; None where there is no such length.  `rotates`: numbers of the cranks.
     driver, drive_angle, time_ratio, uniformity, advantage, rotation
         See `catalogue.guide.drive.DriveMetrics`; None where there is no such thing.
     min_transmission_turn : float or None
@@ -148,16 +149,16 @@ class Candidate:
         pole = None if self.pole is None else carried(self.pole[0], self.pole[1])
         return replace(self, pivots=pivots, guided=carried(x, y), pole=pole, start=[0.0, 0.0], along=0.0)
 
-    def span(self) -> Span:
+    def span(self) -> CouplerCurve:
         """Return the guide ready to be traced from mid-stroke."""
-        from ..guide.span import span
+        from ..guide.coupler_curve import coupler_curve
 
         pole = None if self.pole is None else np.array([complex(*self.pole)])
-        return span(self.linkage, np.array([complex(*self.guided)]), pole=pole)
+        return coupler_curve(self.linkage, np.array([complex(*self.guided)]), pole=pole)
 
     def path(self, points: int = 101) -> Array:
         """Return points of the guided path over the stroke, shape (points, 2)."""
-        from ..guide.place import at_stroke
+        from ..guide.placement import at_stroke
 
         here = self.span()
         traced = at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
@@ -175,7 +176,7 @@ class Candidate:
         InvalidRequest
             If the guided point returns: at its rest it follows no error to first order.
         """
-        from ..guide.place import at_stroke
+        from ..guide.placement import at_stroke
         from ..guide.sensitivity import sensitivity
 
         here = self.span()
@@ -205,10 +206,10 @@ class Candidate:
 
     @property
     def lengths(self) -> dict[str, float]:
-        """Lengths of the links and place of the guided point in the coupler, by name; see `catalogue.dimensions`."""
-        from ..dimensions import dimensions
+        """Lengths of the links and place of the guided point in the coupler, by name; see `kinematics.link_lengths`."""
+        from ..kinematics.link_lengths import link_lengths
 
-        found = dimensions(self.linkage, np.array([complex(*self.guided)]))
+        found = link_lengths(self.linkage, np.array([complex(*self.guided)]))
         return {name: float(value[0]) for name, value in found.items()}
 
     def to_dict(self) -> dict[str, Any]:

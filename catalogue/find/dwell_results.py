@@ -47,7 +47,7 @@ class StandStill:
 
 
 @dataclass(frozen=True)
-class Dwelling:
+class DwellCandidate:
     """A crank-driven linkage with an output dyad, in the middle of the dwell; the driving crank has length 1.
 
     Attributes
@@ -92,30 +92,30 @@ class Dwelling:
 
 
 @dataclass(frozen=True)
-class Dwellings(Sequence[Dwelling]):
+class DwellResults(Sequence[DwellCandidate]):
     """Dwells, best first, and a line that says how many were looked at."""
 
-    found: list[Dwelling]
+    found: list[DwellCandidate]
     told: str
 
     def __len__(self) -> int:
         return len(self.found)
 
-    def __iter__(self) -> Iterator[Dwelling]:
+    def __iter__(self) -> Iterator[DwellCandidate]:
         return iter(self.found)
 
     @overload
-    def __getitem__(self, index: int) -> Dwelling: ...
+    def __getitem__(self, index: int) -> DwellCandidate: ...
     @overload
-    def __getitem__(self, index: slice) -> list[Dwelling]: ...
-    def __getitem__(self, index: int | slice) -> Dwelling | list[Dwelling]:
+    def __getitem__(self, index: slice) -> list[DwellCandidate]: ...
+    def __getitem__(self, index: int | slice) -> DwellCandidate | list[DwellCandidate]:
         return self.found[index]
 
     def to_pandas(self) -> pd.DataFrame:
         """Return one row per dwell."""
         import pandas as pd
 
-        return pd.DataFrame([d.to_dict() for d in self.found], columns=list(Dwelling.__dataclass_fields__))
+        return pd.DataFrame([d.to_dict() for d in self.found], columns=list(DwellCandidate.__dataclass_fields__))
 
     def to_json(self) -> str:
         """Return a JSON list of the dwells."""

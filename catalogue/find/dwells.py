@@ -6,18 +6,19 @@ import numpy as np
 
 from ..candidates.stored import canonical
 from ..errors import InvalidRequest
+from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.drive import drive_metrics
 from ..guide.dwell import Dwell, dwells, turned
 from ..guide.kinds import POINTS
-from ..guide.measures import measure
-from ..guide.place import mid_stroke
-from ..guide.span import Span, span
+from ..guide.metrics import measure
+from ..guide.placement import mid_stroke
 from ..guide.trace import trace
-from ..linkage import SLIDING, Array
+from ..kinematics.linkage import SLIDING
+from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.request import whole
 from ..store import COLUMNS, Database, Guide, Mechanism, Reach, joined
-from .dwell_results import Dwelling, Dwellings, StandStill
+from .dwell_results import DwellCandidate, DwellResults, StandStill
 from .names import check_names, eligible_series
 
 #: Constraints that go with a dwell.
@@ -39,7 +40,9 @@ DEGREES = 360
 BLOCK = 40
 
 
-def find_dwells(database: Database, request: StandStill, wanted: Constraints, *, limit: int, effort: int) -> Dwellings:
+def find_dwells(
+    database: Database, request: StandStill, constraints: Constraints, *, limit: int, effort: int
+) -> DwellResults:
     """Return at most `limit` dwells, the best transmission angle first, one for each stored guide.
 
     A third of them are of one series at most, while there are others.
@@ -52,20 +55,20 @@ def find_dwells(database: Database, request: StandStill, wanted: Constraints, *,
     if not isinstance(request, StandStill):
         raise InvalidRequest(f"find_dwells wants a StandStill, not {request!r}")
     limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
-    if other := [name for name in wanted.active() if name not in GOVERNED]:
+    if other := [name for name in constraints.active() if name not in GOVERNED]:
         raise InvalidRequest(f"{other[0]} does not go with a dwell; there are {', '.join(GOVERNED)}")
-    check_names(database, wanted)
-    stored = _turning(database, wanted, request, effort)
+    check_names(database, constraints)
+    stored = _turning(database, constraints, request, effort)
     if stored is None:
-        return Dwellings([], "no dwell found: no stored arc spans so much of a full turn of its crank; ask for less")
+        return DwellResults([], "no dwell found: no stored arc spans so much of a full turn of its crank; ask for less")
     rows, guides, driver = stored
     pivots, coarse = _tried(rows, guides, driver, request)
     order = np.argsort(-np.nan_to_num(coarse, nan=-1.0), kind="stable")
-    order = order[coarse[order] > 0.9 * wanted.min_transmission]
+    order = order[coarse[order] > 0.9 * constraints.min_transmission]
     order = _few_of_each(order, rows["series"], 4 * limit)
     if not len(order):
         told = f"no dwell found: of {len(guides)} arcs none has a dyad that stands so still and swings so far"
-        return Dwellings([], f"{told}; ask for less swing, or a wider residual")
+        return DwellResults([], f"{told}; ask for less swing, or a wider residual")
     rows = {name: values[order] for name, values in rows.items()}
     guides, driver = guides[order], driver[order]
     rows["joint"], pivots = _moved(rows["joint"], pivots[order], guides, driver, request)
@@ -73,34 +76,36 @@ def find_dwells(database: Database, request: StandStill, wanted: Constraints, *,
     final = dwells(path, rows["joint"], pivots[:, None], request.residual)[:, 0]
     least = np.fmin(input_, final.transmission)
     good = (
-        (final.angle >= request.angle) & (final.swing >= request.swing) & (least >= max(wanted.min_transmission, 1e-9))
+        (final.angle >= request.angle)
+        & (final.swing >= request.swing)
+        & (least >= max(constraints.min_transmission, 1e-9))
     )
     order = np.flatnonzero(good)[np.argsort(-least[good], kind="stable")]
     chosen = _few_of_each(order, rows["series"], limit)
     told = f"{len(guides)} dyads were measured over the full turn, {good.sum()} serve"
     if not len(chosen):
         told = f"no dwell found: of {len(guides)} dyads the longest dwell is {np.nanmax(final.angle):.4g} degrees"
-    return Dwellings([_dwelling(rows, guides, driver, pivots, path, final, least, i) for i in chosen], told)
+    return DwellResults([_dwelling(rows, guides, driver, pivots, path, final, least, i) for i in chosen], told)
 
 
 def _turning(
-    database: Database, wanted: Constraints, request: StandStill, effort: int
-) -> tuple[dict[str, Array], Span, Array] | None:
+    database: Database, constraints: Constraints, request: StandStill, effort: int
+) -> tuple[dict[str, Array], CouplerCurve, Array] | None:
     """Return stored arcs in the middle of their dwells, on cranks that turn fully through the angle that is wanted."""
     parts = []
     with database.reading() as read:
-        for code in eligible_series(database, wanted):
+        for code in eligible_series(database, constraints):
             select = joined(*COLUMNS, Reach.rotates).where(
                 Reach.series == code, Reach.kind == POINTS["circle"], Reach.level == -3, Reach.rotates > 0
             )
-            if wanted.families:
-                select = select.where(Mechanism.family.in_(wanted.families))
-            if wanted.configurations:
-                select = select.where(Mechanism.configuration.in_(wanted.configurations))
-            if wanted.pins_only:
+            if constraints.families:
+                select = select.where(Mechanism.family.in_(constraints.families))
+            if constraints.configurations:
+                select = select.where(Mechanism.configuration.in_(constraints.configurations))
+            if constraints.pins_only:
                 select = select.where(Mechanism.family.not_in(SLIDING))
-            if wanted.order:
-                select = select.where(Guide.contact_order >= wanted.order)
+            if constraints.order:
+                select = select.where(Guide.contact_order >= constraints.order)
             parts.append(read(select.order_by(Reach.min_transmission.desc()).limit(SHARE * effort)))
     parts = [p for p in parts if len(p["id"])]
     if not parts:
@@ -119,10 +124,10 @@ def _turning(
     fit = traced.fit
     depth = np.copysign(np.sqrt(1 / fit.curvature**2 - 0.25 * fit.stroke**2), fit.curvature)
     rows["joint"] = fit.start + fit.along * (0.5 * fit.stroke + 1j * depth)
-    return rows, span(linkage, point), works.driver[good]
+    return rows, coupler_curve(linkage, point), works.driver[good]
 
 
-def _tried(rows: dict[str, Array], guides: Span, driver: Array, request: StandStill) -> tuple[Array, Array]:
+def _tried(rows: dict[str, Array], guides: CouplerCurve, driver: Array, request: StandStill) -> tuple[Array, Array]:
     """Return the rocker pivot with the best transmission angle for each guide, and that angle; NaN if none serves."""
     pivots, best = np.full(len(guides), complex(np.nan, np.nan)), np.full(len(guides), np.nan)
     for start in range(0, len(guides), BLOCK):
@@ -150,7 +155,9 @@ def _few_of_each(order: Array, series: Array, limit: int) -> Array:
     return np.asarray(order[np.sort(np.argsort(late, kind="stable")[:limit])])
 
 
-def _moved(joint: Array, pivots: Array, guides: Span, driver: Array, request: StandStill) -> tuple[Array, Array]:
+def _moved(
+    joint: Array, pivots: Array, guides: CouplerCurve, driver: Array, request: StandStill
+) -> tuple[Array, Array]:
     """Return joints and rocker pivots moved to where the transmission angle is best nearby, the dwell being kept."""
     joint, pivots = joint.copy(), pivots.copy()
     for start in range(0, len(guides), BLOCK):
@@ -177,8 +184,15 @@ def diameter(pivots: Array, path: Array) -> float:
 
 
 def _dwelling(
-    rows: dict[str, Array], guides: Span, driver: Array, pivots: Array, path: Array, found: Dwell, least: Array, i: int
-) -> Dwelling:
+    rows: dict[str, Array],
+    guides: CouplerCurve,
+    driver: Array,
+    pivots: Array,
+    path: Array,
+    found: Dwell,
+    least: Array,
+    i: int,
+) -> DwellCandidate:
     z, finite = guides.linkage.points[i], guides.linkage.finite[i]
     k = int(driver[i]) - 1
     scale = 1 / abs(z[k, 1] - z[k, 0])
@@ -191,7 +205,7 @@ def _dwelling(
     def direction(at: complex) -> list[float]:
         return [float((turn * at).real), float((turn * at).imag)]
 
-    return Dwelling(
+    return DwellCandidate(
         id=int(rows["id"][i]),
         family=str(rows["family"][i]),
         series=str(rows["series"][i]),

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..candidates.batch import Candidates
+from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import LARGEST, LEAST, ROUNDING, STANDING, Feasibility, feasibility, machine
 from ..guide.drive import drive_metrics
 from ..guide.rotatability import min_transmission_turn
@@ -117,7 +117,7 @@ class Explanation:
         what = " and ".join(names) or "this path"
         return f"no guide found: the catalogue holds no guide for {what}; leave one of them out"
 
-    def relaxations(self, nearest: Candidates) -> Iterator[Relaxation]:
+    def relaxations(self, nearest: CandidateBatch) -> Iterator[Relaxation]:
         """Yield what each constraint alone, else each pair of them, would have to be for an answer to be found; each
         was tried."""
         names = [n for n, amount in feasibility(self.problem, nearest).amounts.items() if (amount > ROUNDING).any()]
@@ -137,7 +137,7 @@ class Explanation:
             if several:
                 return
 
-    def _best(self, found: Candidates, broken: Feasibility, names: tuple[str, ...]) -> Relaxation | None:
+    def _best(self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...]) -> Relaxation | None:
         """Return the least relaxation of some constraints for which one of the candidates is an answer."""
         others = np.sum([a for n, a in broken.amounts.items() if n not in names] or [np.zeros(len(found))], axis=0)
         amount = np.sum([broken.amounts[n] for n in names], axis=0)
@@ -152,7 +152,7 @@ class Explanation:
                 return Relaxation(options, float(one.deviation[0]) * self.problem.stroke)
         return None
 
-    def _helps(self, names: tuple[str, ...], one: Candidates, room: float) -> bool:
+    def _helps(self, names: tuple[str, ...], one: CandidateBatch, room: float) -> bool:
         """Return whether a search finds an answer with these constraints relaxed to what a candidate meets."""
         problem = self.problem
         if problem.constraints.given:  # the candidate came of the very steps that would be taken
@@ -172,7 +172,7 @@ class Explanation:
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
         return bool(np.isfinite(Search(looser, self.database, enough=1).run().cost).any())
 
-    def _value(self, name: str, one: Candidates, room: float) -> Any:
+    def _value(self, name: str, one: CandidateBatch, room: float) -> Any:
         """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or
         None if it would have to go."""
         problem, s, m = self.problem, self.problem.stroke, one.measures
@@ -193,7 +193,7 @@ class Explanation:
             return _widened(problem, getattr(problem.constraints, name), one, STANDING[name], room)
         return None
 
-    def _option(self, name: str, one: Candidates, room: float) -> str:
+    def _option(self, name: str, one: CandidateBatch, room: float) -> str:
         """Return the option that a candidate would meet, in the user's unit, with what was asked."""
         value, s = self._value(name, one, room), self.problem.stroke
         if value is None:
@@ -205,7 +205,7 @@ class Explanation:
         return f"{option(name)} {value:.4g} (asked {asked:g})"
 
 
-def relaxed(problem: Problem, nearest: Candidates, name: str) -> Candidates:
+def relaxed(problem: Problem, nearest: CandidateBatch, name: str) -> CandidateBatch:
     """Return candidates that break one constraint as little as the others allow, from the best of those given."""
     loose = replace(problem, relaxed=name)
     total = feasibility(loose, nearest).total
@@ -222,7 +222,7 @@ def rounded(value: float, room: float, *, up: bool) -> float | None:
     return float(f"{(math.ceil if up else math.floor)(value / unit) * unit:.4g}")
 
 
-def _widened(problem: Problem, region: Region, one: Candidates, planes: tuple[int, ...], room: float) -> Region:
+def _widened(problem: Problem, region: Region, one: CandidateBatch, planes: tuple[int, ...], room: float) -> Region:
     """Return the box of a region and of a candidate's pivots together, in the user's unit and frame."""
     x0, y0, x1, y1 = region.carried(problem.scale, problem.shift).box
     there = one.linkage.points[0][:, planes][one.linkage.finite[0][:, planes]] * problem.scale + problem.shift

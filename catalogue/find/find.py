@@ -8,13 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..batching import join
-from ..candidates.batch import Candidates
+from ..candidates.batch import CandidateBatch
+from ..candidates.batching import join
 from ..candidates.feasibility import feasibility
 from ..candidates.placement import final
 from ..candidates.select import select_top
 from ..errors import InvalidRequest
-from ..linkage import Array
+from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
@@ -29,7 +29,7 @@ from .names import check_names
 from .results import Found, candidates
 
 if TYPE_CHECKING:
-    from ..series import Series
+    from ..series.series import Series
 
 
 @dataclass(frozen=True)
@@ -38,13 +38,13 @@ class Selection:
 
     Attributes
     ----------
-    found : Candidates of n
+    found : CandidateBatch of n
     front : ndarray of int, shape (n,)
         Number of the Pareto front of each; 0 without fronts.
     certificate : Certificate of n, or None
     """
 
-    found: Candidates
+    found: CandidateBatch
     front: Array
     certificate: Certificate | None = None
 
@@ -140,7 +140,7 @@ def searched(
     return Selection(found, front, seal)
 
 
-def _cognates(problem: Problem, found: Candidates, refine: bool) -> Candidates | None:
+def _cognates(problem: Problem, found: CandidateBatch, refine: bool) -> CandidateBatch | None:
     """Return the cognates of candidates that follow the path, refined where these break a constraint."""
     from ..refine.sqp import Refinement
     from .postprocess import cognates_of

@@ -13,8 +13,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from ..guide.fixed_nominal import Nominal
-from ..guide.minimax import grid
-from ..linkage import Array
+from ..guide.minimum_zone import grid
+from ..kinematics.types import Array
 from ..problem.request import Request
 
 #: Stations along the path are the Chebyshev points of so many intervals, of which the middle is mid-stroke.
@@ -33,7 +33,7 @@ def completed(given: str, pivots: Array, nominal: Nominal) -> tuple[Array, Array
     Parameters
     ----------
     given : str
-        See `catalogue.posed.Posed`.
+        See `catalogue.series.posed.Posed`.
     pivots : complex ndarray, shape (m, 2)
         The given pairs, in mid-stroke, in the unit of the path.
     nominal : Nominal

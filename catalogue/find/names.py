@@ -5,18 +5,18 @@ from __future__ import annotations
 from sqlalchemy import func, select
 
 from ..errors import InvalidRequest
-from ..linkage import SLIDING
+from ..kinematics.linkage import SLIDING
 from ..problem.constraints import Constraints
 from ..store import Batch, Database, Mechanism
 
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
 
 
-def check_names(database: Database, wanted: Constraints) -> None:
+def check_names(database: Database, constraints: Constraints) -> None:
     """Raise `InvalidRequest` if a family, series or configuration is asked for that the database does not hold."""
     columns = {"families": Mechanism.family, "series": Mechanism.series, "configurations": Mechanism.configuration}
     for name, column in columns.items():
-        asked = getattr(wanted, name)
+        asked = getattr(constraints, name)
         if asked:
             unknown = [
                 a for a in asked if not len(database.read(select(column).where(column == a).limit(1))[column.key])
@@ -29,7 +29,7 @@ def check_names(database: Database, wanted: Constraints) -> None:
                 )
 
 
-def eligible_series(database: Database, wanted: Constraints) -> list[str]:
+def eligible_series(database: Database, constraints: Constraints) -> list[str]:
     """Return the codes of the series that a database holds and that are wanted, of a family that is wanted; those of
     which it holds few guides come first."""
     number = func.sum(func.sum(Batch.guides)).over(partition_by=Batch.series).label("number")
@@ -38,7 +38,9 @@ def eligible_series(database: Database, wanted: Constraints) -> list[str]:
     codes = []
     for code, member in zip(rows["code"], rows["member"], strict=True):
         family = member.split()[0]  # a member is named by its family and a name of its own
-        fits = (not wanted.families or family in wanted.families) and not (wanted.pins_only and family in SLIDING)
-        if fits and (not wanted.series or code in wanted.series):
+        fits = (not constraints.families or family in constraints.families) and not (
+            constraints.pins_only and family in SLIDING
+        )
+        if fits and (not constraints.series or code in constraints.series):
             codes.append(str(code))
     return list(dict.fromkeys(codes))

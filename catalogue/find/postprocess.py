@@ -6,37 +6,37 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..batching import take
-from ..candidates.batch import Candidates, Origin
-from ..candidates.placement import lay, measured
-from ..cognates import cognates
-from ..dimensions import rounded
-from ..guide.place import at_stroke
-from ..guide.span import Span, span
+from ..candidates.batch import CandidateBatch, Origin
+from ..candidates.batching import take
+from ..candidates.placement import measured, place_on_path
+from ..guide.coupler_curve import CouplerCurve, coupler_curve
+from ..guide.placement import at_stroke
 from ..guide.trace import Traced
+from ..kinematics.cognates import cognates
+from ..kinematics.link_lengths import rounded
 from ..problem.problem import Problem
 
 
-def cognates_of(problem: Problem, found: Candidates) -> Candidates | None:
+def cognates_of(problem: Problem, found: CandidateBatch) -> CandidateBatch | None:
     """Return the cognates of four-bars and slider-cranks, which lead the same path with other pivots; None if there are
     none."""
     linkage, which, number = cognates(found.linkage, found.point)
     if not len(linkage):
         return None
-    guides = span(linkage, found.point[which], pole=found.pole[which])
+    guides = coupler_curve(linkage, found.point[which], pole=found.pole[which])
     origin = replace(take(found.origin, which), cognate=number, family=linkage.family.astype(object))
     return _laid(problem, origin, guides, at_stroke(guides, 1.0, circle=problem.curved, nodes=16, extend=False))
 
 
-def with_round_lengths(problem: Problem, found: Candidates, step: float) -> Candidates:
+def with_round_lengths(problem: Problem, found: CandidateBatch, step: float) -> CandidateBatch:
     """Return candidates whose lengths are multiples of a step [strokes]; those that can be made so."""
     linkage, point, made = rounded(found.linkage, found.point, step)
-    guides = span(linkage, point, pole=found.pole[made])
+    guides = coupler_curve(linkage, point, pole=found.pole[made])
     traced = at_stroke(guides, 1.0, circle=problem.curved, nodes=16, extend=False)
     fit = replace(traced.fit, stroke=np.ones(len(point)))  # not to be scaled by what rounding leaves
     return _laid(problem, take(found.origin, made), guides, replace(traced, fit=fit))
 
 
-def _laid(problem: Problem, origin: Origin, guides: Span, traced: Traced) -> Candidates:
-    linkage, point, pole = lay(problem, guides, traced)
+def _laid(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
+    linkage, point, pole = place_on_path(problem, guides, traced)
     return measured(problem, origin, linkage, point, pole, -np.abs(traced.fit.curvature))

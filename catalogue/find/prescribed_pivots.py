@@ -12,22 +12,24 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..candidates.batch import Candidates, Origin
+from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.feasibility import feasibility
 from ..candidates.placement import SHOWN, described, near_path
 from ..candidates.select import select_top
+from ..curvature_theory.instant import Instant
+from ..curvature_theory.leading_error import leading_error
 from ..errors import InvalidRequest
+from ..guide.coupler_curve import coupler_curve
 from ..guide.fixed_nominal import Nominal, in_place
-from ..guide.span import span
-from ..instant import Instant, leading_error
-from ..linkage import Array, Linkage
-from ..posed import Posed
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..refine.parametrisation import PivotCoordinates
 from ..refine.sqp import Refinement
 from ..search.report import SearchReport
-from ..series import Series
+from ..series.posed import Posed
+from ..series.series import Series
 from .find import Selection
 from .grid_synthesis import completed
 
@@ -89,7 +91,7 @@ def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, repor
             report.completed = len(more.point)
             built = built.followed_by(more)
     with report.timed("trace in place"):
-        traced = in_place(span(built.linkage, built.point), nominal)
+        traced = in_place(coupler_curve(built.linkage, built.point), nominal)
         deviation = np.where(np.isnan(traced.fit.deviation), np.inf, traced.fit.deviation)
         order = np.argsort(deviation, kind="stable")[: int(np.isfinite(deviation).sum())]
         report.measured = len(order)
@@ -141,7 +143,7 @@ def _nominal(problem: Problem) -> Nominal:
     return Nominal(1.0, radius)
 
 
-def solved(series: Iterable[Series], problems: Posed, wanted: Constraints) -> Built:
+def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) -> Built:
     """Return all linkages that the series give, of the families that are wanted."""
     pivots, points, codes = [np.zeros((0, 2, 2, 3))], [np.zeros(0, complex)], [np.zeros(0, "<U9")]
     exact, first = [np.zeros(0, bool)], (problems.pivots == problems.pivots[:1]).all(1)
@@ -149,8 +151,8 @@ def solved(series: Iterable[Series], problems: Posed, wanted: Constraints) -> Bu
         answers = one.answers(problems)
         k = answers.shape[1]
         linkage, good = Linkage.valid(answers.reshape(-1, 2, 2, 3))
-        if wanted.families:
-            chosen = np.isin(linkage.family, wanted.families)
+        if constraints.families:
+            chosen = np.isin(linkage.family, constraints.families)
             good[good] = chosen
             linkage = linkage[chosen]
         pivots.append(linkage.pivots)
@@ -170,9 +172,9 @@ def _completed(problems: Posed, nominal: Nominal) -> Built:
     return Built(linkage, point, np.full(len(linkage), "general"), exact)
 
 
-def _near(linkage: Linkage, wanted: Constraints) -> Array:
+def _near(linkage: Linkage, constraints: Constraints) -> Array:
     """Return which linkages have no pivot much farther off than those that are given, shape (n,)."""
-    given = max(abs(complex(*p) - 0.5) for p in wanted.places)
+    given = max(abs(complex(*p) - 0.5) for p in constraints.places)
     off = np.where(linkage.finite, np.abs(linkage.points - 0.5), 0.0)
     return np.asarray((off <= min(FARTHER * max(given, 1.0), FARTHEST)).all(axis=(1, 2)))
 
@@ -196,7 +198,7 @@ def distinct(built: Built, count: int) -> Array:
     return np.array(kept, dtype=int)
 
 
-def _refined(ancestors: Built, problem: Problem, nominal: Nominal, report: SearchReport) -> Candidates:
+def _refined(ancestors: Built, problem: Problem, nominal: Nominal, report: SearchReport) -> CandidateBatch:
     """Return the refined guides in mid-stroke: first as straight as they become, then for what is ranked."""
     law = leading_error(ancestors.linkage, ancestors.point, circle=problem.curved, tolerance=1e-7)
     n = len(law.order)
@@ -206,12 +208,12 @@ def _refined(ancestors: Built, problem: Problem, nominal: Nominal, report: Searc
         law.order, np.zeros(n, int),
     )  # fmt: skip
     assert problem.constraints.given is not None
-    start = near_path(problem, origin, span(ancestors.linkage, ancestors.point), nominal)
+    start = near_path(problem, origin, coupler_curve(ancestors.linkage, ancestors.point), nominal)
     moves = PivotCoordinates(HELD[problem.constraints.given])
     straight = replace(problem, relaxed="deviation")
     first = Refinement.of(straight, start, moves, nominal).run(ROUNDS)
     second = Refinement.of(problem, first.best, moves, nominal).run(ROUNDS)
     report.refined = first.evaluated + second.evaluated
     found = second.best
-    guides = span(found.linkage, found.point)
+    guides = coupler_curve(found.linkage, found.point)
     return described(problem, found.origin, guides, in_place(guides, nominal, SHOWN))

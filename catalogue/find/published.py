@@ -7,30 +7,30 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..candidates.batch import Origin
-from ..candidates.placement import lay, measured
-from ..designs import Design
+from ..candidates.placement import measured, place_on_path
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, StraightLine, positive
+from ..series.named_guides import NamedGuide
 from .candidate import Candidate
 from .find import Selection
 from .results import candidates
 
 if TYPE_CHECKING:
-    from ..facade import Catalogue
+    from ..api import Catalogue
     from .stored import StoredGuide
 
 #: A deviation below this part of the stroke is rounding: nothing can be straighter.
 EXACT_DEVIATION = 1e-14
 
 
-def as_published(design: Design, guide: StoredGuide, stroke: float = 1.0) -> Candidate:
+def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0) -> Candidate:
     """Return a design over its usual stroke, the guided point not split, laid from (0, 0) to (stroke, 0).
 
     Parameters
     ----------
-    design : Design
+    design : NamedGuide
     guide : StoredGuide
         What the database holds of it.
     """
@@ -41,7 +41,7 @@ def as_published(design: Design, guide: StoredGuide, stroke: float = 1.0) -> Can
     if design.circle:
         request = CircularArc(stroke, None, 0.09 * stroke)
     problem = Problem.of(request, Constraints(), Ranking())
-    placed = lay(problem, design.guide, traced)
+    placed = place_on_path(problem, design.guide, traced)
     bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
     found = measured(problem, Origin(*(np.array([tag]) for tag in tags)), *placed, bend)
     return candidates(problem, request, Selection(found, np.zeros(1, int)))[0]

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, overload
 
 import numpy as np
 
-from ..candidates.batch import Candidates
+from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import machine, values
 from ..candidates.similarity import nearest, normal_form
 from ..guide.drive import drive_metrics
 from ..guide.rotatability import min_transmission_turn
 from ..guide.sensitivity import sensitivity
-from ..linkage import Array
-from ..motion import CHANGE, conditioning
+from ..kinematics.motion import CHANGE, conditioning
+from ..kinematics.types import Array
 from ..problem.problem import Problem
 from ..problem.request import Request
 from .candidate import COLUMNS, Candidate, known
@@ -137,7 +137,7 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
     return out
 
 
-def scored(problem: Problem, found: Candidates, rms: Array) -> dict[str, Array]:
+def scored(problem: Problem, found: CandidateBatch, rms: Array) -> dict[str, Array]:
     """Return the values that a score is made of, the allowance among them."""
     with np.errstate(invalid="ignore"):
         allowance = np.nan_to_num((problem.deviation - found.deviation) / (2 * rms))

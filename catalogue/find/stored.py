@@ -11,15 +11,16 @@ import numpy as np
 from sqlalchemy import func, select
 
 from ..candidates.stored import as_stored, linkages
-from ..designs import designs
 from ..errors import InvalidRequest
 from ..guide.kinds import RETURNS, SLOTS
 from ..guide.reach import LEVELS
-from ..linkage import Array, Linkage
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, StraightLine, positive
+from ..series.named_guides import named_guides
 from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
 from .candidate import Candidate
 from .find import Selection
@@ -181,7 +182,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
 
 def _instead(database: Database, name: str) -> str:
     """Say what to ask for instead of a name that the database does not hold."""
-    if name in designs():
+    if name in named_guides():
         return "`catalogue build` adds the named guides"
     held = [str(n) for n in database.read(select(Mechanism.name).where(Mechanism.batch_id.is_(None)))["name"] if n]
     near = get_close_matches(name.lower(), held, n=5, cutoff=0.4) or [n for n in held if name.lower() in n]

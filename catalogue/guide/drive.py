@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..linkage import RR, Array
+from ..kinematics.linkage import RR
+from ..kinematics.types import Array
+from .coupler_curve import CouplerCurve
 from .inverse import of_machine
-from .measures import Measures
-from .minimax import grid
-from .span import Span
+from .metrics import Measures
+from .minimum_zone import grid
 from .trace import Traced
 
 #: Intervals between the Chebyshev points of the stroke at which motions are read and differentiated.
@@ -54,7 +55,7 @@ class DriveMetrics:
         return DriveMetrics(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
-def drive_metrics(guides: Span, traced: Traced, measures: Measures, *, inverse: bool = False) -> DriveMetrics:
+def drive_metrics(guides: CouplerCurve, traced: Traced, measures: Measures, *, inverse: bool = False) -> DriveMetrics:
     """Return how traced guides, their points as they are, work over the stroke.
 
     Parameters
@@ -62,7 +63,7 @@ def drive_metrics(guides: Span, traced: Traced, measures: Measures, *, inverse: 
     measures : Measures of n
         They tell the driver.
     inverse : bool
-        The guides are inversions of machines with a slot, as in `catalogue.guide.measures.measure`, and the measures
+        The guides are inversions of machines with a slot, as in `catalogue.guide.metrics.measure`, and the measures
         are those of the machines.
     """
     moves = SampledPoses.of(guides, traced, inverse=inverse)
@@ -113,7 +114,7 @@ class SampledPoses:
     slot: Array | None = None
 
     @classmethod
-    def of(cls, guides: Span, traced: Traced, nodes: int = NODES, *, inverse: bool = False) -> SampledPoses:
+    def of(cls, guides: CouplerCurve, traced: Traced, nodes: int = NODES, *, inverse: bool = False) -> SampledPoses:
         """Return the positions of traced guides.
 
         Parameters

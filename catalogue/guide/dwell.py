@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ..linkage import Array
-from ..motion import motion
-from .measures import transmissions
-from .minimax import grid
-from .span import Span
+from ..kinematics.motion import motion
+from ..kinematics.types import Array
+from .coupler_curve import CouplerCurve
+from .metrics import transmissions
+from .minimum_zone import grid
 
 #: Offsets of the band in which a rocker stands still from its angle in the reference position, in half bands.
 OFFSETS = np.linspace(-1, 1, 21)
@@ -50,7 +50,7 @@ class Dwell:
         return Dwell(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
-def turned(guides: Span, crank: Array, count: int) -> tuple[Array, Array]:
+def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Array, Array]:
     """Return the guided points at `count` even steps over a full turn of the cranks with numbers 1 or 2, (count, n),
     the reference position between the two middle ones; and the least transmission angle meanwhile [deg].
 

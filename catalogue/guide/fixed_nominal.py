@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..linkage import Array
-from .minimax import Fit, grid
-from .span import Span
+from ..kinematics.types import Array
+from .coupler_curve import CouplerCurve
+from .minimum_zone import Fit, grid
 from .trace import Traced
 
 #: Corrections of a window until its ends are those of the nominal.
@@ -64,7 +64,7 @@ class Nominal:
         return np.abs(z - self.centre) - self.radius
 
 
-def in_place(guides: Span, nominal: Nominal, nodes: int = 32) -> Traced:
+def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
     """Return the guides traced over the nominal itself.
 
     Its deviation is the largest distance of the path from that line or arc, over the part of the path whose feet on it
@@ -72,7 +72,7 @@ def in_place(guides: Span, nominal: Nominal, nodes: int = 32) -> Traced:
 
     Parameters
     ----------
-    guides : Span of n
+    guides : CouplerCurve of n
         In the frame of the nominal, near which they stand in the reference position.
     nominal : Nominal
     nodes : int
@@ -110,7 +110,9 @@ def in_place(guides: Span, nominal: Nominal, nodes: int = 32) -> Traced:
     return Traced(fit, np.zeros(len(guides), complex), t[0], t[1])
 
 
-def _measured(guides: Span, t: Array, nominal: Nominal, onward: Array, nodes: int) -> tuple[Array, Array, Array]:
+def _measured(
+    guides: CouplerCurve, t: Array, nominal: Nominal, onward: Array, nodes: int
+) -> tuple[Array, Array, Array]:
     """Return the largest distances from the nominal, what the nodes leave open of them, and which paths run forward."""
     points = grid(nodes)
     with np.errstate(all="ignore"):
@@ -121,7 +123,7 @@ def _measured(guides: Span, t: Array, nominal: Nominal, onward: Array, nodes: in
         return _largest(points.fine @ off), np.abs(points.coefficients[-2:] @ off).sum(0), np.asarray(forward)
 
 
-def _moved(guides: Span, t: Array) -> Array:
+def _moved(guides: CouplerCurve, t: Array) -> Array:
     u, v = guides.path(t)
     return np.asarray((u + 1j * v) * guides.tangent)
 

@@ -8,7 +8,8 @@ e = -conj(1 + x) d.  In the reference position the two planes coincide.
 
 from __future__ import annotations
 
-from ..linkage import Array, Linkage
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 
 
 def of_machine(linkage: Linkage, d: Array, x: Array) -> tuple[Linkage, Array, Array]:

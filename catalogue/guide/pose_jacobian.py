@@ -16,8 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..linkage import Array, Linkage
-from ..motion import Motion
+from ..kinematics.linkage import Linkage
+from ..kinematics.motion import Motion
+from ..kinematics.types import Array
 
 #: Coordinates that vary: x and y of A1, A1*, A2, A2* and of the guided point.
 COUNT = 10

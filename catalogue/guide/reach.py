@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from ..linkage import Array
-from .span import Span
+from ..kinematics.types import Array
+from .coupler_curve import CouplerCurve
 from .trace import OFF_CENTRE, Traced, trace
 
 #: Ladder of relative deviations, as decimal exponents.
@@ -46,12 +46,12 @@ class Ladder:
         return Ladder(self.half[:, index], self.traced[:, index], self.centre[index])
 
 
-def scan(guides: Span, *, circle: bool, three: Array, nodes: int = 16) -> Ladder:
+def scan(guides: CouplerCurve, *, circle: bool, three: Array, nodes: int = 16) -> Ladder:
     """Trace each guide over a sequence of strokes.
 
     Parameters
     ----------
-    guides : Span of n
+    guides : CouplerCurve of n
     circle : bool
         The nominal.
     three : ndarray of bool, shape (n,)
@@ -73,13 +73,13 @@ def scan(guides: Span, *, circle: bool, three: Array, nodes: int = 16) -> Ladder
 
 
 def reach(
-    guides: Span, ladder: Ladder, tolerance: Array | float, *, circle: bool, steps: int = 2, nodes: int = 16
+    guides: CouplerCurve, ladder: Ladder, tolerance: Array | float, *, circle: bool, steps: int = 2, nodes: int = 16
 ) -> tuple[Array, Traced]:
     """Return the longest half strokes within a relative deviation, NaN where there is none, and what is traced there.
 
     Parameters
     ----------
-    guides : Span of n
+    guides : CouplerCurve of n
     ladder : Ladder of n
     tolerance : float or ndarray, shape (n,)
         Largest deviation over stroke.
@@ -121,6 +121,6 @@ def reach(
     return good, found
 
 
-def _longest(guides: Span, centre: Array | float) -> Array:
+def _longest(guides: CouplerCurve, centre: Array | float) -> Array:
     low, high = guides.extent
     return np.asarray(USABLE * np.minimum(low / (1 - centre), high / (1 + centre)))

@@ -27,7 +27,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..linkage import PR, RR, Array, Linkage
+from ..kinematics.linkage import PR, RR, Linkage
+from ..kinematics.types import Array
 
 #: Margins up to this part of the longest of the lengths that they are made of count as 0: the residual up to which a
 #: linkage belongs to a series.  Stored members of the series with change points stay below 4e-16.
@@ -57,7 +58,7 @@ def rotates(linkage: Linkage) -> Array:
 def transmission_turn(linkage: Linkage) -> Array:
     """Return the least transmission angle over the whole turn of either crank, this crank driving, shape (n, 2) [deg].
 
-    The angle is that of `catalogue.guide.measures.transmissions`, 0 ... 90; 0 at a change point, NaN where the crank
+    The angle is that of `catalogue.guide.metrics.transmissions`, 0 ... 90; 0 at a change point, NaN where the crank
     does not turn fully.
 
     Parameters

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..linkage import Array
-from ..motion import motion
-from .minimax import grid
+from ..kinematics.motion import motion
+from ..kinematics.types import Array
+from .coupler_curve import CouplerCurve
+from .minimum_zone import grid
 from .pose_jacobian import COUNT, across_nominal, displaced
-from .span import Span
 from .trace import Traced
 
 #: Intervals between the positions that are looked at.
@@ -46,12 +46,12 @@ class Sensitivity:
     rms: Array
 
 
-def sensitivity(guides: Span, traced: Traced, stations: int = NODES) -> Sensitivity:
+def sensitivity(guides: CouplerCurve, traced: Traced, stations: int = NODES) -> Sensitivity:
     """Return the sensitivities of traced guides whose points do not return.
 
     Parameters
     ----------
-    guides : Span of n
+    guides : CouplerCurve of n
     traced : Traced of n
         Of points as they are, not split.
     stations : int
@@ -73,7 +73,7 @@ def sensitivity(guides: Span, traced: Traced, stations: int = NODES) -> Sensitiv
     )
 
 
-def rms_gradient(guides: Span, traced: Traced, stations: int = 8, step: float = 1e-5) -> tuple[Array, Array]:
+def rms_gradient(guides: CouplerCurve, traced: Traced, stations: int = 8, step: float = 1e-5) -> tuple[Array, Array]:
     """Return `Sensitivity.rms` of traced guides and its derivatives by the pivots and the guided point.
 
     Differences of the first derivatives, the poses and the way of the path held.
@@ -115,7 +115,7 @@ def _largest(squares: Array, stations: int) -> Array:
     return np.asarray(np.sqrt((grid(stations).fine @ squares.sum(-1)).max(0)))
 
 
-def _ways(guides: Span, traced: Traced, nodes: Array) -> Array:
+def _ways(guides: CouplerCurve, traced: Traced, nodes: Array) -> Array:
     """Return unit vectors along the nominals where the guided points are, shape (m, n)."""
     fit = traced.fit
     along, curvature = fit.along.astype(complex), fit.curvature.astype(float)

@@ -11,7 +11,8 @@ from typing import Protocol
 
 import numpy as np
 
-from ..linkage import RR, Array, Linkage
+from ..kinematics.linkage import RR, Linkage
+from ..kinematics.types import Array
 from .drive import SampledPoses
 
 #: Places along each link that are looked at, and what an edge that is crossed between them counts for, of the size.

@@ -14,10 +14,10 @@ from typing import Any
 
 import numpy as np
 
-from ..linkage import Array
-from .minimax import Fit, Grid, fit, grid, resolved
-from .returning import fit_returning
-from .span import Span, span
+from ..kinematics.types import Array
+from .coupler_curve import CouplerCurve, coupler_curve
+from .cusped_zone import cusped_zone
+from .minimum_zone import Fit, Grid, grid, minimum_zone, resolved
 
 #: The guided point may move by about this part of the half stroke when its inflections are split.
 LEASH = 20
@@ -90,7 +90,7 @@ class Traced:
 
 
 def trace(
-    guides: Span,
+    guides: CouplerCurve,
     half: Array,
     *,
     circle: bool,
@@ -103,7 +103,7 @@ def trace(
 
     Parameters
     ----------
-    guides : Span of n
+    guides : CouplerCurve of n
     half : ndarray, shape (n,)
         Half the length of the window along the tangent of the given point, at a cusp all of it [length].
     circle : bool
@@ -148,14 +148,14 @@ def trace(
     return replace(found, fit=replace(found.fit, deviation=deviation))
 
 
-def again(guides: Span, traced: Traced, *, circle: bool, nodes: int, held: Array | None = None) -> Traced:
+def again(guides: CouplerCurve, traced: Traced, *, circle: bool, nodes: int, held: Array | None = None) -> Traced:
     """Measure guides, which do not return, over the same windows on another grid, their points as they are."""
     low, high = traced.low.astype(float), traced.high.astype(float)
     return _measure(guides, low, high, 0.5 * traced.fit.stroke.astype(float), circle, False, nodes, held)
 
 
 def _measure(
-    guides: Span,
+    guides: CouplerCurve,
     low: Array,
     high: Array,
     half: Array,
@@ -168,7 +168,7 @@ def _measure(
     points = grid(4 * nodes if returning else nodes, half.dtype)
     u, v = guides.path.window(low, high, points.nodes)
     if returning:
-        found, shift = fit_returning(u, v, circle, points, held), np.zeros_like(guides.tangent)
+        found, shift = cusped_zone(u, v, circle, points, held), np.zeros_like(guides.tangent)
     elif split:
         cos, sin = guides.turn.window(low, high, points.nodes)
         moved_u, moved_v, shift, plain = _straightened(u, v, cos, sin, half, circle, points, LEASH)
@@ -189,7 +189,7 @@ def _measure(
 
 def _fit(u: Array, v: Array, circle: bool, points: Grid, held: Array | None = None) -> Fit:
     """Fit the paths that run forward all the way."""
-    return fit(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points, held)
+    return minimum_zone(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points, held)
 
 
 def _split_again(
@@ -273,9 +273,9 @@ def _bend(u: Array, v: Array) -> Array:
         return np.asarray(-2 * sagitta / (sagitta**2 + half**2))
 
 
-def extended(guides: Span) -> Span:
+def extended(guides: CouplerCurve) -> CouplerCurve:
     """Return the same guides in extended precision (where the platform has it)."""
-    return span(guides.linkage, guides.point, np.longdouble, guides.pole)
+    return coupler_curve(guides.linkage, guides.point, np.longdouble, guides.pole)
 
 
 def _replaced(fit: Fit, where: Array, by: Fit) -> Fit:

@@ -18,7 +18,7 @@ LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "max_arm", "min_all
 REGIONS = ("fixed_pivots_in", "pivots_in", "swept_in")
 DRIVE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")
 #: Constraints that say where pivots stand, and what that gives.
-GIVEN = {"fixed_pivots": "fixed", "moving_pivots": "moving", "crank": "crank"}
+PRESCRIBED = {"fixed_pivots": "fixed", "moving_pivots": "moving", "crank": "crank"}
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Constraints:
     keep_out : sequence of regions
         Into which no part of it may come over the stroke.
     max_size, max_link, min_link, max_ground, max_arm : float, optional
-        See `catalogue.guide.measures.Measures`.
+        See `catalogue.guide.metrics.Measures`.
     min_transmission : float
         Least transmission angle over the stroke, the better crank driving [deg].
     min_transmission_turn : float
@@ -63,7 +63,7 @@ class Constraints:
         The driving crank must be able to turn fully.
     min_allowance : float, optional
         Least scatter of the pivots, standard deviation of each coordinate, at which the path still stays within the
-        deviation asked; see `catalogue.candidates.batch.Candidates`.
+        deviation asked; see `catalogue.candidates.batch.CandidateBatch`.
     min_drive_angle, max_drive_angle, max_rotation, min_uniformity, min_advantage : float, optional
         See `catalogue.guide.drive.DriveMetrics` [deg, deg, deg, 1, 1].
     play : float
@@ -125,7 +125,7 @@ class Constraints:
             object.__setattr__(self, name, angle)
         if self.min_transmission_turn:
             object.__setattr__(self, "full_rotation", True)
-        given = [name for name in GIVEN if getattr(self, name) is not None]
+        given = [name for name in PRESCRIBED if getattr(self, name) is not None]
         for name in given:
             object.__setattr__(self, name, _two_points(name, getattr(self, name)))
         if len(given) > 1:
@@ -135,7 +135,7 @@ class Constraints:
         if self.within != 0:
             object.__setattr__(self, "within", positive("within", self.within))
             if not given:
-                raise InvalidRequest(f"within says how far off given pivots may stand: give {', '.join(GIVEN)}")
+                raise InvalidRequest(f"within says how far off given pivots may stand: give {', '.join(PRESCRIBED)}")
         if given and (self.slots or self.returns):
             raise InvalidRequest(f"slots and returns cannot be asked for with {given[0]}")
         if self.slots and self.returns:
@@ -155,13 +155,15 @@ class Constraints:
 
     @property
     def given(self) -> str | None:
-        """Which pivots are given, as `catalogue.posed.Posed` has it."""
-        return next((kind for name, kind in GIVEN.items() if getattr(self, name) is not None), None)
+        """Which pivots are given, as `catalogue.series.posed.Posed` has it."""
+        return next((kind for name, kind in PRESCRIBED.items() if getattr(self, name) is not None), None)
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
         """Where the given pivots stand."""
-        places: tuple[tuple[float, float], ...] = next(v for v in (getattr(self, n) for n in GIVEN) if v is not None)
+        places: tuple[tuple[float, float], ...] = next(
+            v for v in (getattr(self, n) for n in PRESCRIBED) if v is not None
+        )
         return places
 
     def carried(self, scale: complex, shift: complex) -> Constraints:
@@ -172,7 +174,7 @@ class Constraints:
         to = {name: digits(value * size) for name, value in to.items() if value}
         to |= {n: region.carried(scale, shift).rounded() for n in REGIONS if (region := getattr(self, n)) is not None}
         to["keep_out"] = tuple(zone.carried(scale, shift).rounded() for zone in self.keep_out)
-        for name in GIVEN:
+        for name in PRESCRIBED:
             if (pair := getattr(self, name)) is not None:
                 carried = [scale * complex(*place) + shift for place in pair]
                 to[name] = tuple((z.real, z.imag) for z in carried)

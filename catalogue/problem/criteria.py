@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..linkage import Array
+from ..kinematics.types import Array
 from .request import digits, positive
 
 #: What candidates can be ranked by; of each less is better as a cost.  The score is that of the desirabilities, the

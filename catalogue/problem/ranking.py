@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..linkage import Array
+from ..kinematics.types import Array
 from .criteria import DESIRES, Desire, weights
 from .request import Request, whole
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..linkage import Array
+from ..kinematics.types import Array
 
 #: Where a side at infinity is taken to be, in the lengths that a region is carried to.
 FAR = 1e7

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..candidates.batch import Candidates
+from ..candidates.batch import CandidateBatch
 from ..guide.fixed_nominal import Nominal
-from ..linkage import Array
+from ..kinematics.types import Array
 from ..problem.problem import Problem
 from .parametrisation import Parametrisation, PivotCoordinates
 from .sqp import EXACT
@@ -52,7 +52,7 @@ class Certificate:
 
 
 def certified(
-    problem: Problem, found: Candidates, moves: Parametrisation | None = None, nominal: Nominal | None = None
+    problem: Problem, found: CandidateBatch, moves: Parametrisation | None = None, nominal: Nominal | None = None
 ) -> Certificate:
     """Return the certificates of placed guides."""
     guides = found.curve

@@ -8,11 +8,12 @@ from typing import Any
 
 import numpy as np
 
-from ..candidates.batch import Candidates
-from ..guide.minimax import grid
-from ..instant import Instant
-from ..linkage import Array, Linkage
-from ..series import Series
+from ..candidates.batch import CandidateBatch
+from ..curvature_theory.instant import Instant
+from ..guide.minimum_zone import grid
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
+from ..series.series import Series
 
 #: Intervals between the instants of the stroke that are looked at.
 INSTANTS = 64
@@ -23,14 +24,14 @@ class Drifts:
 
     Parameters
     ----------
-    found : Candidates of n
+    found : CandidateBatch of n
     series : callable
         Returns the series that are registered, by code.
     slots : bool
         The guides are slots.
     """
 
-    def __init__(self, found: Candidates, series: Callable[[], Mapping[str, Series]], slots: bool = False) -> None:
+    def __init__(self, found: CandidateBatch, series: Callable[[], Mapping[str, Series]], slots: bool = False) -> None:
         self._asked = found, series, slots
 
     @cached_property
@@ -44,7 +45,7 @@ class Drifts:
         return {"least": self.least}
 
 
-def drift(found: Candidates, series: Mapping[str, Series], slots: bool = False) -> Array:
+def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = False) -> Array:
     """Return the least residual of each guide's own series over its stroke, shape (n,).
 
     NaN where the series is not registered, and for cognates, which are of another one.

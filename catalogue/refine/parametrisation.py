@@ -8,9 +8,10 @@ from typing import Protocol
 
 import numpy as np
 
-from ..candidates.batch import Candidates
+from ..candidates.batch import CandidateBatch
 from ..guide.pose_jacobian import COUNT, displaced
-from ..linkage import Array, Linkage
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 
 #: Moves of a pivot nearer to the guided point than this part of the stroke are measured as if it stood there.
 NEAR = 0.1
@@ -21,10 +22,10 @@ ALONG = 8
 class Parametrisation(Protocol):
     """How placed guides may move: steps in p numbers each, of which 1 is a large one."""
 
-    def basis(self, found: Candidates) -> Array:
+    def basis(self, found: CandidateBatch) -> Array:
         """Return the derivatives (n, 10, p) of the coordinates of `derivatives` by the steps."""
 
-    def moved(self, found: Candidates, step: Array) -> tuple[Linkage, Array, Array]:
+    def moved(self, found: CandidateBatch, step: Array) -> tuple[Linkage, Array, Array]:
         """Return the linkages and guided points after steps (n, p), those that are valid, and the mask (n,) of them."""
 
 
@@ -41,7 +42,7 @@ class PivotCoordinates:
 
     frozen: Array | None = None
 
-    def basis(self, found: Candidates) -> Array:
+    def basis(self, found: CandidateBatch) -> Array:
         linkage = found.linkage
         finite = linkage.finite.reshape(-1, 4)
         arm = np.abs(linkage.points - found.point[:, None, None]).reshape(-1, 4)
@@ -52,7 +53,7 @@ class PivotCoordinates:
             unit[:, self.frozen] = 0.0
         return unit[:, :, None] * np.eye(COUNT)
 
-    def moved(self, found: Candidates, step: Array) -> tuple[Linkage, Array, Array]:
+    def moved(self, found: CandidateBatch, step: Array) -> tuple[Linkage, Array, Array]:
         change = (self.basis(found) @ step[..., None])[..., 0]
         return displaced(found.linkage, found.point, change)
 
@@ -73,7 +74,7 @@ class ClassParameters:
     make: Callable[[Array], tuple[Array, Array]]
     read: Callable[[Linkage, Array], Array]
 
-    def basis(self, found: Candidates) -> Array:
+    def basis(self, found: CandidateBatch) -> Array:
         """By central differences; the last two are a shift across the path and a turn about the guided point."""
         q = self.read(found.linkage, found.point)
         columns = []
@@ -91,14 +92,14 @@ class ClassParameters:
 
     def moved(
         self,
-        found: Candidates,
+        found: CandidateBatch,
         step: Array,
     ) -> tuple[Linkage, Array, Array]:
         pivots, point = self._laid(found, self.read(found.linkage, found.point) + step[:, :-2])
         made, good = Linkage.valid(pivots)
         return made, point[good], good
 
-    def _laid(self, found: Candidates, q: Array) -> tuple[Array, Array]:
+    def _laid(self, found: CandidateBatch, q: Array) -> tuple[Array, Array]:
         """Return pivots and guided points as they are made, carried to where the candidates are."""
         (here, at), (pivots, point) = self.make(self.read(found.linkage, found.point)), self.make(q)
         z, w = (p[..., 0] + 1j * p[..., 1] for p in (here, found.linkage.pivots))

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..linkage import Array
+from ..kinematics.types import Array
 
 #: Most iterations, and the complementarity at which they stop.
 ITERATIONS, CLOSE = 50, 1e-6

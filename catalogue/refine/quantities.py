@@ -13,13 +13,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..candidates.batch import Candidates
+from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import STANDING, machine
-from ..guide.measures import LEAST_ARM
+from ..guide.coupler_curve import CouplerCurve
+from ..guide.metrics import LEAST_ARM
 from ..guide.pose_jacobian import COUNT, PoseJacobian
 from ..guide.rotatability import rotation_margin
-from ..guide.span import Span
-from ..linkage import PR, RP, RR, Array
+from ..kinematics.linkage import PR, RP, RR
+from ..kinematics.types import Array
 from ..problem.problem import Problem
 from ..problem.region import Region
 
@@ -61,8 +62,8 @@ class Quantities:
     Attributes
     ----------
     problem : Problem
-    found : Candidates of n
-    guides : Span of n
+    found : CandidateBatch of n
+    guides : CouplerCurve of n
         Of the same candidates.
     t : ndarray, shape (m, n)
         Parameters of the stations at which transmission angles are read.
@@ -71,8 +72,8 @@ class Quantities:
     """
 
     problem: Problem
-    found: Candidates
-    guides: Span
+    found: CandidateBatch
+    guides: CouplerCurve
     t: Array
     by: PoseJacobian
 

@@ -14,13 +14,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..batching import join, take
-from ..candidates.batch import Candidates
+from ..candidates.batch import CandidateBatch
+from ..candidates.batching import join, take
 from ..candidates.feasibility import cost, feasibility
 from ..candidates.placement import in_best_charts, near_path
+from ..guide.coupler_curve import coupler_curve
 from ..guide.fixed_nominal import Nominal
-from ..guide.span import span
-from ..linkage import Array
+from ..kinematics.types import Array
 from ..problem.problem import Problem
 from .parametrisation import Parametrisation, PivotCoordinates
 from .step import take_step
@@ -47,9 +47,9 @@ class Refinement:
     Attributes
     ----------
     problem : Problem
-    current : Candidates of n
+    current : CandidateBatch of n
         Where each is now.
-    best : Candidates of n
+    best : CandidateBatch of n
         The cheapest of each that met all constraints; where none did, the one that was nearest to that.
     best_cost : ndarray, shape (n,)
         Infinite where none met them.
@@ -67,10 +67,10 @@ class Refinement:
     """
 
     problem: Problem
-    current: Candidates
+    current: CandidateBatch
     moves: Parametrisation
     nominal: Nominal | None
-    best: Candidates
+    best: CandidateBatch
     best_cost: Array
     nearest: Array
     violation: Array
@@ -86,7 +86,7 @@ class Refinement:
     def of(
         cls,
         problem: Problem,
-        start: Candidates,
+        start: CandidateBatch,
         moves: Parametrisation | None = None,
         nominal: Nominal | None = None,
         penalty: float = PENALTY,
@@ -173,7 +173,7 @@ class Refinement:
         self.active = self.active & (self.radius > SHORT) & (self.stalled < PATIENCE)
         return bool(self.active.any())
 
-    def _keep(self, at: Array, trials: Candidates, value: Array, total: Array, met: Array) -> None:
+    def _keep(self, at: Array, trials: CandidateBatch, value: Array, total: Array, met: Array) -> None:
         """Remember the cheapest trials that meet all constraints, or the nearest to that."""
         for key, held in ((np.where(met, value, np.inf), self.best_cost), (total, self.nearest)):
             may = met if held is self.best_cost else ~np.isfinite(self.best_cost)[at] & np.isfinite(total)
@@ -182,7 +182,7 @@ class Refinement:
             held[at[first]] = key[first]
             self.best = self.best.replaced(at[first], trials[first])
 
-    def _trials(self, at: Array) -> tuple[Candidates, Array, Array]:
+    def _trials(self, at: Array) -> tuple[CandidateBatch, Array, Array]:
         """Return what comes of one and of two steps of the guides `at`, within all radii; of which each comes, and by
         which factor of the radius."""
         factors = np.array(RADIUS_FACTORS)
@@ -201,8 +201,8 @@ class Refinement:
         return join(one, two), np.concatenate([of, of[led][kept]]), np.concatenate([by, by[led][kept]])
 
     def _stepped(
-        self, here: Candidates, each: Array, radius: Array, penalty: Array, share: Array | float = 1.0
-    ) -> tuple[Candidates, Array]:
+        self, here: CandidateBatch, each: Array, radius: Array, penalty: Array, share: Array | float = 1.0
+    ) -> tuple[CandidateBatch, Array]:
         """Return what comes of a step of the guides `each` of those here within radii, using a share of the deviation,
         and of which of them."""
         guides = here.curve
@@ -212,7 +212,7 @@ class Refinement:
         many = here[each]
         linkage, point, valid = self.moves.moved(many, step)
         kept = np.flatnonzero(valid)
-        moved = span(linkage, point, pole=many.pole[kept], chart=guides.motion.chart[each[kept]])
+        moved = coupler_curve(linkage, point, pole=many.pole[kept], chart=guides.motion.chart[each[kept]])
         return near_path(self.problem, take(many.origin, kept), moved, self.nominal), kept
 
 

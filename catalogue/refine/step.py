@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..candidates.feasibility import weight
-from ..linkage import Array
+from ..kinematics.types import Array
 from .qp import solve
 from .subproblem import Subproblem
 

@@ -11,17 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..batching import take
-from ..candidates.batch import Candidates
+from ..candidates.batch import CandidateBatch
+from ..candidates.batching import take
 from ..candidates.feasibility import LARGEST, STANDING, feasibility, values
 from ..candidates.placement import near_path
+from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.fixed_nominal import Nominal
-from ..guide.measures import LEAST_ARM
-from ..guide.minimax import concentric, exchange, grid
+from ..guide.metrics import LEAST_ARM
+from ..guide.minimum_zone import concentric, exchange, grid
 from ..guide.pose_jacobian import COUNT, displaced, pose_jacobian
 from ..guide.sensitivity import rms_gradient
-from ..guide.span import Span, span
-from ..linkage import Array
+from ..kinematics.types import Array
 from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
 from ..problem.request import FULLEST
@@ -89,13 +89,17 @@ class Subproblem:
 
 
 def linearise(
-    problem: Problem, found: Candidates, guides: Span, moves: Parametrisation, nominal: Nominal | None = None
+    problem: Problem,
+    found: CandidateBatch,
+    guides: CouplerCurve,
+    moves: Parametrisation,
+    nominal: Nominal | None = None,
 ) -> Subproblem:
     """Return the linear problem of placed guides.
 
     Parameters
     ----------
-    guides : Span of n
+    guides : CouplerCurve of n
         Of the same guides.
     moves : Parametrisation
         Its coordinates are those of the problem; of an arc of any radius the curvature is one more.
@@ -143,7 +147,7 @@ def linearise(
     )
 
 
-def _curvature(problem: Problem, found: Candidates) -> Array:
+def _curvature(problem: Problem, found: CandidateBatch) -> Array:
     """Return the curvatures of the nominals, positive for a centre above, shape (n,)."""
     if problem.curvature is not None:
         return np.full(len(found), problem.curvature)
@@ -197,7 +201,7 @@ def _limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
 
 
 def differences(
-    problem: Problem, found: Candidates, chart: Array, names: list[str], basis: Array, nominal: Nominal | None
+    problem: Problem, found: CandidateBatch, chart: Array, names: list[str], basis: Array, nominal: Nominal | None
 ) -> dict[str, Pieces]:
     """Return constraints with the derivatives of the amounts by which they are broken, differenced on the finite motion
     of those guides for which one of them is near; for others they are as good as constant."""
@@ -211,7 +215,7 @@ def differences(
         step = PIVOT_STEP * (coordinate[:, None] == np.arange(COUNT))
         linkage, point, good = displaced(found.linkage[each], found.point[each], step)
         each, coordinate = each[good], coordinate[good]
-        there = span(linkage, point, pole=found.pole[each], chart=chart[each])
+        there = coupler_curve(linkage, point, pole=found.pole[each], chart=chart[each])
         after = feasibility(problem, near_path(problem, take(found.origin, each), there, nominal), signed=True)
         with np.errstate(invalid="ignore"):
             change = np.stack([after.amounts[name] for name in names]) - amounts[:, each]
@@ -220,13 +224,13 @@ def differences(
     return {name: Pieces(value[k][:, None], slopes[k][:, None]) for k, name in enumerate(names)}
 
 
-def _of_allowance(found: Candidates, bound: float, rms: Array, slope: Array) -> Pieces:
+def _of_allowance(found: CandidateBatch, bound: float, rms: Array, slope: Array) -> Pieces:
     """Return the constraint on the allowance as one on the deviation at the present sensitivity."""
     value = bound - found.allowance
     return Pieces((value / bound)[:, None], (slope * (found.allowance / rms)[:, None] / bound)[:, None])
 
 
-def marginals(problem: Problem, found: Candidates) -> dict[str, Array]:
+def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
     """Return what the cost of each guide rises by per unit of each measure that becomes worse, shape (n,)."""
     if problem.relaxed:
         return {}

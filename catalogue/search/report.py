@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
-from ..candidates.batch import Candidates
+from ..candidates.batch import CandidateBatch
 
 
 @dataclass
@@ -26,7 +26,7 @@ class SearchReport:
         Trial points that the refinement measured.
     solved, completed : int
         Where pivots are prescribed: linkages that the series have in closed form, and others completed along the path.
-    nearest : Candidates or None
+    nearest : CandidateBatch or None
         All that was found, whether it meets the constraints or not.
     """
 
@@ -36,7 +36,7 @@ class SearchReport:
     refined: int = 0
     solved: int = 0
     completed: int = 0
-    nearest: Candidates | None = None
+    nearest: CandidateBatch | None = None
 
     @contextmanager
     def timed(self, step: str) -> Iterator[None]:

@@ -10,16 +10,17 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..batching import take
-from ..candidates.batch import Candidates, Origin
+from ..candidates.batch import CandidateBatch, Origin
+from ..candidates.batching import take
 from ..candidates.feasibility import LARGEST, LEAST, standing
-from ..candidates.placement import every_flip, flipped, lay, measured
+from ..candidates.placement import every_flip, flipped, measured, place_on_path
+from ..guide.arc_window import at_sweep
+from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.kinds import POINTS, RETURNS, SLOTS
 from ..guide.reach import LEVELS, USABLE
-from ..guide.span import Span, span
-from ..guide.sweep import at_sweep
 from ..guide.trace import trace
-from ..linkage import SLIDING, Array, Linkage
+from ..kinematics.linkage import SLIDING, Linkage
+from ..kinematics.types import Array
 from ..problem.problem import Problem
 from ..store import Database, Guide, Mechanism, Reach, joined
 
@@ -245,7 +246,7 @@ def ranks(keys: Array) -> Array:
     return rank
 
 
-def placed(problem: Problem, database: Database, found: Reaches, chosen: Array, stretch: Array) -> Candidates:
+def placed(problem: Problem, database: Database, found: Reaches, chosen: Array, stretch: Array) -> CandidateBatch:
     """Return chosen reaches as candidates: laid along the path in the way in which their pivots stand best."""
     guides, half, centre, origin = _stored(database, found, chosen)
     low, high = guides.extent
@@ -255,7 +256,7 @@ def placed(problem: Problem, database: Database, found: Reaches, chosen: Array, 
     if problem.constraints.returns and problem.fixed_curvature is not None:  # these are not refined to the radius
         sweep = abs(problem.fixed_curvature)
         traced = at_sweep(guides, half, centre, found.sweep[chosen], sweep)[1]
-    linkage, point, pole = lay(problem, guides, traced)
+    linkage, point, pole = place_on_path(problem, guides, traced)
     bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
     best: tuple[Array, ...] | None = None
     for reverse, over in every_flip(problem, len(point)):
@@ -273,7 +274,7 @@ def placed(problem: Problem, database: Database, found: Reaches, chosen: Array, 
     return measured(problem, origin, Linkage.trusted(best[1].copy()), best[2], best[3], bend)
 
 
-def _stored(database: Database, found: Reaches, chosen: Array) -> tuple[Span, Array, Array, Origin]:
+def _stored(database: Database, found: Reaches, chosen: Array) -> tuple[CouplerCurve, Array, Array, Origin]:
     """Return the guides of chosen reaches in their canonical frame, whose origin is the pole (those of slots in their
     motion), with their half windows, where the middles of these lie, and what they are."""
     columns = (Reach.guide_id, Reach.level, Reach.half, Reach.centre, Guide.x, Guide.y, Mechanism.pivots)
@@ -289,4 +290,4 @@ def _stored(database: Database, found: Reaches, chosen: Array) -> tuple[Span, Ar
     z = rows["x"][at] + 1j * rows["y"][at]
     part = take(found, chosen)
     origin = Origin(part.guide, part.family, part.series, part.configuration, part.order, np.zeros(len(at), int))
-    return span(linkage, z, pole=np.zeros_like(z)), rows["half"][at], rows["centre"][at], origin
+    return coupler_curve(linkage, z, pole=np.zeros_like(z)), rows["half"][at], rows["centre"][at], origin

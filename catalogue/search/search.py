@@ -11,12 +11,13 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ..batching import join, take
-from ..candidates.batch import Candidates
+from ..candidates.batch import CandidateBatch
+from ..candidates.batching import join, take
 from ..candidates.feasibility import STANDING, cost, feasibility
 from ..candidates.placement import measured
 from ..candidates.similarity import distances, normal_form
-from ..linkage import Array, Linkage
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 from ..problem.problem import Problem
 from ..refine.sqp import Refinement
 from ..store import Database
@@ -55,7 +56,7 @@ class Search:
     problem : Problem
     database : Database
     report : SearchReport
-    found : Candidates or None
+    found : CandidateBatch or None
         All that were refined, the cheapest of each that met the constraints, or the nearest to that.
     cost : ndarray, shape (n,)
         Infinite where the constraints are not met.
@@ -70,7 +71,7 @@ class Search:
     problem: Problem
     database: Database
     report: SearchReport = field(default_factory=SearchReport)
-    found: Candidates | None = None
+    found: CandidateBatch | None = None
     cost: Array = field(default_factory=lambda: np.zeros(0))
     status: str = "searching"
     stage: int = 0
@@ -114,7 +115,7 @@ class Search:
         regions = (getattr(self.problem.constraints, name) for name in STANDING)
         return self.problem.fixed_curvature is not None or any(region is not None for region in regions)
 
-    def _starts(self) -> Candidates | None:
+    def _starts(self) -> CandidateBatch | None:
         """Return measured starts of the present stage, the most promising first."""
         parts = [self._stored(MEASURED)] if self.stage % 2 == 0 else [self._stored(MEASURED // 2)]
         if self.stage or self._to_measure:
@@ -129,7 +130,7 @@ class Search:
         kept = [self._promising(part, TRIED) for part in parts if part is not None and len(part)]
         return join(*kept) if kept else None
 
-    def _stored(self, count: int) -> Candidates | None:
+    def _stored(self, count: int) -> CandidateBatch | None:
         if self._reaches is None:
             problem = self.problem
             self._reaches = retrieve.stored_reaches(problem, self.database)
@@ -142,7 +143,7 @@ class Search:
             return None
         return retrieve.placed(self.problem, self.database, self._reaches, chosen, self._stretch[chosen])
 
-    def _perturbed(self) -> Candidates | None:
+    def _perturbed(self) -> CandidateBatch | None:
         """Return copies of the best points found, moved at random."""
         if self.found is None:
             return None
@@ -162,13 +163,13 @@ class Search:
             self.problem, take(some.origin, good), linkage, some.point[good], some.pole[good], -np.abs(bend)
         )
 
-    def _merits(self, found: Candidates) -> Array:
+    def _merits(self, found: CandidateBatch) -> Array:
         """Return what candidates cost and break together, shape (n,)."""
         with np.errstate(invalid="ignore"):
             merit = cost(self.problem, found) + PENALTY * feasibility(self.problem, found).total
         return np.where(np.isnan(merit), np.inf, merit)
 
-    def _promising(self, found: Candidates, count: int) -> Candidates:
+    def _promising(self, found: CandidateBatch, count: int) -> CandidateBatch:
         """Return the best by cost and violation that are unlike each other."""
         merit = self._merits(found)
         self.report.measured += len(found)
@@ -183,7 +184,7 @@ class Search:
                 like |= distances(designs[i : i + 1], designs, mirror=self.problem.curvature == 0)[0] < 0.03
         return found[order[kept]]
 
-    def _refine(self, starts: Candidates) -> None:
+    def _refine(self, starts: CandidateBatch) -> None:
         """Refine all starts for some rounds, the best of them farther."""
         if not self.refines:
             broken = feasibility(self.problem, starts)
@@ -198,9 +199,9 @@ class Search:
         violation = feasibility(self.problem, found).total
         self._nearest.append(float(np.fmin.reduce(violation, initial=np.inf)))
 
-    def _halved(self, refinement: Refinement) -> tuple[Candidates, Array]:
+    def _halved(self, refinement: Refinement) -> tuple[CandidateBatch, Array]:
         """Return what comes of candidates, fewer of which are refined the farther it goes, and what they cost."""
-        parts: list[tuple[Candidates, Array]] = []
+        parts: list[tuple[CandidateBatch, Array]] = []
         for rounds, keep in ((1, TRIED), (1, max(KEPT, min(self.problem.limit, TRIED)))):
             refinement.run(rounds)
             merit = np.where(np.isfinite(refinement.best_cost), refinement.best_cost, 1e3 + refinement.nearest)

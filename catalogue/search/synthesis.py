@@ -16,9 +16,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..candidates.batch import Candidates, Origin
+from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.placement import measured
-from ..linkage import Array, Linkage
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
 from ..problem.problem import Problem
 from ..problem.region import Region
 
@@ -41,7 +42,7 @@ def families(problem: Problem) -> list[str]:
     return [name for name in allowed if name == "four-bar" or not wanted.pins_only]
 
 
-def starts(problem: Problem, family: str, count: int, random: np.random.Generator) -> Candidates | None:
+def starts(problem: Problem, family: str, count: int, random: np.random.Generator) -> CandidateBatch | None:
     """Return starts of a family, measured; those that do not reach over the stroke have deviation NaN.
 
     Parameters
@@ -59,7 +60,7 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
     return measured(problem, Origin.made(linkage, "general"), linkage, point, pole, bend)
 
 
-def parallelograms(problem: Problem, count: int, random: np.random.Generator) -> Candidates | None:
+def parallelograms(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
     """Return parallelograms whose cranks are as long as the radius given, measured; None if they would come too near
     to a dead point.  Every point of the coupler runs along such an arc exactly: trivial, but compact and sound."""
     radius = problem.path.radius

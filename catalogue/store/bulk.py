@@ -16,10 +16,10 @@ import numpy as np
 from sqlalchemy import Connection, Index, delete
 
 from ..errors import DatabaseError
-from .connecting import connect
 from .database import Database
+from .engine import connect
+from .errors import database_errors
 from .models import Base, Batch, Mechanism
-from .trouble import plainly
 
 Columns = Mapping[str, Any]
 
@@ -74,7 +74,7 @@ def write_batch(
         _insert(connection, "reach", len(owners), {"guide_id": guide_id + owners, **same, **_without(reaches, "guide")})
 
 
-def remove_designs(connection: Connection, names: Sequence[str]) -> None:
+def remove_named_guides(connection: Connection, names: Sequence[str]) -> None:
     """Remove the designs of these names, with what they guide."""
     with _writing(connection):
         gone = delete(Mechanism).where(Mechanism.batch_id.is_(None), Mechanism.name.in_(names))
@@ -114,7 +114,7 @@ def is_indexed(connection: Connection) -> bool:
 
 def prepare(database: Database) -> None:
     """Let the file be filled and read at once: changes go to a log beside it, until `finish`."""
-    with plainly(database.path), closing(connect(database.path)) as connection:
+    with database_errors(database.path), closing(connect(database.path)) as connection:
         connection.execute("PRAGMA journal_mode = WAL")
 
 
@@ -128,7 +128,7 @@ def finish(database: Database) -> bool:
     """
     database.close()
     try:
-        with plainly(database.path), closing(connect(database.path)) as connection:
+        with database_errors(database.path), closing(connect(database.path)) as connection:
             (mode,) = connection.execute("PRAGMA journal_mode = DELETE").fetchone()
     except DatabaseError as error:
         if getattr(error.__cause__, "sqlite_errorcode", None) != sqlite3.SQLITE_BUSY:
@@ -141,7 +141,7 @@ def finish(database: Database) -> bool:
 def _writing(connection: Connection) -> Iterator[None]:
     """Open a transaction that has the write lock from its start, and say plainly what the disk has against it."""
     path = Path(connection.engine.url.database or "")
-    with plainly(path), connection.execution_options(immediate=True).begin():
+    with database_errors(path), connection.execution_options(immediate=True).begin():
         yield
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from sqlalchemy import Boolean, Connection, Float, Integer, LargeBinary, Numeric, Select
 from sqlalchemy.types import TypeEngine
 
-Array = np.ndarray[Any, Any]
+from ..kinematics.types import Array
 
 _CHUNK = 50_000  # rows held as Python objects at a time
 

@@ -13,12 +13,12 @@ from typing import Any
 import numpy as np
 from sqlalchemy import Connection, Select
 
-from ..closing import Closing
 from ..errors import DatabaseError
+from .closing import Closing
 from .columns import read_columns
-from .connecting import engine_for
+from .engine import engine_for
+from .errors import database_errors
 from .prepared import Prepared
-from .trouble import plainly
 from .upgrade import bring_up_to_date
 
 
@@ -59,7 +59,7 @@ class Database(Closing):
             not be read.
         """
         path = Path(path).expanduser().absolute()
-        with plainly(path):
+        with database_errors(path):
             if not create and not path.exists():
                 raise DatabaseError(f"{path} does not exist: run `catalogue build` first, or name another with --db")
             bring_up_to_date(path)
@@ -69,7 +69,7 @@ class Database(Closing):
     def begin(self) -> Iterator[Connection]:
         """Yield a connection in a transaction that may write; it is committed at the end, rolled back on an error."""
         engine = self.engine.execution_options(immediate=True)
-        with plainly(self.path), engine.begin() as connection:
+        with database_errors(self.path), engine.begin() as connection:
             yield connection
 
     def read(self, select: Select[*tuple[Any, ...]]) -> dict[str, np.ndarray[Any, Any]]:
@@ -80,19 +80,19 @@ class Database(Closing):
         DatabaseError
             If the file is damaged or locked.
         """
-        with plainly(self.path), self.engine.connect() as connection:
+        with database_errors(self.path), self.engine.connect() as connection:
             return read_columns(connection, select)
 
     @contextmanager
     def reading(self) -> Iterator[Callable[..., dict[str, np.ndarray[Any, Any]]]]:
         """Yield a function like `read_columns` that keeps one connection, for several reads in a row."""
-        with plainly(self.path), self._kept.connect() as connection:
+        with database_errors(self.path), self._kept.connect() as connection:
             yield partial(read_columns, connection)
 
     @contextmanager
     def preparing(self) -> Iterator[Callable[[Select[Any]], Prepared]]:
         """Yield a function that makes a `Prepared` of a select, all on one connection."""
-        with plainly(self.path), self._kept.connect() as connection:
+        with database_errors(self.path), self._kept.connect() as connection:
             yield partial(Prepared, connection)
 
     def close(self) -> None:

@@ -7,7 +7,8 @@ from typing import Any
 
 from sqlalchemy import Connection, Select
 
-from .columns import Array, as_array
+from ..kinematics.types import Array
+from .columns import as_array
 
 
 class Prepared:

@@ -6,13 +6,13 @@ from sqlalchemy import select
 from sqlalchemy.dialects.sqlite import insert
 
 from .database import Database
+from .errors import database_errors
 from .models import Setting
-from .trouble import plainly
 
 
 def get_setting(database: Database, key: str, default: str | None = None) -> str | None:
     """Return the text kept under `key`, `default` if there is none."""
-    with plainly(database.path), database.engine.connect() as connection:
+    with database_errors(database.path), database.engine.connect() as connection:
         value = connection.scalar(select(Setting.value).where(Setting.key == key))
     return default if value is None else value
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 from ..errors import DatabaseError, DatabaseTooNew
 from ..folders import folder
-from .connecting import connect, engine_for
+from .engine import connect, engine_for
+from .errors import database_errors
 from .models import Base
-from .trouble import plainly
 
 _OURS = {"alembic_version", "mechanism", "guide"}
 
@@ -73,7 +73,7 @@ def bring_up_to_date(path: Path) -> None:
     else:
         copy = _back_up(path, found)
         try:
-            with plainly(path):
+            with database_errors(path):
                 _migrate(path)
         except Exception as error:  # a migration may fail in any way, and the user must hear that nothing is lost
             reason = (str(error) or repr(error)).splitlines()[0]

@@ -8,9 +8,9 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from ..linkage import Array
-from ..plugins import Registry
-from ..series import Guided, Member, Series
+from ..kinematics.types import Array
+from ..plugin.registry import Registry
+from ..series.series import Guided, Member, Series
 from .sample import Sample, chosen, even, rare
 
 #: Largest residual of a linkage that was synthesised as a member.

@@ -11,8 +11,8 @@ from typing import ClassVar
 import numpy as np
 import pytest
 
-from ..collection import LENGTH, Collection, Draw, Specimen
-from ..collections.results import Piece
+from ..collections.results import CollectionCandidate
+from ..collections.spec import LENGTH, Collection, Draw, Specimen
 from ..problem.request import CircularArc, Request, StraightLine
 
 #: Another stroke than that of the specimens, and how far numbers over it may be from the stored ones.
@@ -102,8 +102,19 @@ class CollectionContract:
         s = self.specimens(family)[0]
         (m,) = self.collection.measure([s.parameters], _wish(s.kind))
         tags = self.collection.classify(m.parameters)
-        piece = Piece(1, self.collection, tags.family, tags.series, tags.configuration, tags.special, STROKE,
-                      m.deviation, m.radius, dict(m.metrics), m.parameters)  # fmt: skip
+        piece = CollectionCandidate(
+            1,
+            self.collection,
+            tags.family,
+            tags.series,
+            tags.configuration,
+            tags.special,
+            STROKE,
+            m.deviation,
+            m.radius,
+            dict(m.metrics),
+            m.parameters,
+        )
         piece.plot(tmp_path / "piece.png")
         assert (tmp_path / "piece.png").read_bytes().startswith(b"\x89PNG")
 

@@ -16,7 +16,7 @@ from typing import Any
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 
-from ..linkage import Array
+from ..kinematics.types import Array
 
 DIGITS = 100
 #: Positions on each side of the reference position, and their distance: high terms fall by 1e-8 each.

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from ..plugins import Registry
-from ..series import Series
+from ..plugin.registry import Registry
+from ..series.series import Series
 from .guides import GuidesContract
 from .inverse import InverseContract
 from .membership import MembershipContract

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..instant import Instant
-from ..series import EXACT, Guided, Member
+from ..curvature_theory.instant import Instant
+from ..curvature_theory.leading_error import EXACT
+from ..series.series import Guided, Member
 from .base import Contract, apart, first, order_of, real, whole
 from .contact import EXACT_GAP, contact_order, largest_gap, taylor
 from .sample import Sample, even

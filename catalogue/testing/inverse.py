@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from ..instant import Instant
-from ..series import Member, inverse_family
+from ..curvature_theory.instant import Instant
+from ..series.series import Member, inverse_family
 from .base import Contract, belong
 from .sample import Sample, even
 

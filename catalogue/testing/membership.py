@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..instant import Instant
-from ..instant.analysis import PARALLEL, REGULAR
-from ..linkage import Array, Linkage
-from ..series import Member
+from ..curvature_theory.analysis import PARALLEL, REGULAR
+from ..curvature_theory.instant import Instant
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
+from ..series.series import Member
 from .base import MEMBER, Contract, belong, first, order_of, whole
 from .sample import Sample, corners, even
 

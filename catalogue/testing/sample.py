@@ -9,9 +9,10 @@ from itertools import product
 
 import numpy as np
 
-from ..instant import Instant
-from ..linkage import Array, Linkage, faults
-from ..series import Guided, Member, Series
+from ..curvature_theory.instant import Instant
+from ..kinematics.linkage import Linkage, faults
+from ..kinematics.types import Array
+from ..series.series import Guided, Member, Series
 
 SIZE = 64
 #: Points among which configurations are sought that an even sample of that size lacks.

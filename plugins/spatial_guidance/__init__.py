@@ -40,10 +40,10 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from catalogue.hookspecs import hookimpl
+from catalogue.plugin import hookimpl
 
 if TYPE_CHECKING:
-    from catalogue.collection import Collection
+    from catalogue.plugin import Collection
 
 
 @hookimpl

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 from .elimination import solve
 from .mechanism import Mechanisms

@@ -5,17 +5,17 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from catalogue.collection import Collection
+from catalogue.plugin import Collection
 
 from .draw import COINCIDENCES, draw
 from .measures import METRICS, measure
 from .special import classify
 
 if TYPE_CHECKING:
-    from catalogue.collections.results import Piece
+    from catalogue.plugin import CollectionCandidate
 
 
-def plot(piece: Piece, file: Path | None) -> Any:
+def plot(piece: CollectionCandidate, file: Path | None) -> Any:
     """Draw a piece; see `picture`."""
     from .picture import picture
 

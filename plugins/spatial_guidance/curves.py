@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 from .kinds import Point, Quadric, Revolved, rows
 

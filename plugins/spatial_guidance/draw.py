@@ -10,8 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catalogue.collection import LENGTH, Specimen
-from catalogue.linkage import Array
+from catalogue.plugin import LENGTH, Array, Specimen
 
 from .fits import unit
 from .follow import follow

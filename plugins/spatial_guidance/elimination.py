@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 
 def solve(matrix: Array, right: Array) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 #: Lawson's iteration ends when the largest distance is so near to its lower bound, or after so many steps: in the
 #: last frame and in those before it.

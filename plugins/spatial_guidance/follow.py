@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.errors import InvalidRequest
-from catalogue.linkage import Array
+from catalogue.plugin import Array, InvalidRequest
 
 from .mechanism import Mechanisms
 from .position import Positions, reported, solve_positions

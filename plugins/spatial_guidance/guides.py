@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.errors import InvalidLinkage
-from catalogue.linkage import Array
+from catalogue.plugin import Array, InvalidLinkage
 
 from .curves import Circle, Helix, Line
 from .kinds import Kind

@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.errors import InvalidRequest
-from catalogue.linkage import Array
+from catalogue.plugin import Array, InvalidRequest
 
 from .kinds import Kind
 from .mechanism import Mechanisms

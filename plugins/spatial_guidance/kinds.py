@@ -14,7 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 from .taylor import coefficients, variable
 

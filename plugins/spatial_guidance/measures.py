@@ -12,10 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.collection import LENGTH, Measured, Metric
-from catalogue.guide.minimax import grid
-from catalogue.linkage import Array
-from catalogue.problem.request import Request
+from catalogue.plugin import LENGTH, Array, Measured, Metric, Request, grid
 
 from .fits import Fit, circle, line, unit
 from .follow import follow

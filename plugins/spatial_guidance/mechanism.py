@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.errors import InvalidLinkage, InvalidRequest
-from catalogue.linkage import Array
+from catalogue.plugin import Array, InvalidLinkage, InvalidRequest
 
 from .guides import Guides, same
 

@@ -7,9 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from catalogue.draw.paper import blank, kind_of, write
-from catalogue.draw.symbols import PAPER
-from catalogue.linkage import Array
+from catalogue.plugin import PAPER, Array, blank, kind_of, write
 
 from .fits import circle, line
 from .follow import follow
@@ -18,7 +16,7 @@ from .plain import Strokes, strokes
 from .rotation import matrix
 
 if TYPE_CHECKING:
-    from catalogue.collections.results import Piece
+    from catalogue.plugin import CollectionCandidate
 
 #: Nodes of the motion that is drawn.
 NODES = 41
@@ -32,7 +30,7 @@ INK, BODY, PATH, CURVE = "#222222", "#2f5d8a", "#b5342b", "#3d7a4e"
 SURFACES = ("#c9a227", "#8a6fb0", "#5b9aa0", "#c07a4a", "#7d9b5a")
 
 
-def picture(piece: Piece, file: Path | None) -> Any:
+def picture(piece: CollectionCandidate, file: Path | None) -> Any:
     """Draw a piece in three dimensions, in its own frame: the stroke from the origin along x.
 
     Returns

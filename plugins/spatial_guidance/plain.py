@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 from .guides import KINDS, Guides
 from .mechanism import Mechanisms

@@ -10,7 +10,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 from .fits import through
 

@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.errors import InvalidRequest
-from catalogue.linkage import Array
+from catalogue.plugin import Array, InvalidRequest
 
 from .elimination import condition, solve
 from .kinds import Kind

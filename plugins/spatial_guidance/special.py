@@ -13,8 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.collection import Tags
-from catalogue.linkage import Array
+from catalogue.plugin import Array, Tags
 
 from .plain import strokes
 from .rotation import matrix

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 from .kinds import Kind, Point, Quadric, Revolved, rows
 

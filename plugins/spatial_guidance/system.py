@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 from .guides import Guides
 from .kinds import Quadric

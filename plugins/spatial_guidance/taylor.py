@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 
 class Taylor(NDArrayOperatorsMixin):

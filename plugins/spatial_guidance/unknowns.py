@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 from .kinds import Kind
 from .rotation import turned

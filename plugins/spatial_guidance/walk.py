@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catalogue.linkage import Array
+from catalogue.plugin import Array
 
 from .continuation import FIRST, LONGEST, SHORTEST, Corrected, Front, Line, correct, turning
 from .mechanism import Mechanisms

@@ -16,9 +16,9 @@ import numpy as np
 from measuring import table, title
 from sqlalchemy import insert
 
-from catalogue.build import Progress, fill
-from catalogue.build.block import MOST, Block, block
-from catalogue.plugins import Registry
+from catalogue.plugin.registry import Registry
+from catalogue.populate import Progress, fill
+from catalogue.populate.block import MOST, Block, block
 from catalogue.store import Database, Guide, Mechanism, Reach, drop_indexes, make_indexes, write_batch
 
 COUNT = int(sys.argv[1]) if len(sys.argv) > 1 else 30_000

@@ -12,10 +12,10 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the command does
 import numpy as np
 from measuring import seconds, table, title
 
-from catalogue.classification import classify
-from catalogue.instant import Instant
-from catalogue.linkage import Linkage
-from catalogue.plugins import Registry
+from catalogue.curvature_theory.instant import Instant
+from catalogue.kinematics.linkage import Linkage
+from catalogue.plugin.registry import Registry
+from catalogue.series.classification import classify
 from catalogue.testing.sample import even
 
 COUNT, ONE_BY_ONE = 100_000, 200

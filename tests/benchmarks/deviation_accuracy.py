@@ -15,17 +15,18 @@ import numpy as np
 from measuring import seconds, table, title
 from naive import Loop, mpf, narrowest_strip
 
-from catalogue.guide.span import Span, span
+from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
 from catalogue.guide.trace import extended, trace
-from catalogue.linkage import Array, Linkage
-from catalogue.plugins import Registry
+from catalogue.kinematics.linkage import Linkage
+from catalogue.kinematics.types import Array
+from catalogue.plugin.registry import Registry
 
 #: Half strokes, as parts of the longest.
 PARTS = (0.9, 0.5, 0.2, 0.08, 0.03, 0.01, 0.003, 0.001)
 DRIVES = ("coupler", "crank", "other crank")
 
 
-def guides() -> tuple[Span, Array]:
+def guides() -> tuple[CouplerCurve, Array]:
     """Return four linkages of each of two series with their Ball point, at eight half strokes each: 64 guides."""
     pivots, points = [], []
     for code, label in (("I.GG", "undulation"), ("II.xy", "[2]")):
@@ -36,17 +37,17 @@ def guides() -> tuple[Span, Array]:
         (guided,) = [g for g in series.guided(member.complete(free)) if g.label == label]
         z = guided.pairs[:, 1]
         linkage = Linkage(member.synthesise(free))
-        here = span(linkage, (z[:, 0] + 1j * z[:, 1]) / z[:, 2])
+        here = coupler_curve(linkage, (z[:, 0] + 1j * z[:, 1]) / z[:, 2])
         fair = np.flatnonzero((here.extent.min(0) > 0.5) & (linkage.size < 8))[:4]
         pivots.append(linkage.pivots[fair])
         points.append(here.point[fair])
-    here = span(Linkage(np.concatenate(pivots)), np.concatenate(points))
+    here = coupler_curve(Linkage(np.concatenate(pivots)), np.concatenate(points))
     half = np.outer(PARTS, here.extent.min(0)).ravel()
     again = np.tile(np.arange(len(here)), len(PARTS))
     return here[again], half
 
 
-def reference(here: Span, low: Array, high: Array) -> Array:
+def reference(here: CouplerCurve, low: Array, high: Array) -> Array:
     """Return the deviation over the same windows of the parameter from loops closed in 50 digits.
 
     The path at 161 Chebyshev points, less its chord, is scaled before it becomes double; the interpolant is read at

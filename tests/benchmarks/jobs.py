@@ -14,14 +14,14 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from catalogue import CircularArc, StraightLine
+from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
 from catalogue.guide.drive import drive_metrics
 from catalogue.guide.fixed_nominal import Nominal, in_place
-from catalogue.guide.measures import measure
-from catalogue.guide.minimax import fit, grid
-from catalogue.guide.place import at_stroke
-from catalogue.guide.span import Span, span
+from catalogue.guide.metrics import measure
+from catalogue.guide.minimum_zone import grid, minimum_zone
+from catalogue.guide.placement import at_stroke
 from catalogue.guide.trace import Traced
-from catalogue.linkage import Linkage
+from catalogue.kinematics.linkage import Linkage
 
 Array = np.ndarray[Any, Any]
 #: Positions of the crank that a plain objective looks at, and how far it turns to either side [rad].
@@ -93,7 +93,7 @@ def measured(job: Job, x: Array) -> Array:
     out = np.full(len(pivots), 10.0)
     circle = job.request.kind == "circle"
     with np.errstate(all="ignore"):
-        guides = span(linkage, point[valid])
+        guides = coupler_curve(linkage, point[valid])
         traced = (
             in_place(guides, Nominal(1.0))
             if job.fixed
@@ -119,11 +119,11 @@ def measured(job: Job, x: Array) -> Array:
     return out
 
 
-def exactly(job: Job, guides: Span, traced: Traced) -> Array:
+def exactly(job: Job, guides: CouplerCurve, traced: Traced) -> Array:
     """Return the deviations from the best-placed arc of exactly the radius asked for, bent as the path is."""
     u, v = guides.path.window(traced.low, traced.high, grid(16).nodes)
     held = np.copysign(1 / job.request.radius, traced.fit.curvature)
-    return np.asarray(fit(u, v, True, grid(16), held).deviation)
+    return np.asarray(minimum_zone(u, v, True, grid(16), held).deviation)
 
 
 def within(box: Array, region: tuple[float, float, float, float]) -> Array:

@@ -13,9 +13,10 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"  # one core, for all that is compared
 import numpy as np
 from measuring import seconds, table, title
 
-import catalogue.motion as closed
-from catalogue.linkage import FAMILIES, PR, RP, RR, Array, Linkage
-from catalogue.motion import COUPLER, CRANK_1, motion
+import catalogue.kinematics.motion as closed
+from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
+from catalogue.kinematics.motion import COUPLER, CRANK_1, motion
+from catalogue.kinematics.types import Array
 
 N, M, RUNS = 4096, 64, 41
 #: Passes of `Path._solve` over a block, besides the square root and the three divisions.

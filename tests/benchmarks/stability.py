@@ -16,11 +16,12 @@ os.environ["OPENBLAS_NUM_THREADS"] = "1"
 import mpmath as mp  # type: ignore[import-untyped]
 import numpy as np
 
-from catalogue.instant import Instant, curvature
-from catalogue.instant.analysis import DEAD_POINT, REGULAR
-from catalogue.linkage import Array, Linkage
-from catalogue.pairs import linkage_of, normal_pair, parallel_pair, ray_pair, tangent_pair
-from catalogue.plugins import Registry
+from catalogue.curvature_theory.analysis import DEAD_POINT, REGULAR, curvature
+from catalogue.curvature_theory.instant import Instant
+from catalogue.kinematics.linkage import Linkage
+from catalogue.kinematics.types import Array
+from catalogue.plugin.registry import Registry
+from catalogue.series.pairs import linkage_of, normal_pair, parallel_pair, ray_pair, tangent_pair
 
 NEAR = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 QUANTITIES = ("pole", "axes", "kappa, kappa*, s", "principal pairs", "residuals")

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from catalogue import Candidate, Catalogue
-from catalogue.candidates.batch import Candidates
+from catalogue.candidates.batch import CandidateBatch
 from catalogue.find.find import Selection
 from catalogue.find.results import candidates
 from catalogue.problem.constraints import Constraints
@@ -21,7 +21,7 @@ from tests.find.conftest import again
 
 __all__ = ["again"]
 
-Batch = tuple[Problem, Candidates]
+Batch = tuple[Problem, CandidateBatch]
 
 
 @pytest.fixture(scope="session")
@@ -40,10 +40,10 @@ def batch(small: Catalogue) -> Callable[..., Batch]:
 
 
 @pytest.fixture(scope="session")
-def shown() -> Callable[[Problem, Request, Candidates], list[Candidate]]:
+def shown() -> Callable[[Problem, Request, CandidateBatch], list[Candidate]]:
     """Return what shows each of a batch as a user sees it."""
 
-    def show(problem: Problem, request: Request, found: Candidates) -> list[Candidate]:
+    def show(problem: Problem, request: Request, found: CandidateBatch) -> list[Candidate]:
         return candidates(problem, request, Selection(found, np.zeros(len(found), int)))
 
     return show

@@ -11,8 +11,8 @@ import pytest
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.feasibility import standing
 from catalogue.candidates.placement import every_flip, final, flipped, in_best_charts, measured, near_path
+from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.pose_jacobian import displaced
-from catalogue.guide.span import span
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3), CircularArc(1, None, 1e-3)
 FAMILIES = ["four-bar", "slider-crank", "inverted-slider-crank"]
@@ -99,7 +99,7 @@ def test_a_displaced_guide_is_laid_along_the_path_again(batch: Any, naive: Simpl
     linkage, point, good = displaced(found.linkage, found.point, step)
     found = found[np.flatnonzero(good)]
     away = np.full(len(found), turn if problem.fixed_curvature is None else np.exp(0.2j))
-    moved = span(linkage.moved(away, 0.1 * away), away * (point + 0.1), chart=found.chart)
+    moved = coupler_curve(linkage.moved(away, 0.1 * away), away * (point + 0.1), chart=found.chart)
     laid = near_path(problem, found.origin, moved)
     laid = laid[np.flatnonzero(np.isfinite(laid.deviation))]
     assert len(laid) > 0.5 * len(found)
@@ -126,7 +126,7 @@ def test_an_arc_that_turns_over_is_none(batch: Any) -> None:
     over = np.ones(len(found), bool)
     linkage, point, _ = flipped(found.linkage, found.point, found.pole, ~over, over)
     assert np.isfinite(found.deviation).any()
-    assert np.isnan(near_path(problem, found.origin, span(linkage, point)).deviation).all()
+    assert np.isnan(near_path(problem, found.origin, coupler_curve(linkage, point)).deviation).all()
 
 
 def test_guides_are_measured_in_their_best_chart(batch: Any) -> None:

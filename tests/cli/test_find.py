@@ -287,7 +287,7 @@ def test_find_imports_only_what_it_needs(environment: dict[str, str], small_db: 
         "from catalogue.cli import main\n"
         "try: main()\n"
         "except SystemExit as end: assert not end.code, end.code\n"
-        "heavy = ('pandas', 'matplotlib', 'scipy', 'alembic', 'pluggy', 'catalogue.plugins', 'catalogue.build')\n"
+        "heavy = ('pandas', 'matplotlib', 'scipy', 'alembic', 'pluggy', 'catalogue.plugin', 'catalogue.populate')\n"
         "print([m for m in heavy if m in sys.modules] + [m for m in sys.modules if m.startswith('catalogue_plugin')],"
         " file=sys.stderr)"
     )

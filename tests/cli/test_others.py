@@ -251,8 +251,7 @@ def test_show_refuses(run: Run, small_db: Path, tmp_path: Path, arguments: Any, 
 # -- plugins and build --------------------------------------------------------------------------------------------
 BROKEN = '"""Divides by zero."""\nx = 1 / 0\n'
 RAISING = '''"""Raises when it is asked for pivots."""
-from catalogue.hookspecs import hookimpl
-from catalogue.series import Member, Parameter, Series
+from catalogue.plugin import Member, Parameter, Series, hookimpl
 
 def pivots(p):
     raise RuntimeError("no pivots today")

@@ -14,8 +14,8 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, InvalidRequest, PluginError
-from catalogue.build.collect import BARREN, BLOCK, collect, is_current, state, stored
-from catalogue.collection import Collection, Specimen
+from catalogue.collections.spec import Collection, Specimen
+from catalogue.populate.collect import BARREN, BLOCK, collect, is_current, state, stored
 
 Make = Callable[..., Catalogue]
 

@@ -12,9 +12,9 @@ from typing import Any
 
 import pytest
 
-from catalogue.collection import Collection, Metric, Specimen
-from catalogue.errors import DuplicateSeries, PluginError
-from catalogue.plugins import PluginWarning, Registry
+from catalogue.collections.spec import Collection, Metric, Specimen
+from catalogue.errors import DuplicateSeries, PluginError, PluginWarning
+from catalogue.plugin.registry import Registry
 from catalogue.testing import CollectionContract
 
 DROPIN = Path(__file__).with_name("dropin")
@@ -86,7 +86,7 @@ def write(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[..., Path
     place.mkdir()
 
     def run(name: str, text: str) -> Path:
-        (place / name).write_text("from catalogue.hookspecs import hookimpl\n" + dedent(text), "utf-8")
+        (place / name).write_text("from catalogue.plugin import hookimpl\n" + dedent(text), "utf-8")
         return place
 
     return run
@@ -136,7 +136,7 @@ def test_a_broken_collection_is_a_record_and_leaves_the_others(
 
 def test_of_a_plugin_whose_collection_fails_nothing_counts(write: Callable[..., Path]) -> None:
     series = """
-    from catalogue.series import Member, Series
+    from catalogue.series.series import Member, Series
     @hookimpl
     def catalogue_series():
         return [Series("test.1", "a test", "test.1", "nowhere", [Member("general", "four-bar", [], None)], None, None)]

@@ -12,14 +12,14 @@ import pytest
 import catalogue
 from catalogue.errors import InvalidRequest
 from catalogue.find import dwells as dwells_module
-from catalogue.find.dwell_results import Dwelling
+from catalogue.find.dwell_results import DwellCandidate
 from catalogue.find.dwells import diameter
 from catalogue.guide.dwell import _standing, dwells
-from catalogue.linkage import Array
+from catalogue.kinematics.types import Array
 
 
 @pytest.fixture(scope="module")
-def found(small: catalogue.Catalogue) -> list[Dwelling]:
+def found(small: catalogue.Catalogue) -> list[DwellCandidate]:
     listed = small.find_dwells(catalogue.StandStill(40, 1.0, 20), pins_only=True, limit=6)
     assert len(listed) == 6
     return list(listed)
@@ -38,7 +38,7 @@ def meet(a: Array, r: Any, b: Any, s: Any, near: complex) -> Array:
     return np.array(out)
 
 
-def guided_path(d: Dwelling, count: int) -> Array:
+def guided_path(d: DwellCandidate, count: int) -> Array:
     """Return the guided point over a turn of the crank."""
     z = np.array(d.pivots)[..., 0] + 1j * np.array(d.pivots)[..., 1]
     i = d.driver - 1
@@ -49,7 +49,7 @@ def guided_path(d: Dwelling, count: int) -> Array:
     return pin + share * (other - pin)
 
 
-def rocker_angles(d: Dwelling, count: int) -> tuple[Array, Array]:
+def rocker_angles(d: DwellCandidate, count: int) -> tuple[Array, Array]:
     """Return the angle of the rocker and the sine of the transmission angle at its joint, over a turn of the crank."""
     point = guided_path(d, count)
     joint, pivot = complex(*d.joint), complex(*d.pivot)
@@ -59,7 +59,7 @@ def rocker_angles(d: Dwelling, count: int) -> tuple[Array, Array]:
     return np.degrees(np.unwrap(np.angle(rocker / (joint - pivot)))), sine
 
 
-def test_the_rocker_stands_still_and_swings_as_it_is_said(found: list[Dwelling]) -> None:
+def test_the_rocker_stands_still_and_swings_as_it_is_said(found: list[DwellCandidate]) -> None:
     for d in found:
         count = 1440
         angle, sine = rocker_angles(d, count)
@@ -80,7 +80,7 @@ def test_the_rocker_stands_still_and_swings_as_it_is_said(found: list[Dwelling])
         assert np.degrees(np.arcsin(sine.min())) >= d.min_transmission - 0.1
 
 
-def test_size_is_the_diameter_of_all_pivots_and_the_path(found: list[Dwelling]) -> None:
+def test_size_is_the_diameter_of_all_pivots_and_the_path(found: list[DwellCandidate]) -> None:
     for d in found:
         inner = [complex(x, y) for pair in d.pivots for x, y, _ in pair] + guided_path(d, 540).tolist()
         every = [*inner, complex(*d.joint), complex(*d.pivot)]
@@ -96,7 +96,7 @@ def test_no_pivot_is_left_out_of_the_size(count: int) -> None:
         assert diameter(pivots, path) == pytest.approx(10, abs=0.15)
 
 
-def test_the_crank_has_length_one_and_the_best_comes_first(found: list[Dwelling]) -> None:
+def test_the_crank_has_length_one_and_the_best_comes_first(found: list[DwellCandidate]) -> None:
     for d in found:
         (x0, y0, _), (x1, y1, _) = d.pivots[d.driver - 1]
         assert np.hypot(x1 - x0, y1 - y0) == pytest.approx(1)

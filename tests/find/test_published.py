@@ -9,9 +9,9 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, Linkage, StraightLine
-from catalogue.guide.measures import measure
-from catalogue.guide.place import at_stroke
-from catalogue.guide.span import span
+from catalogue.guide.coupler_curve import coupler_curve
+from catalogue.guide.metrics import measure
+from catalogue.guide.placement import at_stroke
 
 HEIGHT = float(np.sqrt(1.2**2 - 0.5**2))
 #: Series, pivots, guided point, strokes over which it is used.
@@ -57,7 +57,7 @@ def test_a_linkage_off_its_proportions_is_still_nearest_to_its_series(name: str)
 def test_the_catalogue_holds_one_at_least_as_straight(small: Catalogue, name: str) -> None:
     """At the same stroke, of the same series, no larger."""
     series, pivots, point, strokes = TEXTBOOK[name]
-    guides = span(Linkage(pivots), np.array([point]))
+    guides = coupler_curve(Linkage(pivots), np.array([point]))
     for stroke in strokes:
         traced = at_stroke(guides, stroke, circle=False)
         size, deviation = float(measure(guides, traced).size[0]), float(traced.fit.deviation[0])

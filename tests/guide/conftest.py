@@ -8,20 +8,20 @@ from functools import cache
 import numpy as np
 import pytest
 
+from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
 from catalogue.guide.reach import Ladder, scan
-from catalogue.guide.span import Span, span
-from catalogue.linkage import Linkage
-from catalogue.plugins import Registry
+from catalogue.kinematics.linkage import Linkage
+from catalogue.plugin.registry import Registry
 
 
 @pytest.fixture(scope="session")
-def drawn() -> Callable[..., tuple[Span, np.ndarray]]:
+def drawn() -> Callable[..., tuple[CouplerCurve, np.ndarray]]:
     """Return a maker of guides of all series: those with a straight line, or a circle, and their order of contact."""
 
     @cache
-    def make(circle: bool) -> tuple[Span, np.ndarray]:
-        from catalogue.build.candidates import points as points_of
-        from catalogue.build.draw import draw
+    def make(circle: bool) -> tuple[CouplerCurve, np.ndarray]:
+        from catalogue.populate.elements import points as points_of
+        from catalogue.series.sampling import draw
 
         linkages, points, orders = [], [], []
         for series in Registry().series.values():
@@ -32,7 +32,7 @@ def drawn() -> Callable[..., tuple[Span, np.ndarray]]:
                 linkages.append(these.linkage.pivots[found["mechanism"][some].astype(int)])
                 points.append((found["x"] + 1j * found["y"])[some])
                 orders.append(found["contact_order"][some])
-        guides = span(Linkage(np.concatenate(linkages)), np.concatenate(points))
+        guides = coupler_curve(Linkage(np.concatenate(linkages)), np.concatenate(points))
         usable = guides.extent.min(0) > 0.01
         return guides[usable], np.concatenate(orders)[usable]
 
@@ -40,7 +40,7 @@ def drawn() -> Callable[..., tuple[Span, np.ndarray]]:
 
 
 @pytest.fixture(scope="session")
-def scanned(drawn: Callable[..., tuple[Span, np.ndarray]]) -> Callable[[bool], Ladder]:
+def scanned(drawn: Callable[..., tuple[CouplerCurve, np.ndarray]]) -> Callable[[bool], Ladder]:
     """Return the ladders of the guides that `drawn` makes."""
 
     @cache

@@ -9,10 +9,10 @@ import pytest
 
 import catalogue
 from catalogue.guide.drive import SampledPoses, _slopes
-from catalogue.guide.minimax import grid
-from catalogue.guide.place import at_stroke
+from catalogue.guide.minimum_zone import grid
+from catalogue.guide.placement import at_stroke
 from catalogue.guide.swept_area import intrusion, link_segments, protrusion
-from catalogue.linkage import Array
+from catalogue.kinematics.types import Array
 from catalogue.problem.region import Region
 
 

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import catalogue
+from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.fixed_nominal import Nominal, in_place
-from catalogue.guide.place import at_stroke
-from catalogue.guide.span import span
+from catalogue.guide.placement import at_stroke
 
 
 @pytest.fixture(scope="module", params=["line", "circle"])
@@ -48,7 +48,7 @@ def test_a_shifted_guide_deviates_by_the_shift_more(found: list[catalogue.Candid
     for c in found:
         off, radius = 0.01 * c.stroke, np.inf if c.radius is None else c.radius
         pole = None if c.pole is None else np.array([complex(*c.pole) + 1j * off])
-        moved = span(c.linkage.moved(1.0, 1j * off), np.array([complex(*c.guided) + 1j * off]), pole=pole)
+        moved = coupler_curve(c.linkage.moved(1.0, 1j * off), np.array([complex(*c.guided) + 1j * off]), pole=pole)
         deviation = in_place(moved, Nominal(c.stroke, radius)).fit.deviation[0]
         if np.isfinite(deviation):  # the shifted arc runs a little farther than some guides do
             seen += 1
@@ -61,7 +61,7 @@ def test_a_shifted_guide_deviates_by_the_shift_more(found: list[catalogue.Candid
 def test_a_guide_read_backwards_is_the_same(found: list[catalogue.Candidate]) -> None:
     c = next(c for c in found if c.pole is None)
     radius = np.inf if c.radius is None else c.radius
-    mirrored = span(c.linkage.moved(-1.0, c.stroke, True), np.array([c.stroke - np.conj(complex(*c.guided))]))
+    mirrored = coupler_curve(c.linkage.moved(-1.0, c.stroke, True), np.array([c.stroke - np.conj(complex(*c.guided))]))
     back, there = (in_place(g, Nominal(c.stroke, radius)) for g in (mirrored, c.span()))
     assert back.fit.deviation == pytest.approx(there.fit.deviation, rel=1e-4)
 

@@ -10,15 +10,15 @@ from typing import Any
 import numpy as np
 import pytest
 
+from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
 from catalogue.guide.drive import SampledPoses, drive_metrics
-from catalogue.guide.measures import measure
+from catalogue.guide.metrics import measure
 from catalogue.guide.rotatability import rotation_margin
-from catalogue.guide.span import Span, span
 from catalogue.guide.swept_area import link_segments
 from catalogue.guide.trace import Traced, trace
-from catalogue.linkage import FAMILIES, RR, Linkage
+from catalogue.kinematics.linkage import FAMILIES, RR, Linkage
 
-Made = tuple[Span, Traced]
+Made = tuple[CouplerCurve, Traced]
 
 
 def steady(traced: Traced) -> Any:
@@ -30,14 +30,14 @@ def slots(request: pytest.FixtureRequest, random_linkages: Callable[..., Linkage
     """Return inversions of random machines of a family, in mid-stroke; their guided points are pins in slots."""
     draw = np.random.default_rng(5)
     linkage = random_linkages(request.param, 60, 3).inverted()
-    guides = span(linkage, draw.normal(size=60) + 1j * draw.normal(size=60))
+    guides = coupler_curve(linkage, draw.normal(size=60) + 1j * draw.normal(size=60))
     guides = guides[guides.extent.min(0) > 0.05]
     traced = trace(guides, 0.3 * guides.extent.min(0), circle=False, split=False)
     good = steady(traced)
     return guides[good], traced[good]
 
 
-def machine(guides: Span, traced: Traced, n: int, count: int) -> SimpleNamespace:
+def machine(guides: CouplerCurve, traced: Traced, n: int, count: int) -> SimpleNamespace:
     """Return positions of one machine in the plane of its own frame, by laying two marks of the frame on each other.
 
     The traced motion moves the frame over the coupler: two of its points, 0 and 1, tell where everything else is seen.
@@ -153,10 +153,10 @@ def test_bars_of_a_machine_with_a_slot_end_in_its_pivots_and_at_the_ends_of_its_
 # -- points that return ----------------------------------------------------------------------------------------------
 def test_points_that_return_work_as_a_dense_sampling_says(random_linkages: Callable[..., Linkage]) -> None:
     linkage = random_linkages("four-bar", 80, 11)
-    from catalogue.instant import curvature
+    from catalogue.curvature_theory.analysis import curvature
 
     pole = curvature(linkage).pole
-    guides = span(linkage, pole[:, 0] + 1j * pole[:, 1])
+    guides = coupler_curve(linkage, pole[:, 0] + 1j * pole[:, 1])
     guides = guides[guides.cusp & (guides.extent.min(0) > 0.02)]
     traced = trace(guides, 0.3 * guides.extent.min(0), circle=True, split=False)
     good = steady(traced)

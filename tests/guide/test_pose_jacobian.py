@@ -7,10 +7,11 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.pose_jacobian import COUNT, across_nominal, displaced
-from catalogue.guide.span import span
-from catalogue.linkage import FAMILIES, Array, Linkage
-from catalogue.motion import motion
+from catalogue.kinematics.linkage import FAMILIES, Linkage
+from catalogue.kinematics.motion import motion
+from catalogue.kinematics.types import Array
 
 Maker = Callable[..., Linkage]
 N, STEP = 20, 1e-6
@@ -21,7 +22,7 @@ def test_derivatives_are_those_of_moved_linkages(family: str, random_linkages: M
     linkage = random_linkages(family, N, 3)
     draw = np.random.default_rng(4)
     point = draw.normal(size=N) + 1j * draw.normal(size=N)
-    guides = span(linkage, point)
+    guides = coupler_curve(linkage, point)
     half = 0.3 * np.minimum(guides.extent.min(0), 1)
     low, high = guides.window(-half, half)
     t = low + (high - low) * np.linspace(0, 1, 9)[:, None]
@@ -51,7 +52,7 @@ def test_derivatives_are_those_of_moved_linkages(family: str, random_linkages: M
 
 def test_a_point_moves_with_the_coupler_and_a_direction_only_turns(random_linkages: Maker) -> None:
     linkage = random_linkages("slider-crank", N, 5)
-    guides = span(linkage, np.full(N, 0.3 + 0.2j))
+    guides = coupler_curve(linkage, np.full(N, 0.3 + 0.2j))
     found = across_nominal(guides.motion, guides.point, np.zeros((1, N)), guides.tangent)
     normal = 1j * guides.tangent
     np.testing.assert_allclose(found[0, :, 8], normal.real, atol=1e-12)

@@ -7,13 +7,13 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
+from catalogue.curvature_theory.leading_error import EXACT
+from catalogue.guide.coupler_curve import CouplerCurve
 from catalogue.guide.reach import LEVELS, RATIO, USABLE, Ladder, reach, scan
-from catalogue.guide.span import Span
 from catalogue.guide.trace import OFF_CENTRE, trace
-from catalogue.series import EXACT
 
 Scanned = Callable[[bool], Ladder]
-Drawn = Callable[..., tuple[Span, np.ndarray]]
+Drawn = Callable[..., tuple[CouplerCurve, np.ndarray]]
 both_kinds = pytest.mark.parametrize("circle", [False, True], ids=["line", "circle"])
 
 

@@ -10,12 +10,12 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from catalogue.guide.measures import measure
+from catalogue.guide.coupler_curve import coupler_curve
+from catalogue.guide.metrics import measure
 from catalogue.guide.rotatability import min_transmission_turn, rotates, rotation_margin, transmission_turn
-from catalogue.guide.span import span
 from catalogue.guide.trace import trace
-from catalogue.lengths import from_lengths
-from catalogue.linkage import Linkage
+from catalogue.kinematics.from_lengths import from_lengths
+from catalogue.kinematics.linkage import Linkage
 
 KINDS = ("four-bar", "slider-crank", "inverted-slider-crank")
 SWEEP = 14400
@@ -179,7 +179,7 @@ def test_where_a_crank_must_turn_the_transmission_is_of_a_crank_that_turns() -> 
     for angle in range(0, 360, 8):
         linkage = from_lengths({"ground": 2.2, "crank": 0.8, "coupler": 2.4, "rocker": 1.6, "angle": angle})
         z = linkage.points[:, :, 1]
-        guides = span(linkage, z[:, 0] + (0.6 + 0.4j) * (z[:, 1] - z[:, 0]))
+        guides = coupler_curve(linkage, z[:, 0] + (0.6 + 0.4j) * (z[:, 1] - z[:, 0]))
         traced = trace(guides, 0.3 * guides.extent.min(0), circle=False, split=False)
         free, turning = (measure(guides, traced, in_middle=True, turning=must) for must in (False, True))
         assert turning.driver[0] == 1

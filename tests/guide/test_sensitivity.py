@@ -9,10 +9,10 @@ import numpy as np
 import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, InvalidRequest, StraightLine
-from catalogue.guide.place import at_stroke
+from catalogue.guide.coupler_curve import coupler_curve
+from catalogue.guide.placement import at_stroke
 from catalogue.guide.pose_jacobian import COUNT, displaced
 from catalogue.guide.sensitivity import rms_gradient, sensitivity
-from catalogue.guide.span import span
 
 DRAWS, BATCH, ERROR = 100_000, 10_000, 1e-4
 WISHES: list[Any] = [
@@ -36,7 +36,7 @@ def drawn(c: Candidate) -> float:
         step = draw.normal(size=(BATCH, 10)) * finite * ERROR * c.stroke
         linkage, point, good = displaced(guides.linkage[np.zeros(BATCH, int)], np.full(BATCH, guides.point[0]), step)
         assert good.all()
-        moved = span(linkage, point)
+        moved = coupler_curve(linkage, point)
         off = np.empty((9, BATCH))
         for k in range(9):
             # the place where the moved path crosses the normal: along the moved tangent to first order, then corrected
@@ -98,7 +98,7 @@ def test_the_gradient_of_the_spread_is_that_of_differences(
                 step = sign * 1e-4 * c.stroke * np.eye(COUNT)[k][None]
                 linkage, point, good = displaced(guides.linkage, guides.point, step)
                 assert good.all()
-                moved = span(linkage, point, chart=guides.motion.chart)
+                moved = coupler_curve(linkage, point, chart=guides.motion.chart)
                 ends.append(sensitivity(moved, traced, 8).rms[0])
             want[k] = (ends[0] - ends[1]) / (2e-4 * c.stroke)
         moves = np.arange(COUNT) != 8  # along the path, to which the stations keep

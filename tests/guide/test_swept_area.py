@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from catalogue.guide.swept_area import GRAZED, STATIONS, intrusion, protrusion
-from catalogue.linkage import Array
+from catalogue.kinematics.types import Array
 from catalogue.problem.region import Region
 
 REGIONS = {

@@ -11,12 +11,13 @@ import mpmath as mp  # type: ignore[import-untyped]
 import numpy as np
 import pytest
 
-from catalogue.guide.minimax import resolved
-from catalogue.guide.place import at_stroke, placed
-from catalogue.guide.span import Span, span
+from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guide.minimum_zone import resolved
+from catalogue.guide.placement import at_stroke, placed
 from catalogue.guide.trace import OFF_CENTRE, Traced, extended, trace
-from catalogue.linkage import Array, Linkage
-from catalogue.pairs import circle_pair, linkage_of, slider_pair
+from catalogue.kinematics.linkage import Linkage
+from catalogue.kinematics.types import Array
+from catalogue.series.pairs import circle_pair, linkage_of, slider_pair
 
 GUIDES = json.loads((Path(__file__).parents[1] / "golden" / "straight_guides.json").read_text("utf-8"))
 every_guide = pytest.mark.parametrize("case", GUIDES, ids=[g["id"] for g in GUIDES])
@@ -26,11 +27,11 @@ WORSE_THAN_TUNED = {"Evans_1": 1.14, "Evans_2": 1.32, "IIIs_KK_2flex_1": 1.2, "I
                     "Watt_1": 1.17, "Watt_3": 1.17}  # fmt: skip
 
 
-def spanned(case: dict[str, Any]) -> Span:
-    return span(Linkage(case["pivots"]), np.array([complex(*case["guided"])]))
+def spanned(case: dict[str, Any]) -> CouplerCurve:
+    return coupler_curve(Linkage(case["pivots"]), np.array([complex(*case["guided"])]))
 
 
-def best_split(guides: Span, half: Array, inflections: int) -> Traced:
+def best_split(guides: CouplerCurve, half: Array, inflections: int) -> Traced:
     """Return the straightest of the places of the stroke: on the singular point, or to either side of it."""
     centres = (0.0, OFF_CENTRE, -OFF_CENTRE) if inflections == 3 else (0.0,)
     tried = [trace(guides, half, circle=False, split=True, centre=c) for c in centres]
@@ -119,10 +120,10 @@ def test_the_smallest_deviation_checked_is_below_1e_13(naive: Any) -> None:
 
 
 @pytest.fixture
-def many(random_linkages: Callable[..., Linkage]) -> Callable[[str, int], Span]:
-    def make(family: str, n: int) -> Span:
+def many(random_linkages: Callable[..., Linkage]) -> Callable[[str, int], CouplerCurve]:
+    def make(family: str, n: int) -> CouplerCurve:
         draw = np.random.default_rng(11)
-        guides = span(random_linkages(family, n, 5), draw.normal(size=n) + 1j * draw.normal(size=n))
+        guides = coupler_curve(random_linkages(family, n, 5), draw.normal(size=n) + 1j * draw.normal(size=n))
         return guides[guides.extent.min(0) > 0.02]
 
     return make
@@ -132,7 +133,7 @@ FAMILY_NAMES = ["four-bar", "slider-crank", "inverted-slider-crank", "swinging-b
 
 
 @pytest.mark.parametrize("family", FAMILY_NAMES)
-def test_window_is_exact(many: Callable[..., Span], family: str) -> None:
+def test_window_is_exact(many: Callable[..., CouplerCurve], family: str) -> None:
     guides = many(family, 400)
     low_end, high_end = guides.extent
     draw = np.random.default_rng(2)
@@ -149,7 +150,7 @@ def test_window_is_exact(many: Callable[..., Span], family: str) -> None:
 
 
 @pytest.mark.parametrize("family", FAMILY_NAMES)
-def test_extent_ends_where_path_or_linkage_turns(many: Callable[..., Span], family: str) -> None:
+def test_extent_ends_where_path_or_linkage_turns(many: Callable[..., CouplerCurve], family: str) -> None:
     """Beyond the extent the path comes back, the chart ends or the point is far away: one step of the table tells."""
     guides = many(family, 300)
     for side, end in enumerate(guides.extent):
@@ -169,7 +170,7 @@ def test_extent_ends_where_path_or_linkage_turns(many: Callable[..., Span], fami
 
 @pytest.mark.parametrize("family", FAMILY_NAMES)
 @pytest.mark.parametrize("split", [False, True])
-def test_a_traced_path_runs_forward_all_the_way(many: Callable[..., Span], family: str, split: bool) -> None:
+def test_a_traced_path_runs_forward_all_the_way(many: Callable[..., CouplerCurve], family: str, split: bool) -> None:
     """There are loops between the nodes of the table: they are found on the path, not taken for a stroke."""
     guides = many(family, 1000)
     half = 0.9 * guides.extent.min(0)
@@ -186,14 +187,14 @@ def test_a_traced_path_runs_forward_all_the_way(many: Callable[..., Span], famil
 def test_exact_guides_deviate_by_rounding_alone() -> None:
     phi = np.radians(np.array([20.0, 50.0, 75.0, 110.0, 160.0]))
     trammel = linkage_of(slider_pair(np.cos(phi), np.sin(phi)), slider_pair(np.cos(phi + 1.2), np.sin(phi + 1.2)))
-    guides = span(Linkage(trammel), np.full(5, 0.5j + 0.5 * np.exp(0.7j)))
+    guides = coupler_curve(Linkage(trammel), np.full(5, 0.5j + 0.5 * np.exp(0.7j)))
     for part in (0.01, 0.3, 0.9):
         half = part * guides.extent.min(0)
         for split in (False, True):
             found = trace(guides, half, circle=False, split=split)
             assert np.all(found.fit.deviation < 1e-14 * guides.linkage.size)
             assert np.all(found.shift == 0) or not split
-    centre = span(Linkage(trammel), np.full(5, 0.5j))
+    centre = coupler_curve(Linkage(trammel), np.full(5, 0.5j))
     found = trace(centre, 0.3 * centre.extent.min(0), circle=True, split=True)
     assert np.all(found.fit.deviation < 1e-14 * guides.linkage.size)
     np.testing.assert_allclose(np.abs(found.fit.curvature), 2, rtol=1e-12)
@@ -201,7 +202,9 @@ def test_exact_guides_deviate_by_rounding_alone() -> None:
 
 @pytest.mark.parametrize("circle", [False, True])
 @pytest.mark.parametrize("family", FAMILY_NAMES)
-def test_what_a_grid_of_16_misses_is_below_its_bound(many: Callable[..., Span], family: str, circle: bool) -> None:
+def test_what_a_grid_of_16_misses_is_below_its_bound(
+    many: Callable[..., CouplerCurve], family: str, circle: bool
+) -> None:
     guides = many(family, 500)
     half = 0.9 * guides.extent.min(0)
     coarse, fine = (trace(guides, half, circle=circle, split=False, nodes=n) for n in (16, 256))
@@ -230,7 +233,7 @@ def test_a_guide_next_to_a_change_point_is_not_taken_for_straight() -> None:
             )
             for share in (0.5, 0.7, 1.0):
                 point = a_star + share * (b_star - a_star) + 0.3j
-                guides = span(Linkage(pivots), np.array([point]))
+                guides = coupler_curve(Linkage(pivots), np.array([point]))
                 for part in (0.5, 0.9):
                     half = part * guides.extent.min(0)
                     found = trace(guides, half, circle=False, split=False, nodes=16)
@@ -249,7 +252,7 @@ def test_split_shift_is_real(naive: Any) -> None:
         linkage, point, _ = placed(guides, found, 10.0)
         path = naive.Loop(linkage.pivots[0].tolist(), complex(point[0])).over(10.0, 1201)
         assert path is not None
-        again = at_stroke(span(linkage, point), 10.0, circle=False)
+        again = at_stroke(coupler_curve(linkage, point), 10.0, circle=False)
         expected = naive.strip_of(path)
         assert float(again.fit.deviation[0]) == pytest.approx(expected, rel=1e-3)
         assert 10 * float(found.relative[0]) == pytest.approx(expected, rel=1e-3)
@@ -266,7 +269,7 @@ def test_nothing_is_traced_beyond_the_extent() -> None:
 def test_driving_pairs_themselves_are_exact() -> None:
     p = {"kappa": np.array([0.7, -0.5]), "phi": np.radians(np.array([40.0, 130.0]))}
     linkage = Linkage(linkage_of(circle_pair(p["kappa"], p["phi"]), circle_pair(p["kappa"], p["phi"] + 0.5)))
-    guides = span(linkage, linkage.points[:, 0, 1])
+    guides = coupler_curve(linkage, linkage.points[:, 0, 1])
     found = trace(guides, 0.3 * guides.extent.min(0), circle=True, split=False)
     crank = np.abs(linkage.points[:, 0, 1] - linkage.points[:, 0, 0])
     assert np.all(found.fit.deviation < 1e-14 * crank)

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.guide.span import span
+from catalogue.curvature_theory.instant import Instant
+from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.trace import trace
-from catalogue.instant import Instant
-from catalogue.linkage import Array, Linkage
-from catalogue.series import Guided, Member, Series
+from catalogue.kinematics.linkage import Linkage
+from catalogue.kinematics.types import Array
+from catalogue.series.series import Guided, Member, Series
 from catalogue.testing.base import apart
 
 CASES = Path(__file__).parents[1] / "golden" / "series_cases.json"
@@ -88,7 +89,7 @@ def law() -> Callable[..., Array]:
         linkage = Linkage(member.synthesise({name: np.array([value]) for name, value in free.items()}))
         (guide,) = [g for g in series.guided(member.complete(free)) if g.label == label]  # type: ignore[arg-type]
         linkage, point, circle = motion_of(linkage, guide)
-        guides = span(linkage, point, np.longdouble)
+        guides = coupler_curve(linkage, point, np.longdouble)
         limit = (CIRCLE if circle else LINE)[m] * abs(c)
         ratios = []
         for half in np.array(HALVES) * min(1.0, abs(point[0]) ** 2 or 1.0):

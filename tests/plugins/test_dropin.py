@@ -10,8 +10,9 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from catalogue.linkage import Array
-from catalogue.series import EXACT, Guided, Parameters
+from catalogue.curvature_theory.leading_error import EXACT
+from catalogue.kinematics.types import Array
+from catalogue.series.series import Guided, Parameters
 from catalogue.testing import SeriesContract, load
 
 FOLDER = Path(__file__).with_name("dropin")
@@ -27,7 +28,7 @@ class TestIIx0(SeriesContract):
 
 
 def test_it_fits_on_a_page() -> None:
-    assert len((FOLDER / "my_x0.py").read_text("utf-8").splitlines()) <= 32
+    assert len((FOLDER / "my_x0.py").read_text("utf-8").splitlines()) <= 40
 
 
 # -- what the contract refuses --------------------------------------------------------------------------------------

@@ -8,8 +8,8 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from catalogue.instant import Instant
-from catalogue.linkage import Linkage
+from catalogue.curvature_theory.instant import Instant
+from catalogue.kinematics.linkage import Linkage
 from catalogue.testing import SeriesContract, load
 
 GENERAL = load("general")

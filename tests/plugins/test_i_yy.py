@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pytest
 
-from catalogue.instant import Instant
+from catalogue.curvature_theory.instant import Instant
 from catalogue.testing import SeriesContract, load
 from catalogue.testing.sample import even
 

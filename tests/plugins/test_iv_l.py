@@ -7,8 +7,8 @@ from typing import Any, ClassVar
 
 import pytest
 
-from catalogue.instant import Instant
-from catalogue.linkage import Linkage
+from catalogue.curvature_theory.instant import Instant
+from catalogue.kinematics.linkage import Linkage
 from catalogue.testing import SeriesContract, load
 
 IV_L, IV_STAR_L = load("IV.l"), load("IV*.l")

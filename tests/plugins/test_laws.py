@@ -13,11 +13,11 @@ import mpmath as mp
 import numpy as np
 import pytest
 
-from catalogue.guide.span import span
+from catalogue.curvature_theory.leading_error import EXACT, leading_error_of_pairs
+from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.trace import trace
-from catalogue.instant import leading_error_of_pairs
-from catalogue.linkage import Linkage
-from catalogue.series import EXACT, Member, Series
+from catalogue.kinematics.linkage import Linkage
+from catalogue.series.series import Member, Series
 from catalogue.testing.contact import DIGITS, Dyad, pose
 from catalogue.testing.sample import Sample, even
 from tests.extended import NUMBERS, Exchanged
@@ -108,11 +108,11 @@ def test_deviation_from_the_best_line_or_circle_tends_to_the_law() -> None:
                     good &= (guided.pairs[:, 1, 2] == 0) == slot
                 rows = np.flatnonzero(good & np.isfinite(point))
                 motion, pole = (linkage.inverted() if slot else linkage)[rows], np.zeros(len(rows), dtype=complex)
-                rows = rows[span(motion, point[rows], pole=pole).extent.min(0) > 0.5][:25]
+                rows = rows[coupler_curve(motion, point[rows], pole=pole).extent.min(0) > 0.5][:25]
                 if len(rows) < 5:
                     continue
                 motion, pole = (linkage.inverted() if slot else linkage)[rows], np.zeros(len(rows), dtype=complex)
-                guides = span(motion, point[rows], np.longdouble, pole)
+                guides = coupler_curve(motion, point[rows], np.longdouble, pole)
                 law = leading_error_of_pairs(linkage[rows], guided.pairs[rows], order=guided.order[rows], pole=pole)
                 off = []
                 for half in (0.04, 0.01):

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from catalogue import Catalogue
-from catalogue.candidates.batch import Candidates
-from catalogue.linkage import Array
+from catalogue.candidates.batch import CandidateBatch
+from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
@@ -20,7 +20,7 @@ def problem_of(request: Request, rank_by: Any = "score", **wish: Any) -> Problem
     return Problem.of(request, Constraints(**wish), Ranking.of(request, rank_by))
 
 
-def started(small: Catalogue, problem: Problem, count: int) -> Candidates:
+def started(small: Catalogue, problem: Problem, count: int) -> CandidateBatch:
     """Return starts of the first stages of a search that reach over the stroke and are not symmetric.
 
     Of a symmetric linkage either crank drives as well, and a step decides which is the better one.
@@ -35,7 +35,7 @@ def started(small: Catalogue, problem: Problem, count: int) -> Candidates:
     return found
 
 
-def _symmetric(found: Candidates) -> Array:
+def _symmetric(found: CandidateBatch) -> Array:
     z = found.linkage.points
     links = np.abs(z[:, :, 1] - z[:, :, 0])
     return np.asarray(found.linkage.finite.all((1, 2)) & (np.abs(links[:, 0] - links[:, 1]) < 1e-6 * links[:, 0]))

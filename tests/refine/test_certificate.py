@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.candidates.batch import Candidates
+from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import cost, feasibility
 from catalogue.candidates.placement import near_path
-from catalogue.guide.minimax import grid
-from catalogue.guide.span import span
-from catalogue.linkage import Array
+from catalogue.guide.coupler_curve import coupler_curve
+from catalogue.guide.minimum_zone import grid
+from catalogue.kinematics.types import Array
 from catalogue.problem.problem import Problem
 from catalogue.refine.certificate import PENALTY, REGION, alternations, certified
 from catalogue.refine.parametrisation import PivotCoordinates
@@ -60,11 +60,11 @@ def test_alternations_are_of_equal_height() -> None:
     assert alternations(np.stack([wave, wave * (1 + x), 0.5 * wave + 0.5, -wave])).tolist() == [4, 1, 1, 4]
 
 
-def moved(problem: Problem, found: Candidates, step: Array) -> tuple[Candidates, Array]:
+def moved(problem: Problem, found: CandidateBatch, step: Array) -> tuple[CandidateBatch, Array]:
     """Return what comes of steps, laid along the path and measured, and of which guides."""
     linkage, point, good = PivotCoordinates().moved(found, step)
     kept = np.flatnonzero(good)
-    guides = span(linkage, point, pole=found.pole[kept])
+    guides = coupler_curve(linkage, point, pole=found.pole[kept])
     return near_path(problem, found[kept].origin, guides), kept
 
 

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.candidates.batch import Candidates
+from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import feasibility, nearer_arm, values
+from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.fixed_nominal import Nominal
-from catalogue.guide.measures import rotates
-from catalogue.guide.minimax import grid
+from catalogue.guide.metrics import rotates
+from catalogue.guide.minimum_zone import grid
 from catalogue.guide.pose_jacobian import COUNT, displaced, pose_jacobian
 from catalogue.guide.rotatability import rotation_margin
-from catalogue.guide.span import span
-from catalogue.linkage import RR, Array, Linkage
+from catalogue.kinematics.linkage import RR, Linkage
+from catalogue.kinematics.types import Array
 from catalogue.problem.problem import Problem
 from catalogue.refine.quantities import NONE, Pieces, Quantities
 from tests.refine.starts import problem_of, started
@@ -37,7 +38,7 @@ WISHES: list[tuple[Any, dict[str, Any], tuple[str, ...]]] = [
 class Stations:
     """Pieces of guides and of those that come of a step, at the same places along the nominal."""
 
-    def __init__(self, problem: Problem, found: Candidates) -> None:
+    def __init__(self, problem: Problem, found: CandidateBatch) -> None:
         self.problem, self.found = problem, found
         self.nominal = Nominal(1.0, problem.path.radius)  # type: ignore[arg-type]  # none is free here
         low, high = found.traced.low.astype(float), found.traced.high.astype(float)
@@ -70,7 +71,7 @@ class Stations:
         none = pose_jacobian(guides.motion, guides.point, t, self.along)
         return Quantities(self.problem, now, guides, t, none)
 
-    def _run(self, found: Candidates, t: Array) -> tuple[Array, Array]:
+    def _run(self, found: CandidateBatch, t: Array) -> tuple[Array, Array]:
         """Return how far along the nominal the guided points are, and its directions there."""
         guides = found.curve
         u, v = guides.path(t)
@@ -148,7 +149,7 @@ def test_a_crank_turns_fully_where_the_pieces_hold(random_linkages: Callable[...
     problem = problem_of(LINE, full_rotation=True)
     found: Any = _Bare(linkage, point)
     none: Any = None
-    value, _ = Quantities(problem, found, span(linkage, point), none, none)("full_rotation")
+    value, _ = Quantities(problem, found, coupler_curve(linkage, point), none, none)("full_rotation")
     held = value.max(1) <= 0
     np.testing.assert_array_equal(held, rotates(linkage) > 0)
     assert 20 < held.sum() < 1980

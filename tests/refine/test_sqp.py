@@ -9,11 +9,12 @@ import pytest
 from scipy.optimize import linprog
 
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.candidates.batch import Candidates
+from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import cost, feasibility
 from catalogue.candidates.placement import near_path
 from catalogue.guide.fixed_nominal import Nominal, in_place
-from catalogue.linkage import RR, Array
+from catalogue.kinematics.linkage import RR
+from catalogue.kinematics.types import Array
 from catalogue.refine.parametrisation import PivotCoordinates
 from catalogue.refine.sqp import Refinement
 from catalogue.refine.subproblem import linearise
@@ -32,7 +33,7 @@ WISHES: list[tuple[Any, Any, dict[str, Any]]] = [
 ]
 
 
-def poses(found: Candidates, i: int, count: int = 801) -> tuple[Array, Array]:
+def poses(found: CandidateBatch, i: int, count: int = 801) -> tuple[Array, Array]:
     """Return the guided point and both moving pivots all over the stroke."""
     guides = found[np.array([i])].curve
     t = np.linspace(found.traced.low[i], found.traced.high[i], count)[:, None].astype(float)
@@ -75,7 +76,7 @@ def _through(a: complex, b: complex, c: complex) -> tuple[complex, float]:
     return centre, abs(a - centre)
 
 
-def breaks(found: Candidates, i: int, request: Any, wish: dict[str, Any]) -> list[str]:
+def breaks(found: CandidateBatch, i: int, request: Any, wish: dict[str, Any]) -> list[str]:
     """Return which constraints a four-bar breaks, by brute force."""
     path, pins = poses(found, i)
     assert (found.linkage.dyads[i] == RR).all()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog, minimize
 
-from catalogue.linkage import Array
+from catalogue.kinematics.types import Array
 from catalogue.refine.qp import CLOSE, solve
 from catalogue.refine.quantities import Pieces
 from catalogue.refine.step import PULL, SLIGHT, take_step

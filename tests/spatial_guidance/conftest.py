@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.plugins import Registry
+from catalogue.plugin.registry import Registry
 
 GOLDEN = Path(__file__).with_name("golden.json")
 MODULES = ("kinds", "taylor", "rotation", "elimination", "guides", "mechanism", "unknowns", "system", "newton",

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.linkage import Linkage
-from catalogue.motion import CRANK_1, motion
+from catalogue.kinematics.linkage import Linkage
+from catalogue.kinematics.motion import CRANK_1, motion
 
 Cases = list[SimpleNamespace]
 

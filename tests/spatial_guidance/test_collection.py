@@ -19,7 +19,7 @@ from sqlalchemy import select
 
 import catalogue
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.plugins import Registry
+from catalogue.plugin.registry import Registry
 from catalogue.store import SpecimenRow
 from catalogue.testing import CollectionContract
 
@@ -45,7 +45,7 @@ def modules() -> SimpleNamespace:
 def cat(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Catalogue]:
     """Return a catalogue with small blocks of each class."""
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("catalogue.build.collect.BLOCK", 32)
+        patch.setattr("catalogue.populate.collect.BLOCK", 32)
         yield from _built(tmp_path_factory)
 
 
@@ -317,14 +317,14 @@ def imported(code: str, environment: dict[str, str]) -> list[str]:
 def test_a_planar_request_imports_nothing_of_it(small_db: Path, environment: dict[str, str]) -> None:
     find = "cat.find(catalogue.StraightLine(150, 0.5), limit=1)"
     names = imported(f"import catalogue\nwith catalogue.open({str(small_db)!r}) as cat: {find}", environment)
-    assert "catalogue.facade" in names
+    assert "catalogue.api" in names
     assert [
         n for n in names if "plugin" in n or n.endswith((".collection", ".collect", ".collected", ".find_in"))
     ] == []
 
 
 def test_plugins_are_loaded_without_it_until_a_collection_is_asked_for(environment: dict[str, str]) -> None:
-    loading = "from catalogue.plugins import Registry; registry = Registry(); registry.get('II.xy')"
+    loading = "from catalogue.plugin.registry import Registry; registry = Registry(); registry.get('II.xy')"
     names = [n for n in imported(loading, environment) if n.startswith("catalogue_plugin_spatial")]
     assert len(names) == 1  # the package, which is light
     asked = imported(f"{loading}; registry.collections", environment)

@@ -229,7 +229,7 @@ def test_loading_the_catalogue_does_not_load_the_solver(spatial: SimpleNamespace
     import sys
 
     code = (
-        "import sys; from catalogue.plugins import Registry; r = Registry();"
+        "import sys; from catalogue.plugin.registry import Registry; r = Registry();"
         "print([x.error for x in r.records if x.name == 'spatial_guidance'],"
         "[m for m in sys.modules if 'spatial_guidance' in m and '.' in m])"
     )

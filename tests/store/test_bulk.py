@@ -172,7 +172,7 @@ def test_finished_database_is_one_file(database: Database, sample: Sample) -> No
 def test_finish_waits_for_nobody_and_can_be_repeated(
     database: Database, sample: Sample, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("catalogue.store.connecting.PATIENCE", 0.01)
+    monkeypatch.setattr("catalogue.store.engine.PATIENCE", 0.01)
     prepare(database)
     with database.engine.connect() as connection:
         write_batch(connection, *sample(0))

@@ -19,7 +19,7 @@ from sqlalchemy.exc import IntegrityError
 
 from catalogue.errors import DatabaseError
 from catalogue.store import Batch, Database, Mechanism, Setting, get_setting, set_setting, write_batch
-from catalogue.store.connecting import connect
+from catalogue.store.engine import connect
 
 OPEN = "import sys; from catalogue.store import Database; Database.open(sys.argv[1]).close();"
 
@@ -35,7 +35,7 @@ def filled(path: Path, sample: Callable[..., Any]) -> Path:
 @pytest.fixture
 def locked(filled: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """Return a file that another connection keeps for itself."""
-    monkeypatch.setattr("catalogue.store.connecting.PATIENCE", 0.01)
+    monkeypatch.setattr("catalogue.store.engine.PATIENCE", 0.01)
     with closing(sqlite3.connect(filled)) as locker:
         locker.execute("BEGIN EXCLUSIVE")
         yield filled
@@ -130,7 +130,7 @@ def test_locked_file_is_told(locked: Path) -> None:
 
 
 def test_lock_met_while_writing_is_told(filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("catalogue.store.connecting.PATIENCE", 0.01)
+    monkeypatch.setattr("catalogue.store.engine.PATIENCE", 0.01)
     with Database.open(filled) as database, closing(sqlite3.connect(filled)) as locker:
         locker.execute("BEGIN IMMEDIATE")
         with pytest.raises(DatabaseError, match="locked by another process"):
@@ -236,7 +236,7 @@ def test_a_connection_is_kept_but_not_for_a_forked_process(filled: Path, monkeyp
         made.append(args)
         return connect(*args, **options)
 
-    monkeypatch.setattr("catalogue.store.connecting.connect", counted)
+    monkeypatch.setattr("catalogue.store.engine.connect", counted)
     with Database.open(filled) as database:
         for process, expected in ((os.getpid(), 1), (-1, 2)):
             monkeypatch.setattr(os, "getpid", lambda process=process: process)
@@ -248,7 +248,7 @@ def test_a_connection_is_kept_but_not_for_a_forked_process(filled: Path, monkeyp
 
 def test_a_database_that_nobody_closed_lets_go_of_the_file(filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[sqlite3.Connection] = []
-    monkeypatch.setattr("catalogue.store.connecting.connect", lambda *args: made.append(connect(*args)) or made[-1])
+    monkeypatch.setattr("catalogue.store.engine.connect", lambda *args: made.append(connect(*args)) or made[-1])
     database = Database.open(filled)
     with database.reading() as read:
         read(select(Mechanism.id))

@@ -118,7 +118,7 @@ def test_failed_copy_leaves_none(
     add_migration(ADD_COLUMN)
     with closing(sqlite3.connect(filled)) as locker:
         locker.execute("BEGIN EXCLUSIVE")
-        monkeypatch.setattr("catalogue.store.connecting.PATIENCE", 0.01)
+        monkeypatch.setattr("catalogue.store.engine.PATIENCE", 0.01)
         monkeypatch.setattr("catalogue.store.upgrade.revision", lambda _: HEAD)
         with pytest.raises(DatabaseError, match="locked"):
             Database.open(filled)

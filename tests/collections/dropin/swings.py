@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
+from catalogue.plugin import hookimpl
 
 __version__ = "1.0"
 
@@ -27,7 +27,7 @@ def sweep(p, stroke):
 
 
 def draw(family, rng, count):
-    from catalogue.collection import Specimen
+    from catalogue.plugin import Specimen
 
     out = []
     for _ in range(count):
@@ -46,7 +46,7 @@ def draw(family, rng, count):
 
 
 def measure(parameters, request):
-    from catalogue.collection import Measured
+    from catalogue.plugin import Measured
 
     out = []
     for given in parameters:
@@ -64,7 +64,7 @@ def measure(parameters, request):
 
 
 def classify(p):
-    from catalogue.collection import Tags
+    from catalogue.plugin import Tags
 
     if p["kind"] == "roller":
         return Tags("roller", "curtate", "disc")
@@ -73,7 +73,7 @@ def classify(p):
 
 
 def plot(piece, file):
-    from catalogue.draw.paper import blank, kind_of, write
+    from catalogue.plugin import blank, kind_of, write
 
     figure = blank(4, 3)
     z, _ = path(piece.parameters)
@@ -85,7 +85,7 @@ def plot(piece, file):
 
 @hookimpl
 def catalogue_collections():
-    from catalogue.collection import LENGTH, Collection, Metric
+    from catalogue.plugin import LENGTH, Collection, Metric
 
     metrics = {
         "size": Metric("length of the bar, radius of the disc", LENGTH),

@@ -1,9 +1,17 @@
 # Series my.x0: slider-crank with its coupler perpendicular to the line of the slider.
 import numpy as np
 
-from catalogue.hookspecs import hookimpl
-from catalogue.pairs import linkage_of, normal_pair, slider_pair, tangent_pair
-from catalogue.series import Guided, Member, Parameter, Series
+from catalogue.plugin import (
+    Guided,
+    Member,
+    Parameter,
+    Series,
+    hookimpl,
+    linkage_of,
+    normal_pair,
+    slider_pair,
+    tangent_pair,
+)
 
 A_1 = Parameter("a1", ((0.25, 4.0),), "rho0/r1, inverse length of the crank")
 PHI_2 = Parameter("phi2", ((0.2, 1.37), (1.77, 2.94)), "ray of the slider [rad]")

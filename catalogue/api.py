@@ -1,0 +1,326 @@
+"""The catalogue as a user holds it: `open` one and ask it, or `classify` without one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import cached_property
+from os import PathLike
+from typing import TYPE_CHECKING, Any
+
+from .folders import default_database
+from .problem.constraints import Constraints
+from .problem.criteria import DISTINCT
+from .store import Database, get_setting
+from .store.closing import Closing
+
+if TYPE_CHECKING:
+    import numpy.typing as npt
+
+    from .collections.results import CollectionResults
+    from .find.dwell_results import DwellResults, StandStill
+    from .find.results import Found
+    from .find.stored import StoredGuide
+    from .kinematics.linkage import Linkage
+    from .plugin.registry import Registry
+    from .populate import Progress
+    from .problem.request import Request
+    from .series.classification import Classification
+
+
+class Catalogue(Closing):
+    """A database of guides with what can be asked of it; made by `catalogue.open`.
+
+    Attributes
+    ----------
+    database : Database
+    """
+
+    def __init__(self, database: Database, plugins: Sequence[str] = ()) -> None:
+        self.database = database
+        self._folders = tuple(plugins)
+
+    @cached_property
+    def registry(self) -> Registry:
+        """The plugins, loaded when first needed: a `find` needs none."""
+        from .plugin.registry import Registry
+
+        return Registry(self._folders)
+
+    @property
+    def complete(self) -> bool:
+        """Whether the last build ran to its end."""
+        return get_setting(self.database, "complete") == "yes"
+
+    def find(
+        self,
+        request: Request,
+        *,
+        limit: int = 12,
+        rank_by: str | Mapping[str, float] | Sequence[str] = "score",
+        per_series: int | None = None,
+        distinct: float = DISTINCT,
+        effort: int = 1,
+        refine: bool = True,
+        cognates: bool = False,
+        round_to: float | None = None,
+        desires: Mapping[str, Sequence[float]] | None = None,
+        **constraints: Any,
+    ) -> Found:
+        """Return the best guides for a request, each verified on its finite motion at the stroke asked for.
+
+        Parameters
+        ----------
+        request : StraightLine or CircularArc
+        limit : int
+            How many at most.
+        rank_by : str, mapping or sequence of str
+            One of `catalogue.problem.criteria.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
+            sequence, ``["size", "deviation"]``, weighs nothing: the Pareto front of these criteria comes first, spread
+            over all of it, then the second front; `Candidate.front` says which.
+        per_series : int, optional
+            At most so many of one series as long as there are others; a third of the limit if not given (no bound
+            for a front), 0: no bound.
+        distinct : float
+            No two answers are nearer to each other than this, 0 to 1; of such only the best is given.  About the part
+            of the stroke by which a pivot near the path is moved; see `catalogue.candidates.similarity` and
+            `Candidate.nearest`.
+        effort : int
+            How hard to search: starts, rounds of refinement and the points that may be measured grow with it.
+        refine : bool
+            Move the pivots until what is ranked is best, subject to the deviation and all constraints;
+            `Candidate.gap` says what could still be gained nearby.  Else stored guides are given as they are.
+        cognates : bool
+            Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see `Candidate.cognate`.
+        round_to : float, optional
+            Make the lengths of links, and the place of the guided point in the coupler, multiples of this; see
+            `Candidate.lengths`.
+        desires : mapping of str to (best, worst) or (best, worst, weight), optional
+            What makes the score: a size, transmission angle, allowance or shortest link (``min_link``) is desired fully
+            from `best` on and not at all from `worst` on; lengths in the user's unit.
+        **constraints
+            See `catalogue.problem.constraints.Constraints`.
+
+        Raises
+        ------
+        InvalidRequest
+            If the request, a constraint or a name is impossible.
+        DatabaseError
+            If the database cannot be read.
+        """
+        from .find.find import find
+
+        return find(
+            self.database, lambda: self.registry.series, request, Constraints.of(constraints),
+            limit=limit, rank_by=rank_by, per_series=per_series, distinct=distinct, effort=effort, refine=refine,
+            cognates=cognates, round_to=round_to, desires=desires,
+        )  # fmt: skip
+
+    def find_dwells(self, request: StandStill, *, limit: int = 12, effort: int = 1, **constraints: Any) -> DwellResults:
+        """Return crank-driven linkages with a dyad whose rocker stands still, the best transmission angle first, and a
+        third of them of one series at most while there are others.
+
+        Parameters
+        ----------
+        request : StandStill
+        limit : int
+            How many at most.
+        effort : int
+            How many stored arcs of each series are looked at, 150 per unit.
+        **constraints
+            families, series, configurations, order, pins_only and min_transmission of
+            `catalogue.problem.constraints.Constraints`.
+
+        Raises
+        ------
+        InvalidRequest
+            If the request, a constraint or a name is impossible.
+        DatabaseError
+            If the database cannot be read.
+        """
+        from .find.dwells import find_dwells
+
+        return find_dwells(self.database, request, Constraints.of(constraints), limit=limit, effort=effort)
+
+    def find_in(
+        self,
+        name: str,
+        request: Request,
+        *,
+        limit: int = 12,
+        rank_by: str = "deviation",
+        families: Sequence[str] = (),
+        series: Sequence[str] = (),
+        where: Mapping[str, tuple[float | None, float | None]] | None = None,
+        quiet: bool = False,
+    ) -> CollectionResults:
+        """Return the best mechanisms of a collection, each verified on its finite motion at the stroke asked for.
+
+        The specimens of the collection are drawn on first use, or when a newer plugin draws them otherwise, with a
+        progress bar unless `quiet`.
+
+        Parameters
+        ----------
+        name : str
+            Of the collection; `Registry.collections` has them all.
+        request : StraightLine or CircularArc
+        limit : int
+            How many at most.
+        rank_by : str
+            ``deviation``, or one of the collection's metrics, best first.
+        families, series : sequence of str
+            Allowed ones; all if empty.
+        where : mapping of str to (least, most)
+            Bounds on metrics, None for an open side: ``{"condition": (None, 50.0)}``.
+
+        Raises
+        ------
+        InvalidRequest
+            If the request, a bound or a name is impossible.
+        PluginError
+            If there is no such collection, or it breaks its contract.
+        DatabaseError
+            If the database cannot be read or written.
+        """
+        from .collections.find import find_in
+        from .populate.collect import is_current
+        from .problem.request import path_request
+
+        request = path_request("find_in", request)
+        collection = self.registry.collection(name)
+        if not is_current(self.database, collection, self.registry.provider(name).version):
+            from .progress import shown
+
+            with shown(quiet=quiet, label=f"drawing {name}") as report:
+                self.build_collection(name, report=report)
+        return find_in(
+            self.database,
+            collection,
+            request,
+            limit=limit,
+            rank_by=rank_by,
+            families=families,
+            series=series,
+            where=where,
+        )
+
+    def build_collection(
+        self,
+        name: str,
+        *,
+        count: int | None = None,
+        seed: int | None = None,
+        report: Callable[[Progress], None] = lambda _: None,
+    ) -> Progress:
+        """Draw the specimens of a collection up to a number; see `catalogue.populate.collect.collect`."""
+        from .populate.collect import collect
+
+        collection = self.registry.collection(name)
+        version = self.registry.provider(name).version
+        return collect(self.database, collection, version, count=count, seed=seed, report=report)
+
+    def guide(self, name: int | str) -> StoredGuide:
+        """Return a stored guide by its id, or the first guide of a named design.
+
+        Raises
+        ------
+        InvalidRequest
+            If there is none.
+        """
+        from .find.stored import stored
+
+        return stored(self.database, name)
+
+    def classify(self, linkage: Linkage | npt.ArrayLike, *, tolerance: float | None = None) -> Classification:
+        """Return the memberships of given linkages in all series that are registered; see `catalogue.classify`."""
+        from .series.classification import classify
+
+        return classify(linkage, self.registry.series, tolerance)
+
+    def build(
+        self,
+        *,
+        count: int | None = None,
+        series: Sequence[str] = (),
+        seed: int | None = None,
+        processes: int | None = None,
+        report: Callable[[Progress], None] = lambda _: None,
+    ) -> Progress:
+        """Fill the database up to `count` guides, or finish the build that was begun; see `catalogue.populate.fill`."""
+        from .populate import fill
+        from .populate.fill import COUNT
+
+        begun = {key: get_setting(self.database, key) or "" for key in ("count", "seed", "series")}
+        if count is None and not series and not self.complete:  # finish what was begun
+            series = [code for code in begun["series"].split() if code in self.registry.series]
+        if count is None:
+            count = int(begun["count"] or COUNT) if list(series) == begun["series"].split() else COUNT
+        seed = int(begun["seed"] or 0) if seed is None else seed
+        return fill(
+            self.database, self.registry, count=count, series=series, seed=seed, processes=processes, report=report
+        )
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self.database.close()
+
+    def __repr__(self) -> str:
+        return f"<Catalogue {self.database.path}>"
+
+
+def open(
+    path: str | PathLike[str] | None = None, *, plugins: Sequence[str] = (), build: bool = True, quiet: bool = False
+) -> Catalogue:
+    """Open the catalogue, building its database on first use.
+
+    Parameters
+    ----------
+    path : path, optional
+        Database file; if not given ``CATALOGUE_DB``, else a file in the user's data directory.
+    plugins : sequence of str
+        Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
+    build : bool
+        Build the database if it is empty, or finish it if a build was interrupted (less than a minute on two cores).
+    quiet : bool
+        No progress bar while building.
+
+    Raises
+    ------
+    DatabaseError
+        If the file cannot be used.
+    """
+    opened = Catalogue(Database.open(path if path is not None else default_database()), plugins)
+    try:
+        if build and not opened.complete:
+            from .progress import shown
+
+            with shown(quiet=quiet, label="building the catalogue") as report:
+                opened.build(report=report)
+    except BaseException:
+        opened.close()
+        raise
+    return opened
+
+
+def classify(
+    linkage: Linkage | npt.ArrayLike, *, tolerance: float | None = None, plugins: Sequence[str] = ()
+) -> Classification:
+    """Return the memberships of given linkages in all series; no database is opened.
+
+    Parameters
+    ----------
+    linkage : Linkage or array_like, shape (2, 2, 3) or (n, 2, 2, 3)
+    tolerance : float, optional
+        Residual up to which a series holds, if its margin is larger; 1e-9, for pivots rounded to double precision, if
+        not given.  Give more for proportions rounded to a few digits.
+    plugins : sequence of str
+        Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
+
+    Raises
+    ------
+    InvalidLinkage, InvalidRequest
+        If the pivots are no linkage, or the tolerance is not in [0, 1).
+    """
+    from .plugin.registry import Registry
+    from .series.classification import classify as classified
+
+    return classified(linkage, Registry(plugins).series, tolerance)

@@ -1,0 +1,234 @@
+"""What a collection is: mechanisms of another kind than linkages, that guide points all the same.
+
+How to write a plugin that adds a collection:
+
+1. Write `draw(family, rng, count)`: draw `count` mechanisms of a family and return a `Specimen` for each thing they
+   guide.  Parameters are plain numbers, texts, lists and dicts, in units of their own.
+2. Write `measure(parameters, request)`: for each of several such parameters lay the mechanism along the path that is
+   asked for, follow its finite motion, and return what was `Measured` there.
+3. Write `classify(parameters)` and `plot(candidate, file)`.
+4. Put them in a `Collection` and return it from the hook ``catalogue_collections``, whose body imports what it needs:
+   the hook is called only when a collection is asked for.
+5. Run the contract tests: subclass `catalogue.testing.CollectionContract`.
+
+Drawing in blocks, storing, bounding, ranking, verifying and printing belong to the core.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import PluginError
+
+if TYPE_CHECKING:
+    from ..problem.request import Request
+    from .results import CollectionCandidate
+
+#: JSON objects that say all of a mechanism.
+Parameters = Mapping[str, Any]
+
+#: The unit of a metric that is a length: stored as a multiple of the stroke, answered in the user's unit.
+LENGTH = "length"
+#: Columns of every answer, which no metric may be called.
+COLUMNS = (
+    "id", "collection", "family", "series", "configuration", "special", "stroke", "deviation", "radius", "parameters",
+)  # fmt: skip
+#: Kinds of nominal that can be asked for: a request says its own.
+KINDS = ("line", "circle")
+
+
+@dataclass(frozen=True)
+class Metric:
+    """A number that is stored of each specimen and may be bounded and ranked by.
+
+    Parameters
+    ----------
+    meaning : str
+    unit : str
+        `LENGTH`, or any other text ("deg", "1").
+    more : bool
+        Whether more of it is better.
+    """
+
+    meaning: str
+    unit: str
+    more: bool = False
+
+
+@dataclass(frozen=True)
+class Specimen:
+    """A mechanism with something that it guides, as it is stored.
+
+    Parameters
+    ----------
+    family, series, configuration : str
+        Of those that the collection declares; the configuration is free.
+    kind : str
+        ``line`` or ``circle``.
+    deviation : float
+        Of the guided path from it, over the stroke.
+    parameters : mapping
+    metrics : mapping
+        All that the collection declares; lengths over the stroke.
+
+    Raises
+    ------
+    PluginError
+        If a tag is blank, a number is not finite, or the parameters are not what JSON can hold.
+    """
+
+    family: str
+    series: str
+    configuration: str
+    kind: str
+    deviation: float
+    parameters: Parameters
+    metrics: Mapping[str, float]
+
+    def __post_init__(self) -> None:
+        what = f"a specimen of {self.family} {self.series}"
+        if not (self.family and self.series and self.configuration):
+            raise PluginError(f"{what}: family, series and configuration must not be blank")
+        if self.kind not in KINDS:
+            raise PluginError(f"{what}: its kind must be one of {', '.join(KINDS)}, not {self.kind!r}")
+        if not 0 <= self.deviation < math.inf:
+            raise PluginError(f"{what}: its deviation must be a finite number, not {self.deviation}")
+        wrong = [name for name, value in self.metrics.items() if not math.isfinite(value)]
+        if wrong:
+            raise PluginError(f"{what}: {wrong[0]} must be a finite number, not {self.metrics[wrong[0]]}")
+        try:
+            json.dumps(dict(self.parameters), allow_nan=False)
+        except (TypeError, ValueError) as error:
+            raise PluginError(f"{what}: its parameters are no JSON: {error}") from None
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What a mechanism does over the stroke that was asked for, on its finite motion.
+
+    Parameters
+    ----------
+    deviation : float
+        In the user's unit; NaN if it cannot be laid there.  Of an arc whose radius is given the largest distance from
+        the best-placed arc of exactly that radius.
+    radius : float or None
+        Of the arc that the deviation is from: the one given, else the best; None for a line.
+    metrics : mapping
+        As in `Specimen`, lengths in the user's unit.
+    parameters : mapping
+        The mechanism as laid: every length in the user's unit, the path from the origin along +x.
+    reason : str
+        Why not, if it cannot.
+    """
+
+    deviation: float
+    radius: float | None
+    metrics: Mapping[str, float]
+    parameters: Parameters
+    reason: str = ""
+
+    @staticmethod
+    def no(reason: str) -> Measured:
+        """Return that a mechanism cannot be laid."""
+        return Measured(math.nan, None, {}, {}, reason)
+
+
+@dataclass(frozen=True)
+class Tags:
+    """Where a mechanism belongs; `special` names the well-known cases that it is one of."""
+
+    family: str
+    series: str
+    configuration: str
+    special: tuple[str, ...] = ()
+
+
+Draw = Callable[[str, np.random.Generator, int], Sequence[Specimen]]
+Measure = Callable[[Sequence[Parameters], "Request"], Sequence[Measured]]
+Classify = Callable[[Parameters], Tags]
+Plot = Callable[["CollectionCandidate", Path | None], Any]
+
+
+@dataclass(frozen=True)
+class Collection:
+    """A whole kind of mechanism: data and four functions.
+
+    Parameters
+    ----------
+    name : str
+        Lower-case words with hyphens.
+    title, source : str
+        What it is, and where it is from.
+    plan : str
+        Name of the way of drawing; specimens drawn in another way are replaced.
+    families : mapping of str to sequence of str
+        The series of each family.
+    metrics : mapping of str to Metric
+        A metric ``sweep`` is the stroke over the radius: by it a request for a given radius is narrowed.
+    draw, measure, classify, plot
+        See the head of the module.
+
+    Raises
+    ------
+    PluginError
+        If data are missing or contradict one another.
+    """
+
+    name: str
+    title: str
+    source: str
+    plan: str
+    families: Mapping[str, Sequence[str]]
+    metrics: Mapping[str, Metric]
+    draw: Draw
+    measure: Measure
+    classify: Classify
+    plot: Plot
+
+    def __post_init__(self) -> None:
+        what = f"collection {self.name!r}"
+        if not re.fullmatch(r"[a-z][a-z0-9]*(-[a-z0-9]+)*", self.name):
+            raise PluginError(f"{what}: the name must be lower-case words with hyphens")
+        if not (self.title.strip() and self.source.strip() and self.plan.strip()):
+            raise PluginError(f"{what}: title, source and plan must not be blank")
+        if not self.families or not all(f and series and all(series) for f, series in self.families.items()):
+            raise PluginError(f"{what}: it needs families, and each of them series")
+        for name, metric in self.metrics.items():
+            if not re.fullmatch(r"[a-z]\w*", name) or name in COLUMNS:
+                raise PluginError(f"{what}: a metric cannot be called {name!r}")
+            if not isinstance(metric, Metric) or not (metric.meaning.strip() and metric.unit.strip()):
+                raise PluginError(f"{what}: say what the metric {name} means and its unit ('1' if none)")
+        for name in ("draw", "measure", "classify", "plot"):
+            if not callable(getattr(self, name)):
+                raise PluginError(f"{what}: {name} must be a function")
+
+    @property
+    def series(self) -> list[str]:
+        """All series, each once, in order."""
+        return list(dict.fromkeys(code for series in self.families.values() for code in series))
+
+    def owns(self, specimen: Specimen) -> None:
+        """Check that a specimen has the tags and the metrics that are declared.
+
+        Raises
+        ------
+        PluginError
+            If not.
+        """
+        if specimen.series not in self.families.get(specimen.family, ()):
+            raise PluginError(
+                f"collection {self.name}: a specimen is of {specimen.family} {specimen.series}, undeclared"
+            )
+        if specimen.metrics.keys() != self.metrics.keys():
+            odd = sorted(specimen.metrics.keys() ^ self.metrics.keys())
+            raise PluginError(
+                f"collection {self.name}: the metrics of a specimen and the declared ones differ in {odd}"
+            )

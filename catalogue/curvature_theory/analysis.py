@@ -1,0 +1,185 @@
+"""Pole, pole axes, inflection circle, cubics of stationary curvature and principal pairs from the pivots.
+
+Everything is formed from the rays and from ratios of lengths along one ray, never from an angle, a tangent or the
+radius of a circle that may be infinite; see `finite_pole` for the formulas and the digits they keep.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
+from .finite_pole import VANISHING, finite_pole, noise
+from .parallel_cranks import parallel_cranks
+from .polish_pairs import polish_pairs
+
+REGULAR, PARALLEL, DEAD_POINT = 0, 1, 2
+#: |sine of the angle between the rays| below which they count as parallel: there the error of neglecting the angle
+#: equals that of a pole 1e8 times as far as the pivots.
+PARALLEL_SINE = 1e-8
+#: From this sine on, up to NEAR_SINE, the principal pairs are improved on the motion itself; below it they are exact.
+SURE_SINE = 1e-15
+#: Below this sine and this collinearity residual the linkage counts as being at a dead point.
+DEAD_SINE = 1e-7
+#: So it does below these, if besides no more than the digits of NOISE are left of kappa.
+NEAR_SINE, NOISE = 1e-2, 1e-3
+
+
+@dataclass(frozen=True)
+class Curvature:
+    """The instant of a batch of n linkages, in the frame and the length unit of their pivots.
+
+    Numbers that do not exist are NaN; `reason` says why.
+
+    Attributes
+    ----------
+    state : ndarray of int, shape (n,)
+        `REGULAR`: finite pole.  `PARALLEL`: parallel rays, pole at infinity; `pole` is then the origin of the frame of
+        the parallel transformation.  `DEAD_POINT`: both rays coincide; `dead_points`, or
+        `curvature(linkage, branch)`, gives the two branches.
+    pole : ndarray, shape (n, 2)
+    axes : ndarray, shape (n, 2, 2)
+        Unit vectors of the pole tangent x and the pole normal y; y points into the inflection circle.
+        Parallel: x along the cranks.
+    rho0 : ndarray, shape (n,)
+        Diameter of the inflection circle [length]; infinite if parallel.
+    kappa, kappa_star, s : ndarray, shape (n,)
+        1/R, 1/R*, 1/S of the cubics [1/length]; kappa_star - kappa = 1/rho0.
+    k, k_star : ndarray, shape (n,)
+        Parallel transformation: the limits of S^3/R and S^3/R* [length^2]; NaN if the pole is finite.
+    undulation, cuspidation : ndarray, shape (n, 2)
+        Ball's point and its dual; NaN where the whole inflection (return) circle or no point qualifies.
+    principal_pairs : ndarray, shape (n, 2, 2, 3)
+        The two pairs besides the driving dyads: (fixed, moving), (x, y, w); NaN where they are imaginary.
+
+    Source: Allievi 1895, secs. 1-7, 16-18, eqs. (3), (12), (15), (16), (20)-(22), (52)-(60).
+    """
+
+    state: Array
+    pole: Array
+    axes: Array
+    rho0: Array
+    kappa: Array
+    kappa_star: Array
+    s: Array
+    k: Array
+    k_star: Array
+    undulation: Array
+    cuspidation: Array
+    principal_pairs: Array
+
+    def __len__(self) -> int:
+        return len(self.state)
+
+    def __getitem__(self, index: Any) -> Curvature:
+        return Curvature(*(np.reshape(getattr(self, f.name)[index], (-1, *getattr(self, f.name).shape[1:]))
+                           for f in fields(self)))  # fmt: skip
+
+    @property
+    def reason(self) -> Array:
+        """Why numbers are missing, shape (n,): an empty string where none is."""
+        why = np.full(len(self), "", dtype=object)
+
+        def add(where: Array, text: str) -> None:
+            why[where] += np.where(why[where] == "", "", "; ") + text
+
+        regular, parallel, dead = (self.state == k for k in (REGULAR, PARALLEL, DEAD_POINT))
+        add(parallel, "the rays are parallel: the pole is at infinity")
+        add(parallel & np.isnan(self.k), "the coupler translates: no stationary curvature")
+        add(
+            dead,
+            "dead point: the rays coincide, two branches meet (curvature takes branch 0 or 1) or the chain is immobile",
+        )
+        unit = np.where(regular, self.rho0, np.nan)
+        straight = np.abs(self.s) * unit < VANISHING
+        mode_2 = np.zeros(len(self), dtype=bool)
+        circles = (
+            (self.undulation, self.kappa, "inflection", "undulation"),
+            (self.cuspidation, self.kappa_star, "return", "cuspidation"),
+        )
+        for point, curved, circle, name in circles:
+            none = regular & np.isnan(point).any(-1)
+            whole = straight & (np.abs(curved) * unit < VANISHING)
+            add(none & whole, f"{name} all over the {circle} circle")
+            add(none & ~whole, f"no {name}: it falls into the pole")
+            mode_2 |= whole
+        first, second = (np.isnan(self.principal_pairs[:, i]).any(axis=(1, 2)) for i in (0, 1))
+        no_pairs = ~dead & first & second & ~(parallel & np.isnan(self.k))
+        add(first != second, "the principal pairs coincide")
+        add(no_pairs & ~mode_2, "the principal pairs are imaginary")
+        add(no_pairs & mode_2, "the principal pairs are imaginary, or undetermined (cyclic motion, dead point)")
+        return why
+
+
+def curvature(linkage: Linkage, branch: int | None = None) -> Curvature:
+    """Return the curvature law and the stationary curvature of each linkage.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    branch : 0 or 1, optional
+        Of linkages at a dead point, where two branches of the motion meet, the one that is wanted; without it they have
+        no curvature.  Both at once: `dead_points`.
+
+    Returns
+    -------
+    Curvature
+        Measured digits: see `finite_pole`.  Towards a dead point three decimal digits of kappa are lost per decade of
+        the angle between the rays, because the pivots do not carry the information; where none is left NaN is returned.
+
+    Raises
+    ------
+    InvalidRequest
+        If the branch is neither 0 nor 1.
+    """
+    if branch not in (None, 0, 1):
+        raise InvalidRequest(f"the branch at a dead point is 0 or 1, not {branch!r}")
+    sine = linkage.sine
+    state = np.where(np.abs(sine) < PARALLEL_SINE, PARALLEL, REGULAR)
+    state[_collinear(linkage, sine)] = DEAD_POINT
+    n = len(linkage)
+    out = {f.name: np.full((n, *_SHAPE.get(f.name, ())), np.nan) for f in fields(Curvature)}
+    out["state"] = state
+    for which, solve in ((REGULAR, finite_pole), (PARALLEL, parallel_cranks)):
+        chosen = state == which
+        if chosen.any():
+            for name, value in solve(linkage[chosen]).items():
+                out[name][chosen] = value
+    far = (state != DEAD_POINT) & (np.abs(sine) < NEAR_SINE) & (np.abs(sine) > SURE_SINE)
+    if far.any():
+        out["principal_pairs"][far] = polish_pairs(linkage[far], out["principal_pairs"][far])
+    found = Curvature(**out)
+    if branch is not None and (state == DEAD_POINT).any():
+        from .dead_points import branched  # which is built on this module
+
+        return branched(found, linkage, np.full(n, branch))
+    return found
+
+
+_SHAPE: dict[str, tuple[int, ...]] = {
+    "pole": (2,),
+    "axes": (2, 2),
+    "undulation": (2,),
+    "cuspidation": (2,),
+    "principal_pairs": (2, 2, 3),
+}
+
+
+def _collinear(linkage: Linkage, sine: Array) -> Array:
+    """Return where all pivots lie on one line and the rays along it, to the digits that there are, shape (n,)."""
+    near = np.flatnonzero(np.abs(sine) < NEAR_SINE)
+    dead = np.zeros(len(linkage), dtype=bool)
+    if near.size:
+        some = linkage[near]
+        z = np.where(some.finite, some.points, np.nan).reshape(-1, 4)
+        first = np.where(some.finite[:, 0, 0], z[:, 0], z[:, 1])
+        off = np.nanmax(np.abs(((z - first[:, None]) * some.rays[:, :1].conj()).imag), axis=1)
+        off /= np.maximum(some.size, np.nanmax(np.abs(z), axis=1) * 1e-9)
+        exact = (np.abs(sine[near]) < DEAD_SINE) & (off < DEAD_SINE)
+        dead[near] = exact | (off < NEAR_SINE) & (noise(some) > NOISE)
+    return dead

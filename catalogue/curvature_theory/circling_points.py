@@ -1,0 +1,130 @@
+"""Points of the circling-point curve whose path is nearest to a circle of a chosen radius.
+
+Polar coordinates (r, phi) about the pole, (X, Y) = (cos phi, sin phi): a pair on the curves has
+
+    1/r* = kappa*/Y + s/X,   1/r = kappa/Y + s/X,   r - r* = X^2 Y / (rho0 (kappa* X + s Y)(kappa X + s Y)),
+
+so that |r - r*| = R is a form of degree 6 in X, Y.  In w = exp(2 i phi) it is a polynomial of degree 6 whose first
+coefficient never vanishes and whose wanted roots lie on the unit circle; each is then improved by Newton's method.
+Where a cubic contains an axis, that axis has points of its own: with s = 0 the pole normal, with kappa* = 0 the pole
+tangent, whose points run about the pole.
+
+Source: Allievi 1895, eqs. (4), (12); the form of degree 6 is not in the book.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..kinematics.types import Array
+from .analysis import Curvature
+from .finite_pole import VANISHING
+
+#: How far from the unit circle a root may be found; double roots are found with half of the digits.
+ROOT = 1e-5
+#: Largest relative error of the radius that is returned.
+EXACT = 1e-9
+
+
+def circling_points(curvature: Curvature, radius: float) -> Array:
+    """Return the pairs (centre, point) of stationary curvature with a given radius.
+
+    Such a point has four positions in common with its circle (order 3), one more where it is a principal one.
+
+    Parameters
+    ----------
+    curvature : Curvature of n
+        Of linkages with a finite pole; others give NaN.
+    radius : float
+        Wanted radius of curvature, above zero [length].
+
+    Returns
+    -------
+    ndarray, shape (n, 10, 2, 3)
+        Centre and moving point, homogeneous; NaN for those that do not exist.  Six on the curve, four on an axis.
+
+    Raises
+    ------
+    InvalidRequest
+        If the radius is not a finite number above zero.
+    """
+    if not (np.isfinite(radius) and radius > 0):
+        raise InvalidRequest(f"radius must be a finite number above zero, not {radius:g}")
+    rho0 = curvature.rho0
+    with np.errstate(all="ignore"):
+        size = radius / rho0
+        kappa, star, s = curvature.kappa * rho0, curvature.kappa_star * rho0, curvature.s * rho0
+        r_star, r, phi = _on_curve(kappa, star, s, size)
+        axis_star, axis, along = _on_axes(star, s, size)
+        r_star, r, phi = (np.concatenate(two, axis=1) for two in ((r_star, axis_star), (r, axis), (phi, along)))
+        good = np.isfinite(r_star) & np.isfinite(r) & (np.abs(np.abs(r - r_star) / size[:, None] - 1) < EXACT)
+        turn = np.exp(1j * phi)
+        plane = curvature.axes[..., 0] + 1j * curvature.axes[..., 1]
+        pole = curvature.pole[:, 0] + 1j * curvature.pole[:, 1]
+        local = np.stack([r * turn, r_star * turn], axis=-1)
+        z = pole[:, None, None] + rho0[:, None, None] * (
+            local.real * plane[:, None, None, 0] + local.imag * plane[:, None, None, 1]
+        )
+    z = np.where(good[..., None], z, complex(np.nan, np.nan))
+    return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, 1.0)], axis=-1)
+
+
+def _on_curve(kappa: Array, star: Array, s: Array, size: Array) -> tuple[Array, Array, Array]:
+    """Return r*, r and phi of the points off the axes, rho0 = 1, shape (n, 6) each."""
+    n = len(size)
+    x, y = np.array([1.0, 1.0]), np.array([-1j, 1j])  # 2 cos, 2 sin times exp(i phi), as polynomials in w from w^1 down
+
+    def product(*factors: Array) -> Array:
+        out = np.ones((n, 1), complex)
+        for f in factors:
+            f = np.broadcast_to(f, (n, 2))
+            out = np.pad(out, ((0, 0), (0, 1))) * f[:, :1] + np.pad(out, ((0, 0), (1, 0))) * f[:, 1:]
+        return out
+
+    lines = [k[:, None] * x + s[:, None] * y for k in (star, kappa)]
+    ends = product(x + 1j * y, x - 1j * y)  # X^2 + Y^2
+    left = product(x, x, x, x, y, y)
+    right = product(*lines, *lines)
+    right = np.sum([np.pad(right, ((0, 0), (i, 2 - i))) * ends[:, i : i + 1] for i in range(3)], axis=0)
+    form = left - (size**2)[:, None] * right
+    form = form / form[:, :1]
+    there = np.isfinite(form).all(1)
+    companion = np.zeros((n, 6, 6), complex)
+    companion[:, 0] = np.where(there[:, None], -form[:, 1:], 0)
+    companion[:, np.arange(1, 6), np.arange(5)] = 1
+    w = np.linalg.eigvals(companion)
+    phi = 0.5 * np.angle(w)
+    on = there[:, None] & (np.abs(np.abs(w) - 1) < ROOT)
+    kappa, star, s, size = (a[:, None] for a in (kappa, star, s, size))
+
+    def gap(phi: Array) -> Array:
+        c, d = np.cos(phi), np.sin(phi)
+        return np.asarray(np.abs(c * c * d) - size * np.abs((star * c + s * d) * (kappa * c + s * d)))
+
+    for _ in range(4):
+        step = 1e-6
+        slope = (gap(phi + step) - gap(phi - step)) / (2 * step)
+        change = gap(phi) / slope
+        phi = np.where(np.abs(change) < 0.01, phi - change, phi)
+    c, d = np.cos(phi), np.sin(phi)
+    off = on & (np.abs(c) > ROOT) & (np.abs(d) > ROOT)
+    r_star, r = (np.where(off, c * d / (k * c + s * d), np.nan) for k in (star, kappa))
+    order = np.argsort(np.where(off, phi, np.inf), axis=1)
+    phi, r_star, r = (np.take_along_axis(a, order, 1) for a in (phi, r_star, r))
+    again = np.pad(np.abs(np.diff(phi, axis=1)) < ROOT, ((0, 0), (1, 0)))  # a double root is one point
+    return np.where(again, np.nan, r_star), r, phi
+
+
+def _on_axes(star: Array, s: Array, size: Array) -> tuple[Array, Array, Array]:
+    """Return r*, r and phi of the points of an axis that belongs to the curve, rho0 = 1, shape (n, 4) each."""
+    normal = (np.abs(s) < VANISHING)[:, None]  # r = y, 1/y* - 1/y = 1: y* = (-R +- sqrt(R^2 + 4 R))/2 or R -> -R
+    signed = np.stack([size, size, -size, -size], axis=1)
+    side = np.array([1, -1, 1, -1])
+    y_star = -0.5 * signed + side * np.sqrt(0.25 * signed**2 + signed)
+    tangent = (np.abs(star) < VANISHING)[:, None]
+    x_star = np.where(side > 0, size[:, None], -size[:, None])
+    x_star = np.where(np.arange(4) < 2, x_star, np.nan)
+    r_star = np.where(normal, y_star, np.where(tangent, x_star, np.nan))
+    r = np.where(normal, y_star / (1 - y_star), 0.0)
+    return r_star, r, np.where(normal, np.pi / 2, 0.0) + np.zeros(4)

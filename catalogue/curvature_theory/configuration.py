@@ -1,0 +1,61 @@
+"""Configurations: where the pivots of each dyad stand relative to the pole axes."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kinematics.linkage import PR, RP, Linkage
+from ..kinematics.types import Array
+from .analysis import DEAD_SINE, PARALLEL, REGULAR, Curvature
+from .finite_pole import distances
+
+#: A pivot nearer to the pole than this times the size of the linkage stands at the pole.
+AT_POLE = 1e-9
+#: Letters in the order in which a configuration names its two dyads.
+LETTERS = "DVTCPXN"
+
+
+def configuration(linkage: Linkage, instant: Curvature) -> Array:
+    """Return the configuration of each linkage, shape (n,), as the letters of its two dyads.
+
+    P: both pivots on the side of the inflection circle; X: the pole between them; N: both on the other side;
+    D (V): moving (fixed) pivot at the pole; T: slider; C: slide.  Parallel cranks: ``equal`` or ``opposite`` sense,
+    ``single`` for one crank.  Dead points, unless the instant is that of one branch: ``dead-point``.
+
+    Source: Allievi 1895, sec. 12 and Table of configurations, by the signs of 1/r and 1/r*.
+    """
+    names = np.full(len(linkage), "dead-point", dtype="<U10")
+    regular = np.flatnonzero(instant.state == REGULAR)
+    if regular.size:
+        some = linkage[regular]
+        pole = instant.pole[regular, 0] + 1j * instant.pole[regular, 1]
+        normal = instant.axes[regular, 1, 0] + 1j * instant.axes[regular, 1, 1]
+        r, r_star = _along_rays(some, pole)
+        up = np.where((some.rays * normal[:, None].conj()).real < 0, -1.0, 1.0)
+        letter = np.where(r * up > 0, "P", np.where(r_star * up > 0, "X", "N"))
+        near = AT_POLE * some.size[:, None]
+        letter = np.where(np.abs(r_star) < near, "D", np.where(np.abs(r) < near, "V", letter))
+        letter = np.where(some.dyads == PR, "T", np.where(some.dyads == RP, "C", letter))
+        place = np.array([[LETTERS.index(c) for c in row] for row in letter])
+        letter = np.take_along_axis(letter, np.argsort(place, axis=1, kind="stable"), 1)
+        names[regular] = np.char.add(letter[:, 0], letter[:, 1])
+    parallel = np.flatnonzero(instant.state == PARALLEL)
+    if parallel.size:
+        some = linkage[parallel]
+        across = np.stack([-some.rays[:, 0].imag, some.rays[:, 0].real], axis=-1)
+        origin = np.einsum("nk,nk->n", instant.pole[parallel], across)
+        middle = np.where(some.finite, some.points, 0).sum(-1) / some.finite.sum(-1)
+        height = middle.real * across[:, :1] + middle.imag * across[:, 1:] - origin[:, None]
+        cranks = (some.dyads == 0).all(1)
+        names[parallel] = np.where(cranks, np.where(height[:, 0] * height[:, 1] > 0, "equal", "opposite"), "single")
+    return names
+
+
+def _along_rays(linkage: Linkage, pole: Array) -> tuple[Array, Array]:
+    """Return the signed distances of fixed and moving pivots from the pole, (n, 2) each, infinite at infinity."""
+    r, r_star, _ = distances(linkage, pole)
+    # at a dead point the pole is not where the rays meet, and is as sure as the pivots
+    dead = np.abs(linkage.sine)[:, None] < DEAD_SINE
+    plain = (linkage.rays[:, :, None].conj() * (linkage.points - pole[:, None, None])).real
+    plain = np.where(linkage.finite, plain, np.inf)
+    return np.where(dead, plain[..., 0], r), np.where(dead, plain[..., 1], r_star)

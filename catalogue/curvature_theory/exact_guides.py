@@ -1,0 +1,102 @@
+"""Whether coupler points stay on their nominal over the finite motion, and how they leave it if a series does not say.
+
+The series of a path has the scale on which its terms are alike.  Where the pole is far, at 1e8 times the linkage say, a
+point near it runs about as fast to and fro as along its path, and on that scale no term of its error is above rounding,
+though it leaves the nominal by as much as it moves as soon as the linkage turns visibly.  So no point is said to be
+exact unless the finite motion keeps it on its nominal, as far as the charts reach that carry it farthest; and the terms
+of one that is not are weighed where the linkage has turned visibly.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kinematics.linkage import Linkage
+from ..kinematics.motion import CHARTS, motion
+from ..kinematics.types import Array
+
+#: Positions on the way in either direction; tangent of half of the angle to which the motion is followed; and the part
+#: of the way to a turning point, where positions lose digits.
+POSITIONS, FARTHEST, PART = 16, 1.0, 0.9
+#: The same where the series has no term above rounding: a change point farther on may lead into the other branch.
+NEARER = 0.1
+#: Charts conditioned worse than this lose digits that decide; those that carry a point less than this part of what
+#: another one does say too little.
+CONDITIONED, FAR = 1e-6, 0.3
+#: Largest distance from the nominal, in parts of the path, that rounding explains.
+ROUNDING = 1e-11
+#: Parameters at which the terms of a series are weighed, the nearer ones where it does not reach so far.
+VISIBLE = (0.3, *np.geomspace(0.1, 1e-7, 13))
+
+
+#: Number of the first term where none can be told from the others: that of any point beside its circle.
+UNDECIDED = 3
+
+
+def stays(
+    linkage: Linkage, point: Array, unit: Array, curvature: Array, pole: Array | None, farthest: float = FARTHEST
+) -> Array:
+    """Return which points stay on their nominal over the finite motion, shape (n,).
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+        Coupler points in the reference position, through which the nominal goes.
+    unit : complex ndarray, shape (n,)
+        Tangent of the nominal there.
+    curvature : ndarray, shape (n,)
+        Of the nominal, towards -i unit [1/length].
+    pole : complex ndarray, shape (n,), optional
+        Chooses the branch of linkages at a change point.
+    farthest : float
+        Parameter, tangent of half an angle, to which the motion is followed.
+
+    Returns
+    -------
+    ndarray of bool, shape (n,)
+        False where no chart is conditioned well enough to tell.
+    """
+    ways, kept = [], []
+    share = np.arange(1, POSITIONS + 1) / POSITIONS
+    share = np.concatenate([-share[::-1], share])[:, None]
+    for chart in CHARTS:
+        moving = motion(linkage, chart, point, pole=pole)
+        good = moving.conditioning > CONDITIONED
+        with np.errstate(all="ignore"):
+            reach = np.minimum(np.abs(PART * moving.interval), farthest)
+            re, im = moving.point(point)(np.where(share < 0, reach[0], reach[1]) * share)
+            path = ((re + 1j * im) * unit.conj()).conj()
+            square = path.real**2 + path.imag**2
+            root = np.hypot(curvature * path.real, 1 - curvature * path.imag)
+            away = np.abs((2 * path.imag - curvature * square) / (1 + root))
+            far, most = (np.fmax.reduce(values, axis=0) for values in (np.sqrt(square), away))
+            ways.append(np.where(good, np.nan_to_num(far), 0.0))
+            kept.append(most <= ROUNDING * far)
+    # one is enough: beyond a change point that lies on the way a chart may go on in the other branch
+    carried = np.stack(ways)
+    return np.asarray(((carried > FAR * carried.max(0)) & kept).any(0))
+
+
+def first_term(gap: Array, path: Array, most: int, tolerance: float) -> Array:
+    """Return the number of the first term of the gap that is there when the linkage has turned visibly, shape (n,); 0
+    where all of them are rounding.
+
+    Parameters
+    ----------
+    gap, path : ndarray, shape (m, n)
+        Taylor coefficients of the distance from the nominal and of the path.
+    most : int
+        The last that can be the first; `UNDECIDED` where all that are there come later.
+    tolerance : float
+        Part of the largest term below which one counts as zero.
+    """
+    first = np.full(gap.shape[1], UNDECIDED)
+    for near in VISIBLE[::-1]:
+        weight = near ** np.arange(len(gap))[:, None]
+        terms, whole = np.abs(gap) * weight, (np.abs(path) * weight).max(0)
+        there = terms > np.maximum(tolerance * terms.max(0), 32 * np.finfo(float).eps * whole)
+        found = np.where(there.any(0), there.argmax(0), 0)
+        reached = terms.argmax(0) <= most  # where the last terms are the largest, the series does not reach
+        first = np.where((found > 0) & (found <= most) & reached, found, first)
+    return np.where(there.any(0), first, 0)

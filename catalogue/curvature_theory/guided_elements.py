@@ -1,0 +1,139 @@
+"""What any linkage guides in its reference position, series or not, with the order of contact that it has."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
+from .analysis import DEAD_POINT
+from .circling_points import circling_points
+from .dead_points import dead_points
+from .instant import Instant
+from .leading_error import leading_error_of_pairs
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Points nearer than this part of the linkage are the same.
+COINCIDENT = 1e-9
+#: So are two principal pairs nearer than this, and what they leave of a coefficient that vanishes is below it: of a
+#: double root half of the digits are left.
+DOUBLE = 1e-6
+
+
+@dataclass(frozen=True)
+class GuidedElements:
+    """Guided elements of n linkages, k of each.
+
+    Attributes
+    ----------
+    labels : list of str
+        What each of the k is.
+    pairs : ndarray, shape (n, k, 2, 3)
+        Fixed and moving point, homogeneous: fixed at infinity = a point on a straight line, moving at infinity = a
+        straight slot over a fixed point.  NaN where a linkage has none.
+    order : ndarray of int, shape (n, k)
+        Order of contact on the finite motion, 99 if exact; 0 where there is none.
+    """
+
+    labels: list[str]
+    pairs: Array
+    order: Array
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return one row per element that exists: linkage, label, both points, order."""
+        import pandas as pd
+
+        which, label = np.nonzero(self.order > 0)
+        frame = pd.DataFrame({"linkage": which, "label": [self.labels[k] for k in label]})
+        for i, name in enumerate(("fixed", "moving")):
+            for j, axis in enumerate("xyw"):
+                frame[f"{name}_{axis}"] = self.pairs[which, label, i, j]
+        frame["order"] = self.order[which, label]
+        return frame
+
+
+def guided_elements(instant: Instant, radius: float | None = None) -> GuidedElements:
+    """Return undulation point, cuspidation slot, principal pairs and, if asked for, circling points of a radius.
+
+    What the linkage's own dyads guide is left out; of two principal pairs that coincide one is given.  Of linkages at a
+    dead point what either branch of the motion guides is given, with labels of its own for the second one, unless the
+    instant says which branch is meant.
+
+    Parameters
+    ----------
+    instant : Instant of n
+    radius : float, optional
+        Points on circles of this radius with four positions in common [length].
+
+    Raises
+    ------
+    InvalidRequest
+        If the radius is not a finite number above zero.
+
+    Source: Allievi 1895, secs. 6-8.
+    """
+    dead = instant.curvature.state == DEAD_POINT
+    if instant.pole is not None or not dead.any():
+        return _of_branch(instant, radius)
+    both = dead_points(instant.linkage).pole.reshape(-1, 2, 2)
+    here = instant.curvature.pole
+    poles = [np.where(dead[:, None], both[:, i], here) for i in (0, 1)]
+    first, second = (_of_branch(Instant(instant.linkage, p[:, 0] + 1j * p[:, 1]), radius) for p in poles)
+    only = dead[:, None]  # the others move in one way
+    return GuidedElements(
+        first.labels + [f"{label}, branch 2" for label in second.labels],
+        np.concatenate([first.pairs, np.where(only[..., None, None], second.pairs, np.nan)], axis=1),
+        np.concatenate([first.order, np.where(only, second.order, 0)], axis=1),
+    )
+
+
+def _of_branch(instant: Instant, radius: float | None) -> GuidedElements:
+    """Return the elements on one branch of each motion."""
+    at = instant.curvature
+    found = {
+        "undulation": _straight(at.undulation, at.pole),
+        "cuspidation": _straight(at.cuspidation, at.pole)[:, ::-1],
+        "[3]": at.principal_pairs[:, 0],
+        "[4]": at.principal_pairs[:, 1],
+    }
+    if radius is not None:
+        circling = circling_points(at, radius)
+        found |= {f"radius {radius:g}, {j + 1}": circling[:, j] for j in range(circling.shape[1])}
+    pairs = np.stack(list(found.values()), axis=1)
+    pole = instant.pole
+    orders = [leading_error_of_pairs(instant.linkage, p, pole=pole, tolerance=DOUBLE).order for p in found.values()]
+    there = np.isfinite(pairs).all(axis=(2, 3)) & ~_driving(instant.linkage, pairs)
+    there[:, 3] &= ~_same(pairs[:, 3], pairs[:, 2], DOUBLE * instant.linkage.size[:, None])
+    return GuidedElements(
+        list(found), np.where(there[..., None, None], pairs, np.nan), np.where(there, np.stack(orders, 1), 0)
+    )
+
+
+def _straight(point: Array, pole: Array) -> Array:
+    """Pair of a point with the normal of its straight path as the fixed one, shape (n, 2, 3)."""
+    normal = point - pole
+    length = np.linalg.norm(normal, axis=-1, keepdims=True)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        fixed = np.concatenate([normal / length, 0 * length], axis=-1)
+    return np.stack([fixed, np.concatenate([point, np.ones_like(length)], axis=-1)], axis=1)
+
+
+def _driving(linkage: Linkage, pairs: Array) -> Array:
+    """Return which of the pairs (n, k, 2, 3) are dyads of the linkages, shape (n, k)."""
+    near = COINCIDENT * linkage.size[:, None, None]
+    return _same(pairs, linkage.pivots[:, None, 0], near) | _same(pairs, linkage.pivots[:, None, 1], near)
+
+
+def _same(one: Array, two: Array, near: Array) -> Array:
+    """Return where pairs (..., 2, 3) have the same points: within `near` [length], at infinity in direction."""
+    z, w = ((p[..., 0] + 1j * p[..., 1]) for p in (one, two))
+    infinite = [p[..., 2] == 0 for p in (one, two)]
+    directions = infinite[0] & infinite[1] & (np.abs((z.conj() * w).imag) < COINCIDENT)
+    with np.errstate(invalid="ignore"):
+        points = ~infinite[0] & ~infinite[1] & (np.abs(z - w) <= near)
+    return np.asarray((directions | points).all(-1))

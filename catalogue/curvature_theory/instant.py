@@ -1,0 +1,54 @@
+"""A batch of linkages together with what is known of their instant, computed when first asked for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
+from .analysis import Curvature, curvature
+from .configuration import configuration
+from .dead_points import on_branch
+
+
+@dataclass(frozen=True, eq=False)
+class Instant:
+    """Linkages in their reference position: what a series is given to classify.
+
+    Attributes
+    ----------
+    linkage : Linkage of n
+    pole : complex ndarray, shape (n,), optional
+        Chooses the branch of linkages at a dead point, which without it have no curvature.
+    """
+
+    linkage: Linkage
+    pole: Array | None = None
+
+    def __len__(self) -> int:
+        return len(self.linkage)
+
+    @cached_property
+    def curvature(self) -> Curvature:
+        """Pole, axes, cubics of stationary curvature, principal pairs."""
+        return curvature(self.linkage) if self.pole is None else on_branch(self.linkage, self.pole)
+
+    @cached_property
+    def configuration(self) -> Array:
+        """Configuration of each linkage, shape (n,)."""
+        return configuration(self.linkage, self.curvature)
+
+    @cached_property
+    def along_axes(self) -> tuple[Array, Array]:
+        """|cosine| of the angle of each ray with the pole tangent, and with the pole normal, shape (n, 2) each."""
+        axes = self.curvature.axes[..., 0] + 1j * self.curvature.axes[..., 1]
+        x, y = (np.abs((self.linkage.rays * axes[:, i, None].conj()).real) for i in (0, 1))
+        return x, y
+
+    @cached_property
+    def inverted(self) -> Instant:
+        """The instant of the inverse motion: fixed and moving plane exchanged."""
+        return Instant(self.linkage.inverted(), self.pole)

@@ -1,0 +1,93 @@
+"""Principal pairs of linkages with a far pole, to full accuracy.
+
+A pair is found by its distance from the pole, so that with the pole at 1/angle (in sizes of the linkage) log10(1/angle)
+digits of its place are gone, and what counts as parallel is off by the angle; the pivots carry them all.  One or two
+steps of Newton's method bring them back: the constraint of a dyad is bilinear in its homogeneous pivots,
+
+    w w* |d|^2 + 2 Re(conj(w (1 + x) A* - w* A) d) - 2 Re(conj(A) A* x) = 0,
+
+z -> z + d + x (z - o) the motion, and that of a principal pair vanishes with t, t^2, t^3 and t^4.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kinematics.linkage import Linkage
+from ..kinematics.motion import Motion
+from ..kinematics.types import Array
+from .finite_pole import INFINITE
+from .taylor import charts, norm_squared, path_series, times
+
+#: Charts conditioned worse than this (near change points) have fewer digits than the pairs.
+CONDITIONING = 0.05
+#: Systems conditioned worse than this belong to pairs that nearly coincide.
+COINCIDENT = 1e8
+#: Longest step of the unit vectors that is taken: a longer one does not start at an approximate pair.
+STEP = 1e-2
+STEPS = 2
+
+
+def polish_pairs(linkage: Linkage, pairs: Array) -> Array:
+    """Return approximate principal pairs (n, 2, 2, 3), improved where the motion tells them better.
+
+    NaN, and pairs so near to each other that they cannot be told apart, are left as they are.
+    """
+    out = pairs.copy()
+    start = np.where(linkage.finite[:, 0, 1], linkage.points[:, 0, 1], linkage.points[:, 0, 0])
+    for where, moving in charts(linkage, start, None, np.longdouble):
+        good = np.flatnonzero(moving.conditioning > CONDITIONING)
+        if good.size:
+            forms = _bilinear(moving[good])
+            for k in (0, 1):
+                out[where[good], k] = _newton(forms, moving[good], pairs[where[good], k])
+    return out
+
+
+def _bilinear(moving: Motion) -> Array:
+    """Coefficients of t^1 ... t^4 in the constraint, as matrices between (x, y, w) of A and of A*, shape (n, 4, 3, 3).
+
+    In extended precision, where the platform has it: they decide the digits.  Lengths are in sizes of the
+    linkage, from the origin of the chart; each matrix is scaled to about 1.
+    """
+    d, x = path_series(moving.point(moving.origin)) / moving.linkage.size, path_series(moving.turn())
+    turned = d + times(x.conj(), d)
+    rows = [
+        [-2 * x.real, 2 * x.imag, -2 * d.real],
+        [-2 * x.imag, -2 * x.real, -2 * d.imag],
+        [2 * turned.real, 2 * turned.imag, norm_squared(d)],
+    ]
+    forms: Array = np.moveaxis(np.stack([np.stack(row) for row in rows])[:, :, 1:5], (3, 2), (0, 1))
+    return np.asarray(forms / np.abs(forms).max((2, 3), keepdims=True))
+
+
+def _newton(forms: Array, moving: Motion, pair: Array) -> Array:
+    """Return one pair of each linkage, shape (n, 2, 3), improved by Newton's method."""
+    size, origin = moving.linkage.size[:, None], np.stack([moving.origin.real, moving.origin.imag], -1)[:, None]
+    w = pair[..., 2:]
+    now = _unit(np.concatenate([(pair[..., :2] - w * origin) / size[..., None], w], axis=-1))
+    done = np.zeros(len(pair), dtype=bool)
+    now = np.where(np.isfinite(now), now, 0.0)
+    for _ in range(STEPS):
+        by_fixed, by_moving = (forms * now[:, None, None, 1]).sum(3), (forms * now[:, None, 0, :, None]).sum(2)
+        gap = (by_fixed * now[:, None, 0]).sum(2)
+        system, right = np.zeros((len(pair), 6, 6)), np.zeros((len(pair), 6, 1))
+        system[:, :4, :3], system[:, :4, 3:], right[:, :4, 0] = by_fixed, by_moving, gap
+        system[:, 4, :3], system[:, 5, 3:] = now[:, 0], now[:, 1]
+        with np.errstate(all="ignore"):
+            regular = np.linalg.cond(system) < COINCIDENT
+        step = np.linalg.solve(np.where(regular[:, None, None], system, np.eye(6)), right)[..., 0]
+        taken = regular & (np.abs(step).max(1) < STEP)
+        now = np.where(taken[:, None, None], _unit(now - step.reshape(-1, 2, 3)), now)
+        done |= taken
+    xy, w = now[..., :2] * size[..., None], now[..., 2:]
+    with np.errstate(all="ignore"):
+        far = np.abs(w) <= INFINITE
+        back = np.concatenate([np.where(far, xy / np.linalg.norm(xy, axis=-1, keepdims=True), xy / w + origin),
+                               np.where(far, 0.0, 1.0)], axis=-1)  # fmt: skip
+    return np.where(done[:, None, None], back, pair)
+
+
+def _unit(points: Array) -> Array:
+    with np.errstate(invalid="ignore"):
+        return np.asarray(points / np.linalg.norm(points, axis=-1, keepdims=True))

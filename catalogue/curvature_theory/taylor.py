@@ -1,0 +1,146 @@
+"""Taylor series of the path of a coupler point about the reference position, for batches.
+
+A series is an array (TERMS, n): the coefficient of t^k in row k, t the parameter of the chart of the finite motion that
+is best conditioned there.  What `motion` evaluates at positions is evaluated here on series, so that it holds wherever
+the motion does: for parallel cranks, pivots at infinity and, on a given branch, at change points.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..kinematics.linkage import Linkage
+from ..kinematics.motion import CRANK_1, CRANK_2, Motion, Path, motion
+from ..kinematics.types import Array
+
+#: Coefficients kept: t^0 ... t^8.  No guide that is not exact has a contact beyond t^6.
+TERMS = 9
+#: Where the coupler chart is better conditioned than this, the crank charts are not looked at.
+GOOD = 0.5
+#: A chart conditioned worse than this has no series.
+SINGULAR = 1e-12
+#: Linkages worked on at once: their series stay in the cache.
+BLOCK = 4096
+
+
+@dataclass(frozen=True)
+class Jet:
+    """Path of one coupler point for each of n linkages.
+
+    Attributes
+    ----------
+    z : complex ndarray, shape (TERMS, n)
+        Displacement of the point from the reference position [length]; row 0 is 0.  NaN at a change point whose branch
+        is not given.
+    turn : ndarray, shape (n,)
+        Rate of the coupler's angle by the parameter.
+    """
+
+    z: Array
+    turn: Array
+
+
+def jet(linkage: Linkage, point: Array, pole: Array | None = None) -> Jet:
+    """Return the Taylor series of the paths of coupler points.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+        Coupler points in the reference position.
+    pole : complex ndarray, shape (n,), optional
+        Chooses the branch of linkages at a change point.
+    """
+    z, turn = np.full((TERMS, len(linkage)), np.nan, dtype=complex), np.full(len(linkage), np.nan)
+    for start in range(0, len(linkage), BLOCK):
+        rows = np.arange(start, min(start + BLOCK, len(linkage)))
+        at = None if pole is None else np.asarray(pole)[rows]
+        for where, moving in charts(linkage[rows], point[rows], at):
+            chosen = rows[where]
+            z[:, chosen] = path_series(moving.point(point[chosen]))
+            turn[chosen] = moving.velocity[1].imag
+    return Jet(z, turn)
+
+
+def charts(linkage: Linkage, point: Array, pole: Array | None, dtype: Any = float) -> list[tuple[Array, Motion]]:
+    """Return indices and motion of the linkages in each of the charts, each linkage in its best one."""
+    coupler = motion(linkage, 0, point, dtype, pole)
+    best = np.nan_to_num(coupler.conditioning)
+    chart = np.zeros(len(linkage), dtype=int)
+    poor = np.flatnonzero(best < GOOD)
+    cranks = {}
+    for crank in (CRANK_1, CRANK_2):
+        if poor.size:
+            cranks[crank] = motion(linkage[poor], crank, dtype=dtype)
+            good = np.nan_to_num(cranks[crank].conditioning)
+            better = good > best[poor]
+            chart[poor[better]], best[poor[better]] = crank, good[better]
+    regular = best > SINGULAR
+    out = [(where := np.flatnonzero(regular & (chart == 0)), coupler[where])]
+    for crank, moving in cranks.items():
+        mine = regular[poor] & (chart[poor] == crank)
+        out.append((poor[mine], moving[mine]))
+    return [(where, moving) for where, moving in out if where.size]
+
+
+def path_series(path: Path) -> Array:
+    """Return the series of a path: the closed form of `Path`, on series instead of numbers."""
+    forms, circle = path.forms, path.circle
+    h, g, n, k, j2, b_x, b_y, l_x, l_y = (_polynomial(f) for f in forms[:9])
+    with np.errstate(all="ignore"):
+        hh = times(h, h)
+        mixed = circle * _later(hh) - times(j2, h) + times(g, n)
+        q = over(mixed, k + root(times(k, k) - circle * _later(mixed)))
+        if path.branch.any():
+            divided = circle * hh + _polynomial(forms[9])
+            with_sign = path.branch * root(times(k, k) - np.where(circle > 0, divided, 0))
+            other = np.where(k[0] * path.branch < 0, k - with_sign, over(divided, k + with_sign))
+            q = np.where(path.branch == 0, q, other)
+        inside = l_x + 1j * l_y - times(h + 1j * q, over(b_x + 1j * b_y, n))
+    for i in range(2, TERMS):  # divided by 1 + t^2
+        inside[i] -= inside[i - 2]
+    return _later(inside)
+
+
+def times(a: Array, b: Array) -> Array:
+    """Product of two series."""
+    out = a[0] * b
+    for i in range(1, TERMS):
+        out[i:] += a[i] * b[:-i]
+    return np.asarray(out)
+
+
+def over(a: Array, b: Array) -> Array:
+    """Quotient of two series; the divisor has a constant term."""
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape), dtype=np.result_type(a, b))
+    for i in range(TERMS):
+        out[i] = (a[i] - sum(out[j] * b[i - j] for j in range(i))) / b[0]
+    return out
+
+
+def root(a: Array) -> Array:
+    """Square root of a series with a positive constant term."""
+    out = np.empty_like(a)
+    out[0] = np.sqrt(a[0])
+    for i in range(1, TERMS):
+        out[i] = (a[i] - sum(out[j] * out[i - j] for j in range(1, i))) / (2 * out[0])
+    return out
+
+
+def _polynomial(form: Array) -> Array:
+    out = np.zeros((TERMS, form.shape[-1]), dtype=form.dtype)
+    out[:3] = form
+    return out
+
+
+def _later(a: Array) -> Array:
+    """Series times t."""
+    return np.concatenate([np.zeros_like(a[:1]), a[:-1]])
+
+
+def norm_squared(a: Array) -> Array:
+    """Re^2 + Im^2 of a complex series."""
+    return times(a.real, a.real) + times(a.imag, a.imag)

@@ -1,0 +1,139 @@
+"""Count the catalogue: series by family by configuration, what is stored of each, and why a cell is empty."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from sqlalchemy import func, select
+
+from ..curvature_theory.instant import Instant
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
+from ..plugin.registry import Registry
+from ..series.sampling import in_proportion
+from ..series.series import Member, Series
+from ..store import Batch, Database, Guide, Mechanism, Reach
+
+#: Points of the domain of a member that are looked at.
+LOOK = 2048
+#: Configurations of a linkage in general position by family (Allievi 1895, sec. 3).
+NORMAL = {
+    "four-bar": ("PP", "PX", "PN", "XX", "XN", "NN"),
+    "slider-crank": ("TP", "TX", "TN"),
+    "inverted-slider-crank": ("CP", "CX", "CN"),
+    "swinging-block": ("TC",),
+    "elliptic-trammel": ("TT",),
+    "oldham": ("CC",),
+}
+#: Four-bar configurations of the series I, II, II*, III and III* as Allievi counts them (sec. 22) and as the letters
+#: of the dyads give them.  Which six he has more cannot be told without his figures: he may count II.yy as the six of
+#: I.yy, three of which are impossible.
+ALLIEVI_COUNT, LETTER_COUNT = 54, 48
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One series in one family and configuration.
+
+    Attributes
+    ----------
+    series, family, configuration : str
+    dimension : int
+        Free parameters of its largest member, modulo similarity.
+    mechanisms, guides : int
+        Stored.
+    smallest : dict of float
+        By level: least size over stroke of a stored guide.
+    remark : str
+        Why nothing is stored; empty if something is.
+    """
+
+    series: str
+    family: str
+    configuration: str
+    dimension: int
+    mechanisms: int
+    guides: int
+    smallest: dict[int, float]
+    remark: str
+
+
+def census(database: Database, registry: Registry) -> list[Cell]:
+    """Return the cells of all registered series, in their order."""
+    held = _held(database)
+    built = set(database.read(select(Batch.series.label("code")).distinct())["code"])
+    cells = []
+    for series in registry.series.values():
+        found: dict[tuple[str, str], tuple[int, Array]] = {}
+        for member in series.members:
+            for configuration, counts in _configurations(series, member).items():
+                key = (member.family, configuration)
+                dimension, before = found.get(key, (0, 0))
+                found[key] = (max(dimension, len(member.parameters)), before + counts)
+        keys = [*found, *(k[1:] for k in held if k[0] == series.code and k[1:] not in found)]
+        for family, configuration in keys:
+            dimension, counts = found.get((family, configuration), (0, np.zeros(3, int)))
+            mechanisms, guides, smallest = held.get((series.code, family, configuration), (0, 0, {}))
+            remark = "" if guides else _why(*counts.tolist())
+            if remark and counts[-1] and series.code not in built:
+                remark = f"not built: `catalogue build --series {series.code}`"
+            cells.append(Cell(series.code, family, configuration, dimension, mechanisms, guides, smallest, remark))
+    return cells
+
+
+def impossible(series: Series, cells: list[Cell]) -> list[tuple[str, str]]:
+    """Return the families and normal configurations that no member of a series reaches."""
+    there = {(c.family, c.configuration) for c in cells if c.series == series.code}
+    special = {c for _, c in there if not any(c in names for names in NORMAL.values())}
+    if special:  # the series has configurations of its own, such as a pivot at the pole
+        return []
+    return [(f, c) for f in series.families for c in NORMAL.get(f, ()) if (f, c) not in there]
+
+
+def _why(drawn: int, sound: int, guiding: int) -> str:
+    if not drawn:
+        return "not reached by the domain of any member"
+    if not guiding:
+        return "impossible: what it guides is imaginary, or part of the linkage itself"
+    if not sound:
+        return f"none of {drawn} drawn is in proportion"
+    return f"{sound} of {drawn} drawn are in proportion, none holds a usable guide"
+
+
+def _configurations(series: Series, member: Member) -> dict[str, Array]:
+    """Return the configurations in the domain of a member: how many were drawn, are in proportion, guide something."""
+    random = np.random.default_rng(1895)
+    free = {p.name: p.spread(random.random(LOOK)) for p in member.parameters}
+    linkage, valid = Linkage.valid(member.synthesise(free))
+    guides = np.zeros(len(valid), bool)
+    for one in series.guided(member.complete(free)):
+        guides |= np.isfinite(one.pairs).all(axis=(1, 2))
+    names = Instant(linkage, np.zeros(len(linkage), complex)).configuration
+    sound = in_proportion(linkage)
+    each = np.stack([np.ones_like(sound), sound, guides[valid]])
+    return {str(n): each[:, names == n].sum(1) for n in np.unique(names)}
+
+
+def _held(database: Database) -> dict[tuple[str, str, str], tuple[int, int, dict[int, float]]]:
+    place = (Mechanism.series, Mechanism.family, Mechanism.configuration)
+    counted = database.read(
+        select(*place, func.count(Mechanism.id.distinct()).label("mechanisms"), func.count(Guide.id).label("guides"))
+        .join(Guide, Guide.mechanism_id == Mechanism.id)
+        .where(Mechanism.batch_id.is_not(None))  # named guides are no part of the count
+        .group_by(*place)
+    )
+    best = database.read(
+        select(*place, Reach.level, func.min(Reach.size).label("smallest"))
+        .join(Guide, Guide.mechanism_id == Mechanism.id)
+        .join(Reach, Reach.guide_id == Guide.id)
+        .where(Mechanism.batch_id.is_not(None))
+        .group_by(*place, Reach.level)
+    )
+    smallest: dict[tuple[str, str, str], dict[int, float]] = {}
+    for *key, level, size in zip(*best.values(), strict=True):
+        smallest.setdefault(tuple(key), {})[int(level)] = float(size)
+    return {
+        tuple(key): (int(mechanisms), int(guides), smallest.get(tuple(key), {}))
+        for *key, mechanisms, guides in zip(*counted.values(), strict=True)
+    }

@@ -1,0 +1,85 @@
+"""Trace circular guides over the windows whose arcs are as wide as is asked for."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kinematics.types import Array
+from .coupler_curve import CouplerCurve
+from .trace import Traced, trace
+
+#: Windows that are tried at first, in parts of that which would do if the sweep grew in proportion.
+TRIED = np.array([0.75, 0.9, 1.0, 1.1])
+#: Further windows, one by one, and when to stop: no sweep is off by more than this part then.
+ROUNDS, REACHED = 6, 1e-6
+
+
+def at_sweep(
+    guides: CouplerCurve, half: Array, centre: Array, known: Array, sweep: float, nodes: int = 16
+) -> tuple[Array, Traced]:
+    """Trace circular guides over windows whose chord is `sweep` times the radius.
+
+    The sweep does not grow in proportion to the window, since the circle changes with it and the point is moved for
+    each anew; of windows nearby that have it the widest is taken.
+
+    Parameters
+    ----------
+    guides : CouplerCurve of n
+    half, known : ndarray, shape (n,)
+        Half a window [length] and its sweep, to begin with.
+    centre : ndarray, shape (n,)
+        Middles of the windows, in half windows from the reference position.
+    sweep : float
+        Chord over radius, below 2.
+
+    Returns
+    -------
+    half : ndarray, shape (n,)
+        Half windows [length]; NaN where none nearby has the sweep.
+    traced : Traced of n
+        What was traced there; its sweep is off by more than `REACHED` where `ROUNDS` do not suffice, near a jump.
+    """
+    n = len(guides)
+    guess = sweep / known
+    parts = np.stack([*(TRIED[:, None] * guess), np.sqrt(guess)])
+    each = np.tile(np.arange(n), len(parts))
+    ladder = trace(guides[each], (half * parts).ravel(), circle=True, split=True, centre=centre[each], nodes=nodes)
+    with np.errstate(all="ignore"):
+        x = np.log(np.concatenate([parts, np.ones_like(parts[:1])]))
+        y = np.concatenate([_excess(ladder, sweep).reshape(parts.shape), -np.log(guess)[None]])
+        order = np.argsort(x, axis=0)
+        x, y = (np.take_along_axis(values, order, 0) for values in (x, y))
+        crossed = (y[:-1] <= 0) & (y[1:] >= 0)
+        below = len(crossed) - 1 - np.argmax(crossed[::-1], axis=0)
+        open_ = np.asarray(crossed.any(axis=0))
+        rows = np.stack([below, below + 1, np.where(below > 0, below - 1, 2)])
+        x, y = (np.take_along_axis(values, rows, 0) for values in (x, y))
+        half, traced = np.where(open_, half, np.nan), Traced.nothing(n)
+        scale = half.copy()
+        for _ in range(ROUNDS):
+            if not open_.any():
+                break
+            at = _between(x[:, open_], y[:, open_])
+            half[open_] = scale[open_] * np.exp(at)
+            now = trace(guides[open_], half[open_], circle=True, split=True, centre=centre[open_], nodes=nodes)
+            traced = traced.replaced(open_, now)
+            error = _excess(now, sweep)
+            for values, new in ((x, at), (y, error)):
+                short, beyond, _ = values[:, open_]
+                values[:, open_] = np.where(error <= 0, (new, beyond, short), (short, new, beyond))
+            open_[open_] = np.abs(error) > REACHED
+    return half, traced
+
+
+def _excess(traced: Traced, sweep: float) -> Array:
+    """Return the logarithm of the traced sweeps over the one asked for."""
+    return np.asarray(np.log(traced.fit.stroke * np.abs(traced.fit.curvature) / sweep))
+
+
+def _between(x: Array, y: Array) -> Array:
+    """Return where y is likely to be 0: between the first point, where it is not above, and the second, where it is
+    not below; a parabola in y through them and the third if it keeps within, else a line."""
+    (a, b, c), (p, q, r) = x, y
+    line = np.where(q > p, (a * q - b * p) / (q - p), 0.5 * (a + b))
+    bent = a * q * r / ((p - q) * (p - r)) + b * p * r / ((q - p) * (q - r)) + c * p * q / ((r - p) * (r - q))
+    return np.asarray(np.where((bent > a) & (bent < b), bent, line))

@@ -1,0 +1,197 @@
+"""How far a coupler point runs to and fro from the reference position, and the inverse problem.
+
+A coupler curve holds, per guide, the motion in the chart that carries the point farthest, and a table of the point's
+displacement u along its tangent.  A window of u then gives the window of the parameter that covers it.
+
+The path of a point at the pole has a cusp: it runs in along a tangent, rests, and runs out along it again.  There u is
+counted negative before the reference position.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..curvature_theory.taylor import path_series
+from ..kinematics.linkage import Linkage
+from ..kinematics.motion import CHARTS, Motion, Path, motion
+from ..kinematics.types import Array
+
+#: Half the number of intervals of the table.
+STEPS = 16
+#: No window goes beyond this parameter, a rotation of 166 degrees either way.
+FARTHEST = 8.0
+#: Part of the extent to which windows are solved.
+EXACT = 1e-13
+#: Worst conditioning of a chart that is still used.
+SINGULAR = 1e-4
+#: A point slower than this, per turn of its linkage's size, is at rest.
+AT_REST = 1e-9
+#: No point is followed farther than so many sizes of its linkage: coupler points of slides and sliders run to infinity.
+FAR = 100.0
+
+
+@dataclass(frozen=True)
+class CouplerCurve:
+    """Guides ready to be traced.
+
+    Attributes
+    ----------
+    motion : Motion of n
+    point : complex ndarray, shape (n,)
+        Guided point in the reference position.
+    tangent : complex ndarray, shape (n,)
+        Unit vector of the point's velocity there, at a cusp of its acceleration; u runs along it and increases with the
+        parameter.
+    t, u : ndarray, shape (2 STEPS + 1, n)
+        Table over the part of the path on which u increases; infinite outside it.
+    limit : ndarray of str, shape (2, n)
+        What ends it below and above: ``path turns`` or ``linkage turns``.
+    cusp : ndarray of bool, shape (n,)
+        Whether the point is at rest in the reference position.
+    """
+
+    motion: Motion
+    point: Array
+    tangent: Array
+    t: Array
+    u: Array
+    limit: Array
+    cusp: Array
+    pole: Array | None = None
+
+    @property
+    def linkage(self) -> Linkage:
+        return self.motion.linkage
+
+    def __len__(self) -> int:
+        return len(self.point)
+
+    def __getitem__(self, index: Any) -> CouplerCurve:
+        return CouplerCurve(
+            self.motion[index], self.point[index], self.tangent[index], self.t[:, index], self.u[:, index],
+            self.limit[:, index], self.cusp[index],
+            None if self.pole is None else self.pole[index],
+        )  # fmt: skip
+
+    @cached_property
+    def path(self) -> Path:
+        """Path of the guided point along and across its tangent."""
+        return self.motion.point(self.point, self.tangent)
+
+    @cached_property
+    def turn(self) -> Path:
+        """Re x and Im x of the pose, x = exp(i theta) - 1: what a shift of the guided point is multiplied by."""
+        return self.motion.turn()
+
+    @property
+    def extent(self) -> Array:
+        """Farthest u below (as a positive number) and above the reference position, shape (2, n)."""
+        finite = np.isfinite(self.u)
+        low = np.where(finite, self.u, 0).min(0)
+        high = np.where(finite, self.u, 0).max(0)
+        return np.stack([-low, high])
+
+    def window(self, low: Array, high: Array) -> tuple[Array, Array]:
+        """Return the parameters at which u is `low` and `high`, each (n,) -> (n,), NaN beyond the extent.
+
+        Bracketed in the table, then solved by regula falsi (Illinois) to `EXACT` of the extent.
+        """
+        wanted = np.stack([low, high])
+        k = np.clip((self.u[:, None] < wanted).sum(0), 1, len(self.u) - 1)
+        t0, t1 = (np.take_along_axis(self.t, k + j, 0) for j in (-1, 0))
+        extent = self.extent
+        with np.errstate(all="ignore"):
+            outside = (wanted < -extent[0] * (1 + 1e-9)) | (wanted > extent[1] * (1 + 1e-9))
+            f0, f1 = (np.take_along_axis(self.u, k + j, 0) - wanted for j in (-1, 0))
+            t = t1
+            for _ in range(12):
+                t = t1 - f1 * (t1 - t0) / np.where(f1 == f0, 1, f1 - f0)
+                f = np.where(self.cusp & (t < 0), -1, 1) * self.path(t)[0] - wanted
+                crossed = (f < 0) != (f1 < 0)
+                t0, f0 = np.where(crossed, t1, t0), np.where(crossed, f1, 0.5 * f0)
+                t1, f1 = t, f
+                if not (np.abs(f) > EXACT * extent.sum(0)).any():
+                    break
+        t = np.where(outside | ~np.isfinite(t), np.nan, t)
+        return t[0], t[1]
+
+
+def coupler_curve(
+    linkage: Linkage, point: Array, dtype: Any = float, pole: Array | None = None, chart: Array | None = None
+) -> CouplerCurve:
+    """Return the coupler curve of each guided point in the chart in which it runs farthest to both sides.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+        Guided points in the reference position.
+    dtype : float or numpy.longdouble
+    pole : complex ndarray, shape (n,), optional
+        Pole in the reference position: the branch on which linkages at a change point move.
+    chart : ndarray of int, shape (n,), optional
+        Charts to be taken unseen, those of linkages nearby.
+
+    Notes
+    -----
+    The charts are weighed by the smaller of the two extents times the root of their conditioning.  A linkage at a
+    change point without a pole has extent 0.
+    """
+    point = np.asarray(point, dtype=complex)
+    if chart is None:
+        n = len(linkage)
+        each = np.tile(np.arange(n), len(CHARTS))
+        every = _ready(
+            linkage[each], point[each], np.repeat(CHARTS, n), float, None if pole is None else np.asarray(pole)[each]
+        )
+        conditioning = every.motion.conditioning
+        score = np.where(
+            conditioning > SINGULAR, every.extent.min(0) * np.sqrt(np.minimum(conditioning, 1)), -1.0
+        ).reshape(len(CHARTS), n)
+        chosen = np.zeros(n, dtype=int)
+        for i in range(1, len(CHARTS)):
+            chosen = np.where(score[i] > score[:i].max(0) * (1 + 1e-9), i, chosen)
+        if dtype is float:
+            return every[chosen * n + np.arange(n)]
+        chart = np.array(CHARTS)[chosen]
+    return _ready(linkage, point, chart, dtype, pole)
+
+
+def _ready(linkage: Linkage, point: Array, chart: Array, dtype: Any, pole: Array | None) -> CouplerCurve:
+    """Return coupler curves in given charts."""
+    moving = motion(linkage, chart, point, dtype, pole)
+    tangent, t, u, limit, cusp = _table(moving, point)
+    return CouplerCurve(moving, point, tangent, t, u, limit, cusp, pole)
+
+
+def _table(moving: Motion, point: Array) -> tuple[Array, Array, Array, Array, Array]:
+    """Return tangent, parameters, displacements, limits and cusps; see `CouplerCurve`."""
+    velocity = moving.velocity_of(point)
+    speed = np.abs(velocity)
+    with np.errstate(all="ignore"):
+        cusp = ~(speed > AT_REST * moving.linkage.size) & (moving.conditioning > SINGULAR)
+        if cusp.any():
+            velocity = np.array(velocity)
+            velocity[cusp] = path_series(moving[cusp].point(point[cusp]))[2]
+            speed = np.abs(velocity)
+        still = ~(speed > AT_REST * moving.linkage.size)
+        tangent = np.where(still, 1.0, velocity / speed)
+        angle = np.arctan(np.clip(moving.interval, -FARTHEST, FARTHEST))
+        # nodes crowd where the chart ends, because the path runs into a turning point like a square root
+        share = np.sin(0.5 * np.pi * np.arange(STEPS + 1) / STEPS)[:, None]
+        t = np.tan(np.concatenate([angle[:1] * share[:0:-1], angle[1:] * share]))
+        u, _ = moving.point(point, tangent)(t)
+        u[:STEPS] *= np.where(cusp, -1, 1)
+        u[STEPS] = 0.0
+        rising = np.diff(u, axis=0) > 0
+        near = np.abs(u) <= FAR * moving.linkage.size
+    up = np.logical_and.accumulate(rising[STEPS:] & near[STEPS + 1 :], axis=0)
+    down = np.logical_and.accumulate((rising[:STEPS] & near[:STEPS])[::-1], axis=0)[::-1]
+    inside = np.concatenate([down, np.ones_like(up[:1]), up]) & ~still & (moving.conditioning > SINGULAR)
+    limit = np.where(np.stack([inside[0], inside[-1]]), "linkage turns", "path turns")
+    sign = np.where(np.arange(2 * STEPS + 1) < STEPS, -np.inf, np.inf)[:, None]
+    return tangent, t, np.where(inside, u, np.where(np.arange(2 * STEPS + 1)[:, None] == STEPS, 0, sign)), limit, cusp

@@ -1,0 +1,252 @@
+"""What a guide costs: size, link lengths, transmission angle and bounding boxes, on the finite motion.
+
+One crank drives: the one with the better least transmission angle over the stroke; where a crank must turn fully, the
+better of those that do.  Everything that depends on the drive is of this crank: `Measures.min_transmission` and
+`drive_angle` here, and all of `catalogue.guide.drive`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+
+from ..kinematics.linkage import RP, RR, Linkage
+from ..kinematics.motion import Motion
+from ..kinematics.types import Array
+from .coupler_curve import CouplerCurve
+from .inverse import of_machine
+from .minimum_zone import grid
+from .rotatability import rotates as rotates
+from .trace import Traced
+
+#: Positions at which the transmission angle is read.
+POSES = 17
+#: A guided point nearer to a moving pivot than this part of the stroke is that pivot, which needs no guide.
+LEAST_ARM = 0.05
+
+
+@dataclass(frozen=True)
+class Measures:
+    """Measures of n guides over their strokes, in the length unit of the linkage.
+
+    Attributes
+    ----------
+    size : ndarray, shape (n,)
+        Diameter of the finite pivots, in mid-stroke, together with the guided path (`POSES` points of it).
+    max_link, min_link : ndarray, shape (n,)
+        Longest and shortest of the cranks and the coupler; NaN where there is none.
+    max_ground : ndarray, shape (n,)
+        Distance of the fixed pivots; NaN unless both are finite.
+    max_arm : ndarray, shape (n,)
+        Distance of the guided point from the nearer moving pivot; NaN if both are at infinity.
+    min_transmission : ndarray, shape (n,)
+        Least transmission angle over the stroke when that crank drives [deg]: the angle between the ray of the driven
+        dyad and the line that joins the driving moving pivot to it, 0 ... 90.  Without a crank: the better dyad.
+    driver : ndarray of int, shape (n,)
+        Number of the crank that drives, 1 or 2 (the rule: see the module); 0 where there is no crank.
+    drive_angle, rotation : ndarray, shape (n,)
+        By how much that crank turns from end to end, NaN without one; range of the coupler's angles, as far as `POSES`
+        positions show it [deg].  More exactly: `catalogue.guide.drive`.
+    rotates : ndarray of int, shape (n,)
+        Bit i: the crank of dyad i turns fully; see `catalogue.guide.rotatability`.
+    fixed_box, box : ndarray, shape (n, 4)
+        x0, y0, x1, y1 of the finite fixed pivots (of all finite pivots, in mid-stroke) in the frame whose origin is the
+        middle of the stroke and whose x axis runs along it; NaN where there is none.
+    """
+
+    size: Array
+    max_link: Array
+    min_link: Array
+    max_ground: Array
+    max_arm: Array
+    min_transmission: Array
+    driver: Array
+    drive_angle: Array
+    rotation: Array
+    rotates: Array
+    fixed_box: Array
+    box: Array
+
+    def __getitem__(self, index: Any) -> Measures:
+        return Measures(*(getattr(self, f.name)[index] for f in fields(self)))
+
+
+def measure(
+    guides: CouplerCurve,
+    traced: Traced,
+    poses: int = POSES,
+    *,
+    in_middle: bool = False,
+    turning: bool = False,
+    inverse: bool = False,
+) -> Measures:
+    """Return the measures of traced guides.
+
+    Parameters
+    ----------
+    in_middle : bool
+        The reference position is that of mid-stroke; else the pivots are interpolated there between the poses, which
+        leaves a few thousandths of the size open.
+    turning : bool
+        A crank must turn fully: it is the driver, where there is one.
+    inverse : bool
+        The guides are inversions of machines whose coupler carries a slot over a fixed point: everything is that of
+        these machines, along the same motion.  `max_arm` is then the distance of the middle of the slot from the nearer
+        moving pivot, and the boxes are those of the frame in which the slot stands in mid-stroke.
+    """
+    linkage, moving = guides.linkage, guides.motion
+    point = guides.point + traced.shift
+    share = 0.5 - 0.5 * np.cos(np.pi * np.arange(poses) / (poses - 1))
+    t = traced.low + (traced.high - traced.low) * share[:, None]
+    with np.errstate(all="ignore"):
+        d, x = moving.pose(t)
+        path = point + d + x * (point - moving.origin)
+        z = linkage.points
+        at = [z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin) for i in (0, 1)]
+        machine, pins = linkage, at
+        if inverse:
+            machine, d, x = of_machine(linkage, d, x)
+            pins = [z[:, i, 0] + d + x * (z[:, i, 0] - moving.origin) for i in (0, 1)]
+        turns = rotates(machine)
+        angle, driver = transmission(machine, pins, x, turns if turning else None)
+        drive_angle, rotation = _turned(machine, pins, x, driver)
+        middle = _middle(path, traced)
+        fixed = _finite(linkage, 0)
+        now = np.stack([_at(m, middle) for m in at], axis=-1)
+        now = np.where(guides.cusp[:, None] | in_middle, z[:, :, 1], now)  # at a cusp: where the point turns
+        now = np.where(linkage.finite[:, :, 1], now, np.nan)
+        pivots = np.concatenate([fixed, now], axis=1)
+        between = np.fmax.reduce(np.abs(pivots[:, :, None] - pivots[:, None, :]), axis=(1, 2))
+        reach = np.fmax.reduce(np.abs(path[:, :, None] - pivots), axis=(0, 2))
+        size = np.maximum(np.maximum(between, reach), np.abs(path[-1] - path[0]))
+        if inverse:
+            fixed, now, point = now, fixed, np.where(guides.cusp, point, _at(path, middle))
+        arm = np.fmin.reduce(np.abs(point[:, None] - _finite(machine, 1)), axis=1)
+        ground = np.abs(np.diff(_finite(machine, 0), axis=1)[:, 0])
+        links = np.abs(np.stack([*_cranks(machine).T, np.diff(_finite(machine, 1), axis=1)[:, 0]]))
+        centre = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
+        local = [
+            (p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, np.concatenate([fixed, now], 1))
+        ]
+    boxes = [_box(p) for p in local]
+    return Measures(
+        size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, driver, drive_angle, rotation,
+        turns, *boxes,
+    )  # fmt: skip
+
+
+def transmission(linkage: Linkage, at: list[Array], x: Array, turns: Array | None = None) -> tuple[Array, Array]:
+    """Return the least transmission angle over the poses with the driving crank, shape (n,) [deg]; and its number.
+
+    Parameters
+    ----------
+    at, x
+        As in `transmissions`.
+    turns : ndarray of int, shape (n,), optional
+        Which cranks turn fully, bit i for dyad i: of these the better one drives, where there are any; of both if not
+        given.
+    """
+    least, may = transmissions(linkage, at, x), linkage.dyads.T == RR
+    if turns is not None:
+        full = may & (turns >> np.array([[0], [1]]) & 1).astype(bool)
+        may = np.where(full.any(0), full, may)
+    second = may[1] & (~may[0] | (least[1] > least[0]))
+    angle = np.where(may.any(0), np.where(second, least[1], least[0]), np.maximum(*least))
+    driver = np.where(may.any(0), np.where(second, 2, 1), 0)
+    return np.where(np.isnan(least[0] + least[1]), np.nan, angle), driver
+
+
+def transmissions(linkage: Linkage, at: list[Array], x: Array) -> Array:
+    """Return the least transmission angle over the poses with either dyad driving, shape (2, n) [deg]; -1 for one that
+    is no crank, if the other is.
+
+    Parameters
+    ----------
+    at : two complex ndarrays, shape (m, n)
+        Positions of the moving pivots (for a slide: anything finite) at Chebyshev points of the stroke, between which
+        the sine of the angle is interpolated.
+    x : complex ndarray, shape (m, n)
+        exp(i theta) - 1 of the coupler.
+    """
+    z, kind = linkage.points, linkage.dyads
+    fine = grid(len(x) - 1).fine
+    least = []
+    for driver in (0, 1):
+        other = 1 - driver
+        ray = np.where(
+            kind[:, other] == RR,
+            at[other] - z[:, other, 0],
+            np.where(kind[:, other] == RP, z[:, other, 1] * (1 + x), z[:, other, 0]),
+        )
+        contact = np.where(kind[:, other] == RP, z[:, other, 0], at[other])
+        arm = np.where(kind[:, driver] == RP, z[:, driver, 1] * (1 + x), contact - at[driver])
+        with np.errstate(all="ignore"):
+            sine = fine @ ((arm.conj() * ray).imag / (np.abs(arm) * np.abs(ray)))
+        through = (sine.min(axis=0) < 0) & (sine.max(axis=0) > 0)  # a dead point lies on the way
+        angle = np.where(through, 0.0, np.degrees(np.arcsin(np.clip(np.abs(sine), 0, 1))).min(axis=0))
+        no_crank = (kind != RR).all(1)
+        least.append(np.where((kind[:, driver] == RR) | no_crank, angle, -1.0))
+    return np.stack(least)
+
+
+def _finite(linkage: Linkage, plane: int) -> Array:
+    """Return the fixed (0) or moving (1) pivots, shape (n, 2); NaN for those at infinity."""
+    return np.where(linkage.finite[:, :, plane], linkage.points[:, :, plane], complex(np.nan, np.nan))
+
+
+def _cranks(linkage: Linkage) -> Array:
+    """Return both dyads from fixed to moving pivot, shape (n, 2); NaN for those that are no crank."""
+    return np.asarray(_finite(linkage, 1) - _finite(linkage, 0))
+
+
+def _turned(linkage: Linkage, at: list[Array], x: Array, driver: Array) -> tuple[Array, Array]:
+    """Return by how much the driving crank turns from the first pose to the last, and the range of the coupler's
+    angles [deg]; from step to step, so that turns beyond 180 degrees are counted."""
+    second = driver == 2
+    spoke = np.where(second, at[1], at[0]) - np.where(second, linkage.points[:, 1, 0], linkage.points[:, 0, 0])
+    crank = np.abs(np.angle(spoke[1:] * spoke[:-1].conj()).sum(0))
+    coupler = np.angle((1 + x[1:]) * (1 + x[:-1]).conj()).cumsum(0)
+    rotation = np.maximum(coupler.max(0), 0.0) - np.minimum(coupler.min(0), 0.0)
+    return np.where(driver > 0, np.degrees(crank), np.nan), np.degrees(rotation)
+
+
+def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Array) -> Array:
+    """Return the parameter at which the guided point is in the middle of its stroke, or at its cusp, shape (n,)."""
+    start, end = traced.low, traced.high
+    middle = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
+    path = moving.point(point, traced.fit.along)
+    offset = ((point - middle) * traced.fit.along.conj()).real
+    with np.errstate(all="ignore"):
+        ends, _ = path(np.stack([start, end]))
+        (f0, f1), t = ends + offset, end
+        for _ in range(60):  # regula falsi (Illinois)
+            t = end - f1 * (end - start) / np.where(f1 == f0, 1, f1 - f0)
+            f = path(t[None])[0][0] + offset
+            crossed = (f < 0) != (f1 < 0)
+            start, f0 = np.where(crossed, end, start), np.where(crossed, f1, 0.5 * f0)
+            end, f1 = t, f
+            if not (np.abs(f) > 16 * np.finfo(f.dtype).eps * (traced.fit.stroke + np.abs(offset))).any():
+                break
+    return np.where(cusp, 0.0, t)
+
+
+def _middle(path: Array, traced: Traced) -> tuple[Array, Array]:
+    """Pose index before the middle of the stroke and the share of the step to it."""
+    run = ((path - traced.fit.start) * traced.fit.along.conj()).real - 0.5 * traced.fit.stroke
+    k = np.clip((run < 0).sum(0) - 1, 0, len(run) - 2)
+    a, b = (np.take_along_axis(run, (k + j)[None], 0)[0] for j in (0, 1))
+    return k, np.where(b != a, -a / np.where(b != a, b - a, 1), 0.0)
+
+
+def _at(values: Array, middle: tuple[Array, Array]) -> Array:
+    k, share = middle
+    a, b = (np.take_along_axis(values, (k + j)[None], 0)[0] for j in (0, 1))
+    return np.asarray(a + share * (b - a))
+
+
+def _box(p: Array) -> Array:
+    return np.stack(
+        [np.fmin.reduce(p.real, 1), np.fmin.reduce(p.imag, 1), np.fmax.reduce(p.real, 1), np.fmax.reduce(p.imag, 1)], 1
+    )

@@ -1,0 +1,204 @@
+"""Carry traced guides to where their path is wanted, and measure them there at exactly the stroke asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
+from .coupler_curve import CouplerCurve
+from .metrics import middle_of_stroke
+from .minimum_zone import Fit
+from .trace import Traced, extended, trace
+
+#: Below this deviation over stroke a guide is measured again in extended precision.
+FINE = 1e-11
+#: Corrections of a window until its chord, or its stroke from a cusp, is the one asked for; the chord from a cusp turns
+#: as it grows.
+ROUNDS, ROUNDS_AT_CUSP = 3, 10
+#: No correction is made by less than this part.
+REACHED, CORRECTIONS = 1e-11, 2
+
+
+def placed(guides: CouplerCurve, traced: Traced, stroke: Array | float) -> tuple[Linkage, Array, Traced]:
+    """Return the linkages in mid-stroke, laid so that their paths run from (0, 0) to (stroke, 0).
+
+    Guides whose paths have a cusp are given as they stand there, at (0, 0).
+
+    Parameters
+    ----------
+    guides : CouplerCurve of n
+    traced : Traced of n
+    stroke : float or ndarray, shape (n,)
+        Wanted stroke; it sets the scale.
+
+    Returns
+    -------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+        Guided points in mid-stroke.  A guide that was not traced stays where it is.
+    traced : Traced of n
+        The same traces there, in the same charts.
+    """
+    there = _there(traced)
+    now, here, seen = mid_stroke(guides, traced)
+    with np.errstate(all="ignore"):
+        scale = np.where(there, stroke / traced.fit.stroke * traced.fit.along.conj(), 1.0)
+        shift = np.where(there, -scale * traced.fit.start, 0.0)
+        size, fit = np.abs(scale), traced.fit
+        fit = Fit(
+            size * fit.deviation, size * fit.stroke, scale * fit.start + shift, scale / size * fit.along,
+            fit.curvature / size, size * fit.unresolved,
+        )  # fmt: skip
+    return now.moved(scale, shift), scale * here + shift, replace(seen, fit=fit)
+
+
+def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Array, Traced]:
+    """Return the linkages and guided points in mid-stroke (at a cusp: there), where they stand, and their traces with
+    the parameters counted from there, in the same charts."""
+    there = _there(traced)
+    moving, linkage = guides.motion, guides.linkage
+    point = np.where(there, guides.point + traced.shift, guides.point)
+    t = np.where(there, middle_of_stroke(moving, point, traced, guides.cusp), 0.0)
+    d, x = (p[0] for p in moving.pose(t[None]))
+    z = linkage.points.copy()
+    for i in (0, 1):
+        finite = linkage.finite[:, i, 1]
+        z[:, i, 1] = np.where(finite, z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin), z[:, i, 1] * (1 + x))
+    now = Linkage.trusted(np.stack([z.real, z.imag, linkage.pivots[..., 2]], axis=-1))
+    # a parameter is the tangent of half an angle: angles are subtracted
+    low, high = ((end - t) / (1 + end * t) for end in (traced.low, traced.high))
+    return now, point + d + x * (point - moving.origin), Traced(traced.fit, np.zeros_like(traced.shift), low, high)
+
+
+def _there(traced: Traced) -> Array:
+    return np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
+
+
+def mirrored(linkage: Linkage, point: Array, stroke: float, reverse: Array, over: Array) -> tuple[Linkage, Array]:
+    """Return placed guides laid the other way (`reverse`) or mirrored in the line of the path (`over`)."""
+    # both together are a half turn about the middle of the path; each alone is a reflection
+    factor = np.where(reverse, -1.0, 1.0)
+    shift = np.where(reverse, stroke, 0.0)
+    flip = reverse != over
+    return linkage.moved(factor, shift, flip), factor * np.where(flip, np.conj(point), point) + shift
+
+
+def at_stroke(
+    guides: CouplerCurve,
+    stroke: Array | float,
+    *,
+    circle: bool,
+    nodes: int = 32,
+    extend: bool = True,
+    curvature: Array | None = None,
+    exact: bool = False,
+) -> Traced:
+    """Trace each guide, its point as it is, over the window about its reference position that has exactly this stroke.
+
+    NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended precision if `extend`.
+    The `curvature` of arcs that run from (0, 0) to (stroke, 0), positive for a centre above, is sought unless it is
+    given; it places the window, but not at a cusp, and is that of the nominal if `exact`.
+    """
+    held = along_path(guides, curvature) if exact and curvature is not None else None
+    stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
+    half, centre = np.where(guides.cusp, np.minimum(stroke, guides.extent.min(0)), 0.5 * stroke), np.zeros(len(guides))
+    if guides.cusp.any():
+        for round_ in range(ROUNDS_AT_CUSP):
+            rough = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
+            with np.errstate(all="ignore"):
+                half = half * stroke / rough.fit.stroke
+            if circle and round_ == 0:
+                ends = _symmetric(guides, rough.fit, stroke)
+                half, centre = (np.where(guides.cusp, now, end) for now, end in zip((half, centre), ends, strict=True))
+    else:
+        if circle and curvature is not None:
+            half, centre = _symmetric(guides, _arcs(stroke, curvature), stroke)
+        elif circle:
+            half = _of_chord(guides, half, centre, stroke)
+            rough = trace(guides, half, circle=True, split=False, centre=centre, nodes=nodes)
+            half, centre = _symmetric(guides, rough.fit, stroke)
+        half = _of_chord(guides, half, centre, stroke)
+    found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
+    found, half = _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)
+    fine = (found.relative < FINE) & extend
+    if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
+        again = trace(
+            extended(guides[fine]), half[fine].astype(np.longdouble), circle=circle, split=False, centre=centre[fine],
+            nodes=nodes, held=None if held is None else held[fine].astype(np.longdouble),
+        )  # fmt: skip
+        found = found.replaced(fine, again)
+    return found
+
+
+def along_path(guides: CouplerCurve, curvature: Array | float) -> Array:
+    """Return curvatures that are positive for a centre above as seen along the paths, positive for one to the left."""
+    return np.asarray(np.where(guides.tangent.real < 0, -1.0, 1.0) * curvature)
+
+
+def near_stroke(
+    guides: CouplerCurve, stroke: float, *, circle: bool, nodes: int = 32, curvature: float | None = None
+) -> Traced:
+    """Trace each of n guides, its point as it is, over the window about its reference position whose ends are so far
+    apart [length of the guides]; NaN where it does not reach so far.
+
+    The stroke along a line is off by a few deviations squared.  With a `curvature`, positive for a centre above, the
+    nominal has exactly that, and the stroke is the one asked for.
+    """
+    held = None if curvature is None else along_path(guides, curvature)
+    half, centre = np.where(guides.cusp, stroke, 0.5 * stroke), np.zeros(len(guides))
+    half = np.where(guides.cusp, half, _of_chord(guides, half, centre, np.full_like(half, stroke)))
+    found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
+    if held is None:
+        return found
+    return _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)[0]
+
+
+def _corrected(
+    found: Traced, guides: CouplerCurve, stroke: Array | float, half: Array, **how: Any
+) -> tuple[Traced, Array]:
+    """Return guides traced again until their strokes are those asked for, and their half windows: the chord of a path
+    is longer than its run along the best line."""
+    for _ in range(CORRECTIONS):
+        with np.errstate(all="ignore"):
+            ratio = stroke / found.fit.stroke
+        if not (np.abs(ratio - 1) > REACHED).any():
+            break
+        half = half * ratio
+        found = trace(guides, half, split=False, **how)
+    return found, half
+
+
+def _of_chord(guides: CouplerCurve, half: Array, centre: Array, chord: Array) -> Array:
+    """Return half windows whose ends are as far apart as `chord` says, beginning with `half`; nothing is fitted."""
+    for _ in range(ROUNDS):
+        low, high = guides.window((centre - 1) * half, (centre + 1) * half)
+        u, v = guides.path(np.stack([low, high]))
+        with np.errstate(all="ignore"):
+            half = half * chord / np.hypot(u[1] - u[0], v[1] - v[0])
+    return half
+
+
+def _arcs(stroke: Array, curvature: Array) -> Fit:
+    """Return the circles of arcs from (0, 0) to (stroke, 0)."""
+    none = np.full_like(stroke, np.nan)
+    return Fit(none, stroke, np.zeros(len(stroke), complex), np.ones(len(stroke), complex), curvature, none)
+
+
+def _symmetric(guides: CouplerCurve, found: Fit, stroke: Array) -> tuple[Array, Array]:
+    """Return half and centre of the windows whose ends, on circles, are equally far from the guided points.
+
+    The tangent in the guided point is not parallel to the chord, since the path wavers about the circle.
+    """
+    with np.errstate(all="ignore"):
+        radius = 1 / found.curvature
+        depth = np.sqrt(radius**2 - 0.25 * found.stroke**2)
+        middle = found.start + found.along * (0.5 * found.stroke + 1j * np.copysign(depth, radius))
+        out = guides.point - middle
+        turn = np.exp(1j * np.arcsin(0.5 * stroke / np.abs(radius)))
+        ends = [((out * t - out) * guides.tangent.conj()).real for t in (turn, turn.conj())]
+    low, high = np.minimum(*ends), np.maximum(*ends)
+    return 0.5 * (high - low), (high + low) / (high - low)

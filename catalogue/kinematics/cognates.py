@@ -1,0 +1,57 @@
+"""Cognates: other linkages whose coupler point runs along the same path.
+
+With the complex ratio q = (P - A1*)/(A2* - A1*) of the coupler triangle, a four-bar has two: one shares the fixed pivot
+A1, the other A2, and both have the third fixed pivot A1 + q (A2 - A1).  A slider-crank has one, which shares the pivot
+of the crank; its slider runs along a line turned by the angle of q.
+
+Source: S. Roberts 1875, P. L. Chebyshev 1878.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .linkage import PR, RR, Linkage
+from .types import Array
+
+#: A guided point nearer to a moving pivot than this part of the coupler has no cognate: two pivots would coincide.
+NEAREST = 1e-6
+
+
+def cognates(linkage: Linkage, point: Array) -> tuple[Linkage, Array, Array]:
+    """Return the cognates of linkages, in the same reference position and place.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    point : complex ndarray, shape (n,)
+        Coupler points in the reference position; those of the cognates are the same.
+
+    Returns
+    -------
+    linkage : Linkage of k
+    which : ndarray of int, shape (k,)
+        Which linkage each one is a cognate of.
+    number : ndarray of int, shape (k,)
+        1: it shares the fixed pivot of the first crank, 2: of the second.
+    """
+    z, finite, kind = linkage.points, linkage.finite, linkage.dyads
+    found, which, number = [], [], []
+    for one, two in ((0, 1), (1, 0)):
+        crank = (kind[:, one] == RR) & ((kind[:, two] == RR) | (kind[:, two] == PR))
+        with np.errstate(all="ignore"):
+            fixed, moving, other = z[:, one, 0], z[:, one, 1], z[:, two, 1]
+            q = (point - moving) / (other - moving)
+            good = crank & (np.abs(q) > NEAREST) & (np.abs(q - 1) > NEAREST)
+            first = fixed + point - moving
+            second = first + q * (moving - fixed)
+            third = np.where(finite[:, two, 0], fixed + q * (z[:, two, 0] - fixed), q / np.abs(q) * z[:, two, 0])
+        rows = np.flatnonzero(good)
+        places = np.stack([np.stack([fixed, first], 1), np.stack([third, second], 1)], axis=1)[rows]
+        weight = np.ones(places.shape)
+        weight[:, 1, 0] = finite[rows, two, 0]
+        found.append(np.stack([places.real, places.imag, weight], axis=-1))
+        which.append(rows)
+        number.append(np.full(len(rows), one + 1))
+    made, valid = Linkage.valid(np.concatenate(found))
+    return made, np.concatenate(which)[valid], np.concatenate(number)[valid]

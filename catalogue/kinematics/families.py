@@ -1,0 +1,36 @@
+"""What a linkage family is to the catalogue."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..errors import PluginError
+
+
+@dataclass(frozen=True)
+class Family:
+    """A family of linkages.
+
+    Attributes
+    ----------
+    name : str
+        As in ``slider-crank``.
+    title : str
+        One line for people.
+    inverse : str
+        Name of the family into which inversion carries it.
+    dyads : str
+        As in ``RR.PR``.
+    sliding : bool
+        Whether it has sliding joints; a request for pins only leaves it out.
+    """
+
+    name: str
+    title: str
+    inverse: str
+    dyads: str
+    sliding: bool
+
+    def __post_init__(self) -> None:
+        if not (self.name and self.title and self.inverse):
+            raise PluginError(f"family {self.name!r}: name, title and inverse must not be empty")

@@ -1,0 +1,120 @@
+"""The lengths by which a linkage is made in a workshop, and the linkages next to it whose lengths are round numbers.
+
+They are, as far as the family has them: cranks, frame, coupler, the offset of a slider's line from the other fixed
+pivot, the offset of a slide's line from the other moving pivot, and the place of the guided point in the coupler, along
+and across the line from moving pivot 1 to moving pivot 2 (or the line of the slide).  Angles between sliders stay.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .linkage import PR, RP, RR, Linkage
+from .types import Array
+
+#: Newton steps until the lengths are round.
+ROUNDS = 8
+#: What is left of them then, of the size.
+CLOSE = 1e-12
+
+
+def link_lengths(linkage: Linkage, point: Array) -> dict[str, Array]:
+    """Return the lengths of linkages with guided points, by name, shape (n,) each, NaN where a family has none."""
+    z, dyads = linkage.points, linkage.dyads
+    coordinates = np.concatenate([z.reshape(-1, 4), point[:, None]], axis=1)
+    out: dict[str, Array] = {}
+    for kinds in np.unique(dyads, axis=0):
+        some = (dyads == kinds).all(1)
+        for name, values in _lengths(coordinates[some], tuple(kinds)).items():
+            out.setdefault(name, np.full(len(linkage), np.nan))[some] = values
+    return out
+
+
+def rounded(linkage: Linkage, point: Array, step: float) -> tuple[Linkage, Array, Array]:
+    """Return the nearest linkages and guided points whose lengths are multiples of a step, and which there are, (n,).
+
+    Nearest: no pivot nor the point is moved more than it takes, in the sense of least squares; directions of pivots at
+    infinity stay.  None where a length would vanish, or the chain cannot be closed with the round lengths.
+    """
+    pivots, moved, good = linkage.pivots.copy(), point.copy(), np.zeros(len(linkage), bool)
+    for kinds in np.unique(linkage.dyads, axis=0):
+        some = np.flatnonzero((linkage.dyads == kinds).all(1))
+        z = np.concatenate([linkage.points[some].reshape(-1, 4), point[some, None]], axis=1)
+        finite = np.concatenate([linkage.finite[some[0]].reshape(4), [True]])
+        z, closed = _newton(z, finite, tuple(kinds), step, linkage.size[some])
+        pivots[some, :, :, 0], pivots[some, :, :, 1] = (p[:, :4].reshape(-1, 2, 2) for p in (z.real, z.imag))
+        moved[some], good[some] = z[:, 4], closed
+    made, valid = Linkage.valid(pivots)
+    good &= valid
+    return made[good[valid]], moved[good], good
+
+
+def _newton(z: Array, finite: Array, kinds: tuple[int, ...], step: float, size: Array) -> tuple[Array, Array]:
+    """Return the places (n, 5) with round lengths, and where there are such."""
+
+    def lengths(at: Array) -> Array:
+        return np.stack(list(_lengths(at, kinds).values()), axis=-1)
+
+    wanted = step * np.round(lengths(z) / step)
+    positive = [not name.startswith(("offset", "point")) for name in _lengths(z, kinds)]
+    there = (wanted[:, positive] > 0).all(1)
+    free = np.flatnonzero(finite)
+    for _ in range(ROUNDS):
+        missing = wanted - lengths(z)
+        columns = []
+        for k in free:
+            for direction in (1.0, 1j):
+                by = 1e-6 * size * direction
+                ahead, behind = z.copy(), z.copy()
+                ahead[:, k] += by
+                behind[:, k] -= by
+                columns.append((lengths(ahead) - lengths(behind)) / (2e-6 * size[:, None]))
+        jacobian = np.stack(columns, axis=-1)
+        with np.errstate(all="ignore"):
+            ok = np.isfinite(jacobian).all((1, 2)) & np.isfinite(missing).all(1)
+        change = np.zeros((len(z), 2 * len(free)))
+        change[ok] = (np.linalg.pinv(jacobian[ok]) @ missing[ok, :, None])[..., 0]
+        z = z.copy()
+        z[:, free] += change[:, 0::2] + 1j * change[:, 1::2]
+        there &= ok
+    with np.errstate(all="ignore"):
+        closed = there & (np.abs(wanted - lengths(z)) <= CLOSE * size[:, None]).all(1)
+    return z, np.asarray(closed)
+
+
+def _lengths(z: Array, kinds: tuple[int, ...]) -> dict[str, Array]:
+    """Return the lengths of places (n, 5): A1, A1*, A2, A2* (directions at infinity), and the guided point."""
+    fixed, moving, point = z[:, [0, 2]], z[:, [1, 3]], z[:, 4]
+    out = {}
+    for i in (0, 1):
+        if kinds[i] == RR:
+            out[f"crank {i + 1}"] = np.abs(moving[:, i] - fixed[:, i])
+    if PR not in kinds:
+        out["frame"] = np.abs(fixed[:, 1] - fixed[:, 0])
+    if RP not in kinds:
+        out["coupler"] = np.abs(moving[:, 1] - moving[:, 0])
+    for i, other in ((0, 1), (1, 0)):
+        if kinds[i] == PR and kinds[other] != PR:
+            out[f"offset of slider {i + 1}"] = _dot(fixed[:, i], moving[:, i] - fixed[:, other])
+        if kinds[i] == RP and kinds[other] != RP:
+            out[f"offset of slide {i + 1}"] = _dot(moving[:, i], fixed[:, i] - moving[:, other])
+    if RP not in kinds:
+        origin, along = moving[:, 0], moving[:, 1] - moving[:, 0]
+    else:  # the line of a slide; where both are slides, the origin is where their lines meet
+        i = kinds.index(RP)
+        along = -1j * moving[:, i]
+        origin = moving[:, 1 - i] if kinds[1 - i] != RP else _meet(moving, fixed)
+    share = (point - origin) * along.conj() / np.abs(along)
+    out["point along"], out["point across"] = share.real, share.imag
+    return out
+
+
+def _meet(normal: Array, through: Array) -> Array:
+    """Return where the two lines with these normals through these points meet, shape (n,)."""
+    a, b = (_dot(normal[:, i], through[:, i]) for i in (0, 1))
+    area = (normal[:, 0].conj() * normal[:, 1]).imag
+    return np.asarray(1j * (normal[:, 0] * b - normal[:, 1] * a) / area)
+
+
+def _dot(a: Array, b: Array) -> Array:
+    return np.asarray((a.conj() * b).real)

@@ -1,0 +1,216 @@
+"""Linkages: two dyads and the coupler they guide, as batches of homogeneous pivots.
+
+A pivot is (x, y, w).  w = 1: a point; w = 0: the point at infinity in direction (x, y).  A dyad is a fixed and a
+moving pivot:
+
+=====  ===================================  ==================================================================
+dyad   pivots                               constraint
+=====  ===================================  ==================================================================
+RR     both finite                          crank: the moving pivot keeps its distance from the fixed one
+PR     fixed pivot at infinity              slider: the moving pivot stays on the fixed line through it whose
+                                            normal is the direction of the fixed pivot
+RP     moving pivot at infinity             slide: the coupler line through the fixed pivot whose normal is the
+                                            direction of the moving pivot keeps passing through the fixed pivot
+=====  ===================================  ==================================================================
+
+The pivots are given in one *reference position*; fixed and moving plane share their coordinates there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+from ..errors import InvalidLinkage
+from .types import Array
+
+RR, PR, RP = 0, 1, 2
+FAMILIES: dict[str, tuple[int, int]] = {
+    "four-bar": (RR, RR),
+    "slider-crank": (RR, PR),
+    "inverted-slider-crank": (RR, RP),
+    "swinging-block": (PR, RP),
+    "elliptic-trammel": (PR, PR),
+    "oldham": (RP, RP),
+}
+#: Families with a sliding joint.
+SLIDING = tuple(name for name, dyads in FAMILIES.items() if dyads != (RR, RR))
+_NAME = np.empty((3, 3), dtype=object)
+for _name, (_i, _j) in FAMILIES.items():
+    _NAME[_i, _j] = _NAME[_j, _i] = _name
+
+#: Two pivots nearer than this times the size of the linkage count as coincident.
+COINCIDENT = 1e-12
+
+
+class Linkage:
+    """A batch of n linkages.
+
+    Parameters
+    ----------
+    pivots : array_like, shape (2, 2, 3) or (n, 2, 2, 3)
+        Dyad, (fixed, moving), (x, y, w), in any length unit.  Scaled on entry so that w is 0 or 1 and
+        the direction of a pivot at infinity is a unit vector.
+
+    Raises
+    ------
+    InvalidLinkage
+        NaN or infinite numbers, a wrong shape, a dyad with both pivots at infinity, a link of length zero,
+        coincident fixed or coincident moving pivots (at infinity: parallel directions).
+    """
+
+    def __init__(self, pivots: npt.ArrayLike) -> None:
+        try:
+            given = np.array(pivots, dtype=float)
+        except (TypeError, ValueError) as error:
+            raise InvalidLinkage(f"pivots must be numbers in an array of shape (n, 2, 2, 3): {error}") from None
+        if given.shape[-3:] != (2, 2, 3) or given.ndim not in (3, 4):
+            raise InvalidLinkage(f"pivots must have shape (2, 2, 3) or (n, 2, 2, 3), not {given.shape}")
+        given = given.reshape(-1, 2, 2, 3)
+        wrong = faults(given)
+        bad = np.flatnonzero(wrong != "")
+        if bad.size:
+            more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
+            raise InvalidLinkage(f"linkage {bad[0]}: {wrong[bad[0]]}{more}")
+        self.pivots = _normalised(given)
+        self.pivots.setflags(write=False)
+
+    @classmethod
+    def valid(cls, pivots: Array) -> tuple[Linkage, Array]:
+        """Return the linkages among `pivots` (n, 2, 2, 3) that are valid, and the mask (n,) that says which."""
+        mask = faults(pivots) == ""
+        return cls.trusted(_normalised(pivots[mask])), mask
+
+    @classmethod
+    def trusted(cls, pivots: Array) -> Linkage:
+        """Return linkages of pivots (n, 2, 2, 3) that are valid already: w is 0 or 1, directions are unit vectors.
+
+        Nothing is checked; the array is not copied, and is frozen.
+        """
+        made = cls.__new__(cls)
+        made.pivots = pivots
+        made.pivots.setflags(write=False)
+        return made
+
+    # -- a batch ------------------------------------------------------------------------------------------------
+    def __len__(self) -> int:
+        return len(self.pivots)
+
+    def __getitem__(self, index: Any) -> Linkage:
+        chosen = self.pivots[index]
+        return self.trusted(chosen.reshape(-1, 2, 2, 3))
+
+    def __iter__(self) -> Iterator[Linkage]:
+        return (self[i] for i in range(len(self)))
+
+    def __repr__(self) -> str:
+        names = ", ".join(f"{np.sum(self.family == name)} {name}" for name in np.unique(self.family))
+        return f"<Linkage: {names or 'empty'}>"
+
+    # -- what they are ------------------------------------------------------------------------------------------
+    @cached_property
+    def dyads(self) -> Array:
+        """Kind of each dyad (`RR`, `PR`, `RP`), shape (n, 2), from the zeros of w."""
+        finite = self.pivots[..., 2] != 0
+        return np.where(finite.all(-1), RR, np.where(finite[..., 1], PR, RP))
+
+    @cached_property
+    def family(self) -> Array:
+        """Family name of each linkage, shape (n,)."""
+        return np.asarray(_NAME[self.dyads[:, 0], self.dyads[:, 1]], dtype=str)
+
+    @property
+    def points(self) -> Array:
+        """Pivots as complex numbers x + iy, shape (n, 2, 2); a unit direction where the pivot is at infinity."""
+        return self.pivots[..., 0] + 1j * self.pivots[..., 1]
+
+    @property
+    def finite(self) -> Array:
+        """True where a pivot is finite, shape (n, 2, 2)."""
+        return np.asarray(self.pivots[..., 2] != 0)
+
+    @cached_property
+    def rays(self) -> Array:
+        """Unit vector of each dyad's ray as a complex number, shape (n, 2): along the crank, else the normal."""
+        z, kind = self.points, self.dyads
+        crank = z[..., 1] - z[..., 0]
+        ray = np.where(kind == RR, crank, np.where(kind == PR, z[..., 0], z[..., 1]))
+        return np.asarray(ray / np.abs(ray))
+
+    @cached_property
+    def sine(self) -> Array:
+        """Sine of the angle from ray 1 to ray 2, shape (n,): 0 for parallel cranks and at dead points."""
+        return np.asarray((self.rays[:, 0].conj() * self.rays[:, 1]).imag)
+
+    @cached_property
+    def size(self) -> Array:
+        """Diameter of the finite pivots, shape (n,) [length]."""
+        z = np.where(self.finite, self.points, np.nan).reshape(-1, 4)
+        return np.asarray(np.nanmax(np.abs(z[:, :, None] - z[:, None, :]), axis=(1, 2)))
+
+    # -- what can be made of them -------------------------------------------------------------------------------
+    def inverted(self) -> Linkage:
+        """Return the kinematic inversions: fixed and moving plane exchanged, in the same reference position."""
+        return self.trusted(np.ascontiguousarray(self.pivots[:, :, ::-1]))
+
+    def moved(self, scale: npt.ArrayLike = 1.0, shift: npt.ArrayLike = 0.0, mirror: npt.ArrayLike = False) -> Linkage:
+        """Return the linkages carried by the similarity z -> scale z + shift (mirror: z -> scale conj(z) + shift).
+
+        Parameters
+        ----------
+        scale, shift : array_like, shape () or (n,)
+            Complex numbers; |scale| is the magnification, its angle the rotation.
+        mirror : array_like of bool, shape () or (n,)
+
+        Raises
+        ------
+        InvalidLinkage
+            If a scale is zero or not finite, or a shift not finite.
+        """
+        a, b = np.asarray(scale, dtype=complex), np.asarray(shift, dtype=complex)
+        if not (np.all(np.isfinite(a)) and np.all(np.isfinite(b)) and np.all(a != 0)):
+            raise InvalidLinkage("a similarity needs a finite shift and a finite scale other than zero")
+        a, b, flip = (np.broadcast_to(v, len(self))[:, None, None] for v in (a, b, np.asarray(mirror)))
+        z = np.where(flip, self.points.conj(), self.points)
+        z = np.where(self.finite, a * z + b, a / np.abs(a) * z)
+        return self.trusted(np.stack([z.real, z.imag, self.pivots[..., 2]], axis=-1))
+
+
+def faults(pivots: Array) -> Array:
+    """Return what is wrong with each of the pivots (n, 2, 2, 3), shape (n,): an empty string where nothing is."""
+    p = np.asarray(pivots, dtype=float)
+    wrong = np.full(len(p), "", dtype=object)
+
+    def mark(where: Array, text: str) -> None:
+        wrong[where & (wrong == "")] = text
+
+    mark(~np.isfinite(p).all(axis=(1, 2, 3)), "a pivot has a NaN or infinite coordinate (at infinity means w = 0)")
+    with np.errstate(all="ignore"):
+        q = _normalised(p)
+        z, finite = q[..., 0] + 1j * q[..., 1], q[..., 2] != 0
+        mark((p == 0).all(-1).any(axis=(1, 2)), "a pivot is (0, 0, 0), which is no point")
+        lost = ~np.isfinite(q).all(axis=-1) | ~finite & (z == 0)
+        mark(lost.any(axis=(1, 2)), "a pivot is so far out that its coordinates overflow")
+        mark((~finite).all(-1).any(-1), "a dyad has both pivots at infinity")
+        spread = np.where(finite, np.abs(z - np.where(finite[:, :1, :1], z[:, :1, :1], 0)), 0)
+        near = COINCIDENT * np.maximum(spread.max(axis=(1, 2)), np.abs(np.where(finite, z, 0)).max(axis=(1, 2)) * 1e-3)
+        link = np.abs(z[..., 0] - z[..., 1])
+        mark((finite.all(-1) & (link <= near[:, None])).any(-1), "the two pivots of a crank coincide")
+        for k, name in enumerate(("fixed", "moving")):
+            both, none = finite[:, :, k].all(-1), ~finite[:, :, k].any(-1)
+            apart = np.abs(z[:, 0, k] - z[:, 1, k])
+            cross = np.abs((z[:, 0, k].conj() * z[:, 1, k]).imag)
+            mark(both & (apart <= near), f"the two {name} pivots coincide")
+            mark(none & (cross <= COINCIDENT), f"the two {name} pivots at infinity coincide (parallel lines)")
+    return wrong
+
+
+def _normalised(pivots: Array) -> Array:
+    x, y, w = np.moveaxis(np.asarray(pivots, dtype=float), -1, 0)
+    by = np.where(w != 0, w, np.hypot(x, y))
+    with np.errstate(all="ignore"):
+        return np.stack([x / by, y / by, np.where(w != 0, 1.0, 0.0)], axis=-1)

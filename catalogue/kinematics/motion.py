@@ -1,0 +1,267 @@
+"""Finite motion of all six families in closed form.
+
+A pose carries the coupler point z to  z + d + x (z - o),  x = exp(i theta) - 1.  Each dyad (A, w), (A*, w*), seen from
+the origin o, confines the pose to one and the same generalised circle,
+
+    w w* |d|^2 + 2 Re(conj(w (1 + x) A* - w* A) d) - 2 Re(conj(A) A* x) = 0,
+
+and the two dyads together give a circle  a |y|^2 + 2 Re(conj(b) y) + g = 0  and a line  Re(conj(B) y) + H = 0  in the
+one unknown y that is left when a parameter t is chosen (a *chart*):
+
+* coupler chart: t = tan(theta/2) of the coupler, y = d;
+* crank chart i: t = tan(phi/2) of the crank of dyad i, y = x, and o is the moving pivot of that crank.
+
+With xi = exp(i angle) - 1 = 2 t (i - t)/(1 + t^2) every coefficient of circle and line is linear in (Re xi, Im xi),
+because |xi|^2 = -2 Re xi; times 1 + t^2 each is a quadratic polynomial of t (*form*).  Over a window of t all forms of
+all linkages at common nodes are one matrix product.  The reference position is t = 0, y = 0, nothing cancels near it,
+and the root that is continuous with it is kept.  A chart ends where circle and line touch, the zero of E - lo or
+hi - E for one more linear form E: the turning points of the parameter (coupler: the cranks are parallel or the
+linkage is at a dead point; crank: a dead point of that crank).
+
+At a change point, where all pivots lie on one line and two branches cross, K and the discriminant vanish like t and
+t^2.  Both are divided out in the coupler chart, and the branch with the wanted pole is kept on both sides.
+
+Arrays of positions have shape (m, n): positions first, so that every numpy pass runs along the linkages.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from .change_points import at_change, crossed, crossing, divided_constant, root_of
+from .charts import B_X, B_Y, G, K, N, coupler_chart, crank_chart, nearest
+from .linkage import RR, Linkage
+from .types import Array
+
+COUPLER, CRANK_1, CRANK_2 = 0, 1, 2
+CHARTS = (COUPLER, CRANK_1, CRANK_2)
+#: Positions evaluated at once: the temporaries of one block stay in the second-level cache.
+BLOCK = 32768
+#: A linkage with |K| below this part of its scale in all charts is at a change point.
+CHANGE = 1e-9
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Finite motion of a batch of linkages, each in a chart of its own (made by `motion`).
+
+    Attributes
+    ----------
+    chart : ndarray, shape (n,)
+        `COUPLER`, `CRANK_1` or `CRANK_2`.
+    conditioning : ndarray, shape (n,)
+        Between 0 (the chart is singular in the reference position) and about 1.
+    interval : ndarray, shape (2, n)
+        Nearest turning points of the parameter below and above 0; infinite where the parameter turns fully.
+    forms : ndarray, shape (7, 3, n)
+    circle : ndarray, shape (n,)
+        The coefficient a of the circle, 0 if it is a line.
+    origin, lever : complex ndarray, shape (n,)
+        Origin o of the pose; crank vector of the crank charts, 0 in the coupler chart.
+    branch : ndarray, shape (n,)
+        0; at a change point the sign of the root that is taken for t > 0.
+    """
+
+    linkage: Linkage
+    chart: Array
+    conditioning: Array
+    interval: Array
+    forms: Array
+    circle: Array
+    origin: Array
+    lever: Array
+    branch: Array
+
+    def __getitem__(self, index: Any) -> Motion:
+        return Motion(
+            self.linkage[index],
+            self.chart[index],
+            self.conditioning[index],
+            self.interval[:, index],
+            self.forms[..., index],
+            self.circle[index],
+            self.origin[index],
+            self.lever[index],
+            self.branch[index],
+        )
+
+    def point(self, z: Array, along: Array | None = None) -> Path:
+        """Return the paths of the coupler points z (n,), in axes along the unit vectors `along` (n,), both complex."""
+        crank = self.chart != COUPLER
+        axis = np.ones_like(z) if along is None else np.conj(along)
+        return self._path(
+            np.where(crank, self.lever, z - self.origin) * axis, np.where(crank, z - self.origin, 1) * axis
+        )
+
+    def turn(self) -> Path:
+        """Return (Re x, Im x) of the pose as if it were the path of a point."""
+        crank = self.chart != COUPLER
+        return self._path(np.where(crank, 0j, 1), np.where(crank, 1, 0j))
+
+    def pose(self, t: Array) -> tuple[Array, Array]:
+        """Return (d, x) at the parameters t (m, n): coupler points z go to z + d + x (z - origin)."""
+        t = np.asarray(t)
+        re, im = self._path(np.zeros_like(self.lever), np.ones_like(self.lever))(t)
+        y, xi = re + 1j * im, 2 * t * (1j - t) / (1 + t * t)
+        crank = self.chart != COUPLER
+        return np.where(crank, self.lever * xi, y), np.where(crank, y, xi)
+
+    def _path(self, linear: Array, factor: Array) -> Path:
+        """Return  linear xi + factor y  as a path."""
+        turned = factor * (self.forms[B_X] + 1j * self.forms[B_Y])
+        extra = np.stack([2j * linear, -2 * linear, 0 * linear])
+        rows = np.concatenate([self.forms[:B_X], [turned.real, turned.imag, extra.real, extra.imag]])
+        if self.branch.any():
+            rows = np.concatenate([rows, divided_constant(self.forms)[None]])
+        return Path(rows, self.circle, self.branch)
+
+    @cached_property
+    def velocity(self) -> tuple[Array, Array]:
+        """(dd/dt, dx/dt) in the reference position, complex, shape (n,) each."""
+        h, g, n, k, j2, b_x, b_y = self.forms[:, 0]
+        with np.errstate(all="ignore"):
+            q = (g * n - h * j2) / (2 * k)
+            if self.branch.any():
+                q = np.where(self.branch == 0, q, crossing(self.forms, self.circle, self.branch))
+            y = (q * (b_y - 1j * b_x) - h * (b_x + 1j * b_y)) / n
+        crank = self.chart != COUPLER
+        return np.where(crank, 2j * self.lever, y), np.where(crank, y, 2j)
+
+    def velocity_of(self, z: Array) -> Array:
+        """Velocity of the coupler points z (n,) with respect to t in the reference position, complex, shape (n,)."""
+        d, x = self.velocity
+        return np.asarray(d + x * (z - self.origin))
+
+
+@dataclass(frozen=True)
+class Path:
+    """Paths of one coupler point per linkage: displacement from its reference position, in axes of its own.
+
+    NaN beyond a turning point of the chart.
+    """
+
+    forms: Array  # (9, 3, n), at change points (10, 3, n)
+    circle: Array
+    branch: Array
+
+    def __call__(self, t: Array) -> tuple[Array, Array]:
+        """Return the displacement (u, v), each (m, n), at the parameters t (m, n)."""
+        c = self.forms
+        return self._solve((c[:, 2, None] * t + c[:, 1, None]) * t + c[:, 0, None], np.asarray(t))
+
+    def window(self, low: Array, high: Array, nodes: Array) -> tuple[Array, Array]:
+        """Return the displacement (u, v), each (m, n), at the `nodes` (m,) of [-1, 1] carried to [low, high], (n,)."""
+        n = self.forms.shape[-1]
+        rows = max(1, BLOCK // len(nodes))
+        if n > rows:
+            u = np.empty((len(nodes), n), dtype=self.forms.dtype)
+            v = np.empty_like(u)
+            for start in range(0, n, rows):
+                part = slice(start, start + rows)
+                u[:, part], v[:, part] = self[part].window(low[part], high[part], nodes)
+            return u, v
+        middle, half = 0.5 * (high + low), 0.5 * (high - low)
+        c0, c1, c2 = self.forms[:, 0], self.forms[:, 1], self.forms[:, 2]
+        shifted = np.stack([(c2 * middle + c1) * middle + c0, (c1 + 2 * c2 * middle) * half, c2 * half * half], axis=1)
+        powers = np.stack([np.ones_like(nodes), nodes, nodes * nodes], axis=1)
+        return self._solve(powers @ shifted, middle + half * nodes[:, None])
+
+    def _solve(self, forms: Array, t: Array) -> tuple[Array, Array]:
+        """Intersect circle and line; forms (9 or 10, m, n), t (m, n).  `forms` is overwritten."""
+        h, g, n, k, j2, b_x, b_y, l_x, l_y = forms[:9]
+        mixed = (self.circle * t * h - j2) * h
+        g *= n
+        mixed += g
+        with np.errstate(all="ignore"):
+            root = np.sqrt(k * k - self.circle * t * mixed)
+            q = mixed / (k + root)
+            # where K has changed its sign the other form of the same root; a pair of lines has none there
+            if np.fmin.reduce(k, axis=None, initial=np.inf) <= 0:
+                q = np.where(k <= 0, np.where(self.circle > 0, (k - root) / t, np.nan), q)
+            if len(forms) > 9:
+                q = np.where(self.branch == 0, q, root_of(h, k, forms[9], self.circle, self.branch))
+            n = 1 / n
+            scale = t / (1 + t * t)
+            q *= n
+            h *= n
+            u = q * b_y
+            b_y *= h
+            h *= b_x
+            b_x *= q
+            u -= h
+            b_x += b_y
+            u += l_x
+            l_y -= b_x
+            u *= scale
+            l_y *= scale
+        return u, l_y
+
+    def __getitem__(self, index: Any) -> Path:
+        return Path(self.forms[..., index], self.circle[index], self.branch[index])
+
+
+def motion(
+    linkage: Linkage,
+    chart: Array | int,
+    origin: Array | None = None,
+    dtype: Any = float,
+    pole: Array | None = None,
+) -> Motion:
+    """Return the motion of `linkage` in the given charts.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    chart : int or ndarray of int, shape (n,)
+        A crank chart of a dyad that is no crank has conditioning 0 and an empty interval.
+    origin : complex ndarray, shape (n,), optional
+        Origin of the coupler chart.  Digits are kept best when it is the guided point.
+    dtype : float or numpy.longdouble
+        Working precision.  Where the platform has no extended precision longdouble is double.
+    pole : complex ndarray, shape (n,), optional
+        Pole in the reference position: chooses the branch of linkages at a change point.
+    """
+    chart = np.broadcast_to(np.asarray(chart), len(linkage))
+    pivots = linkage.pivots.astype(dtype)
+    z, w = pivots[..., 0] + 1j * pivots[..., 1], pivots[..., 2]
+    start = np.zeros(len(linkage), dtype=z.dtype) if origin is None else np.asarray(origin).astype(z.dtype)
+    origin = np.where(chart == COUPLER, start, np.where(chart == CRANK_1, z[:, 0, 1], z[:, 1, 1]))
+    # the first dyad is the driving crank of a crank chart, and a circle of the coupler chart if there is one
+    swap = np.where(chart == COUPLER, linkage.dyads[:, 0] != RR, chart == CRANK_2)[:, None]
+    z = np.where(w != 0, z - origin[:, None, None], z)
+    z, w = (np.where(swap[..., None], p[:, ::-1], p) for p in (z, w))
+    kind = np.where(swap, linkage.dyads[:, ::-1], linkage.dyads)
+    crank = chart != COUPLER
+    parts = zip(coupler_chart(z, w), crank_chart(z, w, kind), strict=True)
+    forms, limit, low, high, scale, circle = (np.where(crank, second, first) for first, second in parts)
+    impossible = crank & (kind[:, 0] != RR)
+    with np.errstate(all="ignore"):
+        conditioning = np.where(impossible, 0, np.abs(forms[K, 0]) / scale)
+    interval = np.stack([nearest(limit, low, high, -1), nearest(limit, low, high, 1)])
+    interval[:, impossible] = 0
+    side = np.where(forms[K, 0] < 0, -1, 1)  # the line's two ends exchanged: then the root wanted is always the first
+    forms = np.where(np.isin(np.arange(7), (G, N))[:, None, None], forms, side * forms)
+    lever = np.where(crank, z[:, 0, 1] - z[:, 0, 0], 0)
+    branch = np.zeros(len(linkage), dtype=pivots.dtype)
+    change = ~crank & (conditioning < CHANGE) & crossed(forms, scale)
+    if pole is not None and change.any():
+        forms, branch = at_change(forms, circle, origin, np.asarray(pole), change)
+        conditioning = np.where(branch != 0, 1.0, conditioning)
+        for level in (low, high):  # the limit is touched here, without being crossed
+            touched = change & (np.abs(limit[0] - level) <= 1e-6 * np.abs(limit).max(0))
+            limit[:, touched] = np.stack([level, limit[1], np.zeros_like(level)])[:, touched]
+        interval = np.where(change, np.stack([nearest(limit, low, high, side) for side in (-1, 1)]), interval)
+    return Motion(linkage, chart, conditioning, interval, forms, circle, origin, lever, branch)
+
+
+def conditioning(linkage: Linkage) -> Array:
+    """Return how well each chart is conditioned in the reference position, shape (3, n): sines of an angle.
+
+    Coupler chart: of the two rays; crank chart: the transmission angle when that crank drives.  All three vanish only
+    at a change point, where all pivots lie on one line.
+    """
+    return np.asarray(np.nan_to_num(np.stack([motion(linkage, chart).conditioning for chart in CHARTS])))

@@ -1,0 +1,44 @@
+"""Polynomials of small degree, many at once."""
+
+from __future__ import annotations
+
+from functools import reduce
+
+import numpy as np
+
+from .types import Array
+
+
+def product(*factors: Array) -> Array:
+    """Return the products of polynomials, coefficients from the constant on, shapes (n, k)."""
+
+    def times(a: Array, b: Array) -> Array:
+        out = np.zeros((len(a), a.shape[1] + b.shape[1] - 1))
+        for i in range(b.shape[1]):
+            out[:, i : i + a.shape[1]] += a * b[:, i : i + 1]
+        return out
+
+    return reduce(times, factors)
+
+
+def real_roots(coefficients: Array) -> Array:
+    """Return the real roots of polynomials of degree d, shape (n, d), NaN for the complex ones.
+
+    Eigenvalues of companion matrices: a root of multiplicity m is good to the m-th root of the rounding, and a double
+    one may be taken for complex.
+
+    Parameters
+    ----------
+    coefficients : ndarray, shape (n, d + 1)
+        From the constant on; the last one is not to be 0.
+    """
+    n, d = coefficients.shape[0], coefficients.shape[1] - 1
+    with np.errstate(all="ignore"):
+        monic = coefficients[:, :-1] / coefficients[:, -1:]
+    there = np.asarray(np.isfinite(monic).all(1))
+    companion = np.zeros((n, d, d))
+    companion[:, np.arange(1, d), np.arange(d - 1)] = 1
+    companion[:, :, -1] = np.where(there[:, None], -monic, 0)
+    z = np.linalg.eigvals(companion)
+    real = there[:, None] & (np.abs(z.imag) <= 1e-9 * np.abs(z))
+    return np.where(real, z.real, np.nan)

@@ -1,0 +1,17 @@
+"""Array types: what an array holds, said in signatures."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+#: Of anything; the docstring says of what.
+Array = npt.NDArray[Any]
+Floats = npt.NDArray[np.float64]
+#: Points and vectors of the plane, x + iy.
+Complexes = npt.NDArray[np.complex128]
+Mask = npt.NDArray[np.bool_]
+#: Numbers of rows, as `numpy.flatnonzero` gives them.
+Indices = npt.NDArray[np.intp]

@@ -1,0 +1,158 @@
+"""What a plugin may import: ``from catalogue.plugin import hookimpl, Series, ...``, and nothing else of the core.
+
+For all: `hookimpl`, errors, array types.  For series: `Series` and its parts, building blocks of synthesis, `Instant`.
+For collections: `Collection` and its parts, the request, results, the paper of drawings.
+`hookspecs` is the contract; `registry`, which loads plugins, is for the core alone.  Names are loaded when first used.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from ..collections.results import CollectionCandidate
+    from ..collections.spec import LENGTH, Collection, Measured, Metric, Specimen, Tags
+    from ..curvature_theory.dead_points import dead_points
+    from ..curvature_theory.instant import Instant
+    from ..curvature_theory.leading_error import EXACT
+    from ..draw.paper import blank, kind_of, write
+    from ..draw.symbols import PAPER
+    from ..errors import InvalidLinkage, InvalidRequest, PluginError
+    from ..guide.minimum_zone import grid
+    from ..kinematics.families import Family
+    from ..kinematics.linkage import PR, RP, RR, Linkage
+    from ..kinematics.polynomials import product, real_roots
+    from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
+    from ..problem.request import CircularArc, Request, StraightLine
+    from ..series.pairs import (
+        alike,
+        circle_pair,
+        linkage_of,
+        normal_pair,
+        pair,
+        parallel_pair,
+        point,
+        ray_pair,
+        roots,
+        slide_pair,
+        slider_pair,
+        tangent_circle_pair,
+        tangent_pair,
+        without,
+    )
+    from ..series.posed import (
+        Posed,
+        circle_through,
+        dot,
+        equidistant,
+        four_bars,
+        mirror_images,
+        on_ray,
+        poles_by_two_cranks,
+        unit,
+    )
+    from ..series.series import Guided, Member, Parameter, Parameters, Series, angles
+    from .hookspecs import hookimpl
+
+#: Where the names stand.
+_HOME = {
+    "plugin.hookspecs": "hookimpl",
+    "errors": "InvalidLinkage InvalidRequest PluginError",
+    "kinematics.types": "Array Complexes Floats Indices Mask",
+    "kinematics.families": "Family",
+    "kinematics.linkage": "Linkage PR RP RR",
+    "kinematics.polynomials": "product real_roots",
+    "curvature_theory.instant": "Instant",
+    "curvature_theory.dead_points": "dead_points",
+    "curvature_theory.leading_error": "EXACT",
+    "series.series": "Guided Member Parameter Parameters Series angles",
+    "series.pairs": "alike circle_pair linkage_of normal_pair pair parallel_pair point ray_pair roots slide_pair "
+    "slider_pair tangent_circle_pair tangent_pair without",
+    "series.posed": "Posed circle_through dot equidistant four_bars mirror_images on_ray poles_by_two_cranks unit",
+    "problem.request": "CircularArc Request StraightLine",
+    "collections.spec": "Collection LENGTH Measured Metric Specimen Tags",
+    "collections.results": "CollectionCandidate",
+    "guide.minimum_zone": "grid",
+    "draw.paper": "blank kind_of write",
+    "draw.symbols": "PAPER",
+}
+_MODULE = {name: home for home, names in _HOME.items() for name in names.split()}
+
+__all__ = [
+    "EXACT",
+    "LENGTH",
+    "PAPER",
+    "PR",
+    "RP",
+    "RR",
+    "Array",
+    "CircularArc",
+    "Collection",
+    "CollectionCandidate",
+    "Complexes",
+    "Family",
+    "Floats",
+    "Guided",
+    "Indices",
+    "Instant",
+    "InvalidLinkage",
+    "InvalidRequest",
+    "Linkage",
+    "Mask",
+    "Measured",
+    "Member",
+    "Metric",
+    "Parameter",
+    "Parameters",
+    "PluginError",
+    "Posed",
+    "Request",
+    "Series",
+    "Specimen",
+    "StraightLine",
+    "Tags",
+    "alike",
+    "angles",
+    "blank",
+    "circle_pair",
+    "circle_through",
+    "dead_points",
+    "dot",
+    "equidistant",
+    "four_bars",
+    "grid",
+    "hookimpl",
+    "kind_of",
+    "linkage_of",
+    "mirror_images",
+    "normal_pair",
+    "on_ray",
+    "pair",
+    "parallel_pair",
+    "point",
+    "poles_by_two_cranks",
+    "product",
+    "ray_pair",
+    "real_roots",
+    "roots",
+    "slide_pair",
+    "slider_pair",
+    "tangent_circle_pair",
+    "tangent_pair",
+    "unit",
+    "without",
+    "write",
+]
+
+
+def __getattr__(name: str) -> Any:
+    if name in _MODULE:
+        value = getattr(import_module(f"catalogue.{_MODULE[name]}"), name)
+        globals()[name] = value
+        return value
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

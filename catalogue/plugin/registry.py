@@ -1,0 +1,243 @@
+"""Load plugins: built-in ones, those of a user's folders, those of installed packages, all through one door.
+
+A plugin that fails to load, breaks the contract or raises in a hook becomes a `Record` with the reason and is left out;
+the others go on.  Two plugins that claim one series or family are an error, because no choice between them is safe.
+"""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+import warnings
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from hashlib import sha1
+from importlib.metadata import entry_points
+from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeVar
+
+import pluggy
+
+from .. import __version__
+from ..collections.spec import Collection
+from ..errors import DuplicateSeries, PluginError, PluginWarning, one_line
+from ..folders import folder, plugin_folders
+from ..kinematics.families import Family
+from ..series.series import Series
+from . import hookspecs
+
+Item = TypeVar("Item", Series, Collection)
+
+
+@dataclass
+class Record:
+    """What became of one plugin.
+
+    Attributes
+    ----------
+    name : str
+        File name without suffix, or the name of the entry point.
+    origin : str
+        File, or the package that declares the entry point.
+    version : str
+        ``__version__`` of the module, else the catalogue's for built-in plugins, else empty.
+    families, series, collections : list of str
+        What it adds; collections once they were asked for.
+    error : str
+        Why it was left out; empty if it was not.
+    """
+
+    name: str
+    origin: str
+    version: str = ""
+    families: list[str] = field(default_factory=list)
+    series: list[str] = field(default_factory=list)
+    collections: list[str] = field(default_factory=list)
+    error: str = ""
+
+
+class Registry:
+    """The plugins of one session: their families, series and collections by name.
+
+    Parameters
+    ----------
+    folders : sequence of str, optional
+        Folders to search besides the built-in one and those of ``CATALOGUE_PLUGINS``.
+
+    Raises
+    ------
+    DuplicateSeries
+        If two plugins claim one series, family or collection.
+    PluginError
+        If a folder does not exist.
+    """
+
+    def __init__(self, folders: Sequence[str] = ()) -> None:
+        self.folders = tuple(folders)
+        self.records: list[Record] = []
+        self.families: dict[str, Family] = {}
+        self.series: dict[str, Series] = {}
+        self._provider: dict[str, Record] = {}
+        manager = pluggy.PluginManager("catalogue")
+        manager.add_hookspecs(hookspecs)
+        self._manager = manager
+        self._loaded = [self._register(manager, *found) for found in self._modules()]
+        self._ask("catalogue_families", Family)
+        self._ask("catalogue_series", Series)
+        self._warn(self.records)
+
+    @cached_property
+    def collections(self) -> dict[str, Collection]:
+        """The collections by name; their plugins are asked, and load what they need, only now."""
+        sound = [record for record in self.records if not record.error]
+        self._collections: dict[str, Collection] = {}
+        self._ask("catalogue_collections", Collection)
+        self._warn(sound)
+        return self._collections
+
+    def collection(self, name: str) -> Collection:
+        """Return a collection by its name.
+
+        Raises
+        ------
+        PluginError
+            If there is none; the text lists those that there are.
+        """
+        return _named(name, self.collections, "the collection")
+
+    def _ask(self, hook: str, kind: type[Family] | type[Series] | type[Collection]) -> None:
+        for record, module in self._loaded:
+            if not record.error:
+                self._collect(self._manager, record, module, hook, kind)
+
+    def _warn(self, records: list[Record]) -> None:
+        for record in records:
+            if record.error:
+                warnings.warn(f"plugin {record.name} ({record.origin}) is left out: {record.error}", PluginWarning, 4)
+
+    def provider(self, code: str) -> Record:
+        """Return the record of the plugin that provides a series, family or collection."""
+        return self._provider[code]
+
+    def get(self, code: str) -> Series:
+        """Return a series by its code.
+
+        Raises
+        ------
+        PluginError
+            If there is none; the text lists those that there are.
+        """
+        return _named(code, self.series, "series")
+
+    def _modules(self) -> list[tuple[Record, ModuleType | None]]:
+        found: list[tuple[Record, ModuleType | None]] = []
+        seen: set[Path] = set()
+        for place in plugin_folders(self.folders):
+            if not place.is_dir():
+                raise PluginError(f"plugin folder {place} does not exist; correct --plugins or CATALOGUE_PLUGINS")
+            for path in sorted([*place.glob("[!_]*.py"), *place.glob("[!_]*/__init__.py")]):
+                if path.resolve() not in seen:
+                    seen.add(path.resolve())
+                    found.append(_load(path))
+        for entry in sorted(entry_points(group="catalogue"), key=lambda e: e.name):
+            record = Record(entry.name, entry.dist.name if entry.dist else entry.value)
+            try:
+                found.append((record, entry.load()))
+                record.version = entry.dist.version if entry.dist else ""
+            except (Exception, SystemExit) as error:
+                record.error = one_line(error)
+                found.append((record, None))
+        return found
+
+    def _register(
+        self, manager: pluggy.PluginManager, record: Record, module: ModuleType | None
+    ) -> tuple[Record, ModuleType | None]:
+        self.records.append(record)
+        if module is not None:
+            name = f"{record.name} of {record.origin}"
+            try:
+                manager.register(module, name)
+                manager.check_pending()
+            except Exception as error:
+                record.error = one_line(error)
+                if manager.has_plugin(name):
+                    manager.unregister(module)
+        return record, module
+
+    def _collect(
+        self,
+        manager: pluggy.PluginManager,
+        record: Record,
+        module: Any,
+        hook: str,
+        kind: type[Family] | type[Series] | type[Collection],
+    ) -> None:
+        """Ask one plugin through one hook what it adds; all of it counts, or nothing."""
+        others = [plugin for plugin in manager.get_plugins() if plugin is not module]
+        try:
+            answers = manager.subset_hook_caller(hook, others)()
+            if not answers and hasattr(module, hook):
+                raise PluginError(f"{hook} gave nothing: mark it with @hookimpl and return a list")
+            items = [item for answer in answers for item in answer]
+            for item in items:
+                if not isinstance(item, kind):
+                    raise PluginError(f"{hook} returned {type(item).__name__} where {kind.__name__} is wanted")
+                if isinstance(item, Series) and (unknown := [f for f in item.families if f not in self.families]):
+                    raise PluginError(f"series {item.code} is of family {unknown[0]}, which no plugin provides")
+        except (Exception, SystemExit) as error:
+            record.error = one_line(error)
+            manager.unregister(module)
+            for code in record.series:  # of a plugin that fails nothing counts
+                del self.series[code]
+            for name in record.families:
+                del self.families[name]
+            record.series, record.families = [], []
+            return
+        for item in items:
+            name = item.code if isinstance(item, Series) else item.name
+            if other := self._provider.get(name):
+                raise DuplicateSeries(
+                    f"{name} is claimed by two plugins, {other.origin} and {record.origin}; remove one"
+                )
+            self._provider[name] = record
+            if isinstance(item, Family):
+                self.families[name] = item
+                record.families.append(name)
+            elif isinstance(item, Collection):
+                self._collections[name] = item
+                record.collections.append(name)
+            else:
+                self.series[name] = item
+                record.series.append(name)
+
+
+def _load(path: Path) -> tuple[Record, ModuleType | None]:
+    package = path.name == "__init__.py"
+    name = path.parent.name if package else path.stem
+    builtin = folder("plugins").resolve() in path.resolve().parents
+    record = Record(name, str(path), __version__ if builtin else "")
+    where = [str(path.parent)] if package else None
+    unique = f"catalogue_plugin_{name}_{sha1(str(path.resolve()).encode()).hexdigest()[:8]}"
+    spec = importlib.util.spec_from_file_location(unique, path, submodule_search_locations=where)
+    assert spec is not None  # true of every file that ends in .py
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[unique] = module  # dataclasses and pickling look a class's module up there
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:
+        for loaded in [key for key in sys.modules if key == unique or key.startswith(f"{unique}.")]:
+            del sys.modules[loaded]
+        record.error = one_line(error)
+        return record, None
+    record.version = str(getattr(module, "__version__", record.version))
+    return record, module
+
+
+def _named(name: str, among: dict[str, Item], what: str) -> Item:
+    if name not in among:
+        there = f"there are {', '.join(among)}" if among else "there are none"
+        raise PluginError(f"no plugin provides {what} {name}; {there}")
+    return among[name]

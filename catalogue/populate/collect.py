@@ -1,0 +1,154 @@
+"""Fill a database with the specimens of a collection: family by family, block by block, a transaction per block."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections.abc import Callable
+from typing import Any
+from zlib import crc32
+
+import numpy as np
+from sqlalchemy import delete, func, insert, select
+
+from ..collections.spec import Collection, Specimen
+from ..errors import InvalidRequest, PluginError, one_line
+from ..store import Database, SpecimenRow, get_setting, set_setting
+from .fill import Progress
+
+#: Specimens of a collection if no other number is asked for.
+COUNT = 3000
+#: Mechanisms that are drawn together.
+BLOCK = 192
+#: A family that gives nothing in so many blocks in a row gives nothing.
+BARREN = 8
+
+
+def collect(
+    database: Database,
+    collection: Collection,
+    version: str,
+    *,
+    count: int | None = None,
+    seed: int | None = None,
+    report: Callable[[Progress], None] = lambda _: None,
+) -> Progress:
+    """Fill a database up to a number of specimens of a collection, as many of each family as of the others.
+
+    The blocks that are there count: an interrupted build goes on where it stopped, and a larger count adds to a smaller
+    one.  Same seed and count, same content, whole blocks; specimens of another seed, plan or version of the plugin are
+    removed first.
+
+    Parameters
+    ----------
+    database : Database
+    collection : Collection
+    version : str
+        Of the plugin that provides it.
+    count : int, optional
+        As begun, or `COUNT`, if not given.
+    seed : int, optional
+        As begun, or 0, if not given.
+    report : callable
+        Called after each block.
+
+    Raises
+    ------
+    InvalidRequest
+        If count or seed is impossible.
+    PluginError
+        If the collection raises or breaks its contract.
+    DatabaseError
+        If the disk is full or the file is locked.
+    """
+    begun = state(database, collection.name)
+    count = int(begun.get("count", COUNT)) if count is None else count
+    seed = int(begun.get("seed", 0)) if seed is None else seed
+    if count < 1 or seed < 0:
+        raise InvalidRequest(f"a build needs a count of at least 1 and a seed of at least 0, not {count} and {seed}")
+    source = {"seed": seed, "plan": collection.plan, "version": version}
+    if any(begun.get(key) != value for key, value in source.items()):
+        with database.begin() as connection:
+            connection.execute(delete(SpecimenRow).where(SpecimenRow.collection == collection.name))
+    _set_state(database, collection.name, {**source, "count": count, "complete": False})
+    share = -(-count // len(collection.families))
+    held, clock, rows = stored(database, collection.name), time.perf_counter(), 0
+
+    def progress(family: str) -> Progress:
+        made = sum(n for n, _ in held.values())
+        return Progress(made, share * len(collection.families), rows, time.perf_counter() - clock, family)
+
+    for family in collection.families:
+        number, next_block = held.get(family, (0, 0))
+        barren = 0
+        while number < share and barren < BARREN:
+            specimens = _block(collection, family, seed, next_block)
+            _write(database, collection.name, next_block, specimens)
+            next_block += 1
+            number += len(specimens)
+            rows += len(specimens)
+            barren = 0 if specimens else barren + 1
+            held[family] = number, next_block
+            report(progress(family))
+    _set_state(database, collection.name, {**source, "count": count, "complete": True})
+    report(done := progress(""))
+    return done
+
+
+def state(database: Database, name: str) -> dict[str, Any]:
+    """Return what is kept of a build: seed, plan, version, count, complete; empty if there is none."""
+    found: dict[str, Any] = json.loads(get_setting(database, f"collection {name}") or "{}")
+    return found
+
+
+def is_current(database: Database, collection: Collection, version: str) -> bool:
+    """Return whether a collection was drawn to the end, in the way that it is drawn now."""
+    begun = state(database, collection.name)
+    return bool(begun.get("complete")) and (begun["plan"], begun["version"]) == (collection.plan, version)
+
+
+def _set_state(database: Database, name: str, value: dict[str, Any]) -> None:
+    set_setting(database, f"collection {name}", json.dumps(value))
+
+
+def stored(database: Database, name: str) -> dict[str, tuple[int, int]]:
+    """Return how many specimens are stored of each family of a collection, and the number of the next block."""
+    row = SpecimenRow
+    found = database.read(
+        select(row.family, func.count(row.id).label("number"), func.coalesce(func.max(row.block), 0).label("last"))
+        .where(row.collection == name)
+        .group_by(row.family)
+    )
+    return {f: (int(n), int(b) + 1) for f, n, b in zip(found["family"], found["number"], found["last"], strict=True)}
+
+
+def _block(collection: Collection, family: str, seed: int, number: int) -> list[Specimen]:
+    """Return the specimens of one block; each has a stream of random numbers of its own."""
+    rng = np.random.default_rng([seed, crc32(f"{collection.name} {family}".encode()), number])
+    try:
+        specimens = list(collection.draw(family, rng, BLOCK))
+        for specimen in specimens:
+            collection.owns(specimen)
+    except Exception as error:
+        raise PluginError(f"collection {collection.name} cannot be drawn: {one_line(error)}") from error
+    return specimens
+
+
+def _write(database: Database, name: str, number: int, specimens: list[Specimen]) -> None:
+    rows = [
+        {
+            "collection": name,
+            "family": s.family,
+            "series": s.series,
+            "configuration": s.configuration,
+            "kind": s.kind,
+            "block": number,
+            "deviation": float(s.deviation),
+            "parameters": json.dumps(dict(s.parameters), separators=(",", ":")),
+            "metrics": json.dumps({k: float(v) for k, v in s.metrics.items()}, separators=(",", ":")),
+        }
+        for s in specimens
+    ]
+    if rows:
+        with database.begin() as connection:
+            connection.execute(insert(SpecimenRow), rows)

@@ -1,0 +1,206 @@
+"""Fill a database: decide which blocks are wanted, have them made, write them in order."""
+
+from __future__ import annotations
+
+import os
+import sqlite3
+import time
+import warnings
+from collections import Counter
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..errors import DatabaseError, InvalidRequest, PluginError, PluginWarning, one_line
+from ..plugin.registry import Registry
+from ..store import (
+    Database,
+    drop_indexes,
+    finish,
+    is_indexed,
+    make_indexes,
+    prepare,
+    remove_batches,
+    set_setting,
+    write_batch,
+)
+from .block import Block
+from .named_guides import write_named_guides
+from .plan import Source, places, plan
+from .rows import Columns
+from .workers import Workers
+
+#: Guides in the default database.
+COUNT = 30_000
+#: Blocks per process that are made before those that are written first.
+AHEAD = 32
+
+
+@dataclass(frozen=True)
+class Progress:
+    """State of a build, as it is reported after each block.
+
+    Attributes
+    ----------
+    guides, wanted : int
+        Guides of the chosen series in the file, and how many there should be.
+    rows : int
+        Rows written by this run.
+    seconds : float
+        Wall time of this run.
+    series : str
+        What is being made; empty when done.
+    failed : tuple of str
+        Plugins that raised, with the reason; their series are left out.
+    """
+
+    guides: int
+    wanted: int
+    rows: int = 0
+    seconds: float = 0.0
+    series: str = ""
+    failed: tuple[str, ...] = ()
+
+    @property
+    def rate(self) -> float:
+        """Rows written per second."""
+        return self.rows / self.seconds if self.seconds else 0.0
+
+
+def fill(
+    database: Database,
+    registry: Registry,
+    *,
+    count: int = COUNT,
+    series: Sequence[str] = (),
+    seed: int = 0,
+    processes: int | None = None,
+    report: Callable[[Progress], None] = lambda _: None,
+) -> Progress:
+    """Fill a database up to a number of guides.
+
+    The blocks that are already there count, but the last of a member is made anew if more of it is wanted; a build that
+    was interrupted goes on where it stopped and ends with the content of one that was not.  Same seed and count, same
+    content.  The named guides are there from the start, whichever series are chosen.
+
+    Parameters
+    ----------
+    database : Database
+    registry : Registry
+    count : int
+        Guides wanted; how they are shared is said in `catalogue.populate.plan`.
+    series : sequence of str
+        Codes; all that are registered if empty.
+    seed : int
+    processes : int, optional
+        Worker processes; as many as there are processors if not given.
+    report : callable
+        Called with a `Progress` after each block.
+
+    Raises
+    ------
+    InvalidRequest
+        If count, seed or processes is too small, or a code is unknown.
+    DatabaseError
+        If the file cannot be written, or another process is filling it.
+    """
+    if count < 1 or seed < 0:
+        raise InvalidRequest(f"a build needs a count of at least 1 and a seed of at least 0, not {count} and {seed}")
+    if processes is not None and processes < 1:
+        raise InvalidRequest(f"a build needs at least one process, not {processes}")
+    unknown = [code for code in series if code not in registry.series]
+    if unknown:
+        raise InvalidRequest(f"unknown series {unknown[0]}; there are {', '.join(registry.series)}")
+    codes = list(series) or list(registry.series)
+    failed: list[str] = []
+    start, rows = time.perf_counter(), 0
+    sources = plan(database, registry, codes, count, seed)
+    before = sum(s.guides for s in sources)
+    prepare(database)
+    for key, value in (("count", str(count)), ("seed", str(seed)), ("series", " ".join(series))):
+        set_setting(database, key, value)
+    set_setting(database, "complete", "no")
+    workers = processes or os.cpu_count() or 1
+    with database.engine.connect() as connection, Workers(workers, registry.folders) as pool:
+        remove_batches(connection, [batch for s in sources for batch in s.short])
+        covered = places(database)
+        if any(not s.full for s in sources) and count > 2 * before:
+            drop_indexes(connection)
+        write_named_guides(database, connection, registry)
+        for source, block in _blocks(sources, registry, pool, seed, failed):
+            try:
+                guides = _placed(block.guides, covered[source.key])
+                write_batch(connection, block.batch, block.mechanisms, guides, block.reaches)
+            except sqlite3.IntegrityError as error:
+                if "batch.number" in str(error):
+                    raise DatabaseError(
+                        f"{database.path} is being filled by another process: wait until that has finished"
+                    ) from error
+                _leave_out(source, registry, error, failed)  # the tables refuse what the plugin gave
+                continue
+            source.count(block.count)
+            rows += len(block.mechanisms["pivots"]) + block.count + len(block.reaches["guide"])
+            done = sum(s.guides for s in sources)
+            report(Progress(done, count, rows, time.perf_counter() - start, source.series.code, tuple(failed)))
+        if not is_indexed(connection):
+            make_indexes(connection)
+    set_setting(database, "complete", "yes")
+    finish(database)
+    done = sum(s.guides for s in sources)
+    last = Progress(done, done, rows, time.perf_counter() - start, "", tuple(failed))
+    report(last)
+    return last
+
+
+def _placed(guides: Columns, before: Counter[str]) -> Columns:
+    """Return the guides of a block with their places after those of the blocks before it, which it is counted among."""
+    kinds = guides["kind"].tolist()
+    cover = guides["cover"] + np.array([before[kind] for kind in kinds], int)
+    before.update(kinds)
+    return guides | {"cover": cover}
+
+
+def _blocks(
+    sources: list[Source], registry: Registry, pool: Workers, seed: int, failed: list[str]
+) -> Iterator[tuple[Source, Block]]:
+    """Yield the blocks that are wanted, in the order of sources and numbers, while the next are being made."""
+    for position, source in enumerate(sources):
+        while not source.full:
+            _ask_ahead(sources[position:], registry, pool, seed)
+            future = source.asked.pop(source.next)
+            try:
+                block = future.result()
+            except PluginError as error:
+                _leave_out(source, registry, error, failed)
+                break
+            yield source, block
+            source.skip()
+        for future in source.asked.values():
+            future.cancel()
+        source.asked.clear()
+
+
+def _leave_out(source: Source, registry: Registry, error: Exception, failed: list[str]) -> None:
+    source.broken = True
+    record = registry.provider(source.series.code)
+    reason = str(error) if isinstance(error, PluginError) else one_line(error)
+    failed.append(f"{record.name}: {reason}")
+    warnings.warn(
+        f"plugin {record.name} ({record.origin}): {source.series.code} {source.member.key} is left out: {reason}",
+        PluginWarning,
+        stacklevel=2,
+    )
+
+
+def _ask_ahead(sources: list[Source], registry: Registry, pool: Workers, seed: int) -> None:
+    """Have the next block of the first source made, and others that will be needed while there is room for them."""
+    asked = sum(len(s.asked) for s in sources)
+    waiting = sum(not f.done() for s in sources for f in s.asked.values())
+    for source in sources:
+        record = registry.provider(source.series.code)
+        urgent = source is sources[0] and not source.asked
+        while (urgent or (waiting < 2 * pool.count and asked < AHEAD * pool.count)) and (ask := source.ask()):
+            number, wanted = ask
+            source.asked[number] = pool.submit(*source.key, seed, number, wanted, record.name, record.version)
+            waiting, asked, urgent = waiting + 1, asked + 1, False

@@ -1,0 +1,134 @@
+"""Which blocks of which members a build wants, and how many guides of each."""
+
+from __future__ import annotations
+
+from collections import Counter, defaultdict
+from collections.abc import Sequence
+from concurrent.futures import Future
+from dataclasses import dataclass, field
+
+from sqlalchemy import func, select
+
+from ..plugin.registry import Registry
+from ..series.sampling import PLAN
+from ..series.series import Member, Series
+from ..store import Batch, Database, Guide, Mechanism
+from .block import MOST, Block
+
+#: A member that gives no guide in so many blocks in a row gives none.
+BARREN = 8
+
+Key = tuple[str, str]
+
+
+@dataclass(frozen=True)
+class Held:
+    """A block that the file holds."""
+
+    id: int
+    guides: int
+    wanted: int
+
+
+@dataclass
+class Source:
+    """The blocks of one member, in order.
+
+    A block is wanted whole, `MOST` guides, but the last: of that only as many as are still missing.  Where a larger
+    build goes on, blocks of which fewer were wanted are `short`: they are removed and made anew.
+    """
+
+    series: Series
+    member: Member
+    target: int
+    held: dict[int, Held]
+    asked: dict[int, Future[Block]] = field(default_factory=dict)
+    next: int = 0
+    guides: int = 0
+    barren: int = 0
+    broken: bool = False  # its plugin raised
+    short: list[int] = field(default_factory=list)
+
+    @property
+    def key(self) -> Key:
+        """Series and member."""
+        return self.series.code, self.member.key
+
+    def skip(self) -> None:
+        """Go past the blocks that the file holds."""
+        while not self.full and (block := self.held.get(self.next)):
+            if block.wanted < self._missing:
+                self.short = [b.id for number, b in self.held.items() if number >= self.next]
+                self.held = {}
+                return
+            self.count(block.guides)
+
+    def count(self, guides: int) -> None:
+        """Go past the next block, of so many guides."""
+        self.next += 1
+        self.guides += guides
+        self.barren = 0 if guides else self.barren + 1
+
+    @property
+    def full(self) -> bool:
+        """Whether nothing more of it is wanted, or to be had."""
+        single = not self.member.parameters and self.next > 0  # one design, which the first block holds
+        return self.broken or self.guides >= self.target or self.barren >= BARREN or single
+
+    def ask(self) -> tuple[int, int] | None:
+        """Return the number of a block that will surely be needed and the guides wanted of it, None as long as that
+        depends on blocks that are being made."""
+        if self.full:
+            return None
+        number = self.next + len(self.asked)
+        if not self.asked:
+            return number, self._missing
+        return (number, MOST) if self.guides + (len(self.asked) + 1) * MOST <= self.target else None
+
+    @property
+    def _missing(self) -> int:
+        return min(MOST, self.target - self.guides)
+
+
+def plan(database: Database, registry: Registry, codes: Sequence[str], count: int, seed: int) -> list[Source]:
+    """Return the sources of a build, past what the file holds.
+
+    A series gets a share that grows with its free parameters, as a cover needs the more members the more there are;
+    its members share it by their weights.  A member without parameters is one design, which is not counted.
+    """
+    held = _held(database, seed)
+    shares = {code: 1 + max(len(m.parameters) for m in registry.series[code].members) for code in codes}
+    sources = []
+    for code in codes:
+        one = registry.series[code]
+        share = count * shares[code] / sum(shares.values())
+        total = sum(m.weight for m in one.members if m.parameters) or 1.0
+        for member in one.members:
+            target = MOST if not member.parameters else max(round(share * member.weight / total), 1)
+            sources.append(Source(one, member, target, held.get((code, member.key), {})))
+            sources[-1].skip()
+    return sources
+
+
+def places(database: Database) -> defaultdict[Key, Counter[str]]:
+    """Return how many places in the coverage order the file holds, by series and member, by kind."""
+    place = (Mechanism.series, Mechanism.member, Guide.kind)
+    held = database.read(
+        select(*place, (1 + func.max(Guide.cover)).label("places"))
+        .join(Guide, Guide.mechanism_id == Mechanism.id)
+        .where(Mechanism.batch_id.is_not(None))
+        .group_by(*place)
+    )
+    found: defaultdict[Key, Counter[str]] = defaultdict(Counter)
+    for code, member, kind, number in zip(*held.values(), strict=True):
+        found[code, member][kind] = int(number)
+    return found
+
+
+def _held(database: Database, seed: int) -> dict[Key, dict[int, Held]]:
+    columns = (Batch.series, Batch.member, Batch.number, Batch.id, Batch.guides, Batch.wanted)
+    rows = database.read(select(*columns).where(Batch.seed == seed, Batch.plan == PLAN))
+    found: dict[Key, dict[int, Held]] = {}
+    for code, member, number, *what in zip(*rows.values(), strict=True):
+        found.setdefault((code, member), {})[int(number)] = Held(*map(int, what))
+    return found

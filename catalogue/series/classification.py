@@ -1,0 +1,204 @@
+"""To which series given linkages belong."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+import numpy.typing as npt
+
+from ..curvature_theory.guided_elements import GuidedElements, guided_elements
+from ..curvature_theory.instant import Instant
+from ..curvature_theory.leading_error import path_singularity
+from ..errors import InvalidRequest
+from ..kinematics.linkage import FAMILIES, Linkage
+from ..kinematics.types import Array
+from .membership import Membership, Memberships
+from .series import Series
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+#: Residual up to which a linkage whose pivots are rounded to double precision belongs to a series.
+TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Classification(Sequence[Memberships]):
+    """Memberships of n linkages.
+
+    Attributes
+    ----------
+    instant : Instant of n
+        The linkages.
+    tested : list of Series
+        Those tested, k of them.
+    residual, margin : ndarray, shape (n, k)
+        NaN where the family is none of the series', or the instant has no curvature (`reason`).
+    tolerance : float
+        Residual up to which a series holds.
+
+    Notes
+    -----
+    A series holds if its residual is at most the tolerance and its margin above it.  That leaves gaps: beside a series,
+    where its residual is just above the tolerance and the margin of what surrounds it just below, and where the instant
+    takes rays for parallel (up to an angle of 1e-8) or coincident (up to 1e-7) that are not so within the tolerance.
+    There the series with the least residual holds, of several within the tolerance the one with the largest margin.
+    """
+
+    instant: Instant
+    tested: list[Series]
+    residual: Array
+    margin: Array
+    tolerance: float = TOLERANCE
+
+    def __repr__(self) -> str:
+        return f"<Classification of {self.instant.linkage!r} in {len(self.tested)} series>"
+
+    @property
+    def family(self) -> Array:
+        """Family of each linkage, shape (n,)."""
+        return self.instant.linkage.family
+
+    @property
+    def configuration(self) -> Array:
+        """Configuration of each linkage, shape (n,); see `catalogue.curvature_theory.configuration.configuration`."""
+        return self.instant.configuration
+
+    @property
+    def reason(self) -> Array:
+        """What is missing of each instant, shape (n,); see `catalogue.curvature_theory.analysis.Curvature.reason`."""
+        return np.asarray(self.instant.curvature.reason)
+
+    @cached_property
+    def holds(self) -> Array:
+        """Which series hold, shape (n, k): at least one wherever a series has a residual."""
+        with np.errstate(invalid="ignore"):
+            found = np.asarray((self.residual <= self.tolerance) & (self.margin > self.tolerance))
+        gap = np.flatnonzero(~found.any(1) & np.isfinite(self.residual).any(1))
+        if gap.size:
+            residual = np.where(np.isfinite(self.residual[gap]), self.residual[gap], np.inf)
+            order = np.lexsort((-np.nan_to_num(self.margin[gap]), np.maximum(residual, self.tolerance)), axis=1)
+            found[gap, order[:, 0]] = True
+        return found
+
+    @cached_property
+    def ranking(self) -> Array:
+        """Numbers of the series, the nearest first as in `Memberships`, shape (n, k); -1 where there is no residual."""
+        names = self.family
+        dimension = np.array([[one.dimension(name) for one in self.tested] for name in FAMILIES])
+        row = np.array([list(FAMILIES).index(name) for name in names.tolist()], dtype=int)
+        around = np.broadcast_to([not one.degenerate for one in self.tested], self.residual.shape)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            part = self.residual / np.clip(np.nan_to_num(self.margin), 0, 1)
+        third = np.where(self.holds, dimension[row].reshape(part.shape), part)
+        absent = ~np.isfinite(self.residual)
+        order = np.lexsort((third, ~self.holds, around, absent), axis=1)
+        return np.where(np.take_along_axis(absent, order, 1), -1, order)
+
+    def __len__(self) -> int:
+        return len(self.instant)
+
+    @overload
+    def __getitem__(self, index: int) -> Memberships: ...
+    @overload
+    def __getitem__(self, index: slice) -> list[Memberships]: ...
+    def __getitem__(self, index: int | slice) -> Memberships | list[Memberships]:
+        if isinstance(index, slice):
+            return [self[i] for i in range(*index.indices(len(self)))]
+        family, configuration = str(self.family[index]), str(self.configuration[index])
+        residual, margin, holds = (a[index].tolist() for a in (self.residual, self.margin, self.holds))
+        return Memberships(
+            tuple(
+                Membership(self.tested[k].code, family, configuration, residual[k], margin[k], holds[k])
+                for k in self.ranking[index].tolist()
+                if k >= 0
+            )
+        )
+
+    def guided(self, radius: float | None = None) -> GuidedElements:
+        """Return what the linkages guide, and with which order; given a radius [length], circling points too."""
+        return guided_elements(self.instant, radius)
+
+    def singularity(self, point: npt.ArrayLike) -> tuple[Array, Array]:
+        """Return how many cusps and inflections coincide in the paths of coupler points: see `path_singularity`.
+
+        Parameters
+        ----------
+        point : complex or array_like of complex, shape (n,)
+            In the reference position.
+
+        Raises
+        ------
+        InvalidRequest
+            If a coordinate is NaN or infinite.
+        """
+        z = np.asarray(point, dtype=complex)
+        if not np.isfinite(z).all():
+            raise InvalidRequest("the point of which the singularity is asked must have finite coordinates")
+        return path_singularity(self.instant.linkage, z, pole=self.instant.pole)
+
+    def to_pandas(self) -> pd.DataFrame:
+        """Return one row per linkage: family, configuration, nearest series, its residual and margin, all that hold."""
+        import pandas as pd
+
+        codes = np.array([one.code for one in self.tested] + [None], dtype=object)
+        first = self.ranking[:, :1]
+        kinds, kind = np.unique(np.where(self.holds[np.arange(len(self))[:, None], self.ranking], self.ranking, -1),
+                                axis=0, return_inverse=True)  # fmt: skip
+        names = np.array([", ".join(codes[k] for k in row if k >= 0) for row in kinds], dtype=object)
+        residual, margin = (
+            np.where(first >= 0, np.take_along_axis(a, first, 1), np.nan)[:, 0] for a in (self.residual, self.margin)
+        )
+        return pd.DataFrame(
+            {
+                "family": self.family,
+                "configuration": self.configuration,
+                "series": names[kind.ravel()],
+                "nearest": codes[first[:, 0]],
+                "residual": residual,
+                "margin": margin,
+            }
+        )
+
+
+def classify(
+    linkage: Linkage | npt.ArrayLike, series: Mapping[str, Series], tolerance: float | None = None
+) -> Classification:
+    """Return the memberships of each linkage in the given series.
+
+    Parameters
+    ----------
+    linkage : Linkage of n, or its pivots
+    series : mapping of Series
+        By code.  One that raises is left out, with a `PluginWarning`.
+    tolerance : float, optional
+        Residual up to which a series holds, if its margin is larger: what the rounding of the pivots makes of zero.
+        `TOLERANCE` if not given.
+
+    Raises
+    ------
+    InvalidLinkage
+        If the pivots are no linkage.
+    InvalidRequest
+        If the tolerance is not in [0, 1).
+    """
+    from ..errors import PluginWarning, one_line
+
+    instant = Instant(linkage if isinstance(linkage, Linkage) else Linkage(linkage))
+    tolerance = TOLERANCE if tolerance is None else tolerance
+    if not 0 <= tolerance < 1:
+        raise InvalidRequest(f"the tolerance must be a residual from 0 up to 1, not {tolerance}")
+    tested = list(series.values())
+    residual, margin = (np.full((len(instant.linkage), len(tested)), np.nan) for _ in range(2))
+    for k, one in enumerate(tested):
+        try:
+            residual[:, k], margin[:, k] = one.classify(instant)
+        except Exception as error:  # a plugin may raise anything
+            residual[:, k] = margin[:, k] = np.nan
+            warnings.warn(f"series {one.code} is left out: {one_line(error)}", PluginWarning, stacklevel=3)
+    return Classification(instant, tested, residual, margin, tolerance)

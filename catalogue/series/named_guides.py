@@ -1,0 +1,155 @@
+"""Named guides: the historical and textbook linkages of ``data/named_guides.json``."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from functools import cache, cached_property
+
+import numpy as np
+
+from ..curvature_theory.analysis import Curvature, curvature
+from ..errors import InvalidDesign, InvalidLinkage
+from ..folders import folder
+from ..guide.coupler_curve import CouplerCurve, coupler_curve
+from ..guide.placement import at_stroke
+from ..guide.trace import Traced
+from ..kinematics.linkage import Linkage
+
+Pivots = tuple[tuple[tuple[float, float, float], ...], ...]
+
+
+@dataclass(frozen=True)
+class NamedGuide:
+    """A named guide as the literature has it, in its usual position: the guided point in the middle of its stroke.
+
+    Attributes
+    ----------
+    name : str
+        What ``catalogue show`` finds it by.
+    title, family : str
+    pivots : nested tuple, shape (2, 2, 3)
+        Dyad, (fixed, moving), (x, y, w) [the unit of the proportions].
+    guided : tuple of float
+        Guided point.
+    nominal : str
+        ``line`` or ``circle``.
+    stroke : float
+        Over which it is commonly used, half of it to either side.
+    order : int
+        Inflections of the path over that stroke, merged ones counted as often as they merge, and one more; for a circle
+        the order of contact; 99 if exact.
+    proportions, source, place : str
+        Proportions in words; who described it, when and where; its place in the theory.
+    centre : tuple of float, optional
+        Of the circle.
+
+    Raises
+    ------
+    InvalidDesign
+        If something is missing, the linkage is invalid or of another family, or the stroke cannot be traced.
+    """
+
+    name: str
+    title: str
+    family: str
+    pivots: Pivots
+    guided: tuple[float, float]
+    nominal: str
+    stroke: float
+    order: int
+    proportions: str
+    source: str
+    place: str
+    centre: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        for text in ("name", "title", "proportions", "source", "place"):
+            if not getattr(self, text).strip():
+                raise InvalidDesign(f"design {self.name!r}: {text} is blank")
+        if self.nominal not in ("line", "circle") or (self.nominal == "circle") != (self.centre is not None):
+            raise InvalidDesign(f"design {self.name}: the nominal is a line, or a circle with a centre")
+        if self.order < 2:
+            raise InvalidDesign(f"design {self.name}: a guide of order {self.order} is none")
+        try:
+            family = str(self.linkage.family[0])
+        except InvalidLinkage as error:
+            raise InvalidDesign(f"design {self.name}: {error}") from None
+        if family != self.family:
+            raise InvalidDesign(f"design {self.name}: the pivots are those of a {family}, not a {self.family}")
+        if not np.isfinite(self.curvature.pole).all():
+            raise InvalidDesign(f"design {self.name}: {self.curvature.reason[0]}")
+        if not np.isfinite(self.traced.fit.deviation[0]):
+            raise InvalidDesign(f"design {self.name}: the stroke {self.stroke:g} cannot be traced")
+
+    @property
+    def linkage(self) -> Linkage:
+        """The linkage, in its usual position."""
+        return Linkage(self.pivots)
+
+    @property
+    def circle(self) -> bool:
+        """Whether the nominal is a circle."""
+        return self.nominal == "circle"
+
+    @cached_property
+    def curvature(self) -> Curvature:
+        """The instant in the usual position."""
+        return curvature(self.linkage)
+
+    @cached_property
+    def guide(self) -> CouplerCurve:
+        """The guide, ready to be traced."""
+        return coupler_curve(self.linkage, np.array([complex(*self.guided)]))
+
+    @cached_property
+    def traced(self) -> Traced:
+        """What is measured over the usual stroke, the guided point where the literature has it."""
+        return at_stroke(self.guide, self.stroke, circle=self.circle)
+
+    @property
+    def deviation(self) -> float:
+        """Half the width of the narrowest strip (annulus) that holds the path over the usual stroke."""
+        return float(self.traced.fit.deviation[0])
+
+    @property
+    def share(self) -> float:
+        """The usual stroke as a part of the path, as far as it runs to both sides without turning back."""
+        return float(0.5 * self.stroke / self.guide.extent.min())
+
+    def canonical(self) -> tuple[Linkage, complex, complex, float]:
+        """Return the linkage, the guided point, the centre and half the usual stroke in the canonical frame.
+
+        Pole at the origin, inflection pole at (0, 1); parallel cranks: cranks along x, crank 1 at the height 1.
+        """
+        at = self.curvature
+        origin, along = (complex(*v) for v in (at.pole[0], at.axes[0, 0]))
+        scale = along.conjugate() / at.rho0[0]
+        if not np.isfinite(at.rho0[0]):
+            scale = along.conjugate()
+            height = ((self.linkage.points[0, 0, 1] - origin) * scale).imag
+            scale /= height  # below the axis: turned round
+        shift = -scale * origin
+        centre = complex(*self.centre) if self.centre else complex(np.nan, np.nan)
+        point, centre = (scale * z + shift for z in (complex(*self.guided), centre))
+        return self.linkage.moved(scale, shift), point, centre, 0.5 * abs(scale) * self.stroke
+
+
+@cache
+def named_guides() -> dict[str, NamedGuide]:
+    """Return the named guides, by name.
+
+    Raises
+    ------
+    InvalidDesign
+        If one contradicts itself, or two have the same name.
+    """
+    found: dict[str, NamedGuide] = {}
+    for entry in json.loads((folder("data") / "named_guides.json").read_text("utf-8")):
+        entry["pivots"] = tuple(tuple(tuple(pivot) for pivot in dyad) for dyad in entry["pivots"])
+        entry |= {key: tuple(entry[key]) for key in ("guided", "centre") if key in entry}
+        design = NamedGuide(**entry)
+        if design.name in found:
+            raise InvalidDesign(f"two designs have the name {design.name}")
+        found[design.name] = design
+    return found

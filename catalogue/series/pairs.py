@@ -1,0 +1,97 @@
+"""Building blocks of synthesis: pairs in the canonical frame, pole at the origin, rho0 = 1, inflection pole (0, 1).
+
+A pair is a fixed and a moving point, homogeneous, shape (n, 2, 3).  Arguments are arrays of shape (n,).
+Source: Allievi 1895, secs. 3, 11-18.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from ..kinematics.types import Array
+
+
+def point(x: Any, y: Any, w: Any = 1.0) -> Array:
+    """Return homogeneous points (n, 3) from coordinates that broadcast."""
+    return np.stack(np.broadcast_arrays(*(np.asarray(c, dtype=float) for c in (x, y, w))), axis=-1)
+
+
+def pair(fixed: Array, moving: Array) -> Array:
+    """Return pairs from fixed and moving points (n, 3)."""
+    return np.stack(np.broadcast_arrays(fixed, moving), axis=1)
+
+
+def linkage_of(*pairs: Array) -> Array:
+    """Return pivots (n, 2, 2, 3) from two pairs."""
+    return np.stack(np.broadcast_arrays(*pairs), axis=1)
+
+
+def half_turn(points: Array) -> Array:
+    """Turn homogeneous points (..., 3) by half a turn about the origin."""
+    return np.asarray(points * np.array([-1.0, -1.0, 1.0]))
+
+
+def circle_pair(kappa: Array, phi: Array) -> Array:
+    """Pair on the circles r = sin(phi)/kappa and r* = sin(phi)/(kappa + 1) in the direction phi: eq. (12), s = 0."""
+    x, y = np.sin(phi) * np.cos(phi), np.sin(phi) ** 2
+    return pair(point(x / kappa, y / kappa), point(x / (kappa + 1), y / (kappa + 1)))
+
+
+def normal_pair(q: Array) -> Array:
+    """Pair on the pole normal, A = (0, 1/q), A* = (0, 1/(q + 1)): a slider for q = 0, a slide for q = -1."""
+    return pair(point(0, 1, q), point(0, 1, q + 1))
+
+
+def tangent_pair(a1: Array) -> Array:
+    """Pair on the pole tangent with its moving pivot at the pole, A = (1/a1, 0): a slider for a1 = 0."""
+    return pair(point(1, 0, a1), point(0 * a1, 0))
+
+
+def slider_pair(x: Array, y: Array) -> Array:
+    """Point of the inflection circle on the ray with direction (x, y), a unit vector, and its straight line."""
+    return pair(point(x, y, 0), point(x * y, y * y))
+
+
+def slide_pair(x: Array, y: Array) -> Array:
+    """Point of the return circle on the ray with direction (x, y), a unit vector, and the straight slot through it."""
+    return pair(point(-x * y, -y * y), point(x, y, 0))
+
+
+def ray_pair(kappa: Array, s: Array, t: Array) -> Array:
+    """Pair of the cubics on the ray with tangent t: 1/r = kappa/sin + s/cos, 1/r* = (kappa + 1)/sin + s/cos (12)."""
+    w, far = kappa + s * t, 1 + t * t
+    return pair(point(t, t * t, w * far), point(t, t * t, (w + 1) * far))
+
+
+def tangent_circle_pair(s: Array, t: Array) -> Array:
+    """Pair of the cubics with kappa = 0 on the ray with tangent t, A on the circle r = cos/s: eq. (44)."""
+    w, far = s * t, 1 + t * t
+    return pair(point(1, t, s * far), point(t, t * t, (w + 1) * far))
+
+
+def parallel_pair(y: Array, k: Array, k_star: Array) -> Array:
+    """Pair at the height y of the parallel transformation, A = (-k/y, y), A* = (-k*/y, y): eqs. (57)."""
+    return pair(point(-k / y, y), point(-k_star / y, y))
+
+
+def roots(total: Array, product: Array) -> tuple[Array, Array]:
+    """Roots of t^2 - total t + product = 0, the larger one first; NaN where they are imaginary.
+
+    A discriminant that is zero but for rounding is zero."""
+    square = total * total - 4 * product
+    square = np.where(np.abs(square) < 1e-10 * (total * total + np.abs(product)), 0.0, square)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        large = 0.5 * (total + np.copysign(np.sqrt(square), total))
+        return large, np.where(large == 0, 0.0, product / large)
+
+
+def alike(t: Array, u: Any) -> Array:
+    """Return where two tangents, of the sizes met within the domains, are the same but for rounding."""
+    return np.asarray(np.abs(t - u) < 1e-9 * (1 + np.abs(t)))
+
+
+def without(pairs: Array, taken: Array) -> Array:
+    """Return pairs (n, 2, 3) with NaN where they are given elsewhere."""
+    return np.where(taken[:, None, None], np.nan, pairs)

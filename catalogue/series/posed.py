@@ -1,0 +1,138 @@
+"""Posed problems: a point that is to be guided, how, and which pivots are given; a series may have closed answers.
+
+A problem is one pair, the centre A and the point A*, of which one may lie at infinity: without a centre the path is a
+straight line, without a point the coupler carries a straight slot over the centre.  The inverse problem exchanges them,
+and fixed pivots with moving ones; so what a series solves for given fixed pivots its inversion solves for moving ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import wraps
+
+import numpy as np
+
+from ..kinematics.types import Array
+
+#: What may be given: both fixed pivots, both moving ones, or the fixed and the moving pivot of one crank.
+GIVEN = ("fixed", "moving", "crank")
+#: A point nearer to the pole than this part of the pivots' distances stands at the pole, and is not guided to order 3.
+AT_POLE = 1e-9
+
+
+@dataclass(frozen=True)
+class Posed:
+    """n problems of one kind: guide a coupler point, in one position, along a line or circle.
+
+    Attributes
+    ----------
+    given : str
+        One of `GIVEN`.
+    pivots : complex ndarray, shape (n, 2)
+        The given pivots in that position.
+    point, centre : complex ndarray, shape (n,)
+        The guided point, and the centre of its path; NaN where at infinity, for the whole batch alike.
+    axis : complex ndarray, shape (n,)
+        Unit vectors across the path, from the centre to the point.
+    """
+
+    given: str
+    pivots: Array
+    point: Array
+    centre: Array
+    axis: Array
+
+    @property
+    def path(self) -> str:
+        """``line``, ``circle`` or ``slot``."""
+        return "line" if np.isnan(self.centre).all() else "slot" if np.isnan(self.point).all() else "circle"
+
+    @property
+    def inverted(self) -> Posed:
+        """The problems of the inverse motion."""
+        swap = {"fixed": "moving", "moving": "fixed", "crank": "crank"}
+        pivots = self.pivots[:, ::-1] if self.given == "crank" else self.pivots
+        return Posed(swap[self.given], pivots, self.centre, self.point, -self.axis)
+
+    def reciprocals(self, pole: Array) -> tuple[Array, Array]:
+        """1/r and 1/r*: of the distances of centre and point from poles on the axis, along it; 0 at infinity, NaN at
+        the pole."""
+        near = AT_POLE * np.abs(pole[:, None] - self.pivots).sum(1)
+        r, r_star = (dot(self.axis, z - pole) for z in (self.centre, self.point))
+        one, other = (np.where(np.isnan(x), 0, np.where(np.abs(x) > near, 1 / x, np.nan)) for x in (r, r_star))
+        return one, other
+
+
+Solve = Callable[[Posed], Array | None]
+
+
+def dual(solve: Solve) -> Solve:
+    """Return what solves the inverse problems of those that `solve` solves."""
+
+    @wraps(solve)
+    def solved(posed: Posed) -> Array | None:
+        found = solve(posed.inverted)
+        return None if found is None else found[..., ::-1, :]
+
+    return solved
+
+
+def dot(a: Array, b: Array) -> Array:
+    """Scalar product of plane vectors."""
+    return np.asarray((np.conj(a) * b).real)
+
+
+def unit(a: Array) -> Array:
+    """Unit vectors."""
+    return np.asarray(a / np.abs(a))
+
+
+def four_bars(fixed: Array, moving: list[tuple[Array, Array]]) -> Array:
+    """Return pivots (n, k, 2, 2, 3), NaN where not finite, from fixed pivots (n, 2) and the moving pivots (n,) of both
+    cranks in each of k solutions."""
+    both = np.stack([np.stack(pair, axis=-1) for pair in moving], axis=1)  # (n, k, 2)
+    z = np.stack(np.broadcast_arrays(fixed[:, None], both), axis=-1)
+    z = np.where(np.isfinite(z).all(axis=(2, 3), keepdims=True), z, complex(np.nan, np.nan))
+    return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, 1.0)], axis=-1)
+
+
+def circle_through(a: Array, b: Array, c: Array) -> Array:
+    """Centres of the circles through three points; NaN or infinite if they lie on a line."""
+    p, q = b - a, c - a
+    return np.asarray(a + 1j * (p * np.abs(q) ** 2 - q * np.abs(p) ** 2) / (2 * (np.conj(p) * q).imag))
+
+
+def equidistant(start: Array, along: Array, a: Array, b: Array) -> Array:
+    """Points of lines that are equally far from two others."""
+    p, q = a - start, b - start
+    return np.asarray(start + along * (np.abs(p) ** 2 - np.abs(q) ** 2) / (2 * dot(along, p - q)))
+
+
+def on_ray(pole: Array, point: Array, normal: Array, inverse_diameter: Array) -> Array:
+    """Moving points of fixed ones by Euler and Savary: 1/r* = 1/r + 1/(rho0 sin)."""
+    ray = unit(point - pole)
+    return np.asarray(pole + ray / (1 / np.abs(point - pole) + inverse_diameter / dot(normal, ray)))
+
+
+def mirror_images(start: Array, axis: Array, a: Array, b: Array, near: float = 1e-9) -> Array:
+    """Return where two points lie symmetrically to lines, up to `near` of their distance."""
+    middle, apart = 0.5 * (a + b) - start, np.abs(a - b)
+    return np.asarray((np.abs(dot(1j * axis, middle)) < near * apart) & (np.abs(dot(axis, a - b)) < near * apart))
+
+
+def poles_by_two_cranks(posed: Posed) -> list[tuple[Array, Array, int]]:
+    """Return (pole, unit vector from it, which) of the four configurations in which the ray of one crank, `which`, and
+    an axis of the pole fall together, the other crank standing on a circle through the pole: quadratics for each."""
+    local = (posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]
+    found = []
+    for which in (0, 1):
+        (x1, y1), (x2, y2) = ((local[:, i].real, local[:, i].imag) for i in (which, 1 - which))
+        square = x2 * x2 + y2 * y2
+        b = y1 * y2 - x1 * x2 - square
+        root = np.sqrt(b * b - 4 * x1 * x2 * square)
+        large = -0.5 * (b + np.copysign(root, b))
+        for q in (large / x2, x1 * square / large):
+            top = 1j * (square - q * x2) / y2
+            found.append((posed.centre + posed.axis * q, posed.axis * unit(top - q), which))
+    return found

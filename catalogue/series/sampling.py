@@ -1,0 +1,64 @@
+"""Draw linkages of a series: a scrambled Sobol sequence over the domain of a member, in blocks."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from zlib import crc32
+
+import numpy as np
+
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array
+from .series import Member, Series
+
+#: Samples per block, a power of two as the sequence wants.
+BLOCK = 1024
+#: Changed whenever the same seed would give other content: blocks of another plan are not mixed with these.
+PLAN = "6"
+
+#: Proportions, in units of rho0 (parallel cranks: of the height of crank 1).
+FARTHEST = 8.0
+SHORTEST = 0.05
+SPREAD = 25.0
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Linkages kept from one block, with the parameters they came from (all, free and derived)."""
+
+    linkage: Linkage
+    free: dict[str, Array]
+    complete: dict[str, Array]
+
+
+def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
+    """Return block `number` of the sequence of a member, without what is invalid or out of proportion."""
+    from scipy.stats.qmc import Sobol
+
+    mixed = np.random.default_rng([seed, crc32(f"{series.code} {member.key}".encode())])
+    shares = np.zeros((BLOCK, 0))
+    if member.parameters:
+        sequence = Sobol(len(member.parameters), scramble=True, rng=mixed)
+        if number:
+            sequence.fast_forward(number * BLOCK)
+        shares = sequence.random(BLOCK)
+    free = {p.name: p.spread(shares[:, i]) for i, p in enumerate(member.parameters)}
+    complete = member.complete(free)
+    linkage, valid = Linkage.valid(member.synthesise(free))
+    kept = np.flatnonzero(valid)
+    good = in_proportion(linkage)
+    kept, linkage = kept[good], linkage[good]
+    return Drawn(linkage, {k: v[kept] for k, v in free.items()}, {k: v[kept] for k, v in complete.items()})
+
+
+def in_proportion(linkage: Linkage) -> Array:
+    """Return which linkages could be built: no pivot far away, no link tiny, no two links too unequal, shape (n,)."""
+    z, finite = linkage.points, linkage.finite
+    far = np.where(finite, np.abs(z), 0).max(axis=(1, 2))
+    i, j = np.array([(0, 1), (2, 3), (1, 3), (0, 2)]).T  # cranks, coupler, frame
+    flat, there = z.reshape(-1, 4), finite.reshape(-1, 4)
+    length = np.where(there[:, i] & there[:, j], np.abs(flat[:, i] - flat[:, j]), np.nan)
+    with np.errstate(all="ignore"):
+        shortest, longest = np.fmin.reduce(length, axis=1), np.fmax.reduce(length, axis=1)
+    bad = (far > FARTHEST) | (shortest < SHORTEST) | (longest > SPREAD * shortest)
+    return np.asarray(~bad)

@@ -1,0 +1,267 @@
+"""What a series is: data and four formulas.  Sampling, tracing, storing, ranking and drawing belong to the core.
+
+How to write a plugin that adds a series:
+
+1. Write `pivots(p)`: from a mapping of parameter arrays (n,) to homogeneous pivots (n, 2, 2, 3) in the canonical frame
+   (pole at the origin, inflection pole at (0, 1), so rho0 = 1; parallel cranks: see theory of series IV).
+2. Write `classify(instant)`: residual (n,), zero exactly on the series, dimensionless, NaN where the family is none of
+   the series'; margin (n,), zero where the series meets another one.
+3. Write `guided(p)`: the guided elements in the same frame, with their order of contact.
+4. Put them in a `Series` and return it from the hook ``catalogue_series``.  The inverse series is
+   ``series.inversion(code, title)``: nothing else has to be written for it.
+5. Run the contract tests: subclass `catalogue.testing.SeriesContract`.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+
+from ..curvature_theory.instant import Instant
+from ..errors import PluginError
+from ..kinematics.linkage import FAMILIES, Linkage
+from ..kinematics.types import Array
+from .pairs import half_turn
+from .posed import Posed, Solve, dual
+
+Parameters = Mapping[str, Array]
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A free parameter: its name, the union of intervals it may lie in, and what it means."""
+
+    name: str
+    domain: tuple[tuple[float, float], ...]
+    meaning: str
+
+    def __post_init__(self) -> None:
+        ends = [end for interval in self.domain for end in interval]
+        if not self.domain or not np.all(np.isfinite(ends)) or any(b <= a for a, b in pairwise(ends)):
+            raise PluginError(
+                f"parameter {self.name}: the domain must be increasing finite intervals, not {self.domain}"
+            )
+
+    def spread(self, share: Array) -> Array:
+        """Carry shares in [0, 1) (any shape) to the domain, uniformly over the union of its intervals."""
+        low = np.array([a for a, _ in self.domain])
+        width = np.array([b - a for a, b in self.domain])
+        start = np.concatenate([[0.0], np.cumsum(width)])
+        at = np.asarray(share) * start[-1]
+        k = np.clip(np.searchsorted(start, at, side="right") - 1, 0, len(low) - 1)
+        return np.asarray(low[k] + (at - start[k]))
+
+    def holds(self, values: Array) -> Array:
+        """Return where values lie in the domain."""
+        return np.asarray(np.any([(values >= a) & (values <= b) for a, b in self.domain], axis=0))
+
+
+def angles(*intervals: tuple[float, float]) -> tuple[tuple[float, float], ...]:
+    """Return a domain in radians from intervals in degrees."""
+    return tuple((float(np.radians(a)), float(np.radians(b))) for a, b in intervals)
+
+
+@dataclass(frozen=True)
+class Member:
+    """A sub-family of a series with a parametrisation of its own, within one linkage family.
+
+    Parameters
+    ----------
+    name : str
+        ``general``, or what makes it special (``symmetric``, ``pseudo-undulation`` ...).
+    family : str
+        Linkage family.
+    parameters : sequence of Parameter
+        The free ones; they are what is sampled and stored.
+    pivots : callable
+        From all parameters, free and derived, arrays of shape (n,), to pivots of shape (n, 2, 2, 3).
+    derive : callable, optional
+        From the free parameters to those that the sub-family's condition determines; `pivots` and the series' `guided`
+        are given both.
+    weight : float
+        Share of this member in a sample of the series.
+    """
+
+    name: str
+    family: str
+    parameters: Sequence[Parameter]
+    pivots: Callable[[Parameters], Array]
+    derive: Callable[[Parameters], Parameters] | None = None
+    weight: float = 1.0
+
+    @property
+    def key(self) -> str:
+        """Name that is unique within the series."""
+        return f"{self.family} {self.name}"
+
+    def complete(self, free: Parameters) -> dict[str, Array]:
+        """Return the free parameters, in order, with the derived ones added.
+
+        Raises
+        ------
+        PluginError
+            If a parameter is missing.
+        """
+        missing = [p.name for p in self.parameters if p.name not in free]
+        if missing:
+            raise PluginError(f"{self.key}: parameter {', '.join(missing)} is missing")
+        arrays = {p.name: np.atleast_1d(np.asarray(free[p.name], dtype=float)) for p in self.parameters}
+        return {**arrays, **self.derive(arrays)} if self.derive else arrays
+
+    def synthesise(self, free: Parameters) -> Array:
+        """Return pivots (n, 2, 2, 3) in the canonical frame."""
+        pivots = np.asarray(self.pivots(self.complete(free)), dtype=float)
+        if pivots.ndim != 4 or pivots.shape[1:] != (2, 2, 3):
+            raise PluginError(f"{self.key}: pivots have shape {pivots.shape}, not (n, 2, 2, 3)")
+        return pivots
+
+
+@dataclass(frozen=True)
+class Guided:
+    """A guided element of each of n linkages.
+
+    Attributes
+    ----------
+    label : str
+        Such as ``[3]`` for a principal pair or ``undulation``.
+    pairs : ndarray, shape (n, 2, 3)
+        Fixed and moving point, homogeneous: fixed at infinity = straight path, moving at infinity = straight slot.
+        NaN where it is imaginary, or no guide.
+    order : int or ndarray of int, shape (n,)
+        Order of contact, `EXACT` if the finite motion keeps it.
+    """
+
+    label: str
+    pairs: Array
+    order: int | Array
+
+    def inverted(self) -> Guided:
+        """The element seen in the inverse motion, canonical frame."""
+        return replace(self, label=inverse_words(self.label), pairs=half_turn(self.pairs[:, ::-1]))
+
+
+@dataclass(frozen=True, repr=False)
+class Series:
+    """A class of linkages whose cubics of stationary curvature degenerate in one way.
+
+    Parameters
+    ----------
+    code : str
+        As in ``II*.xy``.
+    title : str
+        One line for people.
+    inverse : str
+        Code of the inverse series; its own if it is self-inverse.
+    source : str
+        Where the theory stands.
+    members : sequence of Member
+    classify : callable
+        From an `Instant` of n linkages to residual (n,) and margin (n,).
+    guided : callable
+        From the complete parameters of a member to its `Guided` elements, one of each label, NaN where there is none.
+    solve : callable, optional
+        Closed-form answers to posed problems: from a `Posed` of n problems to pivots (n, k, 2, 2, 3) in its frame, NaN
+        where there are fewer than k; None if it has none for what is given.  Each guides to order 3 at least.
+    degenerate : bool
+        False for a class that degenerate ones bound, such as all linkages with a finite pole: it is nearest to a
+        linkage only where no degenerate series is known.
+
+    Raises
+    ------
+    PluginError
+        If the data contradict one another.
+    """
+
+    code: str
+    title: str
+    inverse: str
+    source: str
+    members: Sequence[Member]
+    classify: Callable[[Instant], tuple[Array, Array]]
+    guided: Callable[[Parameters], Iterable[Guided]]
+    solve: Solve | None = None
+    degenerate: bool = True
+
+    def __post_init__(self) -> None:
+        if not self.code or not self.title or not self.source:
+            raise PluginError(f"series {self.code!r}: code, title and source must not be empty")
+        if not self.members:
+            raise PluginError(f"series {self.code}: it has no member")
+        keys = [m.key for m in self.members]
+        if len(set(keys)) != len(keys):
+            raise PluginError(f"series {self.code}: two members have the name {max(keys, key=keys.count)!r}")
+
+    def __repr__(self) -> str:
+        return f"<Series {self.code}: {self.title}>"
+
+    @property
+    def families(self) -> list[str]:
+        """Linkage families in which the series exists, in order of first mention."""
+        return list(dict.fromkeys(m.family for m in self.members))
+
+    def dimension(self, family: str) -> int:
+        """How many free parameters the largest member of a family has; 0 where there is none."""
+        return max((len(m.parameters) for m in self.members if m.family == family), default=0)
+
+    def member(self, key: str) -> Member:
+        """Return the member with that key."""
+        for m in self.members:
+            if m.key == key:
+                return m
+        raise PluginError(f"series {self.code} has no member {key!r}; it has {', '.join(m.key for m in self.members)}")
+
+    def answers(self, posed: Posed) -> Array:
+        """Return the linkages of posed problems, shape (n, k, 2, 2, 3), NaN where there are fewer than k."""
+        found = None
+        if self.solve:
+            with np.errstate(all="ignore"):
+                found = self.solve(posed)
+                if found is None and self.inverse == self.code:
+                    found = dual(self.solve)(posed)
+        return np.zeros((len(posed.axis), 0, 2, 2, 3)) if found is None else found
+
+    def inversion(self, code: str, title: str) -> Series:
+        """Return the inverse series: fixed and moving plane exchanged in everything."""
+
+        def classify(instant: Instant) -> tuple[Array, Array]:
+            return self.classify(instant.inverted)
+
+        def guided(p: Parameters) -> list[Guided]:
+            return [g.inverted() for g in self.guided(p)]
+
+        members = [
+            replace(m, name=inverse_words(m.name), family=inverse_family(m.family), pivots=_Inverted(m.pivots))
+            for m in self.members
+        ]
+        solve = dual(self.solve) if self.solve else None
+        return Series(code, title, self.code, f"inversion of {self.code}", members, classify, guided, solve)
+
+
+@dataclass(frozen=True)
+class _Inverted:
+    pivots: Callable[[Parameters], Array]
+
+    def __call__(self, p: Parameters) -> Array:
+        return half_turn(np.asarray(self.pivots(p))[:, :, ::-1])
+
+
+def inverse_family(name: str) -> str:
+    """Return the family into which inversion carries a family."""
+    swap = {0: 0, 1: 2, 2: 1}
+    kinds = sorted(swap[k] for k in FAMILIES[name])
+    return next(other for other, pair in FAMILIES.items() if sorted(pair) == kinds)
+
+
+def inverse_words(text: str) -> str:
+    """Return a name with undulation and cuspidation exchanged, as inversion does."""
+    swap = {"undulation": "cuspidation", "cuspidation": "undulation"}
+    return re.sub("undulation|cuspidation", lambda found: swap[found[0]], text)
+
+
+def linkages(series: Series, key: str, free: Parameters) -> tuple[Linkage, Array]:
+    """Return the valid linkages of a member at the given parameters, and the mask of those that are valid."""
+    return Linkage.valid(series.member(key).synthesise(free))

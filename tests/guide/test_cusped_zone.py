@@ -1,0 +1,234 @@
+"""Points that run to the pole and back, both branches in one strip or annulus: measured by loops closed otherwise."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import mpmath as mp
+import numpy as np
+import pytest
+from scipy.optimize import linprog
+
+import catalogue
+from catalogue import Candidate, Catalogue, CircularArc, StraightLine
+from catalogue.curvature_theory.leading_error import leading_error_of_pairs
+from catalogue.errors import InvalidRequest
+from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guide.trace import trace
+from catalogue.plugin.registry import Registry
+from catalogue.testing.contact import DIGITS, Dyad, pose
+from catalogue.testing.sample import even
+
+REGISTRY = Registry()
+MEMBERS = [
+    ("III.KK", "four-bar general"),
+    ("III.KK", "inverted-slider-crank general"),
+    ("III.KK", "four-bar fifth order"),
+    ("II.y0", "slider-crank general"),
+    ("II.yy", "four-bar general"),
+]
+each = pytest.mark.parametrize(("code", "key"), MEMBERS)
+
+
+def returning(code: str, key: str, dtype: Any = float) -> tuple[CouplerCurve, Any, Any]:
+    """Return guides of a member whose points rest at the pole, their pairs and orders."""
+    series = REGISTRY.get(code)
+    sample = even(series, series.member(key)).valid
+    (guided,) = [g for g in sample.guided if g.label == "[1]"]
+    pole = np.zeros(len(sample.linkage), dtype=complex)
+    return coupler_curve(sample.linkage, pole, dtype, pole), guided.pairs, guided.order
+
+
+def branches(naive: SimpleNamespace, pivots: Any, point: complex, reach: Any) -> Any:
+    """Return both branches of a path from its rest to where `reach` of the displacement is 1, or None."""
+    loop = naive.Loop(pivots, point)
+    for drive in loop.drives:
+        found = []
+        for sign in (1, -1):
+            t = sign * np.linspace(0, 6.0, 40001, dtype=np.longdouble)
+            with np.errstate(all="ignore"):
+                z = loop.close(drive, t)
+                far = reach((z - z[0]).astype(complex))
+            end = int(np.argmax(~(far < 1)))
+            if not far[end] >= 1:
+                break
+            share = (1 - float(far[end - 1])) / float(far[end] - far[end - 1])
+            last = t[end - 1] + share * (t[end] - t[end - 1])
+            found.append(loop.close(drive, last * np.sin(np.linspace(0, np.pi / 2, 2001, dtype=np.longdouble))))
+        else:
+            return np.concatenate([found[0][::-1], found[1]]).astype(complex)
+    return None
+
+
+def at_dead_point(pivots: Any, tangent: complex, length: float) -> Any:
+    """Return points of both branches of the path of the origin, its pole, by Newton's method in 100 digits."""
+    dyads = [Dyad(dyad) for dyad in pivots]
+    ends = []
+    with mp.workdps(DIGITS):
+        for sign in (1, -1):
+            now, s, step, done = None, mp.mpf(0), mp.mpf("0.04") * sign, []
+            while abs(step) > 1e-9:  # up to the end of the window, by halves
+                at = pose(dyads, s + step, now)
+                if (complex(at[0], at[1]) * np.conj(tangent)).real > length:
+                    step /= 2
+                    continue
+                s, now = s + step, at
+                done.append(complex(at[0], at[1]))
+            ends.append(done)
+    return np.array([0j, *ends[0], *ends[1]])
+
+
+def narrowest_of_radius(path: Any, radius: float, centre: complex) -> float:
+    """Return half the width of the narrowest annulus of a mean radius, by linear programs from a first centre on."""
+    centre -= (centre - path[len(path) // 2]) * (1 - radius / abs(centre - path[len(path) // 2]))
+    for _ in range(6):
+        away = path - centre
+        normal = away / np.abs(away)
+        rows = np.stack([normal.real, normal.imag, np.ones(len(path))], axis=1)
+        off = np.abs(away) - radius
+        unit = float(np.abs(off).max())
+        off = off / unit
+        step = (
+            unit
+            * linprog(
+                [0, 0, 1],
+                A_ub=np.concatenate([[-1, -1, -1] * rows, [1, 1, -1] * rows]),
+                b_ub=np.concatenate([-off, off]),
+                bounds=[(None, None)] * 2 + [(0, None)],
+            ).x
+        )
+        centre += complex(step[0], step[1])
+    return float(np.abs(np.abs(path - centre) - radius).max())
+
+
+@each
+def test_deviation_is_that_of_both_branches(naive: SimpleNamespace, code: str, key: str) -> None:
+    guides, pairs, _ = returning(code, key)
+    assert guides.cusp.all()
+    circle = bool(pairs[0, 0, 2] != 0)
+    half = 0.5 * np.minimum(guides.extent.min(0), 0.6)
+    found = trace(guides, half, circle=circle, split=True)
+    seen = 0
+    for i in np.flatnonzero(found.relative < 0.02)[:12]:
+        tangent, length = guides.tangent[i], half[i]
+        pivots = guides.linkage.pivots[i]
+        if circle:
+            path = branches(naive, pivots, 0j, lambda z, a=tangent, h=length: (z * np.conj(a)).real / h)
+        else:
+            path = at_dead_point(pivots, tangent, length)
+        if path is None:  # the coupler does not turn all the way
+            continue
+        seen += 1
+        if circle:
+            middle = found.fit.start[i] + 1j * found.fit.along[i] / found.fit.curvature[i]
+            want = narrowest_of_radius(path, 1 / abs(found.fit.curvature[i]), complex(middle))
+        else:
+            along, scale = path * np.conj(tangent), np.abs((path * np.conj(tangent)).imag).max()
+            want = naive.narrowest_strip(along.real, along.imag / scale, scale)
+        assert found.fit.deviation[i] == pytest.approx(want, rel=3e-3), i
+    assert seen >= 4
+
+
+@each
+def test_deviation_tends_to_its_law(code: str, key: str) -> None:
+    """A u^(5/2) on the branches; beside the u^3 of order 5 the next term fades slowly, like the root of the stroke."""
+    guides, pairs, order = returning(code, key, np.longdouble)
+    law = leading_error_of_pairs(guides.linkage, pairs, order=order, pole=np.zeros(len(guides), dtype=complex))
+    assert law.cusp.all()
+    off = []
+    for stroke in (1e-2, 1e-4):
+        half = np.full(len(guides), stroke, dtype=np.longdouble)
+        found = trace(guides, half, circle=bool(pairs[0, 0, 2] != 0), split=True)
+        off.append(float(np.nanmedian(np.abs(found.fit.deviation / law.held(stroke) - 1))))
+    assert off[1] < (0.02 if order[0] == 4 else 0.5)
+    assert off[1] < 0.5 * off[0]
+
+
+def test_points_that_rest_are_told_from_those_that_run() -> None:
+    """Both in one batch, each as if alone."""
+    guides, *_ = returning("III.KK", "four-bar general")
+    linkage = guides.linkage[np.arange(20)]
+    point = np.where(np.arange(20) % 2 == 0, 0, 0.4 + 0.5j)
+    mixed = coupler_curve(linkage, point)
+    np.testing.assert_array_equal(mixed.cusp, np.arange(20) % 2 == 0)
+    half = 0.4 * mixed.extent.min(0)
+    found = trace(mixed, half, circle=True, split=False)
+    for i in range(20):
+        alone = trace(mixed[i : i + 1], half[i : i + 1], circle=True, split=False)
+        np.testing.assert_allclose(found.fit.deviation[i], alone.fit.deviation[0], rtol=1e-9)
+
+
+# -- stored and found -------------------------------------------------------------------------------------------------
+@pytest.fixture(scope="module")
+def held(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Catalogue]:
+    """The catalogue of the series that have such guides."""
+    with catalogue.open(tmp_path_factory.mktemp("returning") / "held.db", build=False) as opened:
+        opened.build(count=2000, series=["III.KK", "II.y0", "II.yy"], processes=2)
+        yield opened
+
+
+def measured(naive: SimpleNamespace, c: Candidate) -> float:
+    """Return the deviation of a candidate from an arc of its radius, its path closed another way."""
+    assert c.radius is not None
+    path = branches(naive, c.pivots, complex(*c.guided), lambda z: np.abs(z) / c.stroke)
+    assert path is not None
+    depth = np.sqrt(c.radius**2 - 0.25 * c.stroke**2)
+    return narrowest_of_radius(path, c.radius, 0.5 * c.stroke - 1j * depth)
+
+
+@pytest.mark.parametrize("radius", [45.0, 60.0, 120.0])
+def test_returning_guides_are_found_and_are_what_they_say(
+    held: Catalogue, naive: SimpleNamespace, radius: float
+) -> None:
+    request = CircularArc(30, radius, 0.4)
+    found = held.find(request, returns=True, limit=6)
+    assert found
+    for c in found:
+        assert c.deviation <= 0.4
+        assert c.radius == radius
+        rest = complex(*c.guided)
+        assert min(abs(rest), abs(rest - 30)) < 1e-9
+        assert measured(naive, c) == pytest.approx(c.deviation, rel=2e-2)
+        path = c.path()
+        assert np.hypot(*(path[0] - path[-1])) < 4 * c.deviation
+        assert path[25, 1] > 0  # it bulges to +y
+    assert not {c.id for c in found} & {c.id for c in held.find(request, limit=50)}
+
+
+def test_returning_guides_meet_constraints(held: Catalogue) -> None:
+    request = CircularArc(30, 60, 0.3)
+    for wish in (
+        {"families": ["inverted-slider-crank"]},
+        {"order": 5},
+        {"min_transmission": 40.0},
+        {"max_size": 100.0},
+    ):
+        for c in held.find(request, returns=True, limit=5, **wish):
+            assert c.family in wish.get("families", [c.family])
+            assert c.order >= wish.get("order", 0)
+            assert c.min_transmission >= wish.get("min_transmission", 0)
+            assert c.size <= wish.get("max_size", np.inf)
+    inside = held.find(request, returns=True, fixed_pivots_in=(-60, -120, 60, 60))
+    assert inside
+    for c in inside:
+        for (x, y, w), _ in c.pivots:
+            assert not w or (-60 <= x <= 60 and -120 <= y <= 60)
+
+
+def test_slots_and_returns_exclude_one_another(held: Catalogue) -> None:
+    with pytest.raises(InvalidRequest, match="slots and returns exclude one another"):
+        held.find(StraightLine(10, 0.1), slots=True, returns=True)
+
+
+def test_a_stored_returning_guide_is_shown_and_drawn(held: Catalogue, tmp_path: Path) -> None:
+    c = held.find(CircularArc(30, 60, 0.3), returns=True)[0]
+    guide = held.guide(c.id)
+    assert guide.returns
+    assert guide.kind == "return-circle"
+    laid = guide.at(30)
+    assert laid.deviation / 30 <= 1e-2
+    laid.plot(tmp_path / "guide.png")
+    assert (tmp_path / "guide.png").stat().st_size > 10_000

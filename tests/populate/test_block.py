@@ -1,0 +1,228 @@
+"""One block: pure, and what it stores of each reach is what the finite motion shows when it is traced again."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pytest
+
+from catalogue.curvature_theory.instant import Instant
+from catalogue.curvature_theory.leading_error import CIRCLE, EXACT, LINE
+from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guide.metrics import Measures, measure
+from catalogue.guide.placement import placed
+from catalogue.guide.reach import LEVELS
+from catalogue.guide.trace import Traced, trace
+from catalogue.kinematics.linkage import Linkage
+from catalogue.kinematics.types import Array
+from catalogue.plugin.registry import Registry
+from catalogue.populate.block import MOST, Block, block
+from catalogue.populate.elements import FARTHEST_POINT, NEAREST_PIVOT, RADII
+from catalogue.populate.rows import LARGEST, LEAST_TRANSMISSION, at_design
+from catalogue.series.sampling import BLOCK, PLAN
+
+SERIES = Registry().series
+#: One member of several families, with lines, circles, exact guides and links at infinity among them.
+MEMBERS = [
+    ("I.GG", "four-bar general"),
+    ("II.ooo", "elliptic-trammel general"),
+    ("II.xy", "four-bar general"),
+    ("II*.xy", "slider-crank general"),
+    ("IV*.l", "four-bar equal cranks"),
+]
+
+
+@dataclass(frozen=True)
+class Again:
+    """A block with its reaches traced again from what is stored of them alone."""
+
+    block: Block
+    guides: CouplerCurve
+    traced: Traced
+    measures: Measures
+
+    def of_guide(self, name: str) -> Array:
+        """Return a column of the guides, per reach."""
+        return np.asarray(self.block.guides[name])[self.block.reaches["guide"]]
+
+
+def guiding(made: Block) -> Linkage:
+    """Return the linkage of each guide, of a slot the inverse one."""
+    pivots = made.mechanisms["pivots"].reshape(-1, 2, 2, 3)[made.guides["mechanism"]]
+    slot = np.isin(made.guides["kind"], ("slot", "arc"))[:, None, None, None]
+    return Linkage(np.where(slot, pivots[:, :, ::-1], pivots))
+
+
+def curved(made: Block) -> Array:
+    return np.isin(made.guides["kind"], ("circle", "arc"))
+
+
+@pytest.fixture(scope="module", params=MEMBERS, ids=" ".join)
+def again(request: pytest.FixtureRequest) -> Again:
+    code, key = request.param
+    made = block(SERIES[code], key, 4, 1, MOST, "some", "1")
+    reaches, guides = made.reaches, made.guides
+    owner = reaches["guide"]
+    spans = coupler_curve(guiding(made)[owner], (guides["x"] + 1j * guides["y"])[owner])
+    circle = curved(made)[owner]
+    kinds = [trace(spans, reaches["half"], circle=c, split=True, centre=reaches["centre"], nodes=16) for c in (0, 1)]
+    traced = kinds[0].replaced(circle, kinds[1][circle])
+    return Again(made, spans, traced, measure(spans, traced))
+
+
+def test_same_arguments_give_the_same_columns() -> None:
+    one, two = (block(SERIES["II*.xy"], "slider-crank general", 4, 1, MOST, "some", "1") for _ in range(2))
+    for name in ("batch", "mechanisms", "guides", "reaches"):
+        first, second = getattr(one, name), getattr(two, name)
+        assert first.keys() == second.keys()
+        for key in first:
+            np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name} {key}")
+
+
+def test_batch_says_where_its_rows_come_from(again: Again) -> None:
+    made = again.block
+    assert made.batch["kept"] == len(made.mechanisms["pivots"]) <= made.batch["drawn"] == BLOCK
+    assert made.batch["guides"] == made.count == len(made.guides["x"])
+    assert (made.batch["seed"], made.batch["number"], made.batch["plan"]) == (4, 1, PLAN)
+
+
+@pytest.mark.parametrize("wanted", [40, MOST])
+def test_as_many_guides_as_are_wanted_in_their_order(again: Again, wanted: int) -> None:
+    batch = again.block.batch
+    made = block(SERIES[batch["series"]], batch["member"], 4, 1, wanted, "some", "1")
+    assert made.count == made.batch["guides"] == min(wanted, again.block.count)
+    assert made.batch["wanted"] == wanted
+    for kind in np.unique(made.guides["kind"]):
+        places = made.guides["cover"][made.guides["kind"] == kind]
+        assert places.tolist() == list(range(len(places)))
+
+
+def test_every_mechanism_guides_and_every_guide_reaches(again: Again) -> None:
+    made = again.block
+    assert np.unique(made.guides["mechanism"]).tolist() == list(range(made.batch["kept"]))
+    assert np.unique(made.reaches["guide"]).tolist() == list(range(made.count))
+
+
+def test_mechanisms_are_made_of_their_parameters(again: Again) -> None:
+    made, series = again.block, SERIES[again.block.batch["series"]]
+    rows = [json.loads(text) for text in made.mechanisms["parameters"]]
+    member = series.member(made.batch["member"])
+    pivots = member.synthesise({p.name: np.array([row[p.name] for row in rows]) for p in member.parameters})
+    linkage = Linkage(pivots)
+    # two ways to one number: the whole sample, and those that are kept
+    np.testing.assert_allclose(linkage.pivots.reshape(-1, 12), made.mechanisms["pivots"], rtol=1e-14, atol=1e-14)
+    at = Instant(linkage).curvature
+    finite = np.isfinite(at.rho0)
+    np.testing.assert_array_equal(np.isfinite(made.mechanisms["rho0"]), finite)
+    np.testing.assert_allclose(made.mechanisms["rho0"][finite], 1, rtol=1e-9)
+    for name in ("kappa", "kappa_star", "s"):
+        np.testing.assert_allclose(made.mechanisms[name][finite], getattr(at, name)[finite], rtol=1e-9, atol=1e-9)
+    assert set(made.mechanisms["family"]) == {member.family}
+
+
+def test_every_reach_traced_again_holds_its_level(again: Again) -> None:
+    stored, traced = again.block.reaches, again.traced
+    assert set(stored["level"]) <= set(LEVELS)
+    assert (traced.relative <= 10.0 ** stored["level"] * (1 + 1e-6)).all()
+    np.testing.assert_allclose(traced.fit.stroke, stored["stroke"], rtol=1e-8)
+    np.testing.assert_allclose(traced.relative, stored["deviation"], rtol=1e-4, atol=1e-14)
+    circle = curved(again.block)[stored["guide"]]
+    np.testing.assert_allclose(
+        np.where(circle, np.abs(traced.fit.curvature) * traced.fit.stroke, 0), stored["sweep"], rtol=1e-6, atol=1e-12
+    )
+
+
+def test_looser_levels_reach_as_far(again: Again) -> None:
+    stored = again.block.reaches
+    order = np.lexsort((stored["level"], stored["guide"]))
+    same = np.diff(stored["guide"][order]) == 0
+    # a secant step may stop short of what another level's found
+    assert (stored["stroke"][order][1:] / stored["stroke"][order][:-1])[same].min() > 0.9
+
+
+def test_measures_are_those_of_the_motion(again: Again) -> None:
+    stored, stroke = again.block.reaches, again.traced.fit.stroke
+    for name in ("size", "max_link", "min_link", "max_ground", "max_arm"):
+        np.testing.assert_allclose(stored[name], getattr(again.measures, name) / stroke, rtol=1e-6, err_msg=name)
+    np.testing.assert_allclose(stored["min_transmission"], again.measures.min_transmission, atol=1e-5)
+    np.testing.assert_array_equal(stored["rotates"], again.measures.rotates)
+    assert stored["size"].max() <= LARGEST
+    weak = stored["min_transmission"] < LEAST_TRANSMISSION
+    assert (at_design(again.guides.linkage)[weak] < LEAST_TRANSMISSION).all()
+
+
+def test_boxes_hold_the_pivots_when_the_path_lies_from_0_to_1(again: Again) -> None:
+    linkage, _, _ = placed(again.guides, again.traced, 1.0)
+    nowhere = complex(np.nan, np.nan)
+    for name, planes in (("fixed", (0,)), ("all", (0, 1))):
+        z = np.where(linkage.finite[:, :, planes], linkage.points[:, :, planes], nowhere).reshape(len(linkage), -1)
+        for side, value in (("x0", z.real), ("y0", z.imag), ("x1", z.real), ("y1", z.imag)):
+            expected = (np.fmin if side[1] == "0" else np.fmax).reduce(value, axis=1)
+            # where a moving pivot is in mid-stroke is read off a chord of its path
+            tolerance = 1e-9 if name == "fixed" else 0.03
+            np.testing.assert_allclose(again.block.reaches[f"{name}_{side}"], expected, rtol=0, atol=tolerance)
+
+
+def test_guided_points_are_neither_pivots_nor_far_away(again: Again) -> None:
+    made = again.block
+    z = made.guides["x"] + 1j * made.guides["y"]
+    linkage = guiding(made)
+    moving = np.where(linkage.finite[:, :, 1], linkage.points[:, :, 1], np.inf)
+    assert np.abs(moving - z[:, None]).min() >= NEAREST_PIVOT
+    assert np.abs(z).max() <= FARTHEST_POINT
+
+
+def test_guides_have_the_tangent_and_the_nominal_of_their_path(again: Again) -> None:
+    made = again.block
+    guides = coupler_curve(guiding(made), made.guides["x"] + 1j * made.guides["y"])
+    tangent = made.guides["tangent_x"] + 1j * made.guides["tangent_y"]
+    np.testing.assert_allclose(tangent, guides.tangent, atol=1e-9)
+    # the nominal is what a short path is nearest to: a line, or the circle with its centre left of the tangent
+    short = trace(guides, np.full(len(guides), 1e-3), circle=True, split=False)
+    ahead = np.sign((short.fit.along * tangent.conj()).real)
+    curvature = short.fit.curvature * ahead
+    np.testing.assert_allclose(made.guides["curvature"], curvature, atol=2e-2 * (1 + np.abs(curvature)).max())
+    circle = curved(made)
+    assert (made.guides["curvature"][~circle] == 0).all()
+    radius = 1 / np.abs(made.guides["curvature"][circle])
+    assert ((radius >= RADII[0]) & (radius <= RADII[1])).all()
+
+
+def test_inflections_follow_from_the_order(again: Again) -> None:
+    guides = again.block.guides
+    line = ~curved(again.block) & (guides["contact_order"] != EXACT)
+    np.testing.assert_array_equal(guides["inflections"], np.where(line, guides["contact_order"] - 1, 0))
+
+
+def test_leading_coefficient_gives_the_deviation_of_a_short_stroke(again: Again) -> None:
+    """Beside orders 3 and 4, whose laws a double still shows: |c| (L/2)^m times the level of u^m."""
+    made, order = again.block, again.block.guides["contact_order"]
+    exact = order == EXACT
+    assert np.isnan(made.guides["leading"][exact]).all()
+    some = np.flatnonzero((order <= 4) & (made.guides["leading"] > 1e-3))
+    guides = coupler_curve(guiding(made)[some], (made.guides["x"] + 1j * made.guides["y"])[some])
+    circle, half = curved(made)[some], np.full(len(some), 0.02)
+    kinds = [trace(guides, half, circle=c, split=False) for c in (False, True)]
+    found = np.where(circle, kinds[1].fit.deviation, kinds[0].fit.deviation)
+    m = order[some] + 1
+    level = np.where(circle, [CIRCLE[k] for k in m], [LINE[k] for k in m])
+    ratio = found / (made.guides["leading"][some] * half**m * level)
+    assert exact.all() or np.isfinite(ratio).sum() > 0.5 * len(some) > 0
+    assert exact.all() or abs(np.nanmedian(ratio) - 1) < 0.03
+
+
+def test_every_pair_is_a_point_or_a_slot_but_not_both(again: Again) -> None:
+    """The fixed point of a slot guides the inverse motion; the same label of one mechanism occurs once."""
+    guides = again.block.guides
+    keys = list(zip(guides["mechanism"].tolist(), guides["label"].tolist(), strict=True))
+    assert len(set(keys)) == len(keys)
+
+
+def test_member_that_guides_nothing_gives_an_empty_block() -> None:
+    series = SERIES["II.xy"]
+    nothing = replace(series, guided=lambda p: [replace(g, pairs=g.pairs * np.nan) for g in series.guided(p)])
+    made = block(nothing, "four-bar general", 0, 0, MOST, "some", "1")
+    assert made.count == made.batch["kept"] == made.batch["guides"] == 0
+    assert len(made.mechanisms["pivots"]) == len(made.reaches["guide"]) == 0
