@@ -157,9 +157,12 @@ class Loop:
             low, high = steps[max(beyond[0] - 1, 0)], steps[beyond[0]]
             for _ in range(70):
                 middle = (low + high) / 2
-                ahead = (self.close(drive, np.array([sign * middle])).real[0] - x) * math.copysign(
-                    1, x - float(self.point.real)
-                )
+                with np.errstate(all="ignore"):
+                    ahead = (self.close(drive, np.array([sign * middle])).real[0] - x) * math.copysign(
+                        1, x - float(self.point.real)
+                    )
+                if np.isnan(ahead):  # the coupler of a parallelogram does not turn: it cannot drive
+                    return None
                 low, high = (middle, high) if ahead < 0 else (low, middle)
             return sign * low
         return None

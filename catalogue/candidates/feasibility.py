@@ -62,8 +62,8 @@ class Feasibility:
 
 
 def weight(name: str, relaxed: str = "") -> float:
-    """Return what the amount counts for by which a constraint is broken."""
-    return RELAXED if name == relaxed else BESIDE if name == "deviation" else 1.0
+    """Return what the amount counts for by which a constraint is broken; where one is relaxed, all others count."""
+    return RELAXED if name == relaxed else BESIDE if name == "deviation" and not relaxed else 1.0
 
 
 def nearer_arm(found: CandidateBatch) -> Array:

@@ -30,7 +30,8 @@ class Problem:
     scale, shift : complex
         The similarity z -> scale z + shift that carries the path to where the user has it.
     relaxed : str
-        Instead of the ranking: break this constraint, or ``deviation``, as little as the others allow.
+        Instead of the ranking: break this constraint, or ``deviation``, as little as the others allow; ``ranking``:
+        none of them, whatever it costs.
     """
 
     path: Request

@@ -7,7 +7,7 @@ at last perturbed copies of the best points found (a population search with Deb'
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -165,9 +165,10 @@ class Search:
 
     def _merits(self, found: CandidateBatch) -> Array:
         """Return what candidates cost and break together, shape (n,)."""
+        broken = feasibility(self.problem, found)
         with np.errstate(invalid="ignore"):
-            merit = cost(self.problem, found) + PENALTY * feasibility(self.problem, found).total
-        return np.where(np.isnan(merit), np.inf, merit)
+            merit = cost(self.problem, found) + PENALTY * broken.total
+        return np.where(np.isnan(merit) | (not self.refines and ~broken.all), np.inf, merit)
 
     def _promising(self, found: CandidateBatch, count: int) -> CandidateBatch:
         """Return the best by cost and violation that are unlike each other."""
@@ -213,10 +214,14 @@ class Search:
         refinement.run(MORE_ROUNDS * self.problem.effort)
         self.report.refined += refinement.evaluated
         near = np.flatnonzero(~np.isfinite(refinement.best_cost) & (refinement.nearest < NEAR))
-        if len(near):  # hardly outside the constraints: led in, whatever they cost on the way
-            led = Refinement.of(self.problem, refinement.best[near], penalty=LEADING).run(MORE_ROUNDS)
-            self.report.refined += led.evaluated
-            refinement.best = refinement.best.replaced(near, led.best)
-            refinement.best_cost[near] = led.best_cost
+        if len(near):  # hardly outside the constraints: led in, whatever they cost, and refined from there
+            inward = replace(self.problem, relaxed="ranking")
+            led = Refinement.of(inward, refinement.best[near], penalty=LEADING).run(MORE_ROUNDS)
+            back = Refinement.of(self.problem, led.best, hasty=refinement.hasty)
+            back.active &= np.isfinite(led.best_cost)
+            back.run(MORE_ROUNDS)
+            self.report.refined += led.evaluated + back.evaluated
+            refinement.best = refinement.best.replaced(near, back.best)
+            refinement.best_cost[near] = back.best_cost
         parts.append((refinement.best, refinement.best_cost))
         return join(*(found for found, _ in parts)), np.concatenate([value for _, value in parts])

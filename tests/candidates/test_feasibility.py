@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue import CircularArc, StraightLine
-from catalogue.candidates.feasibility import ROUNDING, cost, feasibility, values
+from catalogue.candidates.feasibility import BESIDE, ROUNDING, cost, feasibility, values
 from tests.find.conftest import at_home, coupler_paths
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
@@ -60,7 +60,8 @@ def test_amounts_are_those_of_the_second_measurement(batch: Any, shown: Any, aga
                 continue
             assert broken.amounts[name][i] == pytest.approx(amount, abs=near.get(name, 1e-9)), (name, c)
             counted[name] += amount > 2 * near.get(name, 1e-9)
-        assert broken.total[i] == pytest.approx(sum(float(v[i]) for v in broken.amounts.values()))
+        total = sum(float(v[i]) * (BESIDE if name == "deviation" else 1.0) for name, v in broken.amounts.items())
+        assert broken.total[i] == pytest.approx(total)
         assert bool(broken.all[i]) == all(float(v[i]) <= ROUNDING for v in broken.amounts.values())
     assert min(counted[name] for name in BOUNDS) > 0, "every constraint is broken by somebody"
     assert {name: n for name, n in broken.counts.items() if name in BOUNDS}.keys() == BOUNDS.keys()

@@ -33,7 +33,7 @@ def advised(told: str) -> list[dict[str, Any]]:
 
 EMPTY: list[tuple[Any, dict[str, Any]]] = [
     (StraightLine(150, 0.0005), {"max_size": 170, "min_transmission": 70, "pins_only": True}),
-    (LINE, {"max_size": 151, "pins_only": True}),
+    (LINE, {"max_size": 149, "pins_only": True}),
 ]  # fmt: skip
 
 
