@@ -1,0 +1,36 @@
+"""The map of the core leads to what it names."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+import pytest
+
+import catalogue
+
+ROOT = Path(catalogue.__file__).parent
+MAP = ROOT / "README.md"
+PLACES = re.findall(r"^\| [^|]+ \| `([a-z_/]+\.py)` `(\w+)` \| (\d) \|$", MAP.read_text("utf-8"), re.MULTILINE)
+
+
+def test_a_stranger_finds_ten_formulas_and_ten_numbers() -> None:
+    assert len(PLACES) >= 20
+    assert max(int(guesses) for _, _, guesses in PLACES) <= 2
+
+
+@pytest.mark.parametrize(("path", "name"), [place[:2] for place in PLACES])
+def test_every_place_is_there(path: str, name: str) -> None:
+    tree = ast.parse((ROOT / path).read_text("utf-8"))
+    assert name in {node.name for node in tree.body if isinstance(node, ast.FunctionDef | ast.ClassDef)}
+
+
+def test_every_file_of_the_map_is_there() -> None:
+    floors = MAP.read_text("utf-8").split("## Where is it computed?")[0]
+    rows = re.findall(r"^\| \d+ \| (.*?) \| .*? \| (.*?) \|$", floors, re.MULTILINE)
+    assert len(rows) >= 15
+    for rooms, files in rows:
+        folders = [ROOT / name.strip("/") for name in re.findall(r"`([^`]+)`", rooms)]
+        for name in re.findall(r"`([\w/]+\.py)`", files):
+            assert (ROOT / name).is_file() or any((folder / name).is_file() for folder in folders), (rooms, name)
