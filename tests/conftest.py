@@ -39,6 +39,7 @@ SLOW = {
     "test_collection": (
         "test_a_given_radius_is_kept",
         "test_draws_are_declared_and_repeatable",
+        "test_what_is_laid_stays_where_it_is",
         "test_what_is_stored_is_measured_again_at_any_stroke",
     ),
     "test_iii_": ("test_guides_touch_the_finite_motion_to_their_order",),
