@@ -67,6 +67,7 @@ def test_amounts_are_those_of_the_second_measurement(batch: Any, shown: Any, aga
     assert {name: n for name, n in broken.counts.items() if name in BOUNDS}.keys() == BOUNDS.keys()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 def test_signed_amounts_tell_what_is_left_to_spare(batch: Any, request_: Any) -> None:
     """They are the amounts where these are positive, and move with the bound where they are not."""

@@ -215,6 +215,7 @@ def run(dropin: Path) -> Run:
 WISH = ("find", "straight-line", "--stroke", 200, "--deviation", 4, "--collection", "swings")
 
 
+@pytest.mark.slow
 def test_the_command_answers_like_the_library(run: Run, swings_db: Path, swings: Catalogue) -> None:
     options = ("--where", "swing>=20", "--where", "size<=400", "--family", "roller", "--rank-by", "size", "--limit", 3)
     same = swings.find_in(
@@ -231,6 +232,7 @@ def test_the_command_answers_like_the_library(run: Run, swings_db: Path, swings:
     assert "swing°" in table
 
 
+@pytest.mark.slow
 def test_the_first_use_draws_the_specimens(run: Run, tmp_path: Path) -> None:
     file, drawing = tmp_path / "new.db", tmp_path / "best.svg"
     first = run(*WISH, "--limit", 1, "--format", "json", "--plot", drawing, "--explain", "--db", file)
@@ -249,6 +251,7 @@ def test_the_first_use_draws_the_specimens(run: Run, tmp_path: Path) -> None:
     assert run(*WISH, "--limit", 1, "--format", "json", "--db", file).returncode == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "code", "message"),
     [

@@ -126,6 +126,7 @@ def test_circular_guides_are_what_they_say(ask: Ask, again: Again, wish: dict[st
         check(c, request_, again, families=CLOSED, **wish)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [0.55, 1.2, 50.0, 1e6])
 def test_the_deviation_is_from_an_arc_of_exactly_the_radius_asked_for(ask: Ask, again: Again, radius: float) -> None:
     """The best-placed one of these, by brute force; from half a stroke to a million strokes."""

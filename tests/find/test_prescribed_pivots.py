@@ -46,6 +46,7 @@ def test_the_fixed_pivots_stand_exactly_where_they_were_given(ask: Ask, naive: S
     assert len({c.series for c in found}) > 1
 
 
+@pytest.mark.slow
 def test_the_moving_pivots_stand_in_mid_stroke_where_they_were_given(ask: Ask, naive: SimpleNamespace) -> None:
     found = ask(LINE, moving_pivots=((0.2, 0.6), (0.9, 0.7)))
     assert len(found)

@@ -104,6 +104,7 @@ def narrowest_of_radius(path: Any, radius: float, centre: complex) -> float:
     return float(np.abs(np.abs(path - centre) - radius).max())
 
 
+@pytest.mark.slow
 @each
 def test_deviation_is_that_of_both_branches(naive: SimpleNamespace, code: str, key: str) -> None:
     guides, pairs, _ = returning(code, key)
@@ -179,6 +180,7 @@ def measured(naive: SimpleNamespace, c: Candidate) -> float:
     return narrowest_of_radius(path, c.radius, 0.5 * c.stroke - 1j * depth)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [45.0, 60.0, 120.0])
 def test_returning_guides_are_found_and_are_what_they_say(
     held: Catalogue, naive: SimpleNamespace, radius: float
@@ -198,6 +200,7 @@ def test_returning_guides_are_found_and_are_what_they_say(
     assert not {c.id for c in found} & {c.id for c in held.find(request, limit=50)}
 
 
+@pytest.mark.slow
 def test_returning_guides_meet_constraints(held: Catalogue) -> None:
     request = CircularArc(30, 60, 0.3)
     for wish in (
@@ -218,11 +221,13 @@ def test_returning_guides_meet_constraints(held: Catalogue) -> None:
             assert not w or (-60 <= x <= 60 and -120 <= y <= 60)
 
 
+@pytest.mark.slow
 def test_slots_and_returns_exclude_one_another(held: Catalogue) -> None:
     with pytest.raises(InvalidRequest, match="slots and returns exclude one another"):
         held.find(StraightLine(10, 0.1), slots=True, returns=True)
 
 
+@pytest.mark.slow
 def test_a_stored_returning_guide_is_shown_and_drawn(held: Catalogue, tmp_path: Path) -> None:
     c = held.find(CircularArc(30, 60, 0.3), returns=True)[0]
     guide = held.guide(c.id)

@@ -37,6 +37,7 @@ def positions(c: catalogue.Candidate, count: int = 4001) -> tuple[Array, Array, 
     )
 
 
+@pytest.mark.slow
 def test_drive_angle_speed_and_advantage_are_those_of_differences(found: list[catalogue.Candidate]) -> None:
     seen = 0
     for c in found:
@@ -87,6 +88,7 @@ def test_play_of_the_pivots_ranks_sensitive_guides_behind(small: catalogue.Catal
     assert [c.expected for c in without] == [c.deviation for c in without]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("wish", "holds"),
     [
@@ -123,6 +125,7 @@ def links(c: catalogue.Candidate) -> list[Array]:
     return out
 
 
+@pytest.mark.slow
 def test_linkages_stay_inside_a_box_and_clear_of_zones(small: catalogue.Catalogue) -> None:
     wish = catalogue.StraightLine(2.0, 0.02)
     box, zone = (-1.5, -1.0, 4.0, 4.0), ((0.2, 0.6), (0.9, 0.6), (0.6, 1.5))

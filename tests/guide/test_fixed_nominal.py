@@ -19,6 +19,7 @@ def found(small: catalogue.Catalogue, request: pytest.FixtureRequest) -> list[ca
     return list(small.find(wish, limit=20, per_series=0))
 
 
+@pytest.mark.slow
 def test_placed_guides_hold_the_nominal_as_well_as_their_best_one_but_for_its_radius(
     found: list[catalogue.Candidate],
 ) -> None:
@@ -88,6 +89,7 @@ def test_points_of_the_nominal_lie_on_it(radius: float) -> None:
         assert z[5].imag > 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("radius", [None, 2.0])
 def test_with_given_pivots_the_deviation_is_from_the_nominal_fixed_in_place(
     small: catalogue.Catalogue, naive: SimpleNamespace, radius: float | None

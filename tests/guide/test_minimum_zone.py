@@ -56,6 +56,7 @@ def test_strip_is_the_narrowest(naive: Any, count: int, exponent: int) -> None:
         assert float(found.stroke[0]) == pytest.approx(np.ptp(run(seed, DENSE)), rel=amplitude)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("angle", [1e-3, 0.03, 0.3, 1.0, 2.0, 2.9])
 @pytest.mark.parametrize(("count", "exponent"), [(3, -3), (4, -5), (5, -8), (6, -9), (8, -10), (3, -12), (6, -13)])
 def test_annulus_is_the_narrowest(naive: Any, count: int, exponent: int, angle: float) -> None:

@@ -167,6 +167,7 @@ def _least(distances: Any, n: int) -> float:
     return float(distances(unit * found.x[:-1]).max())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", list(COLLECTION.families))
 @pytest.mark.parametrize("request_", [StraightLine(20, 0.4), CircularArc(20, None, 0.4)], ids=["line", "circle"])
 def test_deviations_are_those_of_an_independent_solution(cat: Catalogue, family: str, request_: Any) -> None:
@@ -184,6 +185,7 @@ def test_deviations_are_those_of_an_independent_solution(cat: Catalogue, family:
         assert again == pytest.approx(piece.deviation, rel=5e-3)
 
 
+@pytest.mark.slow
 def test_a_given_radius_is_followed(cat: Catalogue) -> None:
     for piece in cat.find_in("spatial-guidance", CircularArc(20, 15, 0.5), limit=2):
         assert piece.radius == 15
@@ -248,6 +250,7 @@ def test_well_known_mechanisms_are_named(cat: Catalogue) -> None:
     assert "III circle circle sphere" in seen["spherical"]
 
 
+@pytest.mark.slow
 def test_planar_and_spherical_ones_move_like_that(modules: SimpleNamespace) -> None:
     """Planar: all axes of rotation are parallel.  Spherical: one point of the body stands still."""
     rng = np.random.default_rng(4)
@@ -332,6 +335,7 @@ def test_plugins_are_loaded_without_it_until_a_collection_is_asked_for(environme
     assert not [n for n in asked if n.startswith("matplotlib")]
 
 
+@pytest.mark.slow
 def test_the_command_answers(cat: Catalogue, environment: dict[str, str]) -> None:
     command = [sys.executable, "-m", "catalogue", "find", "straight-line", "--stroke", "1", "--deviation", "0.01",
                "--collection", "spatial-guidance", "--where", "range>=0.5", "--limit", "3", "--format", "json",

@@ -25,6 +25,7 @@ def points(motion: Any, nodes: int) -> Any:
     return motion.positions.points.reshape(-1, nodes, *motion.positions.points.shape[1:])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["I", "II", "III", "IV", "V", "VI"])
 def test_no_motion_changes_its_branch_unseen(
     spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, name: str

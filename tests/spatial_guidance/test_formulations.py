@@ -86,6 +86,7 @@ def test_which_nine_of_the_ten_distances(spatial: SimpleNamespace, golden_cases:
             np.testing.assert_allclose(ratio, ratio[0], rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_distances_admit_bodies_that_ours_know_to_be_wrong(spatial: SimpleNamespace, golden_cases: Cases) -> None:
     """Mirror images pass all ten distances; assemblies of nine may violate the tenth.  Ours gives neither."""
     (c,) = [c for c in golden_cases if c.id == "I-five-spheres"]
