@@ -42,6 +42,7 @@ SLOW = {
         "test_what_is_laid_stays_where_it_is",
         "test_what_is_stored_is_measured_again_at_any_stroke",
     ),
+    "test_general": ("test_guides_touch_the_finite_motion_to_their_order",),
     "test_iii_": ("test_guides_touch_the_finite_motion_to_their_order",),
 }
 

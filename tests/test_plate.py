@@ -144,6 +144,7 @@ def test_cells_hold_pivots_and_guided_pairs_of_their_curves(code: str) -> None:
 
 
 # -- plates -------------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 @every
 def test_svg_holds_every_part(code: str, tmp_path: Path) -> None:
     series = EVERY[code]
@@ -164,6 +165,7 @@ def test_svg_holds_every_part(code: str, tmp_path: Path) -> None:
             assert g.label.removeprefix("ray ") in orders
 
 
+@pytest.mark.slow
 @every
 def test_nothing_is_cut_off_and_captions_keep_their_width(code: str) -> None:
     figure = drawn(code)

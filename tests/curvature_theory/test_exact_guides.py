@@ -52,6 +52,7 @@ def nearly_dead(family: str, off: float, count: int, seed: int = 0) -> Linkage:
     return Linkage(made)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", FAMILIES)
 @pytest.mark.parametrize("angle", [1e-10, 1e-8, 1e-7, 1e-5, 1e-3])
 def test_orders_near_parallel_rays_are_those_of_the_loop(family: str, angle: float) -> None:
@@ -63,6 +64,7 @@ def test_orders_near_parallel_rays_are_those_of_the_loop(family: str, angle: flo
         assert found.order[i, k] == contact_order(taylor(linkage.pivots[i], [found.pairs[i, k]])[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [nearly_parallel, nearly_dead])
 @pytest.mark.parametrize("family", FAMILIES)
 def test_no_element_is_exact_that_the_loop_leaves(make: Callable[..., Linkage], family: str) -> None:
@@ -91,6 +93,7 @@ def test_points_of_exact_guides_are_exact_still() -> None:
 
 
 # -- some series always holds -----------------------------------------------------------------------------------------
+@pytest.mark.slow
 @pytest.mark.parametrize("make", [nearly_parallel, nearly_dead])
 @pytest.mark.parametrize("family", FAMILIES)
 def test_some_series_always_holds(make: Callable[..., Linkage], family: str) -> None:

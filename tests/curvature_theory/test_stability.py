@@ -18,6 +18,7 @@ POLE_FAR = "angle of the cranks (pole far)"
 ALLOWED = 1.0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("near", [1e-2, 1e-7, 1e-12, 1e-14])
 def test_no_more_digits_are_lost_than_the_pivots_lack(kind: str, near: float) -> None:

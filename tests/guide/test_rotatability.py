@@ -67,6 +67,7 @@ def transmission(one: dict[str, float], phi: float) -> float:
     return min(angle, 180 - angle)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_margin_is_the_least_by_which_the_chain_closes_over_a_turn(kind: str) -> None:
     made = drawn(kind)
@@ -81,6 +82,7 @@ def test_margin_is_the_least_by_which_the_chain_closes_over_a_turn(kind: str) ->
         assert np.isnan(margin[:, 1]).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
 def test_transmission_over_the_turn_is_that_of_a_sweep(kind: str) -> None:
     made = drawn(kind)

@@ -53,6 +53,7 @@ def drawn(c: Candidate) -> float:
     return float(np.sqrt(squares / count).max() / (ERROR * c.stroke))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "wish"), WISHES, ids=["line", "slider", "arc"])
 def test_spread_is_that_of_draws(small: Catalogue, request_: Any, wish: dict[str, Any]) -> None:
     c = small.find(request_, limit=1, min_transmission=40, **wish)[0]
@@ -81,6 +82,7 @@ def _pole(c: Candidate) -> Any:
     return curvature(c.linkage).pole[0]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("request_", "wish"), WISHES, ids=["line", "slider", "arc"])
 def test_the_gradient_of_the_spread_is_that_of_differences(
     small: Catalogue, request_: Any, wish: dict[str, Any]

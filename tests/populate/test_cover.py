@@ -54,6 +54,7 @@ def lines(request: pytest.FixtureRequest) -> Designs:
     return designed(linkage[some], {name: column[some] for name, column in found.items()})
 
 
+@pytest.mark.slow
 def test_no_two_that_are_kept_are_neighbours_and_all_others_have_one(lines: Designs) -> None:
     kept = list(order(lines, np.zeros(len(lines.kind), int)))
     assert len(set(kept)) == len(kept) < len(lines.kind)
@@ -63,6 +64,7 @@ def test_no_two_that_are_kept_are_neighbours_and_all_others_have_one(lines: Desi
     assert among.min() > NEAR - 1e-3
 
 
+@pytest.mark.slow
 def test_any_beginning_of_the_order_covers_better_than_chance(lines: Designs) -> None:
     following = list(islice(order(lines, np.zeros(len(lines.kind), int)), 64))
     random = np.random.default_rng(0)

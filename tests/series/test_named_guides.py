@@ -253,6 +253,7 @@ def test_a_design_that_changed_is_written_anew(tmp_path: Path, registry: Registr
     assert sorted(row[:-1] for row in rows(path)) == sorted(row[:-1] for row in before)
 
 
+@pytest.mark.slow
 def test_designs_of_series_that_were_not_built_are_starts_too(tmp_path: Path, registry: Registry) -> None:
     path = tmp_path / "one.db"
     with Database.open(path) as database:
@@ -335,6 +336,7 @@ def test_show_of_an_exact_guide_compares_it_with_nothing(small_db: Path) -> None
     assert "; exact" in shown(small_db, "archimedes")
 
 
+@pytest.mark.slow
 def test_each_design_can_be_shown_and_its_deviation_is_the_published_one(small_db: Path, design: NamedGuide) -> None:
     answer = json.loads(shown(small_db, design.name, "--format", "json"))
     assert answer["deviation"] == pytest.approx(design.deviation / design.stroke, rel=1e-3, abs=1e-15)

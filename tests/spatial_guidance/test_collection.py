@@ -283,6 +283,7 @@ def test_series_are_drawn_as_declared(cat: Catalogue) -> None:
 
 
 # -- drawing, loading -------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["I", "III", "VI"])
 def test_a_drawing_shows_guides_body_and_path(cat: Catalogue, family: str, tmp_path: Path) -> None:
     piece = cat.find_in("spatial-guidance", CircularArc(5, None, 0.1), families=[family], limit=1)[0]
