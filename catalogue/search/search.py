@@ -98,7 +98,8 @@ class Search:
             self._refine(starts)
         self.stage += 1
         effort, feasible = self.problem.effort, int(np.isfinite(self.cost).sum())
-        ample = feasible >= self.enough and (self.stage >= effort or self.enough == 1)
+        least = 1 if self.enough == 1 else effort + self._bounded  # a region leaves few designs: the next stage differs
+        ample = feasible >= self.enough and self.stage >= least
         spent = self.report.refined > POINTS * effort or self.stage >= STAGES * effort
         if ample or spent or self._hopeless or starts is None or not len(starts):
             self.status = "found" if feasible else "exhausted"
@@ -110,15 +111,14 @@ class Search:
         return len(least) > WAITING and least[-1] > FAR and least[-1] > NEARER * least[-1 - WAITING]
 
     @property
-    def _to_measure(self) -> bool:
-        """Whether starts are made to measure from the first stage on: where pivots or the radius are bound."""
-        regions = (getattr(self.problem.constraints, name) for name in STANDING)
-        return self.problem.fixed_curvature is not None or any(region is not None for region in regions)
+    def _bounded(self) -> bool:
+        """Whether pivots are to stand in a region."""
+        return any(getattr(self.problem.constraints, name) is not None for name in STANDING)
 
     def _starts(self) -> CandidateBatch | None:
         """Return measured starts of the present stage, the most promising first."""
         parts = [self._stored(MEASURED)] if self.stage % 2 == 0 else [self._stored(MEASURED // 2)]
-        if self.stage or self._to_measure:
+        if self.stage or self._bounded or self.problem.fixed_curvature is not None:
             parts += [
                 synthesis.starts(self.problem, family, DRAWN, self._random)
                 for family in synthesis.families(self.problem)
