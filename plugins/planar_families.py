@@ -8,9 +8,9 @@ from catalogue.plugin import Family, hookimpl
 @hookimpl
 def catalogue_families() -> Iterator[Family]:
     """Two dyads out of crank (RR), slider (PR) and slide (RP), in every combination."""
-    yield Family("four-bar", "two cranks", "four-bar", "RR.RR", sliding=False)
-    yield Family("slider-crank", "crank and slider", "inverted-slider-crank", "RR.PR", sliding=True)
-    yield Family("inverted-slider-crank", "crank and slide", "slider-crank", "RR.RP", sliding=True)
-    yield Family("swinging-block", "slider and slide (conchoidal)", "swinging-block", "PR.RP", sliding=True)
-    yield Family("elliptic-trammel", "two sliders", "oldham", "PR.PR", sliding=True)
-    yield Family("oldham", "two slides", "elliptic-trammel", "RP.RP", sliding=True)
+    yield Family("four-bar", "two cranks", "four-bar", "RR.RR")
+    yield Family("slider-crank", "crank and slider", "inverted-slider-crank", "RR.PR")
+    yield Family("inverted-slider-crank", "crank and slide", "slider-crank", "RR.RP")
+    yield Family("swinging-block", "slider and slide (conchoidal)", "swinging-block", "PR.RP")
+    yield Family("elliptic-trammel", "two sliders", "oldham", "PR.PR")
+    yield Family("oldham", "two slides", "elliptic-trammel", "RP.RP")

@@ -35,7 +35,7 @@ PLUGIN = """
 FAMILY = """
     @hookimpl
     def catalogue_families():
-        return [Family("{name}", "a test", "{name}", "", sliding=False)]
+        return [Family("{name}", "a test", "{name}", "")]
 """
 SERIES_HOOK = "@hookimpl\ndef catalogue_series():\n    "
 FAMILIES_HOOK = SERIES_HOOK.replace("series", "families")

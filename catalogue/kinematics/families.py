@@ -21,15 +21,12 @@ class Family:
         Name of the family into which inversion carries it.
     dyads : str
         As in ``RR.PR``.
-    sliding : bool
-        Whether it has sliding joints; a request for pins only leaves it out.
     """
 
     name: str
     title: str
     inverse: str
     dyads: str
-    sliding: bool
 
     def __post_init__(self) -> None:
         if not (self.name and self.title and self.inverse):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import time
 from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
@@ -76,3 +77,15 @@ def test_a_relaxation_relaxes(ask: Ask) -> None:
 def test_what_the_catalogue_does_not_hold_is_said(ask: Ask, request_: Any, wanted: dict[str, Any], says: str) -> None:
     told = ask(request_, **wanted).explain()
     assert f"no guide found: the catalogue holds no guide for {says}" in told
+
+
+def test_steps_take_time_and_do_not_overlap(ask: Ask) -> None:
+    """Of a Pareto search, which runs one search for each criterion, all are counted, none twice."""
+    start = time.perf_counter()
+    found = ask(LINE, rank_by=["size", "balance"], limit=3, families=["four-bar"])
+    whole = time.perf_counter() - start
+    assert found.explanation is not None
+    seconds = found.explanation.report.seconds
+    assert {"starts", "refine", "verify"} <= set(seconds)
+    assert all(s >= 0 for s in seconds.values())
+    assert sum(seconds.values()) <= whole
