@@ -94,7 +94,7 @@ def test_csv_holds_the_same_rows(run: Run, small_db: Path) -> None:
     assert done.err == ""
     read = list(csv.DictReader(io.StringIO(done.out)))
     assert list(read[0]) == list(COLUMNS)
-    assert [int(r["id"]) for r in read] == [r["id"] for r in rows]
+    assert [int(r["id"]) if r["id"] else None for r in read] == [r["id"] for r in rows]
     assert [json.loads(r["pivots"]) for r in read] == [r["pivots"] for r in rows]
     assert [float(r["deviation"]) for r in read] == [r["deviation"] for r in rows]
     assert "\r" not in done.out
