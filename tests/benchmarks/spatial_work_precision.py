@@ -193,7 +193,7 @@ def measure() -> tuple[list[list[Any]], list[tuple[str, str, float, float, float
                 rotation = S.matrix(quaternion[i, j][:, None])[..., 0]
                 exact[i, j] = refined(fine, lean, rotation, free[i, j], q[i, j])
         for last in OURS:
-            S.newton_.LAST = S.continuation_.LAST = S.walk_.LAST = last
+            S.newton_.LAST = S.predictor_corrector_.LAST = S.continuation_.LAST = last
             begin = time.process_time()
             moved = S.follow(m, path, start)
             taken = (time.process_time() - begin) / moved.reached.sum()
@@ -203,7 +203,7 @@ def measure() -> tuple[list[list[Any]], list[tuple[str, str, float, float, float
             ]
             error = np.abs(np.moveaxis(points, -1, 2) - exact).max()
             found.append((name, "this solver, batch of 1,000", last, taken, float(error)))
-        S.newton_.LAST = S.continuation_.LAST = S.walk_.LAST = 1e-8
+        S.newton_.LAST = S.predictor_corrector_.LAST = S.continuation_.LAST = 1e-8
         for way, run, with_jacobian, few in WAYS:
             for tol in THEIRS:
                 taken, error = 0.0, 0.0

@@ -16,8 +16,11 @@ import pytest
 from catalogue.plugin.registry import Registry
 
 GOLDEN = Path(__file__).with_name("golden.json")
-MODULES = ("kinds", "taylor", "rotation", "elimination", "guides", "mechanism", "unknowns", "system", "newton",
-           "position", "jets", "continuation", "walk", "follow", "assemblies")  # fmt: skip
+MODULES = {
+    "geometry": ("kinds", "power_series", "rotation", "guides"),
+    "kinematics": ("elimination", "mechanism", "unknowns", "equations", "newton", "position", "derivatives",
+                   "predictor_corrector", "continuation", "follow", "assemblies"),
+}  # fmt: skip
 SURFACES = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere", "plane")
 CURVES = ("circle", "helix", "line")
 #: Guides of each class, c for a curve and s for a surface, and how many of them are driven.
@@ -36,9 +39,10 @@ def plugin() -> SimpleNamespace:
     Registry()
     package = next(name for name in sys.modules if name.startswith("catalogue_plugin_spatial_guidance_"))
     names: dict[str, Any] = {"package": sys.modules[package.partition(".")[0]]}
-    for module in MODULES:
-        loaded = import_module(f"{package.partition('.')[0]}.{module}")
-        names |= {k: v for k, v in vars(loaded).items() if not k.startswith("_")} | {f"{module}_": loaded}
+    for room, modules in MODULES.items():
+        for module in modules:
+            loaded = import_module(f"{package.partition('.')[0]}.{room}.{module}")
+            names |= {k: v for k, v in vars(loaded).items() if not k.startswith("_")} | {f"{module}_": loaded}
     return SimpleNamespace(**names)
 
 

@@ -35,10 +35,10 @@ class TestContract(CollectionContract):
 
 @pytest.fixture(scope="module")
 def modules() -> SimpleNamespace:
-    """Return the modules that belong to the collection."""
+    """Return modules of the plugin."""
     package = COLLECTION.draw.__module__.partition(".")[0]
-    names = ("fits", "special", "plain", "draw", "measures", "points")
-    return SimpleNamespace(**{name: import_module(f"{package}.{name}") for name in names})
+    names = ("geometry.minimum_zone", "collection.plain_data", "collection.measures")
+    return SimpleNamespace(**{name.partition(".")[2]: import_module(f"{package}.{name}") for name in names})
 
 
 @pytest.fixture(scope="module")
@@ -205,15 +205,15 @@ def test_fits_do_not_depend_on_where_a_path_lies(modules: SimpleNamespace, sweep
     arc = np.stack([(1 + wave[0]) * np.sin(at), (1 + wave[0]) * np.cos(at), wave[1]], axis=1)
     turn = rotation(rng.normal(size=4))
     both = np.stack([arc, 70 * arc @ turn.T + [3, 4, 5]])
-    for fit in (modules.fits.circle(both), modules.fits.line(both)):
+    for fit in (modules.minimum_zone.circle(both), modules.minimum_zone.line(both)):
         assert fit.deviation[1] == pytest.approx(70 * fit.deviation[0], rel=2e-3)
         assert (fit.bound <= fit.deviation * (1 + 1e-6)).all()
         np.testing.assert_allclose(
             fit.axes @ np.swapaxes(fit.axes, 1, 2), np.broadcast_to(np.eye(3), (2, 3, 3)), atol=1e-12
         )
-    fit = modules.fits.circle(both)
+    fit = modules.minimum_zone.circle(both)
     assert fit.bound[0] > 0.99 * fit.deviation[0]
-    wide = modules.fits.circle(both, 1.05 * fit.radius)
+    wide = modules.minimum_zone.circle(both, 1.05 * fit.radius)
     np.testing.assert_allclose(wide.radius, 1.05 * fit.radius)
     assert (wide.deviation >= fit.deviation * (1 - 1e-3)).all()
 
@@ -221,11 +221,11 @@ def test_fits_do_not_depend_on_where_a_path_lies(modules: SimpleNamespace, sweep
 def test_exact_lines_and_circles_are_exact(modules: SimpleNamespace) -> None:
     s = np.linspace(0, 1, 65)
     straight = 3.0 + np.outer(s, [1.0, 2.0, -2.0])
-    assert modules.fits.line(straight[None]).deviation[0] < 1e-14
-    assert modules.fits.line(straight[None]).stroke[0] == pytest.approx(3, rel=1e-14)
+    assert modules.minimum_zone.line(straight[None]).deviation[0] < 1e-14
+    assert modules.minimum_zone.line(straight[None]).stroke[0] == pytest.approx(3, rel=1e-14)
     turn = rotation([1, 2, 3, 4])
     round_ = np.stack([np.cos(s), np.sin(s), 0 * s], axis=1) @ turn.T * 5 + 7
-    fit = modules.fits.circle(round_[None])
+    fit = modules.minimum_zone.circle(round_[None])
     assert fit.deviation[0] < 1e-13
     assert fit.radius[0] == pytest.approx(5, rel=1e-12)
 
@@ -257,7 +257,7 @@ def test_planar_and_spherical_ones_move_like_that(modules: SimpleNamespace) -> N
     seen = {"planar": 0, "spherical": 0}
     for family, count in (("III", 60), ("I", 40)):
         drawn = [dict(s.parameters) for s in COLLECTION.draw(family, rng, count)]
-        moved = modules.measures.run(modules.plain.strokes(drawn))
+        moved = modules.measures.run(modules.plain_data.strokes(drawn))
         for p, turn, points in zip(drawn, moved.rotation, moved.points, strict=True):
             relative = np.einsum("sij,kj->sik", turn, turn[0])
             axes = np.array([[r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]] for r in relative[1:]])
@@ -332,7 +332,7 @@ def test_plugins_are_loaded_without_it_until_a_collection_is_asked_for(environme
     names = [n for n in imported(loading, environment) if n.startswith("catalogue_plugin_spatial")]
     assert len(names) == 1  # the package, which is light
     asked = imported(f"{loading}; registry.collections", environment)
-    assert f"{names[0]}.measures" in asked
+    assert f"{names[0]}.collection.measures" in asked
     assert not [n for n in asked if n.startswith("matplotlib")]
 
 

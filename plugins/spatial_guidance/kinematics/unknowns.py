@@ -10,8 +10,8 @@ import numpy as np
 
 from catalogue.plugin import Array
 
-from .kinds import Kind
-from .rotation import turned
+from ..geometry.kinds import Kind
+from ..geometry.rotation import turned
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ import numpy as np
 
 from catalogue.plugin import PAPER, Array, blank, kind_of, write
 
-from .fits import circle, line
-from .follow import follow
-from .kinds import Kind
-from .plain import Strokes, strokes
-from .rotation import matrix
+from ..geometry.kinds import Kind
+from ..geometry.minimum_zone import circle, line
+from ..geometry.rotation import matrix
+from ..kinematics.follow import follow
+from .plain_data import Strokes, strokes
 
 if TYPE_CHECKING:
     from catalogue.plugin import CollectionCandidate
@@ -132,7 +132,7 @@ def _reach(values: Array, kind: Kind, axis: int, size: float) -> tuple[float, fl
 
 
 def _rectangle(passed: Array, size: float) -> tuple[list[tuple[float, float]], Kind]:
-    from .guides import KINDS
+    from ..geometry.guides import KINDS
 
     chart = KINDS["plane:cartesian"]
     x, y = passed[:, 1] * np.cos(passed[:, 0]), passed[:, 1] * np.sin(passed[:, 0])

@@ -1,7 +1,7 @@
 """What a kind of guide says of itself, in its local axes X, Y, Z; a new surface is a subclass of a few lines.
 
 1. `parameters` are its names of the shape, `lengths` says which of them (and which of u, w) are lengths.
-2. `point` and `implicit` are written with numpy's functions, so that they also take series (`taylor.Taylor`).
+2. `point` and `implicit` are written with numpy's functions, so that they also take series (`power_series.Taylor`).
 3. `locate` inverts `point`; NaN where the chart does not reach.
 
 Derivatives follow from the formulas by Taylor arithmetic, exact to rounding.  A quadric gives its coefficients instead
@@ -16,7 +16,7 @@ import numpy as np
 
 from catalogue.plugin import Array
 
-from .taylor import coefficients, variable
+from .power_series import coefficients, variable
 
 #: Three coordinates, arrays of one shape or series.
 Point = tuple[Any, Any, Any]

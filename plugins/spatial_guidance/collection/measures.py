@@ -14,10 +14,10 @@ import numpy as np
 
 from catalogue.plugin import LENGTH, Array, Measured, Metric, Request, grid
 
-from .fits import Fit, circle, line, unit
-from .follow import follow
-from .plain import Strokes, alike, plain, strokes
-from .rotation import matrix
+from ..geometry.minimum_zone import Fit, circle, line, unit
+from ..geometry.rotation import matrix
+from ..kinematics.follow import follow
+from .plain_data import Strokes, alike, plain, strokes
 
 #: Intervals between the nodes of a stroke; there are four times as many between the points that are looked at.
 NODES = 48

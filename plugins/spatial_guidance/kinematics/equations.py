@@ -16,10 +16,10 @@ import numpy as np
 
 from catalogue.plugin import Array
 
-from .guides import Guides
-from .kinds import Quadric
+from ..geometry.guides import Guides
+from ..geometry.kinds import Quadric
+from ..geometry.rotation import cross, matrix
 from .mechanism import Mechanisms
-from .rotation import cross, matrix
 from .unknowns import Driven, Equations, Slot, State
 
 

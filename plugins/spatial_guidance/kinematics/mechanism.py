@@ -11,7 +11,7 @@ import numpy as np
 
 from catalogue.plugin import Array, InvalidLinkage, InvalidRequest
 
-from .guides import Guides, same
+from ..geometry.guides import Guides, same
 
 #: Class and degrees of freedom by (curves, surfaces): Mangeron, Oğuztöreli and Plitea 1970, sec. 2 to 4.
 CLASSES = {

@@ -13,11 +13,11 @@ import numpy as np
 
 from catalogue.plugin import Array, InvalidRequest
 
+from .continuation import Walk
+from .equations import System
 from .mechanism import Mechanisms
 from .position import Positions, reported, solve_positions
-from .system import System
 from .unknowns import State
-from .walk import Walk
 
 BEYOND = "beyond the end of the motion"
 #: Mechanisms that advance together: their arrays stay in the second-level cache.

@@ -23,9 +23,9 @@ import numpy as np
 
 from catalogue.plugin import Array
 
-from .guides import KINDS, Guides
-from .mechanism import Mechanisms
-from .rotation import matrix, quaternion
+from ..geometry.guides import KINDS, Guides
+from ..geometry.rotation import matrix, quaternion
+from ..kinematics.mechanism import Mechanisms
 
 
 @dataclass(frozen=True, eq=False)

@@ -15,8 +15,8 @@ import numpy as np
 
 from catalogue.plugin import Array, Tags
 
-from .plain import strokes
-from .rotation import matrix
+from ..geometry.rotation import matrix
+from .plain_data import strokes
 
 #: Directions are one if the sine of their angle is less, points if they are nearer [diameters of the body].
 ONE = 1e-9

@@ -7,9 +7,9 @@ from typing import TYPE_CHECKING, Any
 
 from catalogue.plugin import Collection
 
+from .classification import classify
 from .draw import COINCIDENCES, draw
 from .measures import METRICS, measure
-from .special import classify
 
 if TYPE_CHECKING:
     from catalogue.plugin import CollectionCandidate

@@ -12,16 +12,16 @@ import numpy as np
 
 from catalogue.plugin import LENGTH, Array, Specimen
 
-from .fits import unit
-from .follow import follow
-from .guides import Guides
+from ..geometry.guides import Guides
+from ..geometry.minimum_zone import unit
+from ..geometry.rotation import matrix, quaternion
+from ..kinematics.follow import follow
+from ..kinematics.mechanism import Mechanisms
+from ..kinematics.position import Positions
+from .classification import classify
 from .measures import METRICS, Motion, fitted, known, numbers, run
-from .mechanism import Mechanisms
-from .plain import Strokes, plain
-from .points import GAPS, WHOLE, WINDOWS, best
-from .position import Positions
-from .rotation import matrix, quaternion
-from .special import classify
+from .plain_data import Strokes, plain
+from .straightest_point import GAPS, WHOLE, WINDOWS, best
 
 SURFACES = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere", "plane")
 CURVES = ("circle", "helix", "line")

@@ -16,12 +16,12 @@ import numpy as np
 
 from catalogue.plugin import Array, InvalidRequest
 
-from .kinds import Kind
+from ..geometry.kinds import Kind
+from ..geometry.power_series import Taylor, coefficients
+from ..geometry.rotation import cross
+from .equations import System
 from .mechanism import Mechanisms
 from .position import Positions, conditioning, driver_units
-from .rotation import cross
-from .system import System
-from .taylor import Taylor, coefficients
 
 
 @dataclass(frozen=True, eq=False)

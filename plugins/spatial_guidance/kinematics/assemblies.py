@@ -14,10 +14,10 @@ import numpy as np
 from catalogue.plugin import Array
 
 from .elimination import solve
+from .equations import System
 from .mechanism import Mechanisms
 from .newton import newton
 from .position import ASSEMBLED, Positions, conditioning, driver_units, driver_values, off_edge, reported
-from .system import System
 from .unknowns import State
 
 #: Assemblies whose points are nearer than this, in units, are one.

@@ -9,12 +9,12 @@ import numpy as np
 
 from catalogue.plugin import Array, InvalidRequest
 
+from ..geometry.kinds import Kind
+from ..geometry.rotation import fitted, matrix
 from .elimination import condition, solve
-from .kinds import Kind
+from .equations import System
 from .mechanism import Mechanisms
 from .newton import newton
-from .rotation import fitted, matrix
-from .system import System
 from .unknowns import Equations, State
 
 OK = ""
@@ -110,7 +110,7 @@ def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positio
 def reported(
     mechanisms: Mechanisms, system: System, state: State, values: Array, found: Array, evaluations: Array
 ) -> Positions:
-    """Return the positions in a state (of `system`) with what is measured there; `found` is what Newton says."""
+    """Return the positions in a state (of `equations`) with what is measured there; `found` is what Newton says."""
     q = values.T / driver_units(mechanisms)
     finite = np.isfinite(q).all(0)
     now = system.evaluate(state, np.where(finite, q, 0))

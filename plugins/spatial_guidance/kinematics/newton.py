@@ -9,7 +9,7 @@ import numpy as np
 from catalogue.plugin import Array
 
 from .elimination import solve
-from .system import System
+from .equations import System
 from .unknowns import Equations, State
 
 #: A step below this squares to less than a rounding error: it is made, and is the last.

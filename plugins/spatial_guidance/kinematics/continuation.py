@@ -6,11 +6,11 @@ import numpy as np
 
 from catalogue.plugin import Array
 
-from .continuation import FIRST, LONGEST, SHORTEST, Corrected, Front, Line, correct, turning
+from .equations import System
 from .mechanism import Mechanisms
 from .newton import LAST
 from .position import EDGE, OK, driver_units, off_edge
-from .system import System
+from .predictor_corrector import FIRST, LONGEST, SHORTEST, Corrected, Front, Line, correct, turning
 from .unknowns import State
 
 TURNING = "turning point"

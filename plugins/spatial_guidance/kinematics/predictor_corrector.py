@@ -15,8 +15,8 @@ import numpy as np
 from catalogue.plugin import Array
 
 from .elimination import solve
+from .equations import System
 from .newton import LAST, NOISE
-from .system import System
 from .unknowns import State
 
 #: Evaluations of a corrector.
