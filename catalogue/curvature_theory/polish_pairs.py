@@ -15,9 +15,10 @@ import numpy as np
 
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import Motion
+from ..kinematics.power_series import taylor_product
 from ..kinematics.types import Array
 from .finite_pole import INFINITE
-from .taylor import charts, norm_squared, path_series, times
+from .taylor import charts, norm_squared, path_series
 
 #: Charts conditioned worse than this (near change points) have fewer digits than the pairs.
 CONDITIONING = 0.05
@@ -51,7 +52,7 @@ def _bilinear(moving: Motion) -> Array:
     linkage, from the origin of the chart; each matrix is scaled to about 1.
     """
     d, x = path_series(moving.point(moving.origin)) / moving.linkage.size, path_series(moving.turn())
-    turned = d + times(x.conj(), d)
+    turned = d + taylor_product(x.conj(), d)
     rows = [
         [-2 * x.real, 2 * x.imag, -2 * d.real],
         [-2 * x.imag, -2 * x.real, -2 * d.imag],

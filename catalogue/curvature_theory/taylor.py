@@ -14,6 +14,9 @@ import numpy as np
 
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CRANK_1, CRANK_2, Motion, Path, motion
+from ..kinematics.power_series import taylor_product as times
+from ..kinematics.power_series import taylor_quotient as over
+from ..kinematics.power_series import taylor_root as root
 from ..kinematics.types import Array
 
 #: Coefficients kept: t^0 ... t^8.  No guide that is not exact has a contact beyond t^6.
@@ -103,31 +106,6 @@ def path_series(path: Path) -> Array:
     for i in range(2, TERMS):  # divided by 1 + t^2
         inside[i] -= inside[i - 2]
     return _later(inside)
-
-
-def times(a: Array, b: Array) -> Array:
-    """Product of two series."""
-    out = a[0] * b
-    for i in range(1, TERMS):
-        out[i:] += a[i] * b[:-i]
-    return np.asarray(out)
-
-
-def over(a: Array, b: Array) -> Array:
-    """Quotient of two series; the divisor has a constant term."""
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape), dtype=np.result_type(a, b))
-    for i in range(TERMS):
-        out[i] = (a[i] - sum(out[j] * b[i - j] for j in range(i))) / b[0]
-    return out
-
-
-def root(a: Array) -> Array:
-    """Square root of a series with a positive constant term."""
-    out = np.empty_like(a)
-    out[0] = np.sqrt(a[0])
-    for i in range(1, TERMS):
-        out[i] = (a[i] - sum(out[j] * out[i - j] for j in range(1, i))) / (2 * out[0])
-    return out
 
 
 def _polynomial(form: Array) -> Array:

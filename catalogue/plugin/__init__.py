@@ -1,7 +1,8 @@
 """What a plugin may import: ``from catalogue.plugin import hookimpl, Series, ...``, and nothing else of the core.
 
-For all: `hookimpl`, errors, array types.  For series: `Series` and its parts, building blocks of synthesis, `Instant`.
-For collections: `Collection` and its parts, the request, results, the paper of drawings.
+For all: `hookimpl`, errors, array types, arithmetic of power series.  For series: `Series` and its parts, building
+blocks of synthesis, `Instant`.  For collections: `Collection` and its parts, the request, results, the paper of
+drawings.
 `hookspecs` is the contract; `registry`, which loads plugins, is for the core alone.  Names are loaded when first used.
 """
 
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from ..kinematics.families import Family
     from ..kinematics.linkage import PR, RP, RR, Linkage
     from ..kinematics.polynomials import product, real_roots
+    from ..kinematics.power_series import taylor_product, taylor_quotient, taylor_root
     from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
     from ..problem.request import CircularArc, Request, StraightLine
     from ..series.pairs import (
@@ -63,6 +65,7 @@ _HOME = {
     "kinematics.families": "Family",
     "kinematics.linkage": "Linkage PR RP RR",
     "kinematics.polynomials": "product real_roots",
+    "kinematics.power_series": "taylor_product taylor_quotient taylor_root",
     "curvature_theory.instant": "Instant",
     "curvature_theory.dead_points": "dead_points",
     "curvature_theory.leading_error": "EXACT",
@@ -140,6 +143,9 @@ __all__ = [
     "slider_pair",
     "tangent_circle_pair",
     "tangent_pair",
+    "taylor_product",
+    "taylor_quotient",
+    "taylor_root",
     "unit",
     "without",
     "write",

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from catalogue.plugin import Array
+from catalogue.plugin import Array, taylor_product, taylor_quotient, taylor_root
 
 
 class Taylor(NDArrayOperatorsMixin):
@@ -39,17 +39,13 @@ def _multiply(x: Any, y: Any) -> Taylor:
         return Taylor(x * y.c)
     if not isinstance(y, Taylor):
         return Taylor(x.c * y)
-    return Taylor(np.stack([sum(x.c[j] * y.c[k - j] for j in range(k + 1)) for k in range(len(x.c))]))
+    return Taylor(taylor_product(x.c, y.c))
 
 
 def _divide(x: Any, y: Any) -> Taylor:
     if not isinstance(y, Taylor):
         return Taylor(x.c / y)
-    x = _like(x, y)
-    q: list[Array] = []
-    for k in range(len(y.c)):
-        q.append((x[k] - sum(y.c[j] * q[k - j] for j in range(1, k + 1))) / y.c[0])
-    return Taylor(np.stack(q))
+    return Taylor(taylor_quotient(_like(x, y), y.c))
 
 
 def _like(x: Any, y: Taylor) -> Array:
@@ -67,12 +63,8 @@ def _add(x: Any, y: Any) -> Taylor:
 
 
 def _sqrt(x: Taylor) -> Taylor:
-    with np.errstate(invalid="ignore"):
-        r = [np.sqrt(x.c[0])]
-    for k in range(1, len(x.c)):
-        with np.errstate(divide="ignore", invalid="ignore"):  # the derivative is infinite at 0
-            r.append((x.c[k] - sum(r[j] * r[k - j] for j in range(1, k))) / (2 * r[0]))
-    return Taylor(np.stack(r))
+    with np.errstate(divide="ignore", invalid="ignore"):  # the derivative is infinite at 0
+        return Taylor(taylor_root(x.c))
 
 
 def _waves(sign: float, sine: Callable[[Array], Array], cosine: Callable[[Array], Array]) -> Callable[[Taylor], Any]:
