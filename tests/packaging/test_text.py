@@ -75,8 +75,8 @@ def test_top_level_holds_only_the_agreed_entries(project_files: list[PurePosixPa
     assert {entry for entry in entries if not entry.startswith(".")} <= TOP_LEVEL
 
 
-def test_example_plugin_of_the_readme_is_the_one_that_is_tested(root: Path) -> None:
-    _, _, rest = (root / "README.md").read_text().partition("<!-- example-plugin -->\n```python\n")
+def test_example_plugin_of_the_guide_is_the_one_that_is_tested(root: Path) -> None:
+    _, _, rest = (root / "plugins/README.md").read_text("utf-8").partition("<!-- example-plugin -->\n```python\n")
     shown, _, _ = rest.partition("```")
     assert shown == (root / "tests/plugins/dropin/my_x0.py").read_text()
     assert len(shown.splitlines()) <= 40
