@@ -14,7 +14,7 @@ from .options import Db, Plugins
 def build(
     count: Annotated[
         int | None,
-        typer.Option(metavar="N", help="Guides wanted.", show_default="30000, or as begun; 3000 of a collection"),
+        typer.Option(metavar="N", help="Guides wanted.", show_default="12000, or as begun; 3000 of a collection"),
     ] = None,
     series: Annotated[
         list[str] | None, typer.Option("--series", metavar="CODE", help="Only this series; may be repeated.")

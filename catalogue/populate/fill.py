@@ -32,7 +32,7 @@ from .rows import Columns
 from .workers import Workers
 
 #: Guides in the default database.
-COUNT = 30_000
+COUNT = 12_000
 #: Blocks per process that are made before those that are written first.
 AHEAD = 32
 

@@ -21,7 +21,7 @@ from catalogue.populate import Progress, fill
 from catalogue.populate.block import MOST, Block, block
 from catalogue.store import Database, Guide, Mechanism, Reach, drop_indexes, make_indexes, write_batch
 
-COUNT = int(sys.argv[1]) if len(sys.argv) > 1 else 30_000
+COUNT = int(sys.argv[1]) if len(sys.argv) > 1 else 12_000
 
 
 def built(folder: Path, registry: Registry) -> None:
