@@ -137,19 +137,24 @@ def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
 
 
 def final(problem: Problem, found: CandidateBatch) -> CandidateBatch:
-    """Return candidates with their deviation measured on a finer grid, and with more digits where double lacks them."""
+    """Return candidates laid along the nominal that a finer grid gives, their deviation measured there, and with more
+    digits where double lacks them."""
     guides = found.curve
     if guides.cusp.any():
         up = None if problem.fixed_curvature is None else np.full(len(found), problem.fixed_curvature)
         return found.with_(traced=at_stroke(guides, 1.0, circle=problem.curved, curvature=up, exact=up is not None))
     held = found.traced.fit.curvature if problem.fixed_curvature is not None else None
     traced = again(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
+    back = traced.fit.along.real < 0
+    linkage, point, laid = placed(guides, _reversed(traced, back), 1.0)
+    here, traced = coupler_curve(linkage, point, pole=found.pole, chart=found.chart), _reversed(laid, back)
     fine = np.flatnonzero(traced.relative < FINE)
     if len(fine):
         up = None if held is None else np.full(len(fine), problem.fixed_curvature)
-        better = at_stroke(guides[fine], 1.0, circle=problem.curved, curvature=up, exact=held is not None)
+        better = at_stroke(here[fine], 1.0, circle=problem.curved, curvature=up, exact=held is not None)
         traced = traced.replaced(np.isin(np.arange(len(found)), fine), better)
-    return found.with_(traced=traced, allowance=allowances(problem, guides, traced, SHOWN // 4))
+    shown = described(problem, found.origin, here, traced)
+    return shown.with_(allowance=allowances(problem, here, traced, SHOWN // 4))
 
 
 def _reversed(traced: Traced, where: Array) -> Traced:

@@ -134,7 +134,7 @@ def test_the_largest_piece_is_the_measure(small: Catalogue, wish: dict[str, Any]
 @pytest.mark.parametrize("inside", [(-0.5, -0.5, 1.6, 0.5), POLYGON], ids=["box", "polygon"])
 def test_pivots_stand_outside_as_far_as_the_pieces_say(small: Catalogue, inside: Any) -> None:
     problem = problem_of(LINE, pivots_in=inside)
-    found = started(small, problem, 20)
+    found = started(small, problem_of(LINE), 20)
     outside = np.maximum(Stations(problem, found).pieces("pivots_in").value, 0).max(1)
     amount = feasibility(problem, found).amounts["pivots_in"]
     np.testing.assert_array_equal(outside > 1e-12, amount > 1e-12)
