@@ -147,7 +147,12 @@ def final(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     traced = again(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
     back = traced.fit.along.real < 0
     linkage, point, laid = placed(guides, _reversed(traced, back), 1.0)
-    here, traced = coupler_curve(linkage, point, pole=found.pole, chart=found.chart), _reversed(laid, back)
+    still = (
+        guides.motion.branch != 0
+    )  # at a change point the pivots as they stand tell the branch, together with the pole
+    linkage = Linkage.trusted(np.where(still[:, None, None, None], found.linkage.pivots, linkage.pivots))
+    point, traced = np.where(still, found.point, point), _reversed(laid, back).replaced(still, traced[still])
+    here = coupler_curve(linkage, point, pole=found.pole, chart=found.chart)
     fine = np.flatnonzero(traced.relative < FINE)
     if len(fine):
         up = None if held is None else np.full(len(fine), problem.fixed_curvature)
