@@ -15,7 +15,8 @@ from ..kinematics.linkage import RR, Linkage
 from ..kinematics.types import Array
 from .drive import SampledPoses
 
-#: Places along each link that are looked at, and what an edge that is crossed between them counts for, of the size.
+#: Places along each link that are looked at, and along what lies between two edges that it crosses; what such a
+#: crossing counts for, of the size, where none of them tells.
 STATIONS, GRAZED = 5, 1e-3
 
 
@@ -52,19 +53,21 @@ def link_segments(linkage: Linkage, moves: SampledPoses) -> Array:
 def protrusion(area: Area, swept: Array) -> Array:
     """Return how far linkages reach out of an area at most, negative inside, shape (n,), from segments (f, n, k, 2)."""
     out = area.outside(_stations(swept)).max(axis=(0, 2, 3))
-    return _grazed(area, swept, out)
+    return _crossed(swept, out, area.outside(_between(area, swept)).max(axis=-1))
 
 
 def intrusion(area: Area, swept: Array) -> Array:
     """Return how far linkages reach into an area at most, negative outside, shape (n,), from segments (f, n, k, 2)."""
     deep = -area.outside(_stations(swept)).min(axis=(0, 2, 3))
-    return _grazed(area, swept, deep)
+    return _crossed(swept, deep, -area.outside(_between(area, swept)).min(axis=-1))
 
 
-def _grazed(area: Area, swept: Array, amount: Array) -> Array:
-    """Return amounts, a small positive one where an edge is crossed between the places that are looked at."""
-    crossed = (amount <= 0) & _crosses(area, swept).any(axis=(0, 2))
-    return np.asarray(np.where(crossed, GRAZED * np.abs(swept).max((0, 2, 3)), amount))
+def _crossed(swept: Array, amount: Array, between: Array) -> Array:
+    """Return amounts with those between the edges that segments cross (f, n, k), NaN where they cross less than two."""
+    more = np.fmax.reduce(between, axis=(0, 2))
+    missed = (amount <= 0) & np.isfinite(more)  # between the places that are looked at
+    more = np.where(more > 0, more, GRAZED * np.abs(swept).max((0, 2, 3)))
+    return np.asarray(np.where(missed, more, amount))
 
 
 def _stations(swept: Array) -> Array:
@@ -73,16 +76,23 @@ def _stations(swept: Array) -> Array:
     return np.asarray(swept[..., :1] + (swept[..., 1:] - swept[..., :1]) * share)
 
 
-def _crosses(area: Area, swept: Array) -> Array:
-    """Return which segments cross an edge of the polygon, shape (f, n, k)."""
+def _between(area: Area, swept: Array) -> Array:
+    """Return places along the segments between the first and the last edge that they cross, shape (f, n, k, STATIONS);
+    NaN where they cross less than two."""
     corners = area.corners[:, 0] + 1j * area.corners[:, 1]
     a, b = swept[..., 0], swept[..., 1]
-    crossed = np.zeros(a.shape, bool)
+    first, last = np.full(a.shape, np.inf), np.full(a.shape, -np.inf)
     for c, d in zip(corners, np.roll(corners, -1), strict=True):
         edge, bar = d - c, b - a
-        sides = _area(edge, a - c) * _area(edge, b - c), _area(bar, c - a) * _area(bar, d - a)
-        crossed |= (sides[0] < 0) & (sides[1] < 0)
-    return crossed
+        one, other = _area(edge, a - c), _area(edge, b - c)
+        crossed = (one * other < 0) & (_area(bar, c - a) * _area(bar, d - a) < 0)
+        share = one / np.where(crossed, one - other, 1.0)
+        first = np.where(crossed, np.minimum(first, share), first)
+        last = np.where(crossed, np.maximum(last, share), last)
+    none = last <= first
+    first, last = np.where(none, np.nan, first), np.where(none, np.nan, last)
+    share = first[..., None] + (last - first)[..., None] * np.linspace(0, 1, STATIONS)
+    return np.asarray(a[..., None] + (b - a)[..., None] * share)
 
 
 def _area(a: Array, b: Array) -> Array:

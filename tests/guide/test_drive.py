@@ -131,7 +131,7 @@ def test_linkages_stay_inside_a_box_and_clear_of_zones(small: catalogue.Catalogu
     wish = catalogue.StraightLine(2.0, 0.02)
     box, zone = (-1.5, -1.0, 4.0, 4.0), ((0.2, 0.6), (0.9, 0.6), (0.6, 1.5))
     found = small.find(wish, swept_in=box, keep_out=[zone], limit=20, per_series=0, pins_only=True)
-    assert len(found) >= 4
+    assert len(found) >= 5
     triangle = Region.of("zone", zone)
     for c in found:
         for points in links(c):
