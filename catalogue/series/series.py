@@ -1,4 +1,4 @@
-"""What a series is: data and four formulas.  Sampling, tracing, storing, ranking and drawing belong to the core.
+"""What a series is: data and three formulas.  Sampling, tracing, storing, ranking and drawing belong to the core.
 
 How to write a plugin that adds a series:
 

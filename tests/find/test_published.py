@@ -12,6 +12,7 @@ from catalogue import Catalogue, Linkage, StraightLine
 from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.metrics import measure
 from catalogue.guide.placement import at_stroke
+from tests.lambdas import lambdas, placed
 
 HEIGHT = float(np.sqrt(1.2**2 - 0.5**2))
 #: Series, pivots, guided point, strokes over which it is used.
@@ -68,3 +69,34 @@ def test_the_catalogue_holds_one_at_least_as_straight(small: Catalogue, name: st
         assert found, (name, stroke, deviation, size)
         assert found[0].deviation <= deviation
         assert found[0].size <= size * (1 + 1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("rotation", "frame"), [(80, 2.825), (100, 2.725)])
+def test_lambda_linkages_of_the_textbooks_are_answered_in_their_own_envelope(
+    small: Catalogue, rotation: float, frame: float
+) -> None:
+    """Norton, Design of Machinery, table of Hoeken-type linkages: coupler and rocker 1.5 frame - 0.5, crank 1."""
+    table = placed(lambdas(rotation), np.array([frame, 1.5 * frame - 0.5]))
+    size, angle, deviation = (float(x[0]) for x in (table.measures.size, table.measures.drive_angle, table.deviation))
+    assert angle == pytest.approx(rotation, rel=1e-6)
+    found = small.find(
+        StraightLine(1.0, deviation), families=["four-bar"], max_size=size * (1 + 1e-9), full_rotation=True,
+        min_drive_angle=angle * (1 - 1e-9), rank_by="deviation", limit=1,
+    )  # fmt: skip
+    assert found[0].deviation <= deviation
+    assert found[0].drive_angle >= angle * (1 - 1e-8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("stroke", [1.0, 2.0])
+def test_a_tall_roberts_linkage_is_answered_in_its_own_envelope(small: Catalogue, stroke: float) -> None:
+    """The isosceles one eight times as high as the half of its frame."""
+    linkage = Linkage([[[-1, 0, 1], [-0.5, 8, 1]], [[1, 0, 1], [0.5, 8, 1]]])
+    guides = coupler_curve(linkage, np.array([0j]))
+    traced = at_stroke(guides, stroke, circle=False)
+    size, deviation = float(measure(guides, traced).size[0]), float(traced.fit.deviation[0])
+    found = small.find(
+        StraightLine(stroke, deviation), families=["four-bar"], max_size=size * (1 + 1e-9), rank_by="deviation", limit=1
+    )
+    assert found[0].deviation <= deviation

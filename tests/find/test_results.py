@@ -161,4 +161,4 @@ def test_a_level_or_stroke_that_cannot_be_laid(small: Catalogue, found: Found) -
         guide.at(1.0, 3)
     for stroke in (0, -1, float("nan"), "long"):
         with pytest.raises(InvalidRequest, match="stroke must be a"):
-            guide.at(stroke)  # type: ignore[arg-type]
+            guide.at(stroke)  # type: ignore[arg-type]  # wrong on purpose

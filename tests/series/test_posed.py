@@ -95,8 +95,10 @@ def test_every_answer_of_a_thousand_problems_is_guided_to_its_order_on_the_finit
         assert seen.mean() > 0.9, code
         assert np.quantile(slope[seen], 0.01) > least + 0.9, code
         assert (slope[seen] > least + 0.8).mean() > 0.995, code
-        # a breath from a dead point the pivots carry too few digits: there less is said than is true, never more
-        assert (law.order >= least).mean() > 0.995
+        # pivots at a thousand times the place of the point carry too few digits: less may be said there than is true
+        near = linkage.size < 1e3
+        assert (law.order >= least)[near].all(), code
+        assert near.mean() > 0.95, code
 
 
 @pytest.mark.parametrize("given", GIVEN)
