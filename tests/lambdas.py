@@ -42,7 +42,7 @@ def lambdas(rotation: float) -> ClassParameters:
         )
         return np.stack([z.real, z.imag, np.ones(z.shape)], axis=-1), point * scale
 
-    def read(linkage: Linkage, point: Array) -> Array:  # noqa: ARG001
+    def read(linkage: Linkage, point: Array) -> Array:  # noqa: ARG001, other classes need it
         z = linkage.points
         crank = np.abs(z[:, 0, 1] - z[:, 0, 0])
         return np.stack([np.abs(z[:, 1, 0] - z[:, 0, 0]), np.abs(z[:, 1, 1] - z[:, 1, 0])], axis=1) / crank[:, None]

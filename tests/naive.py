@@ -10,7 +10,7 @@ import math
 from collections.abc import Iterator
 from typing import Any
 
-import mpmath as mp  # type: ignore[import-untyped]
+import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 from scipy.optimize import linprog
 from scipy.spatial import ConvexHull

@@ -251,7 +251,7 @@ def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_a_notebook_is_given_a_picture() -> None:
-    assert draw(ARC)._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]
+    assert draw(ARC)._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]  # mypy knows no such attribute
 
 
 def run(code: str) -> None:

@@ -34,3 +34,10 @@ def test_every_file_of_the_map_is_there() -> None:
         folders = [ROOT / name.strip("/") for name in re.findall(r"`([^`]+)`", rooms)]
         for name in re.findall(r"`([\w/]+\.py)`", files):
             assert (ROOT / name).is_file() or any((folder / name).is_file() for folder in folders), (rooms, name)
+
+
+def test_the_folders_of_the_tests_are_the_ones_that_are_described() -> None:
+    here = Path(__file__).parent
+    rows = re.findall(r"^\| (`.*?`) \|", (here / "README.md").read_text("utf-8"), re.MULTILINE)
+    told = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
+    assert told == {path.name for path in here.iterdir() if path.is_dir() and not path.name.startswith("_")}

@@ -53,7 +53,7 @@ def starts(task: Task, slider: bool, rng: Any, arms: int = 300, each: int = 60) 
     along = 0.5 - 0.5 * np.cos(np.pi * np.arange(9) / 8)[:, None]
     path = along + 0j + np.zeros(count)
     if task.circle:
-        radius = radius_of(sagitta)  # type: ignore[arg-type]
+        radius = radius_of(sagitta)  # type: ignore[arg-type]  # an array or a number
         path = along + 1j * (np.sqrt(radius**2 - (along - 0.5) ** 2) - radius + sagitta)
     point = path[4]
 

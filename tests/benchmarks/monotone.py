@@ -80,7 +80,7 @@ def best(cat: Any, entry: dict[str, Any], effort: int, known: dict[str, Any]) ->
             found = []
         value = price(found[0], entry) if len(found) else None
         known[key] = value, time.perf_counter() - start
-    return known[key]  # type: ignore[no-any-return]
+    return known[key]  # type: ignore[no-any-return]  # read from JSON
 
 
 def price(found: Any, entry: dict[str, Any]) -> float:

@@ -156,10 +156,10 @@ def limit() -> None:
         a, b, c = (np.full(size, 1.5) for _ in range(3))
         each = [
             seconds(lambda f=f: [f() for _ in range(20)], RUNS) / (20 * size)
-            for f in (lambda: np.multiply(a, b, out=c), lambda: np.sqrt(a, out=c), lambda: np.divide(a, b, out=c))  # noqa: B023
+            for f in (lambda: np.multiply(a, b, out=c), lambda: np.sqrt(a, out=c), lambda: np.divide(a, b, out=c))  # noqa: B023, called before the loop goes on
         ]
         powers, forms = np.ones((M, 3)), np.ones((9, 3, max(size // M, 1)))
-        each.append(seconds(lambda: powers @ forms, RUNS) / size)  # noqa: B023
+        each.append(seconds(lambda: powers @ forms, RUNS) / size)  # noqa: B023, called before the loop goes on
         kib = 15 * 8 * size // 1024
         rows.append((size, kib, *(f"{1e9 * s:.2f}" for s in (taken, *each))))
         if size == usual:

@@ -50,7 +50,7 @@ def databases(folder: Path, counts: list[int]) -> dict[str, Path]:
             print(f"building the file {name}", file=sys.stderr)
             part = files[name].with_suffix(".part.db")
             with catalogue.open(part, build=False) as cat:
-                cat.build(**count)  # type: ignore[arg-type]
+                cat.build(**count)  # type: ignore[arg-type]  # one keyword or none
             part.rename(files[name])
     return files
 

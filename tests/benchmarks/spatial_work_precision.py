@@ -214,8 +214,8 @@ def measure() -> tuple[list[list[Any]], list[tuple[str, str, float, float, float
                         values, r0 = q[i, j], rotation
 
                         def f(y: Array, values: Array = values, r0: Array = r0, single: Single = single) -> Any:
-                            both = single.evaluate(y, r0, values, with_jacobian)  # noqa: B023
-                            return both if with_jacobian else both[0]  # noqa: B023
+                            both = single.evaluate(y, r0, values, with_jacobian)  # noqa: B023, called before the loop goes on
+                            return both if with_jacobian else both[0]  # noqa: B023, called before the loop goes on
 
                         y = np.concatenate([np.zeros(3), at])
                         begin = time.process_time()

@@ -13,7 +13,7 @@ from typing import Any
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"
 
-import mpmath as mp  # type: ignore[import-untyped]
+import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 
 from catalogue.curvature_theory.analysis import DEAD_POINT, REGULAR, curvature
@@ -88,7 +88,7 @@ def dead_point(near: float, draw: Draw, n: int) -> Array:
 
 
 KINDS: dict[str, Callable[[float, Draw, int], Array]] = {
-    "generic": lambda near, draw, n: rays(free(draw, n), free(draw, n), draw),  # noqa: ARG005
+    "generic": lambda near, draw, n: rays(free(draw, n), free(draw, n), draw),  # noqa: ARG005, all makers are called alike
     "s (series I)": lambda near, draw, n: rays(free(draw, n), np.full(n, near), draw),
     "kappa (III)": lambda near, draw, n: rays(np.full(n, near), free(draw, n), draw),
     "kappa* (III*)": lambda near, draw, n: rays(np.full(n, near - 1), free(draw, n), draw),

@@ -178,7 +178,7 @@ def test_a_wish_that_cannot_be_meant(swings: Catalogue, wish: dict[str, Any], me
 
 def test_a_wish_that_is_none(swings: Catalogue) -> None:
     with pytest.raises(InvalidRequest, match="find_in wants a StraightLine or CircularArc, not 3"):
-        swings.find_in("swings", 3)  # type: ignore[arg-type]
+        swings.find_in("swings", 3)  # type: ignore[arg-type]  # wrong on purpose
 
 
 def test_conditions_in_words() -> None:

@@ -402,7 +402,7 @@ def iis_y0_3(draw: np.random.Generator, n: int) -> Row:
 
 
 @row("II*.xoy, inflection pole, r3* = -rho0/2")
-def conchoid(draw: np.random.Generator, n: int) -> Row:  # noqa: ARG001
+def conchoid(draw: np.random.Generator, n: int) -> Row:  # noqa: ARG001, all makers are called alike
     zero = np.zeros(n)
     return linkage_of(inverse_tangent_pair(zero), normal_pair(zero - 3)), up(n), up(n), 6, zero + 3 / 8, False
 

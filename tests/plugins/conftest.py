@@ -87,7 +87,7 @@ def law() -> Callable[..., Array]:
     def measure(series: Series, key: str, free: Mapping[str, float], label: str, m: int, c: float) -> Array:
         member = series.member(key)
         linkage = Linkage(member.synthesise({name: np.array([value]) for name, value in free.items()}))
-        (guide,) = [g for g in series.guided(member.complete(free)) if g.label == label]  # type: ignore[arg-type]
+        (guide,) = [g for g in series.guided(member.complete(free)) if g.label == label]  # type: ignore[arg-type]  # arrays as parameters
         linkage, point, circle = motion_of(linkage, guide)
         guides = coupler_curve(linkage, point, np.longdouble)
         limit = (CIRCLE if circle else LINE)[m] * abs(c)

@@ -35,7 +35,7 @@ def test_it_fits_on_a_page() -> None:
 def broken(**changes: Any) -> SeriesContract:
     """Return the contract of my.x0 with something changed."""
     contract = SeriesContract()
-    contract.series = replace(MY_X0, **changes)  # type: ignore[misc]
+    contract.series = replace(MY_X0, **changes)  # type: ignore[misc]  # fields by name
     return contract
 
 
@@ -101,7 +101,7 @@ def lost_at_the_end(pivots: Array, p: Parameters) -> Array:
         (with_guides(lambda g: [replace(g[0], pairs=0 * g[0].pairs)]), "guides_are_pairs*", r"\(0, 0, 0\) is no point"),
         (with_guides(lambda g: [replace(x, pairs=x.pairs * np.nan) for x in g]), "each_guide*", "NaN everywhere"),
         (with_guides(lambda g: [g[0], g[0]]), "arrays_have*", "two guided elements have one label"),
-        (with_guides(lambda g: [replace(g[0], order=4.0)]), "arrays_have*", "order of .* not an integer"),  # type: ignore[arg-type]
+        (with_guides(lambda g: [replace(g[0], order=4.0)]), "arrays_have*", "order of .* not an integer"),  # type: ignore[arg-type]  # wrong on purpose
         (with_guides(lambda g: [replace(g[0], pairs=g[0].pairs[:, 0])]), "arrays_have*", "pairs of .* shape"),
         (with_pivots(scaled), "frame*", "the diameter of its inflection circle is not 1"),
         (with_pivots(lowered), "frame*", "its pole is not at the origin"),

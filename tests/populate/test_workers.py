@@ -58,7 +58,7 @@ def test_leaving_the_pool_ends_its_processes(
         with pytest.raises(AssertionError, match="still run"):
             all_gone(0.1)
     all_gone(1)
-    with pytest.raises(KeyboardInterrupt), Workers(2, rude.folders) as pool:  # noqa: PT012
+    with pytest.raises(KeyboardInterrupt), Workers(2, rude.folders) as pool:  # noqa: PT012, the pool is what is interrupted
         futures = [pool.submit(*GOOD) for _ in range(40)]
         futures[0].result()
         raise KeyboardInterrupt
