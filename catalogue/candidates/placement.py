@@ -136,15 +136,24 @@ def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     return found.replaced(other, anew)
 
 
-def final(problem: Problem, found: CandidateBatch) -> CandidateBatch:
+def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> CandidateBatch:
     """Return candidates laid along the nominal that a finer grid gives, their deviation measured there, and with more
-    digits where double lacks them."""
+    digits where double lacks them.
+
+    Parameters
+    ----------
+    rigid : bool
+        Whether lengths stay to the last digit: the fitted stroke may then differ from the one asked for, by as much as
+        the grids do.
+    """
     guides = found.curve
     if guides.cusp.any():
         up = None if problem.fixed_curvature is None else np.full(len(found), problem.fixed_curvature)
         return found.with_(traced=at_stroke(guides, 1.0, circle=problem.curved, curvature=up, exact=up is not None))
     held = found.traced.fit.curvature if problem.fixed_curvature is not None else None
     traced = again(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
+    if rigid:
+        traced = unscaled(traced)
     back = traced.fit.along.real < 0
     linkage, point, laid = placed(guides, _reversed(traced, back), 1.0)
     still = (
@@ -160,6 +169,11 @@ def final(problem: Problem, found: CandidateBatch) -> CandidateBatch:
         traced = traced.replaced(np.isin(np.arange(len(found)), fine), better)
     shown = described(problem, found.origin, here, traced)
     return shown.with_(allowance=allowances(problem, here, traced, SHOWN // 4))
+
+
+def unscaled(traced: Traced) -> Traced:
+    """Return traces whose fitted stroke is the one asked for, so that to place them along it changes no length."""
+    return replace(traced, fit=replace(traced.fit, stroke=np.ones(len(traced.low))))
 
 
 def _reversed(traced: Traced, where: Array) -> Traced:

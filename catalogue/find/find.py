@@ -131,7 +131,7 @@ def searched(
     found = found[np.flatnonzero(feasibility(problem, found).all)]
     with report.timed("verify"):
         if len(found):
-            found = final(problem, found)
+            found = final(problem, found, rigid=round_to is not None)
             found = found[np.flatnonzero(feasibility(problem, found).all)]
         if not len(found):
             return None

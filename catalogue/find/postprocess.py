@@ -8,7 +8,7 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.batching import take
-from ..candidates.placement import measured, place_on_path
+from ..candidates.placement import measured, place_on_path, unscaled
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.placement import at_stroke
 from ..guide.trace import Traced
@@ -33,8 +33,7 @@ def with_round_lengths(problem: Problem, found: CandidateBatch, step: float) -> 
     linkage, point, made = rounded(found.linkage, found.point, step)
     guides = coupler_curve(linkage, point, pole=found.pole[made])
     traced = at_stroke(guides, 1.0, circle=problem.curved, nodes=16, extend=False)
-    fit = replace(traced.fit, stroke=np.ones(len(point)))  # not to be scaled by what rounding leaves
-    return _laid(problem, take(found.origin, made), guides, replace(traced, fit=fit))
+    return _laid(problem, take(found.origin, made), guides, unscaled(traced))
 
 
 def _laid(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:

@@ -112,7 +112,7 @@ def test_a_crank_turns_fully_or_the_constraint_is_broken(batch: Any, shown: Any,
 
 @pytest.mark.slow
 def test_links_stay_in_the_room_and_out_of_what_is_kept_free(batch: Any, shown: Any, naive: SimpleNamespace) -> None:
-    """Against fifty places along each link at four hundred positions of the stroke."""
+    """Against five hundred places along each link at four hundred positions of the stroke."""
     outer, kept = (-1.2, -1.2, 2.2, 2.2), (0.2, 0.5, 0.4, 0.7)
     problem, found = batch(LINE, count=40, pins_only=True, swept_in=outer, keep_out=[kept])
     found = found[np.flatnonzero(np.isfinite(found.deviation))]
@@ -123,7 +123,7 @@ def test_links_stay_in_the_room_and_out_of_what_is_kept_free(batch: Any, shown: 
         one, two = ([complex(x, y) for x, y, _ in pair] for pair in pivots)
         a, b, p = coupler_paths(naive, pivots, guided, 1.0, [one[1], two[1], guided])
         ends = [(one[0] + 0 * a, a), (two[0] + 0 * b, b), (a, b), (a, p), (b, p)]
-        z = np.concatenate([u + (v - u) * s for u, v in ends for s in np.linspace(0, 1, 50)])
+        z = np.concatenate([u + (v - u) * s for u, v in ends for s in np.linspace(0, 1, 500)])
         x, y = z.real.astype(float), z.imag.astype(float)
         right, up = np.abs(x - 0.5) - 1.7, np.abs(y - 0.5) - 1.7
         over = np.hypot(np.maximum(right, 0), np.maximum(up, 0)).max()
