@@ -27,15 +27,14 @@ if TYPE_CHECKING:
         MissingExtra,
         PluginError,
     )
-    from .find.candidate import Candidate
     from .find.dwell_results import StandStill
-    from .find.results import Found
+    from .find.results import Candidate, Found
     from .kinematics.linkage import Linkage
     from .problem.constraints import Constraints
     from .problem.request import CircularArc, StraightLine
 
 _HOME = {
-    "Candidate": "find.candidate",
+    "Candidate": "find.results",
     "Catalogue": "api",
     "CatalogueError": "errors",
     "CircularArc": "problem.request",

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from os import PathLike
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
 from .folders import default_database
 from .problem.constraints import Constraints
-from .problem.criteria import DISTINCT
-from .store import Database, get_setting
-from .store.closing import Closing
+from .problem.ranking import DISTINCT
+from .store import Database
 
 if TYPE_CHECKING:
     import numpy.typing as npt
@@ -27,7 +26,7 @@ if TYPE_CHECKING:
     from .series.classification import Classification
 
 
-class Catalogue(Closing):
+class Catalogue:
     """A database of guides with what can be asked of it; made by `catalogue.open`.
 
     Attributes
@@ -49,7 +48,7 @@ class Catalogue(Closing):
     @property
     def complete(self) -> bool:
         """Whether the last build ran to its end."""
-        return get_setting(self.database, "complete") == "yes"
+        return self.database.get_setting("complete") == "yes"
 
     def find(
         self,
@@ -74,7 +73,7 @@ class Catalogue(Closing):
         limit : int
             How many at most.
         rank_by : str, mapping or sequence of str
-            One of `catalogue.problem.criteria.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
+            One of `catalogue.problem.ranking.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
             sequence, ``["size", "deviation"]``, weighs nothing: the Pareto front of these criteria comes first, spread
             over all of it, then the second front; `Candidate.front` says which.
         per_series : int, optional
@@ -82,7 +81,7 @@ class Catalogue(Closing):
             for a front), 0: no bound.
         distinct : float
             No two answers are nearer to each other than this, 0 to 1; of such only the best is given.  About the part
-            of the stroke by which a pivot near the path is moved; see `catalogue.candidates.similarity` and
+            of the stroke by which a pivot near the path is moved; see `catalogue.candidates.select` and
             `Candidate.nearest`.
         effort : int
             How hard to search: starts, rounds of refinement and the points that may be measured grow with it.
@@ -249,7 +248,7 @@ class Catalogue(Closing):
         from .populate import fill
         from .populate.fill import COUNT
 
-        begun = {key: get_setting(self.database, key) or "" for key in ("count", "seed", "series")}
+        begun = {key: self.database.get_setting(key) or "" for key in ("count", "seed", "series")}
         if count is None and not series and not self.complete:  # finish what was begun
             series = [code for code in begun["series"].split() if code in self.registry.series]
         if count is None:
@@ -262,6 +261,12 @@ class Catalogue(Closing):
     def close(self) -> None:
         """Let go of the file."""
         self.database.close()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
 
     def __repr__(self) -> str:
         return f"<Catalogue {self.database.path}>"

@@ -1,6 +1,6 @@
 """Run migrations on the connection and within the transaction that the caller hands over.
 
-The caller also sees to the foreign keys, off before and checked after; see `catalogue/store/upgrade.py`.
+The caller also sees to the foreign keys, off before and checked after; see `catalogue/store/engine.py`.
 There are no downgrades: the way back is the copy made before an upgrade.
 """
 

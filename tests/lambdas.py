@@ -15,7 +15,7 @@ from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.refine.parametrisation import ClassParameters
+from catalogue.refine.subproblem import ClassParameters
 
 LINE = Problem.of(StraightLine(1, 0.01), Constraints(), Ranking({"deviation": 1.0}))
 #: Rotation of the crank [deg]; frame over crank in Norton's table (coupler, rocker and arm 1.5 times that less 0.5);

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import re
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -41,3 +43,15 @@ def test_the_folders_of_the_tests_are_the_ones_that_are_described() -> None:
     rows = re.findall(r"^\| (`.*?`) \|", (here / "README.md").read_text("utf-8"), re.MULTILINE)
     told = {name for row in rows for name in re.findall(r"`(\w+)`", row)}
     assert told == {path.name for path in here.iterdir() if path.is_dir() and not path.name.startswith("_")}
+
+
+def test_a_find_passes_few_modules_and_never_climbs(small_db: Path) -> None:
+    command = ["find", "straight-line", "--stroke", "150", "--deviation", "0.05", "--db", str(small_db)]
+    walk = Path(__file__).with_name("walk.py")
+    done = subprocess.run(
+        [sys.executable, str(walk), *command], capture_output=True, text=True, check=True, timeout=300
+    )
+    found = re.fullmatch(r"(\d+) modules, (\d+) climbs", done.stdout.splitlines()[-1])
+    assert found is not None
+    assert int(found[1]) <= 35
+    assert found[2] == "0"

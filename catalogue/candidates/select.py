@@ -1,4 +1,13 @@
-"""Which candidates are given: the best that are unlike each other, few of a series as long as there are others."""
+"""Which candidates are given: the best that are unlike each other, few of a series as long as there are others; by
+several criteria first those that no other one beats in all, spread over what can be traded.
+
+Likeness is that of designs, whatever their scale, placement and mirror image.  A candidate is laid so that its path
+runs from (0, 0) to (stroke, 0), which leaves it free to be mirrored in the line of the path and across its middle (an
+arc only across), and to have its dyads exchanged.  A pivot is taken as the line to it from an eye one stroke above the
+middle of the path, and two pivots are as far apart as the sine of the angle of their lines.  This is a metric, 0 to 1,
+in which a pivot at infinity is as good as any: near the path it is the distance over the stroke, far away that of the
+directions.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +17,121 @@ from ..kinematics.types import Array
 from ..problem.problem import Problem
 from .batch import CandidateBatch
 from .feasibility import cost, values
-from .pareto import spread_order
-from .similarity import distances, normal_form
+
+#: Pairs of designs compared at once.
+BLOCK = 4096
+
+
+def normal_form(pivots: Array, stroke: float) -> Array:
+    """Return the pivots of laid linkages as unit vectors, shape (n, 4, 3): dyad by dyad, fixed and moving.
+
+    Parameters
+    ----------
+    pivots : ndarray, shape (n, 2, 2, 3)
+    stroke : float
+    """
+    unit = pivots.copy()
+    unit[..., 0] -= 0.5 * stroke * unit[..., 2]
+    unit[..., 2] *= stroke
+    return np.asarray(unit / np.linalg.norm(unit, axis=-1, keepdims=True)).reshape(len(pivots), 4, 3)
+
+
+def distances(some: Array, others: Array, *, mirror: bool) -> Array:
+    """Return the distances of designs from others: the largest of a pivot, in the pose in which that is least.
+
+    Parameters
+    ----------
+    some : ndarray, shape (m, 4, 3)
+        See `normal_form`.
+    others : ndarray, shape (n, 4, 3)
+    mirror : bool
+        Whether a design may be mirrored in the line of the path: a straight one.
+
+    Returns
+    -------
+    ndarray, shape (m, n)
+        Between 0 and 1; rounding makes up to 3e-8 of 0.
+    """
+    signs = [(1, 1, 1), (-1, 1, 1), *([(1, -1, 1), (-1, -1, 1)] if mirror else [])]
+    exchanged = [[0, 1, 2, 3], [2, 3, 0, 1]]
+    poses = np.stack([(some * np.array(sign))[:, order] for sign in signs for order in exchanged], axis=1)
+    flat = poses.transpose(2, 3, 0, 1).reshape(4, 3, -1)  # pivot by pivot
+    found = np.empty((len(some), len(others)))
+    step = max(1, BLOCK // max(len(some), 1))
+    for start in range(0, len(others), step):
+        part = others[start : start + step].transpose(1, 0, 2)
+        cosine = np.abs(part @ flat).min(axis=0).reshape(part.shape[1], *poses.shape[:2])  # of the pivot farthest off
+        found[:, start : start + step] = np.sqrt(np.maximum(1 - cosine.max(axis=-1).T ** 2, 0.0))
+    return found
+
+
+def nearest(designs: Array, *, mirror: bool) -> Array:
+    """Return how near each design is to the nearest other one, NaN if there is no other, shape (n,)."""
+    if len(designs) < 2:
+        return np.full(len(designs), np.nan)
+    away = distances(designs, designs, mirror=mirror)
+    np.fill_diagonal(away, np.inf)
+    return np.asarray(away.min(axis=1))
+
+
+def fronts(values: Array) -> Array:
+    """Return the number of the Pareto front of each row, from 1, shape (n,).
+
+    A row dominates another if it is nowhere larger and somewhere smaller.  Front 1 are the rows that none dominates,
+    front 2 those that only rows of front 1 dominate, and so on (Goldberg 1989, nondominated sorting).
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, k)
+        Criteria of which less is better; no NaN.
+    """
+    number = np.zeros(len(values), int)
+    left = np.lexsort(values.T[::-1])  # no row is dominated by a later one
+    front = 0
+    while len(left):
+        front += 1
+        best: list[int] = []
+        held = np.empty((0, values.shape[1]))
+        rest: list[int] = []
+        for i in left.tolist():
+            row = values[i]
+            if ((held <= row).all(1) & (held < row).any(1)).any():
+                rest.append(i)
+            else:
+                best.append(i)
+                held = np.concatenate([held, row[None]])
+        number[best] = front
+        left = np.array(rest, dtype=int)
+    return number
+
+
+def spread_order(values: Array, key: Array) -> tuple[Array, Array]:
+    """Return an order of the rows, front by front, and the front of each row.
+
+    Within a front the first is the best by the first criterion; each next one is the farthest from those before it,
+    criteria measured by their range over the front, so that any beginning of the front covers all of it.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, k)
+    key : ndarray, shape (n,)
+        Decides between equal rows: the order does not depend on how the rows come.
+    """
+    number = fronts(values)
+    order: list[int] = []
+    for front in range(1, number.max(initial=0) + 1):
+        rows = np.flatnonzero(number == front)
+        rows = rows[np.lexsort((key[rows], *values[rows].T[::-1]))]
+        low, high = values[rows].min(0), values[rows].max(0)
+        place = (values[rows] - low) / np.where(high > low, high - low, 1.0)
+        distance, taken = np.full(len(rows), np.inf), 0
+        for _ in rows:
+            order.append(int(rows[taken]))
+            distance = np.minimum(distance, np.abs(place - place[taken]).max(1))
+            distance[taken] = -1.0
+            taken = int(np.argmax(distance))
+    return np.array(order, dtype=int), number
+
 
 #: Criteria that differ by less than a unit of this decimal are equal in a front: rounding is no merit.
 DECIMALS = 9

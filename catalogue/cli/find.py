@@ -148,7 +148,7 @@ def _advice(told: str) -> str:
 
 
 def _csv(found: Found) -> str:
-    from ..find.candidate import COLUMNS
+    from ..find.results import COLUMNS
 
     out = io.StringIO()
     writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from ..problem.criteria import CRITERIA, DISTINCT
+from ..problem.ranking import CRITERIA, DISTINCT
 from .options import Db, Format, Output, Plugins
 
 Box = tuple[float, float, float, float]

@@ -14,7 +14,7 @@ from ..curvature_theory.leading_error import EXACT
 from .options import Db, Format, Output, Plugins
 
 if TYPE_CHECKING:
-    from ..find.candidate import Candidate
+    from ..find.results import Candidate
     from ..series.membership import Memberships
     from ..series.named_guides import NamedGuide
 

@@ -9,8 +9,7 @@ from rich.console import Console
 from rich.table import Table
 
 from ..curvature_theory.leading_error import EXACT
-from ..find.candidate import Candidate
-from ..find.results import Found
+from ..find.results import Candidate, Found
 
 
 def print_table(

@@ -16,7 +16,7 @@ from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Array
 
 if TYPE_CHECKING:
-    from ..find.candidate import Candidate
+    from ..find.results import Candidate
 
 #: Points of the drawn path, and positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
 POINTS, POSES = 201, 33

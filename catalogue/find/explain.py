@@ -13,14 +13,12 @@ import numpy as np
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import LARGEST, LEAST, ROUNDING, STANDING, Feasibility, feasibility, machine
 from ..guide.drive import drive_metrics
-from ..guide.rotatability import min_transmission_turn
-from ..problem.constraints import DRIVE, Constraints
+from ..guide.metrics import min_transmission_turn
+from ..problem.constraints import DRIVE, Constraints, Region
 from ..problem.problem import Problem
-from ..problem.region import Region
 from ..problem.request import Request
 from ..refine.sqp import Refinement
-from ..search.report import SearchReport
-from ..search.search import Search
+from ..search.search import Search, SearchReport
 from ..store import Database
 from .grid_synthesis import reaches
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch
-from ..candidates.batching import join
+from ..candidates.batch import CandidateBatch, join
 from ..candidates.feasibility import feasibility
 from ..candidates.placement import final
 from ..candidates.select import select_top
@@ -19,10 +18,8 @@ from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import Request, path_request, positive, whole
-from ..refine.certificate import Certificate, certified
-from ..refine.drift import Drifts
-from ..search.report import SearchReport
-from ..search.search import Search
+from ..refine.certificate import Certificate, Drifts, certified
+from ..search.search import Search, SearchReport
 from ..store import Database
 from .explain import INSIDE, Explanation
 from .names import check_names
@@ -89,7 +86,8 @@ def find(
         chosen = with_prescribed_pivots(series(), problem, report)
         drifts = None
     else:
-        check_names(database, constraints)
+        if constraints.families or constraints.series or constraints.configurations:
+            check_names(database, constraints)
         chosen = searched(database, problem, report, refine=refine, cognates=cognates, round_to=step)
         drifts = Drifts(chosen.found, series, constraints.slots) if chosen is not None and refine else None
     listed = [] if chosen is None else candidates(problem, request, chosen, drifts)

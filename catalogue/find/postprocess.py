@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin
-from ..candidates.batching import take
+from ..candidates.batch import CandidateBatch, Origin, take
 from ..candidates.placement import measured, place_on_path, unscaled
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.placement import at_stroke

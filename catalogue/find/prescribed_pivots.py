@@ -25,9 +25,9 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
-from ..refine.parametrisation import PivotCoordinates
 from ..refine.sqp import Refinement
-from ..search.report import SearchReport
+from ..refine.subproblem import PivotCoordinates
+from ..search.search import SearchReport
 from ..series.posed import Posed
 from ..series.series import Series
 from .find import Selection

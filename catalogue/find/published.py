@@ -13,9 +13,8 @@ from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, StraightLine, positive
 from ..series.named_guides import NamedGuide
-from .candidate import Candidate
 from .find import Selection
-from .results import candidates
+from .results import Candidate, candidates
 
 if TYPE_CHECKING:
     from ..api import Catalogue

@@ -22,9 +22,8 @@ from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, StraightLine, positive
 from ..series.named_guides import named_guides
 from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
-from .candidate import Candidate
 from .find import Selection
-from .results import candidates
+from .results import Candidate, candidates
 
 SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
 

@@ -1,8 +1,7 @@
 """Linkages and their finite motion: six families as one type, moved in closed form.
 
-`linkage` is the type that everything else passes on, a batch of pivots; `motion` solves the pose equation in the
-`charts`, change points included (`change_points`); `link_lengths` and `from_lengths` go between pivots and lengths,
-`cognates` to other linkages with the same path.  `types` has the names of array types, `polynomials` and
-`power_series` their arithmetic.  `families` is what a plugin says of a family.  Import from the modules; they import
-`errors` alone.
+`linkage` is the type that everything else passes on, a batch of pivots; `motion` solves the pose equation in the its
+charts, change points included; `link_lengths` and `from_lengths` go between pivots and lengths, `cognates` to other
+linkages with the same path.  `types` has the names of array types, `polynomials` and `power_series` their arithmetic.
+`families` is what a plugin says of a family.  Import from the modules; they import `errors` alone.
 """

@@ -13,7 +13,7 @@ from sqlalchemy import delete, func, insert, select
 
 from ..collections.spec import Collection, Specimen
 from ..errors import InvalidRequest, PluginError, one_line
-from ..store import Database, SpecimenRow, get_setting, set_setting
+from ..store import Database, SpecimenRow
 from .fill import Progress
 
 #: Specimens of a collection if no other number is asked for.
@@ -97,7 +97,7 @@ def collect(
 
 def state(database: Database, name: str) -> dict[str, Any]:
     """Return what is kept of a build: seed, plan, version, count, complete; empty if there is none."""
-    found: dict[str, Any] = json.loads(get_setting(database, f"collection {name}") or "{}")
+    found: dict[str, Any] = json.loads(database.get_setting(f"collection {name}") or "{}")
     return found
 
 
@@ -108,7 +108,7 @@ def is_current(database: Database, collection: Collection, version: str) -> bool
 
 
 def _set_state(database: Database, name: str, value: dict[str, Any]) -> None:
-    set_setting(database, f"collection {name}", json.dumps(value))
+    database.set_setting(f"collection {name}", json.dumps(value))
 
 
 def stored(database: Database, name: str) -> dict[str, tuple[int, int]]:

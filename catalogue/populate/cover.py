@@ -2,7 +2,7 @@
 
 A stored guide is a start, and what refinement reaches from a neighbour need not be stored.  Which guides are neighbours
 is told before they are traced, from what they are at the design position: pivots, guided point, tangent of its path and
-centre of its circle, scaled by the size of it all.  As in `candidates.similarity` a point is taken as the line to it
+centre of its circle, scaled by the size of it all.  As in `candidates.select` a point is taken as the line to it
 from an eye one unit above the guided point, and two points are as far apart as the sine of the angle of their lines: a
 metric, 0 to 1, in which points at infinity are as good as any.  A guide may be seen from the other side, a straight one
 also mirrored in its path, and the dyads may change places.

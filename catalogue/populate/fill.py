@@ -22,7 +22,6 @@ from ..store import (
     make_indexes,
     prepare,
     remove_batches,
-    set_setting,
     write_batch,
 )
 from .block import Block
@@ -119,8 +118,8 @@ def fill(
     before = sum(s.guides for s in sources)
     prepare(database)
     for key, value in (("count", str(count)), ("seed", str(seed)), ("series", " ".join(series))):
-        set_setting(database, key, value)
-    set_setting(database, "complete", "no")
+        database.set_setting(key, value)
+    database.set_setting("complete", "no")
     workers = processes or os.cpu_count() or 1
     with database.engine.connect() as connection, Workers(workers, registry.folders) as pool:
         remove_batches(connection, [batch for s in sources for batch in s.short])
@@ -145,7 +144,7 @@ def fill(
             report(Progress(done, count, rows, time.perf_counter() - start, source.series.code, tuple(failed)))
         if not is_indexed(connection):
             make_indexes(connection)
-    set_setting(database, "complete", "yes")
+    database.set_setting("complete", "yes")
     finish(database)
     done = sum(s.guides for s in sources)
     last = Progress(done, done, rows, time.perf_counter() - start, "", tuple(failed))

@@ -2,7 +2,7 @@
 
 A size is the largest of many distances, a least transmission angle the least of many angles: each piece is smooth, so
 that several can decide at once.  Signs are such that more is worse.  Lengths are in strokes, angles in right angles;
-coordinates are those of `catalogue.guide.pose_jacobian`.  What has no derivative in closed form is differenced.
+coordinates are those of `catalogue.guide.sensitivity`.  What has no derivative in closed form is differenced.
 """
 
 from __future__ import annotations
@@ -16,13 +16,12 @@ import numpy as np
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import STANDING, machine
 from ..guide.coupler_curve import CouplerCurve
-from ..guide.metrics import LEAST_ARM
-from ..guide.pose_jacobian import COUNT, PoseJacobian
-from ..guide.rotatability import rotation_margin
+from ..guide.metrics import LEAST_ARM, rotation_margin
+from ..guide.sensitivity import COUNT, PoseJacobian
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.types import Array
+from ..problem.constraints import Region
 from ..problem.problem import Problem
-from ..problem.region import Region
 
 #: Value of a piece that does not concern a linkage.
 NONE = -1e3
@@ -191,7 +190,7 @@ class Quantities:
         return at + np.where(finite, d - x * moving.origin, 0), slope + np.where(finite[:, None], self.by.shift, 0)
 
     def _turning(self) -> Pieces:
-        """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guide.rotatability`."""
+        """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guide.metrics`."""
         linkage, n = self.found.linkage, len(self.found)
         z, kind, links = linkage.points, linkage.dyads, self._links()
         margin = np.nan_to_num(rotation_margin(machine(self.problem, self.found)), nan=-np.inf)

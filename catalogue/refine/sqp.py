@@ -14,17 +14,15 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch
-from ..candidates.batching import join, take
+from ..candidates.batch import CandidateBatch, join, take
 from ..candidates.feasibility import cost, feasibility
 from ..candidates.placement import in_best_charts, near_path
 from ..guide.coupler_curve import coupler_curve
 from ..guide.fixed_nominal import Nominal
 from ..kinematics.types import Array
 from ..problem.problem import Problem
-from .parametrisation import Parametrisation, PivotCoordinates
 from .step import take_step
-from .subproblem import linearise
+from .subproblem import Parametrisation, PivotCoordinates, linearise
 
 #: First trust-region radius, in the units of `Parametrisation`; what it is multiplied by; that of the second step.
 RADIUS, RADIUS_FACTORS, SECOND = 0.1, (0.2, 0.7, 2.5), 0.5

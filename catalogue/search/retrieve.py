@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin
-from ..candidates.batching import take
+from ..candidates.batch import CandidateBatch, Origin, take
 from ..candidates.feasibility import LARGEST, LEAST, standing
 from ..candidates.placement import every_flip, flipped, measured, place_on_path
 from ..guide.arc_window import at_sweep
@@ -65,6 +65,16 @@ class Reaches:
 
     def __len__(self) -> int:
         return len(self.guide)
+
+    @cached_property
+    def series_number(self) -> Array:
+        """Which of the series that are there each is of, in their order."""
+        return np.asarray(np.unique(self.series.astype(str), return_inverse=True)[1])
+
+    @cached_property
+    def family_number(self) -> Array:
+        """Which of the families that are there each is of, in their order."""
+        return np.asarray(np.unique(self.family.astype(str), return_inverse=True)[1])
 
 
 def stored_reaches(problem: Problem, database: Database) -> Reaches:
@@ -223,26 +233,24 @@ def shortlist(found: Reaches, merit: Array, count: int, skip: Array | None = Non
     order = order[np.sort(np.unique(found.guide[order], return_index=True)[1])]
     if skip is not None and len(skip):
         order = order[~np.isin(found.guide[order], skip)]
-    part = take(found, order)
-    size = np.floor(np.log(part.size) / CELL[0]).astype(int)
-    angle = np.floor(part.min_transmission / 90 / CELL[1]).astype(int)
-    series, family = (np.unique(names.astype(str), return_inverse=True)[1] for names in (part.series, part.family))
-    repeated = ranks(np.stack([series, family, size, angle]))  # how many alike come before
-    by = np.lexsort((np.arange(len(order)), repeated))
+    size = np.floor(np.log(found.size[order]) / CELL[0]).astype(int)
+    angle = np.floor(found.min_transmission[order] / 90 / CELL[1]).astype(int)
+    series, family = found.series_number[order], found.family_number[order]
+    repeated = ranks(series, family, size, angle)  # how many alike come before
+    by = np.argsort(repeated, kind="stable")
     turn = np.empty(len(order), int)
-    turn[by] = ranks(series[by][None])  # the first of each series, then the second of each
-    return order[np.lexsort((np.arange(len(order)), turn))][:count]
+    turn[by] = ranks(series[by])  # the first of each series, then the second of each
+    return order[np.argsort(turn, kind="stable")][:count]
 
 
-def ranks(keys: Array) -> Array:
-    """Return how many columns of keys (k, n) that are the same come before each, shape (n,)."""
-    if not keys.shape[1]:
+def ranks(*keys: Array) -> Array:
+    """Return how many things with the same keys, integers (n,) each, come before each, shape (n,)."""
+    if not len(keys[0]):
         return np.zeros(0, int)
-    group = np.unique(keys, axis=1, return_inverse=True)[1].reshape(-1)
-    order = np.argsort(group, kind="stable")
-    new = np.concatenate([[True], np.diff(group[order]) != 0])
-    rank = np.empty(len(group), int)
-    rank[order] = np.arange(len(group)) - np.maximum.accumulate(np.where(new, np.arange(len(group)), 0))
+    order = np.lexsort(keys)  # stable
+    new = np.concatenate([[True], np.any([np.diff(key[order]) != 0 for key in keys], axis=0)])
+    rank = np.empty(len(order), int)
+    rank[order] = np.arange(len(order)) - np.maximum.accumulate(np.where(new, np.arange(len(order)), 0))
     return rank
 
 

@@ -20,8 +20,8 @@ from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.placement import measured
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array
+from ..problem.constraints import Region
 from ..problem.problem import Problem
-from ..problem.region import Region
 
 #: Families that are made, with whether their dyads are cranks.
 MADE = {"four-bar": (True, True), "slider-crank": (True, False)}

@@ -1,8 +1,8 @@
 """The database of mechanisms: its tables, how it is opened and upgraded, filled in bulk and read by columns.
 
-`models` has the tables, `engine` the connections, `database` the opened file, `bulk` what writes, `guides` and
-`columns` what reads, `prepared` selects that run many times, `upgrade` the migrations, `errors` what can befall a file.
-Import from the room itself what it lists, the tables too; it imports `kinematics` (array types), `folders`, `errors`.
+`models` has the tables, `engine` connections and migrations, `database` the opened file, `bulk` what writes, `errors`
+what can befall a file.  Import from the room itself what it lists, the tables too; it imports `kinematics` (array
+types), `folders`, `errors`.
 """
 
 from __future__ import annotations
@@ -17,11 +17,8 @@ from .bulk import (
     remove_named_guides,
     write_batch,
 )
-from .database import Database
-from .guides import COLUMNS, joined
+from .database import COLUMNS, Database, joined
 from .models import Base, Batch, Guide, Mechanism, Reach, Setting, SpecimenRow
-from .prepared import Prepared
-from .settings import get_setting, set_setting
 
 __all__ = [
     "COLUMNS",
@@ -30,19 +27,16 @@ __all__ = [
     "Database",
     "Guide",
     "Mechanism",
-    "Prepared",
     "Reach",
     "Setting",
     "SpecimenRow",
     "drop_indexes",
     "finish",
-    "get_setting",
     "is_indexed",
     "joined",
     "make_indexes",
     "prepare",
     "remove_batches",
     "remove_named_guides",
-    "set_setting",
     "write_batch",
 ]

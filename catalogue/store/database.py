@@ -1,28 +1,87 @@
-"""One database file, opened."""
+"""One database file, opened, and its columns read straight from the driver's cursor to arrays, with no object per row
+kept.
+"""
 
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from functools import partial
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
-from sqlalchemy import Connection, Select
+from sqlalchemy import Boolean, Connection, Float, Integer, LargeBinary, Numeric, Select, select
+from sqlalchemy.dialects.sqlite import insert
+from sqlalchemy.types import TypeEngine
 
 from ..errors import DatabaseError
-from .closing import Closing
-from .columns import read_columns
-from .engine import engine_for
+from ..kinematics.types import Array
+from .engine import bring_up_to_date, engine_for
 from .errors import database_errors
-from .prepared import Prepared
-from .upgrade import bring_up_to_date
+from .models import Guide, Mechanism, Reach, Setting
+
+_CHUNK = 50_000  # rows held as Python objects at a time
 
 
-class Database(Closing):
+def read_columns(
+    connection: Connection, select: Select[Any], bound: Mapping[str, Any] | None = None
+) -> dict[str, Array]:
+    """Return the columns of a Core select, by name.
+
+    Parameters
+    ----------
+    connection : Connection
+        Where to read.
+    select : Select
+        What to read, as single columns with distinct names (not as ORM entities).
+    bound : mapping, optional
+        Values of the select's bound parameters: to build a select once costs less than to build it for each value.
+
+    Returns
+    -------
+    dict of ndarray, shape (n,)
+        REAL as float64 with NaN for NULL, INTEGER as int64, comparisons as bool, TEXT as str objects (None for
+        NULL).  BLOB as float64, shape (n, k), k being the number of little-endian doubles in each.
+
+    Raises
+    ------
+    TypeError
+        If an INTEGER or BLOB is NULL (say in the select what stands for it).
+    ValueError
+        If the BLOBs of a column differ in length (families of different kinds in one select).
+    """
+    types: list[TypeEngine[Any]] = [column.type for column in select.selected_columns]
+    result = connection.execute(select, bound)
+    names, cursor = list(result.keys()), result.cursor
+    assert cursor is not None  # a select has rows
+    parts: list[list[Array]] = [[as_array(kind, ())] for kind in types]
+    while rows := cursor.fetchmany(_CHUNK):
+        for part, kind, values in zip(parts, types, zip(*rows, strict=True), strict=True):
+            part.append(as_array(kind, values))
+    result.close()
+    return {name: np.concatenate(part[1:] or part) for name, part in zip(names, parts, strict=True)}
+
+
+def as_array(kind: TypeEngine[Any], values: Sequence[Any]) -> Array:
+    """Return the values of one column as an array of the dtype that its SQL type asks for."""
+    if isinstance(kind, LargeBinary):
+        if len({len(value) for value in values}) > 1:
+            raise ValueError("the blobs of one column differ in length")
+        flat = np.frombuffer(b"".join(values), dtype="<f8")
+        return flat.reshape(len(values), -1) if values else flat.reshape(0, 0)
+    if isinstance(kind, Boolean):
+        return np.array(values, dtype=np.bool_)
+    if isinstance(kind, Integer):
+        return np.array(values, dtype=np.int64)
+    if isinstance(kind, (Float, Numeric)):
+        return np.array(values, dtype=np.float64)
+    return np.array(values, dtype=object)
+
+
+class Database:
     """A database file with current tables; leave it as a context manager, or `close` it.
 
     Attributes
@@ -89,16 +148,64 @@ class Database(Closing):
         with database_errors(self.path), self._kept.connect() as connection:
             yield partial(read_columns, connection)
 
-    @contextmanager
-    def preparing(self) -> Iterator[Callable[[Select[Any]], Prepared]]:
-        """Yield a function that makes a `Prepared` of a select, all on one connection."""
-        with database_errors(self.path), self._kept.connect() as connection:
-            yield partial(Prepared, connection)
+    def get_setting(self, key: str, default: str | None = None) -> str | None:
+        """Return the text kept under `key`, `default` if there is none."""
+        with database_errors(self.path), self.engine.connect() as connection:
+            value = connection.scalar(select(Setting.value).where(Setting.key == key))
+        return default if value is None else value
+
+    def set_setting(self, key: str, value: str) -> None:
+        """Keep the text `value` under `key`, in place of what was there."""
+        statement = insert(Setting).values(key=key, value=value)
+        with self.begin() as connection:
+            connection.execute(statement.on_conflict_do_update(index_elements=[Setting.key], set_={"value": value}))
 
     def close(self) -> None:
         """Let go of the file."""
         self.engine.dispose()
         self._kept.dispose()
 
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
     def __repr__(self) -> str:
         return f"Database({str(self.path)!r})"
+
+
+#: What a stored reach is laid along a path by.
+COLUMNS = (
+    Guide.id.label("id"),
+    Mechanism.family,
+    Mechanism.series,
+    Mechanism.member,
+    Mechanism.configuration,
+    Mechanism.pivots,
+    Guide.x,
+    Guide.y,
+    Guide.kind,
+    Guide.label,
+    Guide.contact_order,
+    Reach.level,
+    Reach.half,
+    Reach.centre,
+    Reach.stroke,
+    Reach.sweep,
+    Reach.deviation,
+    Reach.size,
+    Reach.max_link,
+    Reach.max_ground,
+    Reach.max_arm,
+)
+
+
+def joined(*columns: Any) -> Select[Any]:
+    """Return a select over reaches with their guides and mechanisms."""
+    return (
+        select(*columns)
+        .select_from(Reach)
+        .join(Guide, Guide.id == Reach.guide_id)
+        .join(Mechanism, Mechanism.id == Guide.mechanism_id)
+    )

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue import Catalogue, CircularArc, InvalidRequest, StraightLine
-from catalogue.candidates.pareto import fronts, spread_order
+from catalogue.candidates.select import fronts, spread_order
 
 VALUES = st.integers(1, 3).flatmap(
     lambda k: st.lists(st.lists(st.integers(0, 6).map(float), min_size=k, max_size=k), min_size=1, max_size=40)

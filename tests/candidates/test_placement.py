@@ -12,7 +12,7 @@ from catalogue import CircularArc, StraightLine
 from catalogue.candidates.feasibility import standing
 from catalogue.candidates.placement import every_flip, final, flipped, in_best_charts, measured, near_path
 from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.pose_jacobian import displaced
+from catalogue.guide.sensitivity import displaced
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3), CircularArc(1, None, 1e-3)
 FAMILIES = ["four-bar", "slider-crank", "inverted-slider-crank"]

@@ -10,8 +10,7 @@ import pytest
 
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.feasibility import cost
-from catalogue.candidates.select import IDENTICAL, select_top
-from catalogue.candidates.similarity import distances, normal_form
+from catalogue.candidates.select import IDENTICAL, distances, normal_form, select_top
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
 

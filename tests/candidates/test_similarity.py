@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.candidates.similarity import distances, nearest, normal_form
+from catalogue.candidates.select import distances, nearest, normal_form
 
 LINE, ARC = StraightLine(150, 0.05), CircularArc(150, 400, 0.1)
 SEEDS = st.integers(0, 2**32 - 1)

@@ -14,7 +14,7 @@ from catalogue.guide.minimum_zone import grid
 from catalogue.guide.placement import at_stroke
 from catalogue.guide.swept_area import intrusion, link_segments, protrusion
 from catalogue.kinematics.types import Array
-from catalogue.problem.region import Region
+from catalogue.problem.constraints import Region
 
 
 @pytest.fixture(scope="module")

@@ -12,8 +12,7 @@ import pytest
 
 from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
 from catalogue.guide.drive import SampledPoses, drive_metrics
-from catalogue.guide.metrics import measure
-from catalogue.guide.rotatability import rotation_margin
+from catalogue.guide.metrics import measure, rotation_margin
 from catalogue.guide.swept_area import link_segments
 from catalogue.guide.trace import Traced, trace
 from catalogue.kinematics.linkage import FAMILIES, RR, Linkage

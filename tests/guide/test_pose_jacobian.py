@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.pose_jacobian import COUNT, across_nominal, displaced
+from catalogue.guide.sensitivity import COUNT, across_nominal, displaced
 from catalogue.kinematics.linkage import FAMILIES, Linkage
 from catalogue.kinematics.motion import motion
 from catalogue.kinematics.types import Array

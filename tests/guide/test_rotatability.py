@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.metrics import measure
-from catalogue.guide.rotatability import min_transmission_turn, rotates, rotation_margin, transmission_turn
+from catalogue.guide.metrics import measure, min_transmission_turn, rotates, rotation_margin, transmission_turn
 from catalogue.guide.trace import trace
 from catalogue.kinematics.from_lengths import from_lengths
 from catalogue.kinematics.linkage import Linkage

@@ -11,8 +11,7 @@ import pytest
 from catalogue import Candidate, Catalogue, CircularArc, InvalidRequest, StraightLine
 from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.placement import at_stroke
-from catalogue.guide.pose_jacobian import COUNT, displaced
-from catalogue.guide.sensitivity import rms_gradient, sensitivity
+from catalogue.guide.sensitivity import COUNT, displaced, rms_gradient, sensitivity
 
 DRAWS, BATCH, ERROR = 100_000, 10_000, 1e-4
 WISHES: list[Any] = [

@@ -7,7 +7,7 @@ import pytest
 
 from catalogue.guide.swept_area import GRAZED, STATIONS, intrusion, protrusion
 from catalogue.kinematics.types import Array
-from catalogue.problem.region import Region
+from catalogue.problem.constraints import Region
 
 REGIONS = {
     "box": (-1.0, -0.5, 1.5, 1.0),

@@ -18,7 +18,7 @@ from catalogue.api import Catalogue
 from catalogue.errors import DatabaseError, InvalidRequest, PluginWarning
 from catalogue.plugin.registry import Registry
 from catalogue.populate import Progress, fill
-from catalogue.store import Database, get_setting
+from catalogue.store import Database
 
 FEW = ("T.few", "T.less")
 Content = Callable[[Path], dict[str, list[Any]]]
@@ -169,7 +169,7 @@ def test_series_that_fails_is_reported_and_the_others_are_complete(
     for table in ("batch", "mechanism", "guide", "reach", "index"):
         assert found[table] == expected[table], table
     with Database.open(path) as database:
-        assert get_setting(database, "complete") == "yes"
+        assert database.get_setting("complete") == "yes"
 
 
 @pytest.mark.slow

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue import InvalidRequest
-from catalogue.problem.criteria import DESIRES, WORTHLESS, Desire, weights
+from catalogue.problem.ranking import DESIRES, WORTHLESS, Desire, weights
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue import InvalidRequest, StraightLine
-from catalogue.problem.criteria import CRITERIA, DESIRES
-from catalogue.problem.ranking import Ranking
+from catalogue.problem.ranking import CRITERIA, DESIRES, Ranking
 
 LINE = StraightLine(150, 0.05)
 VALUES = {

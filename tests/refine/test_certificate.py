@@ -16,10 +16,9 @@ from catalogue.guide.minimum_zone import grid
 from catalogue.kinematics.types import Array
 from catalogue.problem.problem import Problem
 from catalogue.refine.certificate import PENALTY, REGION, alternations, certified
-from catalogue.refine.parametrisation import PivotCoordinates
 from catalogue.refine.sqp import Refinement
 from catalogue.refine.step import PULL, take_step
-from catalogue.refine.subproblem import NODES, Subproblem
+from catalogue.refine.subproblem import NODES, PivotCoordinates, Subproblem
 from tests.refine.programme import N, P, best_of, cost_of, smooth
 from tests.refine.starts import problem_of, started
 

@@ -13,10 +13,9 @@ from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import feasibility, nearer_arm, values
 from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.fixed_nominal import Nominal
-from catalogue.guide.metrics import rotates
+from catalogue.guide.metrics import rotates, rotation_margin
 from catalogue.guide.minimum_zone import grid
-from catalogue.guide.pose_jacobian import COUNT, displaced, pose_jacobian
-from catalogue.guide.rotatability import rotation_margin
+from catalogue.guide.sensitivity import COUNT, displaced, pose_jacobian
 from catalogue.kinematics.linkage import RR, Linkage
 from catalogue.kinematics.types import Array
 from catalogue.problem.problem import Problem

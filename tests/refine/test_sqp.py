@@ -15,9 +15,8 @@ from catalogue.candidates.placement import near_path
 from catalogue.guide.fixed_nominal import Nominal, in_place
 from catalogue.kinematics.linkage import RR
 from catalogue.kinematics.types import Array
-from catalogue.refine.parametrisation import PivotCoordinates
 from catalogue.refine.sqp import Refinement
-from catalogue.refine.subproblem import linearise
+from catalogue.refine.subproblem import PivotCoordinates, linearise
 from tests.refine.starts import problem_of, started
 
 LINE, ARC, FREE = StraightLine(1, 5e-3), CircularArc(1, 1, 5e-3), CircularArc(1, None, 5e-3)

@@ -9,9 +9,8 @@ import pytest
 from scipy.optimize import linprog, minimize
 
 from catalogue.kinematics.types import Array
-from catalogue.refine.qp import CLOSE, solve
 from catalogue.refine.quantities import Pieces
-from catalogue.refine.step import PULL, SLIGHT, take_step
+from catalogue.refine.step import CLOSE, PULL, SLIGHT, solve, take_step
 from catalogue.refine.subproblem import Subproblem
 from tests.refine.programme import N, P, best_of, cost_of, smooth
 

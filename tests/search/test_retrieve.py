@@ -153,5 +153,5 @@ def test_ranks_count_who_is_alike_and_comes_before() -> None:
     draw = np.random.default_rng(3)
     keys = draw.integers(0, 4, (2, 60))
     expected = [sum((keys[:, j] == keys[:, i]).all() for j in range(i)) for i in range(60)]
-    assert ranks(keys).tolist() == expected
-    assert ranks(np.zeros((2, 0))).tolist() == []
+    assert ranks(*keys).tolist() == expected
+    assert ranks(*np.zeros((2, 0))).tolist() == []

@@ -13,7 +13,7 @@ import pytest
 from typer.testing import CliRunner
 
 import catalogue
-from catalogue.cli.app import app
+from catalogue.cli import app
 from catalogue.curvature_theory.leading_error import EXACT
 from catalogue.errors import InvalidDesign, InvalidRequest
 from catalogue.guide.placement import at_stroke
@@ -294,7 +294,7 @@ def test_an_old_file_without_them_says_how_to_add_them(tmp_path: Path) -> None:
 
 # -- shown ------------------------------------------------------------------------------------------------------------
 def shown(small_db: Path, *options: str) -> str:
-    found = CliRunner().invoke(app, ["show", *options, "--db", str(small_db)], catch_exceptions=False)
+    found = CliRunner().invoke(app(), ["show", *options, "--db", str(small_db)], catch_exceptions=False)
     assert found.exit_code == 0
     return found.stdout
 

@@ -14,7 +14,7 @@ import pytest
 import catalogue
 from catalogue.folders import folder
 from catalogue.store import Database
-from catalogue.store.upgrade import revisions
+from catalogue.store.engine import revisions
 
 FILLER = Path(__file__).with_name("filler.py")
 
@@ -65,6 +65,6 @@ def add_migration(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Callable[[
         )
         indented = "".join(f"    {line}\n" for line in body.splitlines())
         (copy / "versions" / f"{following}_more.py").write_text(f"{text}def upgrade():\n{indented}")
-        monkeypatch.setattr("catalogue.store.upgrade.folder", lambda name: tmp_path / name)
+        monkeypatch.setattr("catalogue.store.engine.folder", lambda name: tmp_path / name)
 
     return add

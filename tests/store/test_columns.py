@@ -74,7 +74,7 @@ def test_no_rows_have_the_same_dtypes(filled: Database) -> None:
 def test_chunks_are_joined(filled: Database, monkeypatch: pytest.MonkeyPatch, chunk: int) -> None:
     query = select(Mechanism.id, Mechanism.pivots, Mechanism.parameters)
     whole = filled.read(query)
-    monkeypatch.setattr("catalogue.store.columns._CHUNK", chunk)
+    monkeypatch.setattr("catalogue.store.database._CHUNK", chunk)
     for name, column in filled.read(query).items():
         np.testing.assert_array_equal(column, whole[name])
 

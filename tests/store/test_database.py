@@ -18,7 +18,7 @@ from sqlalchemy import func, select
 from sqlalchemy.exc import IntegrityError
 
 from catalogue.errors import DatabaseError
-from catalogue.store import Batch, Database, Mechanism, Setting, get_setting, set_setting, write_batch
+from catalogue.store import Batch, Database, Mechanism, Setting, write_batch
 from catalogue.store.engine import connect
 
 OPEN = "import sys; from catalogue.store import Database; Database.open(sys.argv[1]).close();"
@@ -134,7 +134,7 @@ def test_lock_met_while_writing_is_told(filled: Path, monkeypatch: pytest.Monkey
     with Database.open(filled) as database, closing(sqlite3.connect(filled)) as locker:
         locker.execute("BEGIN IMMEDIATE")
         with pytest.raises(DatabaseError, match="locked by another process"):
-            set_setting(database, "seed", "1")
+            database.set_setting("seed", "1")
 
 
 def test_full_disk_is_told(database: Database, sample: Callable[..., Any]) -> None:
@@ -154,7 +154,7 @@ def test_file_that_may_not_be_written_is_read(filled: Path, mode: int) -> None:
         with Database.open(filled) as database:
             assert database.read(select(Mechanism.id))["id"].size == 400
             with pytest.raises(DatabaseError, match="may not be written"):
-                set_setting(database, "seed", "1")
+                database.set_setting("seed", "1")
     finally:
         filled.parent.chmod(0o755)
 
@@ -181,7 +181,7 @@ def test_transaction_is_undone_on_an_error(database: Database) -> None:
         interrupted()
     with database.engine.connect() as connection:
         assert connection.exec_driver_sql("SELECT 1 FROM sqlite_master WHERE name = 'more'").all() == []
-    assert get_setting(database, "a") is None
+    assert database.get_setting("a") is None
 
 
 def test_broken_rule_is_not_blamed_on_the_file(database: Database) -> None:
@@ -190,18 +190,18 @@ def test_broken_rule_is_not_blamed_on_the_file(database: Database) -> None:
 
 
 def test_setting_is_replaced(database: Database) -> None:
-    assert get_setting(database, "seed") is None
-    assert get_setting(database, "seed", "0") == "0"
-    set_setting(database, "seed", "1")
-    set_setting(database, "seed", "2")
-    assert get_setting(database, "seed", "0") == "2"
+    assert database.get_setting("seed") is None
+    assert database.get_setting("seed", "0") == "0"
+    database.set_setting("seed", "1")
+    database.set_setting("seed", "2")
+    assert database.get_setting("seed", "0") == "2"
 
 
 def test_what_others_wrote_is_read_by_a_kept_connection(filled: Path) -> None:
     with Database.open(filled) as database, Database.open(filled) as other:
         with database.reading() as read:
             assert not read(select(Setting.key))["key"].size
-        set_setting(other, "seed", "1")
+        other.set_setting("seed", "1")
         with database.reading() as read:
             assert read(select(Setting.key))["key"].tolist() == ["seed"]
 
@@ -238,6 +238,7 @@ def test_a_connection_is_kept_but_not_for_a_forked_process(filled: Path, monkeyp
 
     monkeypatch.setattr("catalogue.store.engine.connect", counted)
     with Database.open(filled) as database:
+        made.clear()  # of what looks at the revision
         for process, expected in ((os.getpid(), 1), (-1, 2)):
             monkeypatch.setattr(os, "getpid", lambda process=process: process)
             for _ in range(3):

@@ -18,7 +18,7 @@ from sqlalchemy import create_engine, func, select
 from catalogue.errors import DatabaseError, DatabaseTooNew
 from catalogue.folders import folder
 from catalogue.store import Base, Database, SpecimenRow, write_batch
-from catalogue.store.upgrade import revision, revisions
+from catalogue.store.engine import revision, revisions
 
 HEAD = revisions()[-1]
 NEXT = f"{int(HEAD) + 1:04}"
@@ -119,7 +119,7 @@ def test_failed_copy_leaves_none(
     with closing(sqlite3.connect(filled)) as locker:
         locker.execute("BEGIN EXCLUSIVE")
         monkeypatch.setattr("catalogue.store.engine.PATIENCE", 0.01)
-        monkeypatch.setattr("catalogue.store.upgrade.revision", lambda _: HEAD)
+        monkeypatch.setattr("catalogue.store.engine.revision", lambda _: HEAD)
         with pytest.raises(DatabaseError, match="locked"):
             Database.open(filled)
     assert not list(filled.parent.glob("*.backup*"))
