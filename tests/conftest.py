@@ -38,12 +38,16 @@ from catalogue.store.engine import connect, engine_for
 SLOW = {
     "test_collection": (
         "test_a_given_radius_is_kept",
+        "test_a_piece_is_drawn",
+        "test_classes_are_those_of_the_draw",
         "test_draws_are_declared_and_repeatable",
         "test_what_is_laid_stays_where_it_is",
         "test_what_is_stored_is_measured_again_at_any_stroke",
     ),
-    "test_general": ("test_guides_touch_the_finite_motion_to_their_order",),
-    "test_iii_": ("test_guides_touch_the_finite_motion_to_their_order",),
+    **dict.fromkeys(
+        ("test_general", "test_i_gy", "test_i_yy", "test_ii_x", "test_ii_y", "test_iii_", "test_iv_", "test_parallel"),
+        ("test_guides_touch_the_finite_motion_to_their_order",),
+    ),
 }
 
 

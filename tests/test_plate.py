@@ -188,6 +188,7 @@ def test_nothing_is_cut_off_and_captions_keep_their_width(code: str) -> None:
             assert not a.overlaps(b), (one.get_text(), other.get_text())
 
 
+@pytest.mark.slow
 @every
 def test_names_of_points_do_not_cover_one_another(code: str) -> None:
     for axes in drawn(code).axes:
@@ -203,6 +204,7 @@ def test_circles_touch_the_tangent_in_the_pole() -> None:
     np.testing.assert_allclose(np.abs(z - 0.5j), 0.5, atol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("suffix", "start"), [("png", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")])
 def test_same_series_gives_same_file(suffix: str, start: bytes, tmp_path: Path) -> None:
     files = [tmp_path / f"{name}.{suffix}" for name in "ab"]
@@ -268,6 +270,7 @@ def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch, 
         assert caught.value.exit_code == 6
 
 
+@pytest.mark.slow
 def test_atlas_links_every_plate(
     monkeypatch: pytest.MonkeyPatch, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -294,6 +297,7 @@ def test_folder_that_cannot_be_made_is_refused_in_one_line(
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.slow
 def test_folder_that_cannot_be_written_is_refused_in_one_line(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     (tmp_path / f"{file_name(next(iter(SERIES)))}.svg").mkdir()
     with pytest.raises(InvalidRequest, match="cannot write"):

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
+from functools import cache
 from pathlib import Path
 from types import FrameType
 from typing import Any
@@ -17,6 +18,18 @@ from catalogue.cli import main
 
 sys.path.insert(0, str(Path(__file__).parent))
 from test_floors import FLOOR, ROOT, room
+
+
+@cache
+def module(file: str) -> str | None:
+    """Return the path of a module of the core below its root, None of another file."""
+    path = Path(file)
+    return path.relative_to(ROOT).as_posix() if path.is_relative_to(ROOT) else None
+
+
+@cache
+def floor(name: str) -> int:
+    return FLOOR.get(room(ROOT / name), 99)
 
 
 def walk(arguments: list[str]) -> tuple[dict[str, int], Counter[tuple[str, str]]]:
@@ -31,20 +44,19 @@ def walk(arguments: list[str]) -> tuple[dict[str, int], Counter[tuple[str, str]]
 
     def called(frame: FrameType, event: str, _: Any) -> None:
         nonlocal loading
-        path = Path(frame.f_code.co_filename)
-        if event not in ("call", "return") or not path.is_relative_to(ROOT):
+        name = module(frame.f_code.co_filename)
+        if event not in ("call", "return") or name is None:
             return
         if frame.f_code.co_name == "<module>":
             loading += 1 if event == "call" else -1
         if loading or event == "return":
             return
-        name = path.relative_to(ROOT).as_posix()
         calls[name] = calls.get(name, 0) + 1
-        caller = frame.f_back
-        while caller is not None and not Path(caller.f_code.co_filename).is_relative_to(ROOT):
-            caller = caller.f_back
-        if caller is not None and FLOOR.get(room(path), 0) > FLOOR.get(room(Path(caller.f_code.co_filename)), 99):
-            climbs[Path(caller.f_code.co_filename).relative_to(ROOT).as_posix(), name] += 1
+        back, caller = frame.f_back, None
+        while back is not None and caller is None:
+            caller, back = module(back.f_code.co_filename), back.f_back
+        if caller is not None and floor(name) > floor(caller):
+            climbs[caller, name] += 1
 
     sys.argv = ["catalogue", *arguments]
     sys.setprofile(called)

@@ -11,6 +11,7 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 
 import numpy as np
 
@@ -155,16 +156,20 @@ class Search:
         """Whether pivots are to stand in a region."""
         return any(getattr(self.problem.constraints, name) is not None for name in STANDING)
 
+    @cached_property
+    def _made(self) -> list[str]:
+        """Families of which starts are made to measure."""
+        return synthesis.families(self.problem)
+
     def _starts(self) -> CandidateBatch | None:
         """Return measured starts of the present stage, the most promising first."""
         parts = [self._stored(MEASURED)] if self.stage % 2 == 0 else [self._stored(MEASURED // 2)]
         if self.stage or self._bounded or self.problem.fixed_curvature is not None:
-            parts += [
-                synthesis.starts(self.problem, family, DRAWN, self._random)
-                for family in synthesis.families(self.problem)
-            ]
+            parts += [synthesis.starts(self.problem, name, DRAWN, self._random) for name in self._made]
             if self.stage == 0 and self.problem.fixed_curvature is not None and parts[1:]:
                 parts.append(synthesis.parallelograms(self.problem, PARALLELOGRAMS, self._random))
+        if self.problem.constraints.full_rotation and "four-bar" in self._made:
+            parts.append(synthesis.driven(self.problem, DRAWN, self._random))
         if self.stage >= 2:
             parts.append(self._perturbed())
         kept = [self._promising(part, TRIED) for part in parts if part is not None and len(part)]

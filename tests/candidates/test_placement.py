@@ -89,6 +89,7 @@ def test_parts_of_a_batch_make_the_batch(batch: Any, request_: Any) -> None:
         np.testing.assert_array_equal(one.measures.box, other.measures.box)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC, ANY], ids=["line", "arc", "any"])
 def test_a_displaced_guide_is_laid_along_the_path_again(batch: Any, naive: SimpleNamespace, request_: Any) -> None:
     """Its trace, seen from mid-stroke and in the frame of the path, is the one that is measured there anew."""

@@ -80,6 +80,7 @@ def test_far_away_it_is_the_difference_of_directions() -> None:
     assert between(one, far) < 2e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 @pytest.mark.parametrize("rank_by", ["score", "size", ["size", "transmission"]], ids=str)
 def test_no_two_answers_are_nearer_than_asked(small: Catalogue, request_: Any, rank_by: Any) -> None:

@@ -101,6 +101,7 @@ def separate(linkage: Linkage, instant: Curvature) -> Array:
     return np.asarray(np.isfinite(gap).all(axis=(1, 2)) & (gap.min(axis=(1, 2)) > 0.03))
 
 
+@pytest.mark.slow
 @every_family
 @given(seed=seeds)
 def test_inversion_gives_the_dual_instant(random_linkages: Maker, family: str, seed: int) -> None:
@@ -153,6 +154,7 @@ def test_driving_and_guided_pairs_obey_euler_savary_and_lie_on_the_cubics(
             assert (np.abs(gap) < 1e-8 * (size + np.abs(of.s * of.rho0)[:, None])).all()
 
 
+@pytest.mark.slow
 @every_family
 @given(seed=seeds)
 def test_the_parameters_of_the_two_cubics_differ_by_the_inflection_circle(
@@ -171,6 +173,7 @@ def test_axes_are_orthonormal_and_right_handed(random_linkages: Maker, family: s
     np.testing.assert_allclose(1j * x, y, atol=1e-14)
 
 
+@pytest.mark.slow
 @every_acyclic
 @given(seed=seeds)
 def test_the_guided_pairs_drive_the_same_instant(random_linkages: Maker, family: str, seed: int) -> None:
@@ -226,6 +229,7 @@ def calm(linkage: Linkage, instant: Curvature) -> Array:
     return np.asarray(((r > 0.3) & (r < 5)).all(axis=(1, 2)) & (instant.rho0 > 0.3) & (instant.rho0 < 5))
 
 
+@pytest.mark.slow
 @every_family
 def test_the_pole_does_not_move_and_runs_along_the_tangent(
     random_linkages: Maker, follow: Follower, family: str
@@ -277,6 +281,7 @@ def test_points_of_the_cubic_have_stationary_curvature(random_linkages: Maker, f
     assert found > 1
 
 
+@pytest.mark.slow
 @every_acyclic
 def test_principal_pairs_hold_five_positions(random_linkages: Maker, follow: Follower, family: str) -> None:
     linkage = random_linkages(family, 150, SEED + 2)
@@ -292,6 +297,7 @@ def test_principal_pairs_hold_five_positions(random_linkages: Maker, follow: Fol
             assert even > 5.8
 
 
+@pytest.mark.slow
 @every_acyclic
 def test_undulation_and_cuspidation_hold_four_positions(random_linkages: Maker, follow: Follower, family: str) -> None:
     linkage = random_linkages(family, 60, SEED + 3)
@@ -328,6 +334,7 @@ def parallel(second: int, seed: int, n: int) -> Linkage:
     return Linkage(np.stack([z.real, z.imag, w], axis=-1))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("second", [RR, PR, RP])
 def test_principal_pairs_of_parallel_cranks_hold_five_positions(follow: Follower, second: int) -> None:
     linkage = parallel(second, SEED, 30)

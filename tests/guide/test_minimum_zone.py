@@ -41,6 +41,7 @@ def one(u: Array, v: Array, circle: bool, nodes: int = NODES) -> Fit:
     return minimum_zone(u[:, None], v[:, None], circle, grid(nodes, u.dtype))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("exponent", [-2, -4, -6, -8, -10, -11, -12, -13])
 @pytest.mark.parametrize("count", range(2, 9))
 def test_strip_is_the_narrowest(naive: Any, count: int, exponent: int) -> None:

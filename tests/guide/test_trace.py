@@ -200,6 +200,7 @@ def test_exact_guides_deviate_by_rounding_alone() -> None:
     np.testing.assert_allclose(np.abs(found.fit.curvature), 2, rtol=1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("circle", [False, True])
 @pytest.mark.parametrize("family", FAMILY_NAMES)
 def test_what_a_grid_of_16_misses_is_below_its_bound(

@@ -64,6 +64,7 @@ def test_every_pose_satisfies_both_dyads(random_linkages: Maker, family: str, ch
     assert apart.max() < 1e-11 * (1 + np.abs(d).max())
 
 
+@pytest.mark.slow
 @every_chart
 def test_poses_agree_with_the_loop_closed_by_newton(
     random_linkages: Maker, follow: Follower, family: str, chart: int
@@ -137,6 +138,7 @@ def test_the_motion_ends_at_its_turning_points(random_linkages: Maker, family: s
         assert np.isfinite(moved.interval).any()
 
 
+@pytest.mark.slow
 @every_chart
 def test_the_branch_is_continuous_up_to_the_turning_points(random_linkages: Maker, family: str, chart: int) -> None:
     """Sixteen times as many steps, largest jump less than a third: none is left in the limit, ends included."""

@@ -71,6 +71,7 @@ def measured(linkage: Linkage, pair: Any) -> int | None:
     return contact_order(taylor(linkage.pivots[0], [pair])[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("family", ["four-bar", "slider-crank", "inverted-slider-crank"])
 def test_guided_elements_have_their_orders(family: str, random_linkages: Maker) -> None:
     found = catalogue.classify(random_linkages(family, 6, 9)).guided(radius=1.7)

@@ -71,6 +71,7 @@ def off_nominal(linkage: Linkage, problems: Posed, which: Array, reach: Array) -
     return np.abs(((z - point) * problems.axis[which].astype(np.clongdouble).conj()).real).max(0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", ["line", "circle", "slot"])
 @pytest.mark.parametrize("given", GIVEN)
 def test_every_answer_of_a_thousand_problems_is_guided_to_its_order_on_the_finite_motion(

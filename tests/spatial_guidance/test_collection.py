@@ -235,6 +235,7 @@ def special(parameters: dict[str, Any]) -> set[str]:
     return set(COLLECTION.classify(parameters).special)
 
 
+@pytest.mark.slow
 def test_well_known_mechanisms_are_named(cat: Catalogue) -> None:
     row = SpecimenRow
     stored = cat.database.read(select(row.family, row.configuration, row.parameters))

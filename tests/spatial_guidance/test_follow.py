@@ -66,6 +66,7 @@ def test_a_turning_point_is_one(spatial: SimpleNamespace, make: Make, tools: Sim
     assert (beyond.reason == "past a dead point").mean() > 0.8
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("scale", [1e-6, 1e-3, 1e6])
 def test_scale_changes_nothing(spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, scale: float) -> None:
     one, start = make("I", 100)

@@ -87,6 +87,7 @@ def test_all_assemblies_and_no_other(golden_cases: Cases, spatial: SimpleNamespa
         assert (found.hits >= 5).all(), c.id
 
 
+@pytest.mark.slow
 def test_workspace_of_two_degrees_of_freedom(
     golden_cases: Cases, spatial: SimpleNamespace, tools: SimpleNamespace
 ) -> None:
