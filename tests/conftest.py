@@ -52,11 +52,13 @@ SLOW = {
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Mark the slow checks that are inherited: there is no place of their own to do it."""
+    """Mark the slow checks that are inherited, as there is no place of their own to do it, and those of the starred
+    series, which are made from the others by inversion."""
     for item in items:
-        for module, checks in SLOW.items():
-            if item.path.name.startswith(module) and getattr(item, "originalname", "") in checks:
-                item.add_marker(pytest.mark.slow)
+        checks = (name for module, names in SLOW.items() if item.path.name.startswith(module) for name in names)
+        starred = item.parent is not None and "Star" in item.parent.name
+        if starred or getattr(item, "originalname", "") in checks:
+            item.add_marker(pytest.mark.slow)
 
 
 GOLDEN = Path(__file__).with_name("golden") / "planar.json"

@@ -188,6 +188,7 @@ def test_nothing_is_cut_off(made: Candidate) -> None:
             assert box.y1 <= sheet.y1, artist.get_gid()
 
 
+@pytest.mark.slow
 @every
 def test_lengths_are_drawn_to_one_scale(made: Candidate) -> None:
     figure = draw(made)
@@ -196,6 +197,7 @@ def test_lengths_are_drawn_to_one_scale(made: Candidate) -> None:
     np.testing.assert_allclose(b - a, (c - a)[::-1], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_title_says_what_the_candidate_is() -> None:
     said = " ".join(text.get_text() for text in draw(ARC).texts)
     for part in ("general", "inverted slider-crank", "configuration made", "stroke 100", "radius ", "deviation 0.2"):
@@ -206,6 +208,7 @@ def test_title_says_what_the_candidate_is() -> None:
     assert r"$3.20\times 10^{-7}$" in " ".join(text.get_text() for text in draw(tiny).texts)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("suffix", "start"), [("png", b"\x89PNG\r\n\x1a\n"), ("PNG", b"\x89PNG"), ("svg", b"<?xml"), ("pdf", b"%PDF")]
 )
@@ -262,6 +265,7 @@ def test_importing_does_not_import_matplotlib() -> None:
     run("import catalogue.draw, sys; assert not [m for m in sys.modules if m.startswith('matplotlib')]")
 
 
+@pytest.mark.slow
 def test_drawing_leaves_pyplot_and_settings_alone() -> None:
     run(f"""
 import sys, matplotlib

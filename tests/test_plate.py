@@ -103,6 +103,7 @@ def test_hyperbola_of_parallel_cranks(k: float) -> None:
 
 
 # -- cells --------------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 @every
 def test_every_configuration_of_the_sample_has_a_cell(code: str) -> None:
     met, series = set(), EVERY[code]
@@ -197,6 +198,7 @@ def test_names_of_points_do_not_cover_one_another(code: str) -> None:
             assert not any(box.overlaps(other) for other in boxes[:i])
 
 
+@pytest.mark.slow
 def test_circles_touch_the_tangent_in_the_pole() -> None:
     axes = drawn("II.xy").axes[0]
     (line,) = [line for line in axes.lines if line.get_gid() == "cell-1-inflection-circle"]
@@ -215,6 +217,7 @@ def test_same_series_gives_same_file(suffix: str, start: bytes, tmp_path: Path) 
     assert one.startswith(start)
 
 
+@pytest.mark.slow
 def test_file_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InvalidRequest, match=r"\.png, \.svg or \.pdf"):
         plate(SERIES["II.ooo"], tmp_path / "plate.jpg")
@@ -247,6 +250,7 @@ def command(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
     return run(app())
 
 
+@pytest.mark.slow
 def test_plate_is_named_after_its_series(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.chdir(tmp_path)
     assert command(monkeypatch, "plate", "IV*.l") == 0
@@ -312,6 +316,7 @@ def test_commands_import_matplotlib_only_to_draw() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1], env={**os.environ})
 
 
+@pytest.mark.slow
 def test_drawing_leaves_pyplot_and_settings_alone() -> None:
     code = """
 import sys, matplotlib

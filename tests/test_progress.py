@@ -53,6 +53,7 @@ def test_no_bar_appears_for_what_is_soon_done(
     assert stream.getvalue() == ""
 
 
+@pytest.mark.slow
 def test_an_interruption_passes_and_ends_the_bar(taken: Callable[[io.StringIO], None]) -> None:
     def interrupted() -> None:
         with busy("searching"):

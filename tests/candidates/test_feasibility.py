@@ -93,6 +93,7 @@ def test_what_does_not_reach_over_the_stroke_breaks_everything_beyond_measure(ba
     assert np.isfinite(np.delete(broken.total, 3)).any()
 
 
+@pytest.mark.slow
 def test_a_crank_turns_fully_or_the_constraint_is_broken(batch: Any, shown: Any, naive: SimpleNamespace) -> None:
     """By turning it: the loop stays closed all the way round."""
     problem, found = batch(LINE, count=60, pins_only=True)

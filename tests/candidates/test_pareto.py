@@ -22,6 +22,7 @@ def dominates(a: Any, b: Any) -> bool:
     return bool(np.all(a <= b) and np.any(a < b))
 
 
+@pytest.mark.slow
 @given(VALUES)
 def test_fronts_are_peeled_off(rows: list[list[float]]) -> None:
     """Nobody is dominated by a row of the same or a later front, and everybody by one of the front before."""
@@ -33,6 +34,7 @@ def test_fronts_are_peeled_off(rows: list[list[float]]) -> None:
         assert number[i] == 1 or number[i] - 1 in above
 
 
+@pytest.mark.slow
 @given(VALUES, st.randoms(use_true_random=False))
 def test_how_rows_come_does_not_matter(rows: list[list[float]], random: Any) -> None:
     values, key = np.array(rows), np.arange(len(rows))
@@ -56,6 +58,7 @@ TERMS = {"size": lambda c: c.size / c.stroke, "transmission": lambda c: 1 - c.mi
          "deviation": lambda c: c.deviation / 0.05, "max_link": lambda c: (c.max_link or 0.0) / c.stroke}  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("names", [["size", "deviation"], ["transmission", "size", "max_link"]], ids=str)
 @pytest.mark.parametrize("request_", [LINE, CircularArc(100, 100, 0.05)], ids=["line", "arc"])
 def test_no_answer_on_the_front_is_dominated(small: Catalogue, request_: Any, names: list[str]) -> None:

@@ -26,6 +26,7 @@ def heights(request: Any, path: Any) -> Any:
     return np.abs(path - centre) - 1.5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 def test_every_flip_runs_along_the_path(batch: Any, naive: SimpleNamespace, request_: Any) -> None:
     problem, found = batch(request_, count=12, families=FAMILIES)
@@ -63,6 +64,7 @@ def test_a_guide_is_laid_in_the_way_in_which_its_pivots_stand_best(batch: Any) -
     np.testing.assert_allclose(again, broken, atol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC, ANY], ids=["line", "arc", "any arc"])
 def test_the_final_deviation_is_that_of_a_fine_path(batch: Any, shown: Any, again: Any, request_: Any) -> None:
     problem, found = batch(request_, count=16, families=FAMILIES)

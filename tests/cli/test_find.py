@@ -114,6 +114,7 @@ def test_table_is_readable_and_complete(process: Run, small_db: Path) -> None:
     assert "\x1b" not in done.out
 
 
+@pytest.mark.slow
 def test_explain_goes_to_standard_error(run: Run, small_db: Path) -> None:
     done = run(*LINE, "--explain", "--max-size", 500, "--format", "json", "--db", small_db)
     assert json.loads(done.out)
@@ -257,12 +258,14 @@ class TestDatabaseTrouble:
         assert "cannot be used" in done.line
 
 
+@pytest.mark.slow
 def test_database_is_named_by_the_environment(process: Run, small_db: Path) -> None:
     done = process(*LINE, "--limit", 1, "--format", "json", CATALOGUE_DB=str(small_db))
     assert done.code == 0
     assert len(json.loads(done.out)) == 1
 
 
+@pytest.mark.slow
 def test_a_reader_that_goes_away_is_no_error(environment: dict[str, str], small_db: Path) -> None:
     """As in ``catalogue find ... | head -1``."""
     options = (*LINE, "--limit", 300, "--format", "json", "--db", small_db)
@@ -295,6 +298,7 @@ def test_find_imports_only_what_it_needs(environment: dict[str, str], small_db: 
     assert done.stderr == "[]\n"
 
 
+@pytest.mark.slow
 def test_importing_the_package_imports_nothing_heavy(environment: dict[str, str]) -> None:
     code = (
         "import sys; import catalogue\n"

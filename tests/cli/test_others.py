@@ -60,6 +60,7 @@ def test_version(run: Run) -> None:
     assert run("--version").out == f"mechanism-catalogue {catalogue.__version__}\n"
 
 
+@pytest.mark.slow
 def test_no_command_is_help(process: Run) -> None:
     done = process()
     assert done.code in (0, 2)
@@ -103,6 +104,7 @@ def test_classify_reads_json(run: Run, tmp_path: Path, given: Any, expected: lis
         assert set(rows[0]) == {"family", "configuration", "series", "nearest", "residual", "margin", "remark"}
 
 
+@pytest.mark.slow
 def test_classify_reads_what_find_prints(run: Run, small_db: Path) -> None:
     found = run("find", "straight-line", "--stroke", 1, "--deviation", 1e-3, "--format", "json", "--db", small_db)
     rows = classified(run("classify", "-", "--format", "json", stdin=found.out))
@@ -122,6 +124,7 @@ def test_classify_reads_csv(run: Run, heading: str) -> None:
     ]
 
 
+@pytest.mark.slow
 def test_classify_reads_link_lengths(run: Run) -> None:
     links = [{"ground": 4, "crank": 2.4, "coupler": 2, "rocker": 2.4, "angle": 65.3756815, "name": "Roberts"},
              {"crank": 1, "coupler": 1, "angle": 40}, {"pivots": EVANS}]  # fmt: skip
@@ -141,6 +144,7 @@ def test_classify_reads_link_lengths(run: Run) -> None:
         assert done.code in (2, 3)
 
 
+@pytest.mark.slow
 def test_classify_lists_what_is_guided(run: Run) -> None:
     given = json.dumps([WATT, EVANS])
     command = ("classify", "-", "--radius", 1.5, "--point", 0, 0)
@@ -230,6 +234,7 @@ def test_show_a_guide(run: Run, small_db: Path, small: Catalogue, tmp_path: Path
     assert str(picture) in done.err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -273,6 +278,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return made
 
 
+@pytest.mark.slow
 def test_plugins_lists_what_was_left_out(process: Run, folder: Path) -> None:
     done = process("plugins", "--format", "json", CATALOGUE_PLUGINS=str(folder))
     assert done.code == 5

@@ -35,6 +35,7 @@ def swings(make: Make) -> Collection:
         return cat.registry.collection("swings")
 
 
+@pytest.mark.slow
 def test_same_seed_and_count_same_content(make: Make) -> None:
     with make("one") as one, make("other") as other, make("third") as third:
         for cat, seed in ((one, 3), (other, 3), (third, 4)):
@@ -47,6 +48,7 @@ def test_same_seed_and_count_same_content(make: Make) -> None:
         assert all(number >= 450 for number, _ in families.values())
 
 
+@pytest.mark.slow
 def test_an_interrupted_build_goes_on(make: Make) -> None:
     class Stop(Exception):
         pass
@@ -69,6 +71,7 @@ def test_an_interrupted_build_goes_on(make: Make) -> None:
         assert (again.rows, again.guides) == (0, len(content(whole)))
 
 
+@pytest.mark.slow
 def test_more_adds_and_another_seed_or_plan_replaces(make: Make, swings: Collection) -> None:
     with make() as cat:
         cat.build_collection("swings", count=100)
@@ -85,6 +88,7 @@ def test_more_adds_and_another_seed_or_plan_replaces(make: Make, swings: Collect
         assert collect(cat.database, replace(swings, plan="2"), "1.1", count=100).rows == len(before)
 
 
+@pytest.mark.slow
 def test_what_another_version_drew_is_drawn_again_on_use(make: Make, swings: Collection) -> None:
     with make() as cat:
         assert not is_current(cat.database, swings, "1.0")
@@ -98,6 +102,7 @@ def test_what_another_version_drew_is_drawn_again_on_use(make: Make, swings: Col
         assert content(cat) == old  # same seed, same draws
 
 
+@pytest.mark.slow
 def test_other_collections_are_left_alone(make: Make, swings: Collection) -> None:
     with make() as cat:
         cat.build_collection("swings", count=100)
@@ -106,6 +111,7 @@ def test_other_collections_are_left_alone(make: Make, swings: Collection) -> Non
         assert set(stored(cat.database, "swings")) == set(stored(cat.database, "more-swings"))
 
 
+@pytest.mark.slow
 def test_a_family_that_gives_nothing_comes_to_an_end(make: Make, swings: Collection) -> None:
     asked = []
 
@@ -119,6 +125,7 @@ def test_a_family_that_gives_nothing_comes_to_an_end(make: Make, swings: Collect
         assert done.guides == stored(cat.database, "swings")["pendulum"][0]
 
 
+@pytest.mark.slow
 def test_a_collection_that_raises_or_lies_is_named(make: Make, swings: Collection) -> None:
     def raising(family: str, rng: np.random.Generator, count: int) -> Sequence[Specimen]:
         raise RuntimeError(f"no {family} for {count} with {rng}")

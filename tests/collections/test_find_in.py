@@ -275,6 +275,7 @@ def test_what_cannot_be_answered_is_one_line(
     assert done.stdout == ""
 
 
+@pytest.mark.slow
 def test_plugins_lists_collections_without_a_database(run: Run, tmp_path: Path) -> None:
     done = run("plugins", "--db", tmp_path / "none.db")
     assert done.returncode == 0

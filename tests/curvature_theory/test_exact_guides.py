@@ -78,6 +78,7 @@ def test_no_element_is_exact_that_the_loop_leaves(make: Callable[..., Linkage], 
         assert (order == EXACT).sum() <= 2
 
 
+@pytest.mark.slow
 def test_points_of_exact_guides_are_exact_still() -> None:
     """Every point of a coupler with parallel equal cranks; the joint's circle in an isosceles slider-crank."""
     draw = np.random.default_rng(3)

@@ -550,6 +550,7 @@ def exact_coefficient(pivots: Array, z: complex, m: int, circle: bool) -> tuple[
 NEAR = [1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("what", ["s", "kappa", "kappa*", "parallel"])
 def test_digits_are_kept_near_the_degenerations(what: str) -> None:
     """c4 of a point with stationary curvature, c3 of any point beside nearly parallel cranks."""
@@ -611,6 +612,7 @@ def test_measured_deviation_tends_to_the_law(code: str, label: str, split: bool)
         assert np.nanmedian(np.abs(off[1])) < 0.5 * np.nanmedian(np.abs(off[0]))
 
 
+@pytest.mark.slow
 def test_levels_are_those_of_chebyshev() -> None:
     """Smallest largest error of u^m beside lower powers, by linear programming's own dual: alternation."""
     x = np.cos(np.linspace(0, np.pi, 4001))
@@ -657,6 +659,7 @@ def test_paths_are_singular_where_theory_says(family: str, random_linkages: Make
         assert set(zip(p.tolist(), q.tolist(), strict=True)) <= {want}
 
 
+@pytest.mark.slow
 @given(seed=seeds, log=st.floats(-3, 3), angle=st.floats(-3, 3), mirror=st.booleans())
 def test_coefficients_follow_similarities(
     random_linkages: Maker, seed: int, log: float, angle: float, mirror: bool

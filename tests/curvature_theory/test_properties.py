@@ -55,6 +55,7 @@ def apart(one: Array, other: Array, centre: Array, unit: Array) -> Array:
     return np.asarray(np.minimum(straight.max(axis=(1, 2, 3)), crossed.max(axis=(1, 2, 3))))
 
 
+@pytest.mark.slow
 @every_family
 @given(seed=seeds, scale=scales, shift=shifts, mirror=st.booleans())
 def test_a_similarity_carries_the_instant_along(
@@ -133,6 +134,7 @@ def canonical(linkage: Linkage, instant: Curvature) -> tuple[Array, Array, Array
     return sin, cos, np.where(linkage.finite, r, np.inf)
 
 
+@pytest.mark.slow
 @every_family
 @given(seed=seeds)
 def test_driving_and_guided_pairs_obey_euler_savary_and_lie_on_the_cubics(
@@ -165,6 +167,7 @@ def test_the_parameters_of_the_two_cubics_differ_by_the_inflection_circle(
     assert (np.abs(off) < 8 * EPS * (1 + np.abs(instant.kappa * instant.rho0))).all()
 
 
+@pytest.mark.slow
 @every_family
 @given(seed=seeds)
 def test_axes_are_orthonormal_and_right_handed(random_linkages: Maker, family: str, seed: int) -> None:
@@ -257,6 +260,7 @@ def test_the_pole_does_not_move_and_runs_along_the_tangent(
         assert float(second) == pytest.approx(instant.rho0[n], rel=1e-9)
 
 
+@pytest.mark.slow
 @every_family
 def test_points_of_the_cubic_have_stationary_curvature(random_linkages: Maker, follow: Follower, family: str) -> None:
     linkage = random_linkages(family, 60, SEED + 1)
@@ -422,6 +426,7 @@ def test_a_fully_stretched_chain_is_immobile() -> None:
     assert all("immobile" in why for why in found.reason)
 
 
+@pytest.mark.slow
 def test_towards_a_dead_point_noise_is_never_returned() -> None:
     draw = np.random.default_rng(SEED)
     chains = [chain for chain in draw.normal(size=(60, 4)).tolist() if stretched(chain, 1e-5)]

@@ -59,6 +59,7 @@ def rocker_angles(d: DwellCandidate, count: int) -> tuple[Array, Array]:
     return np.degrees(np.unwrap(np.angle(rocker / (joint - pivot)))), sine
 
 
+@pytest.mark.slow
 def test_the_rocker_stands_still_and_swings_as_it_is_said(found: list[DwellCandidate]) -> None:
     for d in found:
         count = 1440
@@ -113,6 +114,7 @@ def test_asking_for_less_finds_no_fewer(small: catalogue.Catalogue) -> None:
     assert len(less) >= len(more) > 0
 
 
+@pytest.mark.slow
 def test_constraints_hold(small: catalogue.Catalogue) -> None:
     found = small.find_dwells(catalogue.StandStill(40, 1.0, 20), series="IV*.l", min_transmission=20, limit=5)
     assert len(found)

@@ -79,6 +79,7 @@ def test_what_the_catalogue_does_not_hold_is_said(ask: Ask, request_: Any, wante
     assert f"no guide found: the catalogue holds no guide for {says}" in told
 
 
+@pytest.mark.slow
 def test_steps_take_time_and_do_not_overlap(ask: Ask) -> None:
     """Of a Pareto search, which runs one search for each criterion, all are counted, none twice."""
     start = time.perf_counter()

@@ -314,6 +314,7 @@ def test_a_mix_weighs_its_criteria(ask: Ask) -> None:
     assert [c.id for c in other] == [c.id for c in mix]
 
 
+@pytest.mark.slow
 def test_limit_and_variety(ask: Ask) -> None:
     def few(**how: Any) -> Found:
         return ask(LINE, refine=False, families=["four-bar"], **how)

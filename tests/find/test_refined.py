@@ -77,6 +77,7 @@ def test_refined_guides_say_how_good_they_are(small: Catalogue, ask: Ask) -> Non
         assert c.gap is c.alternations is c.drift is None
 
 
+@pytest.mark.slow
 def test_drift_is_measured_when_it_is_asked_for(small_db: Path) -> None:
     """Only then are the plugins loaded; a copy has what was measured."""
     with catalogue.open(small_db, build=False) as cat:
@@ -99,6 +100,7 @@ def test_any_radius_will_do(ask: Ask, again: Any) -> None:
     assert np.ptp([c.radius for c in found]) > 1.0, "each has a radius of its own"
 
 
+@pytest.mark.slow
 def test_round_lengths_are_round_and_still_guide(ask: Ask, again: Any) -> None:
     found = ask(StraightLine(150, 0.5), families=["four-bar"], round_to=1.0, limit=3)
     assert found

@@ -21,6 +21,7 @@ def found(small: Catalogue) -> Found:
     return small.find(LINE, limit=8, min_transmission=30, families=["four-bar", "slider-crank"])
 
 
+@pytest.mark.slow
 def test_found_is_a_sequence(found: Found) -> None:
     assert isinstance(found, Sequence)
     assert len(found) == 8
@@ -66,6 +67,7 @@ def test_a_candidate_is_a_linkage_with_a_path(found: Found) -> None:
 
 
 # -- explanations -----------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_a_full_answer_explains_itself(small: Catalogue, found: Found) -> None:
     told = found.explain()
     assert told.splitlines()[0].startswith("straight line of 150 within 0.05: ")
@@ -120,6 +122,7 @@ def test_a_stored_guide_is_shown(small: Catalogue, found: Found) -> None:
         assert list(guide.reaches["level"]) == sorted(guide.rows)
 
 
+@pytest.mark.slow
 def test_a_stored_guide_is_laid_along_a_stroke(small: Catalogue, again: Again) -> None:
     ids = {c.id for wanted in ({"families": [f]} for f in ("four-bar", "slider-crank", "inverted-slider-crank"))
            for c in small.find(StraightLine(150, 0.5), limit=2, refine=False, **wanted)}  # fmt: skip
@@ -136,6 +139,7 @@ def test_a_stored_guide_is_laid_along_a_stroke(small: Catalogue, again: Again) -
             assert c.deviation == pytest.approx(75 * guide.reaches["deviation"][row], rel=0.1, abs=1e-14)
 
 
+@pytest.mark.slow
 def test_a_stored_arc_is_laid_along_a_chord(small: Catalogue, again: Again) -> None:
     found = small.find(CircularArc(100, None, 0.1), limit=3, refine=False, families=["four-bar"])
     assert found

@@ -31,6 +31,7 @@ def stored(drawn: Drawn, scanned: Callable[[bool], Ladder]) -> tuple[CouplerCurv
     return guides[some], half[some], swept(found)[some]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", [0.6, 0.9, 0.99])
 def test_the_sweep_is_the_one_asked_for(stored: tuple[CouplerCurve, Array, Array], share: float) -> None:
     guides, half, known = stored
@@ -44,6 +45,7 @@ def test_the_sweep_is_the_one_asked_for(stored: tuple[CouplerCurve, Array, Array
     np.testing.assert_allclose(swept(again), swept(found)[good], rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_the_widest_window_is_taken(stored: tuple[CouplerCurve, Array, Array]) -> None:
     guides, half, known = stored
     sweep = 0.7 * float(np.median(known))

@@ -133,6 +133,7 @@ def test_deviation_is_that_of_both_branches(naive: SimpleNamespace, code: str, k
     assert seen >= 4
 
 
+@pytest.mark.slow
 @each
 def test_deviation_tends_to_its_law(code: str, key: str) -> None:
     """A u^(5/2) on the branches; beside the u^3 of order 5 the next term fades slowly, like the root of the stroke."""

@@ -61,6 +61,7 @@ def test_drive_angle_speed_and_advantage_are_those_of_differences(found: list[ca
     assert sum(c.time_ratio is not None for c in found) >= 5
 
 
+@pytest.mark.slow
 def test_a_force_balance_gives_the_advantage(found: list[catalogue.Candidate]) -> None:
     # virtual work in mid-stroke: the advantage there is not below the least one
     for c in found:
@@ -78,6 +79,7 @@ def test_band_and_percent_are_the_deviation(found: list[catalogue.Candidate]) ->
         assert c.percent == pytest.approx(100 * c.band / c.stroke)
 
 
+@pytest.mark.slow
 def test_play_of_the_pivots_ranks_sensitive_guides_behind(small: catalogue.Catalogue) -> None:
     wish = catalogue.StraightLine(2.0, 0.02)
     found = small.find(wish, play=1e-3, rank_by="deviation", limit=20, per_series=0)
@@ -142,6 +144,7 @@ def test_linkages_stay_inside_a_box_and_clear_of_zones(small: catalogue.Catalogu
             assert not triangle.holds(points).any()
 
 
+@pytest.mark.slow
 def test_what_is_refused_does_leave_the_box_or_enter_the_zone(found: list[catalogue.Candidate]) -> None:
     box, zone = Region.of("box", (-0.5, -2.0, 3.0, 2.0)), Region.of("zone", ((0.5, 0.3), (1.4, 0.3), (1.0, 1.0)))
     seen = {True: 0, False: 0}

@@ -30,6 +30,7 @@ def test_placed_guides_hold_the_nominal_as_well_as_their_best_one_but_for_its_ra
         assert c.deviation * (1 - 1e-6) - 1e-14 <= traced.fit.deviation[0] <= slack * c.deviation + 1e-14
 
 
+@pytest.mark.slow
 def test_deviation_is_that_of_a_naive_loop_over_the_same_line(
     found: list[catalogue.Candidate], naive: SimpleNamespace
 ) -> None:

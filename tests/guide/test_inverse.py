@@ -150,6 +150,7 @@ def test_bars_of_a_machine_with_a_slot_end_in_its_pivots_and_at_the_ends_of_its_
 
 
 # -- points that return ----------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_points_that_return_work_as_a_dense_sampling_says(random_linkages: Callable[..., Linkage]) -> None:
     linkage = random_linkages("four-bar", 80, 11)
     from catalogue.curvature_theory.analysis import curvature

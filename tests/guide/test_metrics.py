@@ -47,6 +47,7 @@ def poses(guides: CouplerCurve, found: Traced, share: Any) -> tuple[Any, Any]:
     return d, x
 
 
+@pytest.mark.slow
 def test_transmission_angle_is_that_of_the_rays(traced: Made) -> None:
     """For each position: the angle at the driven pivot between the force and the direction in which it cannot move."""
     guides, found = traced

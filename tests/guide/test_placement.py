@@ -38,6 +38,7 @@ def path_of(linkage: Linkage, point: Array, low: Array, high: Array) -> Array:
     return np.asarray(point + d + x * (point - guides.motion.origin))
 
 
+@pytest.mark.slow
 def test_path_runs_from_0_to_the_stroke(case: tuple[bool, CouplerCurve, Traced]) -> None:
     circle, guides, found = case
     linkage, point, _ = placed(guides, found, STROKE)
@@ -79,6 +80,7 @@ def test_deviation_is_kept_by_placing(case: tuple[bool, CouplerCurve, Traced]) -
     assert np.quantile(np.abs(ratio[clear] - 1), 0.95) < (0.05 if circle else 0.02)
 
 
+@pytest.mark.slow
 def test_mirrored_guides_are_mirror_images(case: tuple[bool, CouplerCurve, Traced]) -> None:
     circle, guides, found = case
     linkage, point, _ = placed(guides, found, STROKE)
@@ -111,6 +113,7 @@ def test_mirroring_chooses_for_each_guide_on_its_own(case: tuple[bool, CouplerCu
     assert np.all(laid.family == linkage.family)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stroke", [1e-6, 0.01, 0.3])
 def test_at_stroke_is_exact(drawn: Drawn, stroke: float) -> None:
     guides, _ = drawn(circle=False)
@@ -120,6 +123,7 @@ def test_at_stroke_is_exact(drawn: Drawn, stroke: float) -> None:
     assert np.isnan(at_stroke(guides, 10 * guides.extent.max(0), circle=False).fit.deviation).all()
 
 
+@pytest.mark.slow
 def test_at_stroke_measures_deviations_below_1e_13_of_it(naive: Any, drawn: Drawn) -> None:
     guides, order = drawn(circle=False)
     guides = guides[(order == 4) & (guides.extent.min(0) > 0.4)][:12]
@@ -136,6 +140,7 @@ def test_at_stroke_measures_deviations_below_1e_13_of_it(naive: Any, drawn: Draw
     assert found.relative.min() < 1e-13
 
 
+@pytest.mark.slow
 def test_a_known_circle_need_not_be_sought(drawn: Drawn, scanned: Callable[[bool], Ladder]) -> None:
     guides, _ = drawn(circle=True)
     half, found = reach(guides, scanned(True), 1e-3, circle=True)

@@ -17,6 +17,7 @@ Drawn = Callable[..., tuple[CouplerCurve, np.ndarray]]
 both_kinds = pytest.mark.parametrize("circle", [False, True], ids=["line", "circle"])
 
 
+@pytest.mark.slow
 @both_kinds
 def test_reach_holds_and_grows_with_the_tolerance(drawn: Drawn, scanned: Scanned, circle: bool) -> None:
     guides, order = drawn(circle)
@@ -38,6 +39,7 @@ def test_reach_holds_and_grows_with_the_tolerance(drawn: Drawn, scanned: Scanned
     assert (before > 0).mean() > 0.9
 
 
+@pytest.mark.slow
 @both_kinds
 @pytest.mark.parametrize("level", [-3, -5, -7])
 def test_a_little_more_does_not_hold(drawn: Drawn, scanned: Scanned, circle: bool, level: int) -> None:

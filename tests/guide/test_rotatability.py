@@ -174,6 +174,7 @@ def test_families_without_a_crank_have_no_margin() -> None:
     assert rotates(trammel)[0] == 0
 
 
+@pytest.mark.slow
 def test_where_a_crank_must_turn_the_transmission_is_of_a_crank_that_turns() -> None:
     """Sweep over the stroke: the angle is that of the crank that is named, though the rocker would drive better."""
     seen = 0

@@ -59,6 +59,7 @@ def test_spread_is_that_of_draws(small: Catalogue, request_: Any, wish: dict[str
     assert c.sensitivity().rms[0] == pytest.approx(drawn(c), rel=0.02)
 
 
+@pytest.mark.slow
 def test_worst_and_spread_bound_one_another(small: Catalogue) -> None:
     c = small.find(StraightLine(150, 0.05), families=["four-bar"], limit=1)[0]
     s = c.sensitivity()
@@ -68,6 +69,7 @@ def test_worst_and_spread_bound_one_another(small: Catalogue) -> None:
     assert s.point[0] >= 1 - 1e-9  # the point is carried with the coupler, wherever that is
 
 
+@pytest.mark.slow
 def test_a_returning_point_has_none(small: Catalogue) -> None:
     c = small.find(StraightLine(150, 0.05), limit=1)[0]
     resting = replace(c, guided=[float(v) for v in _pole(c)])

@@ -218,6 +218,7 @@ def test_what_a_grid_of_16_misses_is_below_its_bound(
     assert np.all(missed[sure] <= 1e-3 * fine.fit.deviation[both][sure] + least[sure])
 
 
+@pytest.mark.slow
 def test_a_guide_next_to_a_change_point_is_not_taken_for_straight() -> None:
     """Lengths 1, 1, 1, 1 + e: near the change point the coupler point turns a corner within 1e-3 of its path."""
     for gap in (1e-2, 1e-3, 1e-4, 1e-6):
@@ -244,6 +245,7 @@ def test_a_guide_next_to_a_change_point_is_not_taken_for_straight() -> None:
                         assert found.fit.deviation[0] == pytest.approx(fine.fit.deviation[0], rel=2e-2)
 
 
+@pytest.mark.slow
 def test_split_shift_is_real(naive: Any) -> None:
     """The split guide, laid and followed by a loop closed another way, is as straight as was said."""
     for case in GUIDES[:12]:

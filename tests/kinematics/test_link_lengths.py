@@ -59,6 +59,7 @@ def test_lengths_are_those_a_textbook_gives() -> None:
     assert abs(found["offset of slider 2"][0]) == pytest.approx(0.5)
 
 
+@pytest.mark.slow
 @given(step=st.floats(0.5, 50))
 def test_a_step_beyond_the_lengths_leaves_none(step: float) -> None:
     linkage, point = random_linkages("four-bar", 20)
@@ -70,6 +71,7 @@ def test_a_step_beyond_the_lengths_leaves_none(step: float) -> None:
         np.testing.assert_allclose(values, step * np.round(values / step), atol=1e-9 * step + 1e-9)
 
 
+@pytest.mark.slow
 def test_found_guides_have_round_lengths_and_serve(small: catalogue.Catalogue) -> None:
     found = small.find(catalogue.StraightLine(150, 0.5), round_to=1.0, limit=8, pins_only=True)
     assert len(found) == 8

@@ -52,6 +52,7 @@ def test_zeros_of_w_name_the_family_in_either_order(first: Any, second: Any, fam
     assert both.finite.tolist() == [[[w != 0 for *_, w in dyad] for dyad in pair] for pair in both.pivots.tolist()]
 
 
+@pytest.mark.slow
 @every_family
 @given(seed=seeds, factor=st.floats(1e-6, 1e6), negative=st.booleans())
 def test_scale_of_homogeneous_coordinates_is_irrelevant(
@@ -138,6 +139,7 @@ def _line(fixed: complex, moving: complex, kind: int) -> complex:
     return moving - fixed if kind == RR else fixed if kind == PR else moving
 
 
+@pytest.mark.slow
 @every_family
 @given(seed=seeds, scale=scales, shift=shifts, mirror=st.booleans())
 def test_a_similarity_keeps_family_proportions_and_angles(

@@ -53,6 +53,7 @@ def within(motion: Motion, part: float, most: float = 3.0) -> Array:
     return np.linspace(low, high, 31)
 
 
+@pytest.mark.slow
 @every_chart
 @given(seed=st.integers(0, 2**32 - 1))
 def test_every_pose_satisfies_both_dyads(random_linkages: Maker, family: str, chart: int, seed: int) -> None:

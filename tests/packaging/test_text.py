@@ -26,6 +26,7 @@ REGISTRY_HOST = re.compile(
 MACHINE_PATH = re.compile(r"(?<![\w.~/-])/(?:home|Users|root|work)/\w|\b[A-Z]:\\+Users\\")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("forbidden", [REGISTRY_HOST, MACHINE_PATH], ids=["registry host", "machine path"])
 def test_no_file_names(forbidden: re.Pattern[str], root: Path, project_files: list[PurePosixPath]) -> None:
     named = {}

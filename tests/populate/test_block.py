@@ -72,6 +72,7 @@ def again(request: pytest.FixtureRequest) -> Again:
     return Again(made, spans, traced, measure(spans, traced))
 
 
+@pytest.mark.slow
 def test_same_arguments_give_the_same_columns() -> None:
     one, two = (block(SERIES["II*.xy"], "slider-crank general", 4, 1, MOST, "some", "1") for _ in range(2))
     for name in ("batch", "mechanisms", "guides", "reaches"):
@@ -81,6 +82,7 @@ def test_same_arguments_give_the_same_columns() -> None:
             np.testing.assert_array_equal(first[key], second[key], err_msg=f"{name} {key}")
 
 
+@pytest.mark.slow
 def test_batch_says_where_its_rows_come_from(again: Again) -> None:
     made = again.block
     assert made.batch["kept"] == len(made.mechanisms["pivots"]) <= made.batch["drawn"] == BLOCK
@@ -88,6 +90,7 @@ def test_batch_says_where_its_rows_come_from(again: Again) -> None:
     assert (made.batch["seed"], made.batch["number"], made.batch["plan"]) == (4, 1, PLAN)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wanted", [40, MOST])
 def test_as_many_guides_as_are_wanted_in_their_order(again: Again, wanted: int) -> None:
     batch = again.block.batch

@@ -29,6 +29,7 @@ def test_worker_that_dies_is_named_and_replaced(rude: Registry) -> None:
             assert pool.submit(*GOOD).result().count > 0
 
 
+@pytest.mark.slow
 def test_error_of_a_plugin_is_one_line_and_the_worker_goes_on(rude: Registry) -> None:
     with Workers(1, rude.folders) as pool:
         with pytest.raises(PluginError, match=r"^ZeroDivisionError: first line$"):

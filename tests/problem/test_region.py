@@ -69,6 +69,7 @@ def test_polygon_holds_what_is_inside(naive: Any, corners: int, seed: int) -> No
     assert found.tolist() == [naive.inside(polygon.tolist(), x, y) for x, y in points]
 
 
+@pytest.mark.slow
 @given(st.lists(POINTS, min_size=1, max_size=30))
 def test_box_holds_its_border(points: list[tuple[float, float]]) -> None:
     region = Region.of("box", (-3, -2, 5, 4))
@@ -87,6 +88,7 @@ def test_a_box_is_the_polygon_of_its_corners() -> None:
     assert not polygon.is_box
 
 
+@pytest.mark.slow
 @given(st.integers(3, 9), st.integers(0, 2**32 - 1))
 def test_outside_is_the_signed_distance_from_the_border(naive: Any, corners: int, seed: int) -> None:
     draw = np.random.default_rng(seed)

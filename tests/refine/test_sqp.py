@@ -158,6 +158,7 @@ def test_broken_starts_are_repaired(small: Catalogue, wish: dict[str, Any], rank
     assert (left[~repaired] > 0).all()
 
 
+@pytest.mark.slow
 def test_what_breaks_least_is_kept_where_nothing_meets(small: Catalogue) -> None:
     problem = problem_of(LINE, "size", families=["four-bar"], pivots_in=(3, 3, 4, 4), max_arm=0.5)
     start = started(small, problem_of(LINE, "size", families=["four-bar"]), 8)
@@ -167,6 +168,7 @@ def test_what_breaks_least_is_kept_where_nothing_meets(small: Catalogue) -> None
     assert (run.nearest < feasibility(problem, start).total).sum() > 0.5 * len(start)
 
 
+@pytest.mark.slow
 def test_a_batch_is_refined_as_its_parts(small: Catalogue) -> None:
     problem = problem_of(LINE, "size", families=["four-bar"], min_transmission=20.0)
     start = started(small, problem, 6)
@@ -176,6 +178,7 @@ def test_a_batch_is_refined_as_its_parts(small: Catalogue) -> None:
         np.testing.assert_allclose(alone.best_cost, whole.best_cost[i : i + 1], rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_refinement_goes_on_where_it_was(small: Catalogue) -> None:
     problem = problem_of(LINE, "size", families=["four-bar"])
     start = started(small, problem, 6)
@@ -199,6 +202,7 @@ def test_frozen_pivots_stay_under_a_nominal_that_stays(small: Catalogue) -> None
 
 
 # -- the linear model ------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 @pytest.mark.parametrize("rank_by", ["deviation", "size"])
 @pytest.mark.parametrize("request_", [LINE, ARC, FREE], ids=["line", "arc", "any arc"])
 def test_linear_errors_are_those_of_the_moved_linkage(small: Catalogue, request_: Any, rank_by: str) -> None:

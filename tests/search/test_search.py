@@ -39,6 +39,7 @@ def test_what_a_search_says_to_be_good_is(small: Catalogue, request_: Any) -> No
     assert done.report.seconds.keys() == {"starts", "refine"}
 
 
+@pytest.mark.slow
 def test_refinement_does_better_than_what_is_stored(small: Catalogue) -> None:
     problem = asked(LINE, "size", families=["four-bar"], min_transmission=40)
     stored, refined = (Search(problem, small.database, refines=yes).run() for yes in (False, True))
@@ -81,6 +82,7 @@ def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.
     assert done.found is not None
 
 
+@pytest.mark.slow
 def test_a_search_ends_when_its_points_are_spent(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(search, "POINTS", 1)
     problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)

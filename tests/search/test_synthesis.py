@@ -93,6 +93,7 @@ def scatter(poses: Any, z: Any) -> Any:
     return across / along
 
 
+@pytest.mark.slow
 def test_no_point_of_the_plane_runs_straighter_than_the_straightest() -> None:
     """Against a thousand others about it, near and far, each measured by itself."""
     draw = np.random.default_rng(5)
@@ -107,6 +108,7 @@ def test_no_point_of_the_plane_runs_straighter_than_the_straightest() -> None:
         assert min(scatter(poses, point[i] + d) for d in away) > least[i] * (1 - 1e-6)
 
 
+@pytest.mark.slow
 def test_a_crank_turns_fully_and_as_far_as_asked_along_the_path(naive: SimpleNamespace) -> None:
     """The loop closed by circles and lines at 400 angles of the crank, from its pivots alone."""
     problem = asked(StraightLine(1, 0.05), full_rotation=True, min_drive_angle=120.0)
@@ -167,6 +169,7 @@ def test_parallelograms_carry_along_the_arc_itself(radius: float) -> None:
     np.testing.assert_allclose(np.abs(made.point - centre), radius, rtol=1e-12)
 
 
+@pytest.mark.slow
 def test_an_arc_of_given_radius_is_exact_where_parallelograms_may_be(small: Catalogue) -> None:
     found = small.find(ARC, families=["four-bar"], rank_by="deviation", limit=6, max_size=3.0)
     assert found[0].deviation < 1e-14

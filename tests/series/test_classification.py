@@ -26,6 +26,7 @@ DRIVING = {"slider-crank": {"undulation"}, "inverted-slider-crank": {"cuspidatio
 
 
 # -- which series, and in which order ---------------------------------------------------------------------------------
+@pytest.mark.slow
 @pytest.mark.parametrize("code", REGISTRY.series)
 def test_members_of_a_series_are_named_by_it_first(code: str) -> None:
     """Unless a narrower one holds them too: the containments of the series, by their special members."""
@@ -41,6 +42,7 @@ def test_members_of_a_series_are_named_by_it_first(code: str) -> None:
                 assert first == code or there.dimension(one[0].family) <= series.dimension(one[0].family)
 
 
+@pytest.mark.slow
 def test_general_and_parallel_come_last(random_linkages: Maker) -> None:
     for family in ("four-bar", "slider-crank", "inverted-slider-crank", "swinging-block"):
         for one in catalogue.classify(random_linkages(family, 20, 4)):
@@ -56,6 +58,7 @@ def test_a_classification_is_printed_in_a_line() -> None:
     assert repr(REGISTRY.get("II.xy")) == "<Series II.xy: one crank along the coupler, one perpendicular to it (Evans)>"
 
 
+@pytest.mark.slow
 def test_tolerance_is_what_counts_as_zero() -> None:
     rounded = [[[0, 0, 1], [1, 0.001, 1]], [[2, -1.2, 1], [1.001, -1.201, 1]]]
     assert catalogue.classify(rounded)[0].series == ["general"]
@@ -93,6 +96,7 @@ def test_guided_elements_have_their_orders(family: str, random_linkages: Maker) 
     np.testing.assert_allclose(radii, 1.7, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_special_elements_show_their_order() -> None:
     """Watt's principal pairs coincide in a straight line of order 4; II.xy has no single undulation.  In any frame."""
     draw = np.random.default_rng(6)

@@ -191,6 +191,7 @@ def test_exact_guides_are_exact() -> None:
 
 
 # -- place ------------------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_designs_are_classified_by_the_series_that_they_stand_for() -> None:
     for name, code in PLACES.items():
         found = catalogue.classify(ALL[name].linkage)[0]
@@ -217,6 +218,7 @@ def rows(path: Path) -> list[tuple[object, ...]]:
         return connection.execute(NAMED).fetchall()
 
 
+@pytest.mark.slow
 def test_each_is_in_the_database_with_its_guide_and_reaches(small_db: Path) -> None:
     stored = {str(row[0]): row for row in rows(small_db)}
     assert set(stored) == set(ALL)
@@ -230,6 +232,7 @@ def test_each_is_in_the_database_with_its_guide_and_reaches(small_db: Path) -> N
         assert levels
 
 
+@pytest.mark.slow
 def test_a_build_of_one_series_holds_them_all_and_a_second_one_leaves_them(tmp_path: Path, registry: Registry) -> None:
     path = tmp_path / "one.db"
     with Database.open(path) as database:
@@ -240,6 +243,7 @@ def test_a_build_of_one_series_holds_them_all_and_a_second_one_leaves_them(tmp_p
     assert {row[0] for row in first} == set(ALL)
 
 
+@pytest.mark.slow
 def test_a_design_that_changed_is_written_anew(tmp_path: Path, registry: Registry) -> None:
     path = tmp_path / "one.db"
     with Database.open(path) as database:
@@ -266,6 +270,7 @@ def test_designs_of_series_that_were_not_built_are_starts_too(tmp_path: Path, re
         assert len(watts)
 
 
+@pytest.mark.slow
 def test_a_stored_design_has_its_curvature_and_no_batch(small: catalogue.Catalogue) -> None:
     roberts = small.guide("roberts-four-inflections")
     assert roberts.name == "roberts-four-inflections"
@@ -299,6 +304,7 @@ def shown(small_db: Path, *options: str) -> str:
     return found.stdout
 
 
+@pytest.mark.slow
 def test_show_tells_name_title_source_place_series_and_deviation(small_db: Path) -> None:
     text, design = shown(small_db, "watt"), ALL["watt"]
     assert text.startswith("watt: Watt's linkage\n")
@@ -306,6 +312,7 @@ def test_show_tells_name_title_source_place_series_and_deviation(small_db: Path)
         assert part in text
 
 
+@pytest.mark.slow
 def test_show_names_the_nearest_series_if_none_holds(small_db: Path) -> None:
     found = catalogue.classify(ALL["watt-lengthened"].linkage)[0]
     text = shown(small_db, "watt-lengthened")
@@ -316,6 +323,7 @@ def test_show_names_the_nearest_series_if_none_holds(small_db: Path) -> None:
         assert f"the nearest is {found.nearest.series}" in text
 
 
+@pytest.mark.slow
 def test_show_compares_with_the_best_of_the_series_on_the_same_stroke_and_size(
     small_db: Path, small: catalogue.Catalogue
 ) -> None:
@@ -343,12 +351,14 @@ def test_each_design_can_be_shown_and_its_deviation_is_the_published_one(small_d
     assert answer["family"] == design.family
 
 
+@pytest.mark.slow
 def test_show_draws_a_design(small_db: Path, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     shown(small_db, "roberts", "--plot", str(tmp_path / "roberts.png"))
     assert (tmp_path / "roberts.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_show_of_a_level_gives_the_split_guide(small_db: Path) -> None:
     answer = json.loads(shown(small_db, "watt", "--level", "-5", "--format", "json"))
     assert answer["deviation"] <= 1.01e-5

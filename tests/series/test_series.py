@@ -39,6 +39,7 @@ SERIES = Series(
 
 
 # -- parameters -------------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 @given(domain=domains, share=shares)
 def test_shares_are_spread_within_the_domain_and_in_order(domain: Any, share: Any) -> None:
     p = Parameter("x", domain, "")
@@ -50,6 +51,7 @@ def test_shares_are_spread_within_the_domain_and_in_order(domain: Any, share: An
     assert np.all(np.diff(values[np.argsort(share)]) >= -slack)
 
 
+@pytest.mark.slow
 @given(domain=domains)
 def test_equal_shares_cover_equal_lengths(domain: Any) -> None:
     p = Parameter("x", domain, "")
@@ -164,6 +166,7 @@ def test_the_family_of_the_inverse_is_an_involution() -> None:
     }
 
 
+@pytest.mark.slow
 @given(
     pairs=arrays(float, (4, 2, 3), elements=st.floats(-1e6, 1e6) | st.just(np.nan)),
     label=st.sampled_from(["[1]", "undulation", "cuspidation", "centre"]),

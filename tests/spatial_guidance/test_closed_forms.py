@@ -19,6 +19,7 @@ def by_id(golden_cases: Cases, name: str) -> SimpleNamespace:
     return c
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["III-rssr-plane", "III-altmann", "III-altmann-8"])
 def test_two_circles_obey_the_input_output_equation_of_the_rssr(
     spatial: SimpleNamespace, golden_cases: Cases, name: str

@@ -276,6 +276,7 @@ def test_planar_and_spherical_ones_move_like_that(modules: SimpleNamespace) -> N
     assert seen["spherical"] > 10
 
 
+@pytest.mark.slow
 def test_series_are_drawn_as_declared(cat: Catalogue) -> None:
     row = SpecimenRow
     drawn = cat.database.read(select(row.family, row.series).distinct())
@@ -319,6 +320,7 @@ def imported(code: str, environment: dict[str, str]) -> list[str]:
     return done.stdout.split()
 
 
+@pytest.mark.slow
 def test_a_planar_request_imports_nothing_of_it(small_db: Path, environment: dict[str, str]) -> None:
     find = "cat.find(catalogue.StraightLine(150, 0.5), limit=1)"
     names = imported(f"import catalogue\nwith catalogue.open({str(small_db)!r}) as cat: {find}", environment)
@@ -328,6 +330,7 @@ def test_a_planar_request_imports_nothing_of_it(small_db: Path, environment: dic
     ] == []
 
 
+@pytest.mark.slow
 def test_plugins_are_loaded_without_it_until_a_collection_is_asked_for(environment: dict[str, str]) -> None:
     loading = "from catalogue.plugin.registry import Registry; registry = Registry(); registry.get('II.xy')"
     names = [n for n in imported(loading, environment) if n.startswith("catalogue_plugin_spatial")]

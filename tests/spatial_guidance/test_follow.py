@@ -47,6 +47,7 @@ def test_no_motion_changes_its_branch_unseen(
     assert (apart < 1e-9).all(), np.flatnonzero(~(apart < 1e-9))
 
 
+@pytest.mark.slow
 def test_a_turning_point_is_one(spatial: SimpleNamespace, make: Make, tools: SimpleNamespace) -> None:
     """Just before it there are two assemblies near each other, just after it neither; the rates grow like the root."""
     m, start = make("II", 60)

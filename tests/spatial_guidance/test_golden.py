@@ -76,6 +76,7 @@ def test_reduced_derivatives_are_those_by_the_driver(
                 assert np.abs(reduced[i, 0, 1:] - expected).max() < 1e-10 * max(1, np.abs(expected).max()), (c.id, i)
 
 
+@pytest.mark.slow
 def test_all_assemblies_and_no_other(golden_cases: Cases, spatial: SimpleNamespace, tools: SimpleNamespace) -> None:
     for c in golden_cases:
         found = spatial.assemblies(c.mechanism, c.q[:, 0])
@@ -100,6 +101,7 @@ def test_workspace_of_two_degrees_of_freedom(
     np.testing.assert_array_equal(found.count, expected)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [1, -1])
 def test_the_motion_ends_at_the_next_fold(golden_cases: Cases, spatial: SimpleNamespace, way: int) -> None:
     met = 0

@@ -78,6 +78,7 @@ def test_current_file_is_opened_unchanged(filled: Path) -> None:
     assert [file.name for file in filled.parent.iterdir()] == [filled.name]
 
 
+@pytest.mark.slow
 def test_current_file_is_opened_without_alembic(filled: Path, environment: dict[str, str]) -> None:
     check = f"{OPEN} sys.exit('alembic' in sys.modules)"
     subprocess.run([sys.executable, "-c", check, filled], env=environment, check=True)
@@ -189,6 +190,7 @@ def test_broken_rule_is_not_blamed_on_the_file(database: Database) -> None:
         connection.exec_driver_sql("INSERT INTO setting VALUES (NULL, 'b')")
 
 
+@pytest.mark.slow
 def test_setting_is_replaced(database: Database) -> None:
     assert database.get_setting("seed") is None
     assert database.get_setting("seed", "0") == "0"
@@ -206,6 +208,7 @@ def test_what_others_wrote_is_read_by_a_kept_connection(filled: Path) -> None:
             assert read(select(Setting.key))["key"].tolist() == ["seed"]
 
 
+@pytest.mark.slow
 def test_file_that_takes_the_place_of_another_is_read(filled: Path, tmp_path: Path) -> None:
     new = tmp_path / "new.db"
     Database.open(new).close()
@@ -247,6 +250,7 @@ def test_a_connection_is_kept_but_not_for_a_forked_process(filled: Path, monkeyp
             assert len(made) == expected
 
 
+@pytest.mark.slow
 def test_a_database_that_nobody_closed_lets_go_of_the_file(filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[sqlite3.Connection] = []
     monkeypatch.setattr("catalogue.store.engine.connect", lambda *args: made.append(connect(*args)) or made[-1])

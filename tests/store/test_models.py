@@ -187,6 +187,7 @@ def test_circular_reach_is_taken(connection: Connection) -> None:
     add(connection, "reach", **ARC)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("rule", "changes"), BROKEN)
 def test_broken_rule_is_named(connection: Connection, rule: str, changes: dict[str, Any]) -> None:
     table = rule.split("_")[1]

@@ -125,6 +125,7 @@ def test_failed_copy_leaves_none(
     assert not list(filled.parent.glob("*.backup*"))
 
 
+@pytest.mark.slow
 def test_newer_file_is_refused(filled: Path) -> None:
     with closing(sqlite3.connect(filled)) as connection, connection:
         connection.execute("UPDATE alembic_version SET version_num = '0999'")
