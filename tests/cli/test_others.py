@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import resource
+import runpy
 import shutil
 import sqlite3
 import subprocess
@@ -442,3 +443,10 @@ def test_a_full_disk_is_one_line_and_the_file_still_opens(environment: dict[str,
     # with room again it is finished
     done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120)
     assert done.returncode == 0, done.stderr
+
+
+def test_the_page_of_the_command_says_what_its_help_says() -> None:
+    here = Path(__file__)
+    page = here.parents[2] / "catalogue" / "cli" / "README.md"
+    made = runpy.run_path(str(here.with_name("reference.py")))["reference"]()
+    assert page.read_text("utf-8") == made, "renew it: python tests/cli/reference.py > catalogue/cli/README.md"
