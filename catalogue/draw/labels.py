@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, field
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -36,31 +35,39 @@ class Labels:
     half: float
     point: float
     _places: list[Array] = field(default_factory=list)
-    _weights: list[float] = field(default_factory=list)
+    _weights: list[Array] = field(default_factory=list)
 
     def avoid(self, z: Array, weight: float) -> None:
         """Keep off a line through the points z, or off a single one."""
         z = np.atleast_1d(z)
-        step = 2 * self.point
-        for a, b in pairwise(z):
-            if np.isfinite(a) and np.isfinite(b) and max(self._out(a), self._out(b)) < 2 * self.half:
-                self._add(a + (b - a) * np.linspace(0, 1, 2 + int(abs(b - a) / step)), weight)
         if len(z) == 1:
             self._add(z, weight)
+            return
+        shown = np.isfinite(z[:-1]) & np.isfinite(z[1:])
+        a, b = z[:-1][shown], z[1:][shown]
+        near = np.maximum(self._out(a), self._out(b)) < 2 * self.half
+        a, along = a[near], (b - a)[near]
+        count = 2 + (np.abs(along) / (2 * self.point)).astype(int)
+        each = np.repeat(np.arange(len(a)), count)
+        number = np.arange(len(each)) - np.repeat(np.cumsum(count) - count, count)
+        self._add(a[each] + along[each] * number / (count[each] - 1), weight)
 
     def _add(self, z: Array, weight: float) -> None:
         self._places.append(z)
-        self._weights += [weight] * len(z)
+        self._weights.append(np.full(len(z), weight))
 
-    def _out(self, z: complex) -> float:
-        return max(abs((z - self.centre).real), abs((z - self.centre).imag)) - self.half
+    def _out(self, z: Array) -> Array:
+        off = z - self.centre
+        return np.maximum(np.abs(off.real), np.abs(off.imag)) - self.half
 
     def write(self, z: complex, text: str, gid: str, size: float, width: float, **style: Any) -> None:
         """Write a word, `width` times its size wide, beside the point z, as near as there is room."""
         from matplotlib.patheffects import withStroke
 
         a, b = 0.5 * width * size + SPARE, 0.45 * size + SPARE
-        taken, weight = np.concatenate(self._places), np.array(self._weights)
+        taken, weight = np.concatenate(self._places), np.concatenate(self._weights)
+        reached = np.abs(taken - z) <= (STEPS[-1] + 2 * np.hypot(a, b)) * self.point
+        taken, weight = taken[reached], weight[reached]
         least, best = np.inf, z
         for far in STEPS:
             for way in np.exp(2j * np.pi * np.arange(32) / 32):
