@@ -67,14 +67,15 @@ class Labels:
         a, b = 0.5 * width * size + SPARE, 0.45 * size + SPARE
         taken, weight = np.concatenate(self._places), np.concatenate(self._weights)
         reached = np.abs(taken - z) <= (STEPS[-1] + 2 * np.hypot(a, b)) * self.point
-        taken, weight = taken[reached], weight[reached]
+        taken, weight = (taken[reached] - z) / self.point, weight[reached]
+        x, y = taken.real, taken.imag
         least, best = np.inf, z
         for far in STEPS:
             for way in np.exp(2j * np.pi * np.arange(32) / 32):
                 # the word's edge, not its middle, is at that distance
-                at = z + way * (far + min(a / max(abs(way.real), 1e-9), b / max(abs(way.imag), 1e-9)) - b) * self.point
-                off = (taken - at) / self.point
-                covered = weight[(np.abs(off.real) < a) & (np.abs(off.imag) < b)].sum()
+                off = way * (far + min(a / max(abs(way.real), 1e-9), b / max(abs(way.imag), 1e-9)) - b)
+                at = z + off * self.point
+                covered = weight @ ((np.abs(x - off.real) < a) & (np.abs(y - off.imag) < b))
                 edge = np.maximum(np.abs((at - self.centre).real) + a * self.point,
                                   np.abs((at - self.centre).imag) + b * self.point)  # fmt: skip
                 cost = covered + 0.16 * far + (1e6 if edge > self.half else 0)
