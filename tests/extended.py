@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
-import mpmath
+import mpmath  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 
 from catalogue.plugin.registry import Registry

@@ -30,7 +30,8 @@ def lambdas(rotation: float) -> ClassParameters:
     def apex(frame: Array, coupler: Array, angle: float) -> Array:
         """Return where the point is from the rocker's pivot: twice the height of the triangle on the base."""
         base = frame + np.exp(1j * angle)  # from the crank's end to the pivot, the crank being 1
-        return 2j * base / np.abs(base) * np.sqrt(coupler**2 - 0.25 * np.abs(base) ** 2)
+        away: Array = 2j * base / np.abs(base) * np.sqrt(coupler**2 - 0.25 * np.abs(base) ** 2)
+        return away
 
     def make(q: Array) -> tuple[Array, Array]:
         frame, coupler = q.T
@@ -45,7 +46,8 @@ def lambdas(rotation: float) -> ClassParameters:
     def read(linkage: Linkage, point: Array) -> Array:  # noqa: ARG001, other classes need it
         z = linkage.points
         crank = np.abs(z[:, 0, 1] - z[:, 0, 0])
-        return np.stack([np.abs(z[:, 1, 0] - z[:, 0, 0]), np.abs(z[:, 1, 1] - z[:, 1, 0])], axis=1) / crank[:, None]
+        bars = np.stack([np.abs(z[:, 1, 0] - z[:, 0, 0]), np.abs(z[:, 1, 1] - z[:, 1, 0])], axis=1)
+        return np.asarray(bars / crank[:, None])
 
     return ClassParameters(make, read)
 

@@ -17,8 +17,8 @@ from scipy.spatial import ConvexHull
 
 Array = Any
 #: exp(i angle) and square root.
-FAST = (lambda a: np.exp(1j * a), np.sqrt)
-EXACT = (mp.expj, mp.sqrt)
+FAST: tuple[Any, Any] = (lambda a: np.exp(1j * a), np.sqrt)
+EXACT: tuple[Any, Any] = (mp.expj, mp.sqrt)
 
 
 # -- closing the loop -----------------------------------------------------------------------------------------------
@@ -212,13 +212,15 @@ def narrowest_annulus(path: Any) -> tuple[float, float]:
             basis, upper = np.linalg.qr(columns)  # the columns are nearly dependent for a short arc
             basis *= math.sqrt(n)
             bound = np.ones((n, 1))
-            step = linprog(
+            found = linprog(
                 [0, 0, 0, 1],
                 A_ub=np.block([[-basis, -bound], [basis, -bound]]),
                 b_ub=np.concatenate([-g, g]),
                 bounds=[(None, None)] * 4,
                 method="highs",
-            ).x[:3]
+            )
+            assert found.x is not None
+            step = found.x[:3]
             move = mp.lu_solve(mp.matrix(upper.tolist()), mp.matrix((step * math.sqrt(n)).tolist())) * scale
             centre, radius = centre + mp.mpc(move[0], move[1]), radius + move[2]
         far = [abs(p - centre) for p in z]

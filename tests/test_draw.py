@@ -7,9 +7,11 @@ import sys
 import xml.etree.ElementTree as ET
 from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from catalogue.draw import draw
 from catalogue.draw.scene import POINTS, scene
@@ -74,7 +76,7 @@ def elements(file: Path) -> dict[str, ET.Element]:
     return {e.attrib["id"]: e for e in ET.parse(file).iter() if "id" in e.attrib}
 
 
-def line(figure, gid: str):
+def line(figure: Figure, gid: str) -> Any:
     """Return the coordinates of a drawn line."""
     (found,) = [line for axes in figure.axes for line in axes.lines if line.get_gid() == gid]
     return found.get_xydata()

@@ -22,6 +22,7 @@ from catalogue.draw.cells import ROOM, Cell, cells
 from catalogue.draw.cubics import cubic, hyperbola
 from catalogue.draw.plate import file_name, plate
 from catalogue.errors import CatalogueError, InvalidRequest, MissingExtra, PluginError
+from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
 from catalogue.series.sampling import draw as sample
 
@@ -47,10 +48,10 @@ SPLIT = [(0.7, 0.0), (0.0, -0.4), (0.0, 0.0), (1e-12, 0.3), (0.3, -1e-12)]
 
 
 # -- curves -------------------------------------------------------------------------------------------------------
-def remainder(z, kappa: float, s: float):
+def remainder(z: Array, kappa: float, s: float) -> Array:
     """Return the polynomial of the cubic at the points z, relative to the size of its terms."""
     x, y = z.real, z.imag
-    return np.abs((x * x + y * y) * (kappa * x + s * y) - x * y) / (1 + np.abs(z) ** 3 * np.hypot(kappa, s))
+    return np.asarray(np.abs((x * x + y * y) * (kappa * x + s * y) - x * y) / (1 + np.abs(z) ** 3 * np.hypot(kappa, s)))
 
 
 @pytest.mark.parametrize(("kappa", "s"), PARAMETERS + SPLIT)

@@ -29,7 +29,8 @@ def module(file: str) -> str | None:
 
 @cache
 def floor(name: str) -> int:
-    return FLOOR.get(room(ROOT / name), 99)
+    known: int = FLOOR.get(room(ROOT / name), 99)
+    return known
 
 
 def walk(arguments: list[str]) -> tuple[dict[str, int], Counter[tuple[str, str]]]:

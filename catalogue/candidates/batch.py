@@ -7,6 +7,7 @@ them.
 from __future__ import annotations
 
 from dataclasses import dataclass, fields, is_dataclass
+from functools import cached_property
 from typing import Any, TypeVar, cast
 
 import numpy as np
@@ -15,7 +16,7 @@ from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.metrics import Measures
 from ..guide.trace import Traced
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats
 
 T = TypeVar("T")
 
@@ -111,12 +112,12 @@ class CandidateBatch:
 
     origin: Origin
     linkage: Linkage
-    point: Array
-    pole: Array
+    point: Complexes
+    pole: Complexes
     chart: Array
     traced: Traced
     measures: Measures
-    allowance: Array
+    allowance: Floats
 
     def __len__(self) -> int:
         return len(self.point)
@@ -133,11 +134,11 @@ class CandidateBatch:
         return join(self, *others)
 
     @property
-    def deviation(self) -> Array:
+    def deviation(self) -> Floats:
         """Deviations, shape (n,) [strokes]."""
         return np.asarray(self.traced.fit.deviation.astype(float))
 
-    @property
+    @cached_property
     def curve(self) -> CouplerCurve:
         """The guides ready to be traced from mid-stroke."""
         return coupler_curve(self.linkage, self.point, pole=self.pole, chart=self.chart)

@@ -12,7 +12,7 @@ from ..guide.drive import SampledPoses, drive_metrics
 from ..guide.metrics import LEAST_ARM, min_transmission_turn, rotation_margin
 from ..guide.swept_area import intrusion, link_segments, protrusion
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes, Floats, Mask
 from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
 from .batch import CandidateBatch
@@ -39,18 +39,18 @@ class Feasibility:
     does not reach over the stroke.
     """
 
-    amounts: Mapping[str, Array]
+    amounts: Mapping[str, Floats]
     relaxed: str = ""
 
     @cached_property
-    def total(self) -> Array:
+    def total(self) -> Floats:
         """All amounts together, each by its weight, shape (n,)."""
         return np.asarray(
             np.sum([amount * weight(name, self.relaxed) for name, amount in self.amounts.items()], axis=0)
         )
 
     @cached_property
-    def all(self) -> Array:
+    def all(self) -> Mask:
         """Which candidates meet all constraints, shape (n,)."""
         return np.asarray((np.stack(list(self.amounts.values())) <= ROUNDING).all(axis=0))
 
@@ -66,7 +66,7 @@ def weight(name: str, relaxed: str = "") -> float:
     return RELAXED if name == relaxed else BESIDE if name == "deviation" and not relaxed else 1.0
 
 
-def nearer_arm(found: CandidateBatch) -> Array:
+def nearer_arm(found: CandidateBatch) -> Floats:
     """Return how far guided points are from the nearer moving pivot of the linkages as they are traced, shape (n,)."""
     finite = found.linkage.finite[:, :, 1]
     arms = np.where(finite, np.abs(found.linkage.points[:, :, 1] - found.point[:, None]), np.nan)
@@ -78,7 +78,7 @@ def machine(problem: Problem, found: CandidateBatch) -> Linkage:
     return found.linkage.inverted() if problem.constraints.slots else found.linkage
 
 
-def values(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
+def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     """Return what a ranking is a function of; see `catalogue.problem.ranking.Ranking.cost`."""
     m = found.measures
     with np.errstate(all="ignore"):
@@ -94,7 +94,7 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
         }
 
 
-def transmission(problem: Problem, found: CandidateBatch) -> Array:
+def transmission(problem: Problem, found: CandidateBatch) -> Floats:
     """Return the least transmission angles [deg] that a ranking looks at: over the whole turn if the crank is to turn
     fully, else over the stroke; shape (n,)."""
     if not problem.constraints.full_rotation:
@@ -104,7 +104,7 @@ def transmission(problem: Problem, found: CandidateBatch) -> Array:
     )
 
 
-def play_deviation(problem: Problem, found: CandidateBatch) -> Array | float:
+def play_deviation(problem: Problem, found: CandidateBatch) -> Floats | float:
     """Return by how much play makes the path deviate more, two standard deviations of it; infinite for points that
     return."""
     if not problem.constraints.play:
@@ -113,7 +113,7 @@ def play_deviation(problem: Problem, found: CandidateBatch) -> Array | float:
     return np.where(np.isfinite(rms), 2 * problem.constraints.play * rms, np.inf)
 
 
-def cost(problem: Problem, found: CandidateBatch) -> Array:
+def cost(problem: Problem, found: CandidateBatch) -> Floats:
     """Return what candidates are ranked by, less is better, shape (n,); 0 where a constraint is relaxed."""
     if problem.relaxed:
         return np.zeros(len(found))
@@ -126,11 +126,11 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
     With `signed` amounts are negative where a constraint holds with something to spare.
     """
 
-    def over(value: Array, missing: float = 0.0) -> Array:
+    def over(value: Floats, missing: float = 0.0) -> Floats:
         return np.where(np.isnan(value), missing, value)
 
     wanted, m = problem.constraints, found.measures
-    amounts: dict[str, Array] = {}
+    amounts: dict[str, Floats] = {}
     with np.errstate(all="ignore"):
         reached = np.isfinite(found.deviation) & (np.abs(found.traced.fit.stroke.astype(float) - 1) <= 1e-6)
         amounts["deviation"] = over(np.log(np.maximum(found.deviation, 1e-300) / problem.deviation))
@@ -154,7 +154,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
     return Feasibility(amounts, problem.relaxed)
 
 
-def _drive(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
+def _drive(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     """Return by how much the bounds on how the guide is driven are broken."""
     bounds = {name: bound for name in DRIVE if (bound := getattr(problem.constraints, name)) is not None}
     if not bounds:
@@ -169,7 +169,7 @@ def _drive(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
     return amounts
 
 
-def _standing(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
+def _standing(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     """Return how far pivots stand outside their regions, links outside the room or inside what is to be kept free."""
     wanted, linkage = problem.constraints, found.linkage
     amounts = standing(problem, linkage.points, linkage.finite)
@@ -183,7 +183,7 @@ def _standing(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
     return amounts
 
 
-def standing(problem: Problem, z: Array, finite: Array) -> dict[str, Array]:
+def standing(problem: Problem, z: Complexes, finite: Mask) -> dict[str, Floats]:
     """Return how far pivots z (n, 2, 2) stand outside their regions; one at infinity stands nowhere."""
     amounts = {}
     for name, planes in STANDING.items():

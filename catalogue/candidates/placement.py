@@ -13,7 +13,7 @@ from ..guide.placement import FINE, at_stroke, mid_stroke, mirrored, near_stroke
 from ..guide.sensitivity import sensitivity
 from ..guide.trace import Traced, again
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes, Floats, Mask
 from ..problem.problem import Problem
 from .batch import CandidateBatch, Origin
 
@@ -26,7 +26,7 @@ FLIPS = ((False, False), (True, False), (False, True), (True, True))
 STATIONS = 8
 
 
-def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Array, Array]:
+def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes, Complexes]:
     """Carry traced guides by the similarity that lays their strokes onto the path, arcs bulging to +y.
 
     Returns
@@ -43,21 +43,23 @@ def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tup
     return flipped(linkage, point, pole, np.zeros(len(point), bool), over)
 
 
-def flipped(linkage: Linkage, point: Array, pole: Array, reverse: Array, over: Array) -> tuple[Linkage, Array, Array]:
+def flipped(
+    linkage: Linkage, point: Complexes, pole: Complexes, reverse: Mask, over: Mask
+) -> tuple[Linkage, Complexes, Complexes]:
     """Return laid guides travelled the other way (`reverse`), mirrored in the line of the path (`over`)."""
     _, pole = mirrored(linkage, pole, 1.0, reverse, over)
     linkage, point = mirrored(linkage, point, 1.0, reverse, over)
     return linkage, point, pole
 
 
-def every_flip(problem: Problem, n: int) -> list[tuple[Array, Array]]:
+def every_flip(problem: Problem, n: int) -> list[tuple[Mask, Mask]]:
     """Return the ways, each (reverse, over) for n guides, in which a guide may be laid: of an arc the first two."""
     flips = FLIPS[:2] if problem.curvature != 0 else FLIPS
     return [(np.full(n, reverse), np.full(n, over)) for reverse, over in flips]
 
 
 def measured(
-    problem: Problem, origin: Origin, linkage: Linkage, point: Array, pole: Array, bend: Array | None = None
+    problem: Problem, origin: Origin, linkage: Linkage, point: Complexes, pole: Complexes, bend: Floats | None = None
 ) -> CandidateBatch:
     """Return guides that stand along the path as candidates, measured over exactly the stroke.
 
@@ -88,7 +90,7 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Tr
     return CandidateBatch(origin, guides.linkage, guides.point, pole, guides.motion.chart, traced, found, allowance)
 
 
-def allowances(problem: Problem, guides: CouplerCurve, traced: Traced, stations: int) -> Array:
+def allowances(problem: Problem, guides: CouplerCurve, traced: Traced, stations: int) -> Floats:
     """Return the allowances of traced guides, see `CandidateBatch`, shape (n,)."""
     with np.errstate(all="ignore"):
         rms = np.where(guides.cusp, np.nan, sensitivity(guides, traced, stations).rms)
@@ -156,9 +158,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
         traced = unscaled(traced)
     back = traced.fit.along.real < 0
     linkage, point, laid = placed(guides, _reversed(traced, back), 1.0)
-    still = (
-        guides.motion.branch != 0
-    )  # at a change point the pivots as they stand tell the branch, together with the pole
+    still = guides.motion.branch != 0  # at a change point the pivots as they stand tell the branch, with the pole
     linkage = Linkage.trusted(np.where(still[:, None, None, None], found.linkage.pivots, linkage.pivots))
     point, traced = np.where(still, found.point, point), _reversed(laid, back).replaced(still, traced[still])
     here = coupler_curve(linkage, point, pole=found.pole, chart=found.chart)
@@ -176,7 +176,7 @@ def unscaled(traced: Traced) -> Traced:
     return replace(traced, fit=replace(traced.fit, stroke=np.ones(len(traced.low))))
 
 
-def _reversed(traced: Traced, where: Array) -> Traced:
+def _reversed(traced: Traced, where: Mask) -> Traced:
     """Return the traces with those `where` a mask says so run through from the other end."""
     fit = traced.fit
     start, along = np.where(where, fit.start + fit.stroke * fit.along, fit.start), np.where(where, -1, 1) * fit.along

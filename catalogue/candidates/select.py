@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Indices
 from ..problem.problem import Problem
 from .batch import CandidateBatch
 from .feasibility import cost, values
@@ -22,7 +22,7 @@ from .feasibility import cost, values
 BLOCK = 4096
 
 
-def normal_form(pivots: Array, stroke: float) -> Array:
+def normal_form(pivots: Floats, stroke: float) -> Floats:
     """Return the pivots of laid linkages as unit vectors, shape (n, 4, 3): dyad by dyad, fixed and moving.
 
     Parameters
@@ -36,7 +36,7 @@ def normal_form(pivots: Array, stroke: float) -> Array:
     return np.asarray(unit / np.linalg.norm(unit, axis=-1, keepdims=True)).reshape(len(pivots), 4, 3)
 
 
-def distances(some: Array, others: Array, *, mirror: bool) -> Array:
+def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
     """Return the distances of designs from others: the largest of a pivot, in the pose in which that is least.
 
     Parameters
@@ -65,7 +65,7 @@ def distances(some: Array, others: Array, *, mirror: bool) -> Array:
     return found
 
 
-def nearest(designs: Array, *, mirror: bool) -> Array:
+def nearest(designs: Floats, *, mirror: bool) -> Floats:
     """Return how near each design is to the nearest other one, NaN if there is no other, shape (n,)."""
     if len(designs) < 2:
         return np.full(len(designs), np.nan)
@@ -74,7 +74,7 @@ def nearest(designs: Array, *, mirror: bool) -> Array:
     return np.asarray(away.min(axis=1))
 
 
-def fronts(values: Array) -> Array:
+def fronts(values: Floats) -> Array:
     """Return the number of the Pareto front of each row, from 1, shape (n,).
 
     A row dominates another if it is nowhere larger and somewhere smaller.  Front 1 are the rows that none dominates,
@@ -105,7 +105,7 @@ def fronts(values: Array) -> Array:
     return number
 
 
-def spread_order(values: Array, key: Array) -> tuple[Array, Array]:
+def spread_order(values: Floats, key: Array) -> tuple[Indices, Array]:
     """Return an order of the rows, front by front, and the front of each row.
 
     Within a front the first is the best by the first criterion; each next one is the farthest from those before it,
@@ -162,7 +162,7 @@ def select_top(problem: Problem, found: CandidateBatch, limit: int) -> tuple[Can
     return found[chosen], number[chosen]
 
 
-def _varied(problem: Problem, found: CandidateBatch, order: Array, limit: int) -> Array:
+def _varied(problem: Problem, found: CandidateBatch, order: Indices, limit: int) -> Indices:
     """Return the first `limit` of an order that are unlike each other, few of a series as long as there are others."""
     designs, ranking = normal_form(found.linkage.pivots, 1.0), problem.ranking
     apart = max(ranking.distinct, IDENTICAL)

@@ -10,13 +10,13 @@ from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.kinds import SLOTS
 from ..guide.trace import trace
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats
 from ..problem.problem import Problem
 from .batch import CandidateBatch, Origin
 from .placement import measured, place_on_path
 
 
-def linkages(pivots: Array, kind: Array) -> Linkage:
+def linkages(pivots: Floats, kind: Array) -> Linkage:
     """Return the linkages of stored guides, of slots the inverse ones."""
     pivots = np.asarray(pivots).reshape(-1, 2, 2, 3)
     slot = np.isin(kind.astype(str), list(SLOTS.values()))[:, None, None, None]

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InvalidRequest
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Mask
 from .finite_pole import VANISHING, finite_pole, noise
 from .parallel_cranks import parallel_cranks
 from .polish_pairs import polish_pairs
@@ -61,17 +61,17 @@ class Curvature:
     """
 
     state: Array
-    pole: Array
-    axes: Array
-    rho0: Array
-    kappa: Array
-    kappa_star: Array
-    s: Array
-    k: Array
-    k_star: Array
-    undulation: Array
-    cuspidation: Array
-    principal_pairs: Array
+    pole: Floats
+    axes: Floats
+    rho0: Floats
+    kappa: Floats
+    kappa_star: Floats
+    s: Floats
+    k: Floats
+    k_star: Floats
+    undulation: Floats
+    cuspidation: Floats
+    principal_pairs: Floats
 
     def __len__(self) -> int:
         return len(self.state)
@@ -85,7 +85,7 @@ class Curvature:
         """Why numbers are missing, shape (n,): an empty string where none is."""
         why = np.full(len(self), "", dtype=object)
 
-        def add(where: Array, text: str) -> None:
+        def add(where: Mask, text: str) -> None:
             why[where] += np.where(why[where] == "", "", "; ") + text
 
         regular, parallel, dead = (self.state == k for k in (REGULAR, PARALLEL, DEAD_POINT))
@@ -170,7 +170,7 @@ _SHAPE: dict[str, tuple[int, ...]] = {
 }
 
 
-def _collinear(linkage: Linkage, sine: Array) -> Array:
+def _collinear(linkage: Linkage, sine: Floats) -> Mask:
     """Return where all pivots lie on one line and the rays along it, to the digits that there are, shape (n,)."""
     near = np.flatnonzero(np.abs(sine) < NEAR_SINE)
     dead = np.zeros(len(linkage), dtype=bool)

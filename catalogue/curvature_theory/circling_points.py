@@ -17,7 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats
 from .analysis import Curvature
 from .finite_pole import VANISHING
 
@@ -27,7 +27,7 @@ ROOT = 1e-5
 EXACT = 1e-9
 
 
-def circling_points(curvature: Curvature, radius: float) -> Array:
+def circling_points(curvature: Curvature, radius: float) -> Floats:
     """Return the pairs (centre, point) of stationary curvature with a given radius.
 
     Such a point has four positions in common with its circle (order 3), one more where it is a principal one.
@@ -70,12 +70,12 @@ def circling_points(curvature: Curvature, radius: float) -> Array:
     return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, 1.0)], axis=-1)
 
 
-def _on_curve(kappa: Array, star: Array, s: Array, size: Array) -> tuple[Array, Array, Array]:
+def _on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
     """Return r*, r and phi of the points off the axes, rho0 = 1, shape (n, 6) each."""
     n = len(size)
     x, y = np.array([1.0, 1.0]), np.array([-1j, 1j])  # 2 cos, 2 sin times exp(i phi), as polynomials in w from w^1 down
 
-    def product(*factors: Array) -> Array:
+    def product(*factors: Array) -> Complexes:
         out = np.ones((n, 1), complex)
         for f in factors:
             f = np.broadcast_to(f, (n, 2))
@@ -98,7 +98,7 @@ def _on_curve(kappa: Array, star: Array, s: Array, size: Array) -> tuple[Array, 
     on = there[:, None] & (np.abs(np.abs(w) - 1) < ROOT)
     kappa, star, s, size = (a[:, None] for a in (kappa, star, s, size))
 
-    def gap(phi: Array) -> Array:
+    def gap(phi: Floats) -> Floats:
         c, d = np.cos(phi), np.sin(phi)
         return np.asarray(np.abs(c * c * d) - size * np.abs((star * c + s * d) * (kappa * c + s * d)))
 
@@ -116,7 +116,7 @@ def _on_curve(kappa: Array, star: Array, s: Array, size: Array) -> tuple[Array, 
     return np.where(again, np.nan, r_star), r, phi
 
 
-def _on_axes(star: Array, s: Array, size: Array) -> tuple[Array, Array, Array]:
+def _on_axes(star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:
     """Return r*, r and phi of the points of an axis that belongs to the curve, rho0 = 1, shape (n, 4) each."""
     normal = (np.abs(s) < VANISHING)[:, None]  # r = y, 1/y* - 1/y = 1: y* = (-R +- sqrt(R^2 + 4 R))/2 or R -> -R
     signed = np.stack([size, size, -size, -size], axis=1)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kinematics.linkage import PR, RP, Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats
 from .analysis import DEAD_SINE, PARALLEL, REGULAR, Curvature
 from .finite_pole import distances
 
@@ -51,7 +51,7 @@ def configuration(linkage: Linkage, instant: Curvature) -> Array:
     return names
 
 
-def _along_rays(linkage: Linkage, pole: Array) -> tuple[Array, Array]:
+def _along_rays(linkage: Linkage, pole: Complexes) -> tuple[Floats, Floats]:
     """Return the signed distances of fixed and moving pivots from the pole, (n, 2) each, infinite at infinity."""
     r, r_star, _ = distances(linkage, pole)
     # at a dead point the pole is not where the rays meet, and is as sure as the pivots

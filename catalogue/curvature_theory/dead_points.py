@@ -15,12 +15,12 @@ from dataclasses import fields
 import numpy as np
 
 from ..kinematics.linkage import PR, RP, Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats
 from .analysis import DEAD_POINT, REGULAR, Curvature, curvature
 from .finite_pole import VANISHING
 
 
-def on_branch(linkage: Linkage, pole: Array) -> Curvature:
+def on_branch(linkage: Linkage, pole: Complexes) -> Curvature:
     """Return the instants of linkages, at dead points that of the branch whose pole is nearest to the given one.
 
     Parameters
@@ -113,7 +113,7 @@ def dead_points(linkage: Linkage) -> Curvature:
 _EMPTY = curvature(Linkage(np.zeros((0, 2, 2, 3))))
 
 
-def _polynomial(fixed: Array, moving: Array, kind: Array) -> Array:
+def _polynomial(fixed: Floats, moving: Floats, kind: Array) -> Floats:
     """Coefficients of z^2, z, 1, shape (3, n)."""
     with np.errstate(all="ignore"):
         crank = np.stack([np.ones_like(fixed), -(fixed + moving), fixed * moving]) / (fixed - moving)
@@ -121,7 +121,7 @@ def _polynomial(fixed: Array, moving: Array, kind: Array) -> Array:
     return np.where(kind == PR, [zero, -one, moving], np.where(kind == RP, [zero, one, -fixed], crank))
 
 
-def _pairs(kappa: Array, star: Array, v3: Array, v4: Array) -> Array:
+def _pairs(kappa: Floats, star: Floats, v3: Floats, v4: Floats) -> Floats:
     """Principal pairs (32) on the circles, symmetric about y, rho0 = 1; shape (n, 2 branches, 2, 2, 2).
 
     NaN where they are imaginary, and with kappa or kappa* = 0, where both fall into the pole.

@@ -13,7 +13,7 @@ import numpy as np
 
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CHARTS, motion
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Mask
 
 #: Positions on the way in either direction; tangent of half of the angle to which the motion is followed; and the part
 #: of the way to a turning point, where positions lose digits.
@@ -34,8 +34,13 @@ UNDECIDED = 3
 
 
 def stays(
-    linkage: Linkage, point: Array, unit: Array, curvature: Array, pole: Array | None, farthest: float = FARTHEST
-) -> Array:
+    linkage: Linkage,
+    point: Complexes,
+    unit: Complexes,
+    curvature: Floats,
+    pole: Complexes | None,
+    farthest: float = FARTHEST,
+) -> Mask:
     """Return which points stay on their nominal over the finite motion, shape (n,).
 
     Parameters
@@ -78,7 +83,7 @@ def stays(
     return np.asarray(((carried > FAR * carried.max(0)) & kept).any(0))
 
 
-def first_term(gap: Array, path: Array, most: int, tolerance: float) -> Array:
+def first_term(gap: Floats, path: Array, most: int, tolerance: float) -> Array:
     """Return the number of the first term of the gap that is there when the linkage has turned visibly, shape (n,); 0
     where all of them are rounding.
 

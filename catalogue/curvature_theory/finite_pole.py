@@ -19,7 +19,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kinematics.linkage import PR, RP, Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes, Floats
 
 #: A pivot nearer to the pole than this, times what the pole's rounding grows from, stands at the pole.
 AT_POLE = 4 * np.finfo(float).eps
@@ -31,7 +31,7 @@ INFINITE = 2e-15
 VANISHING = 1e-11
 
 
-def pole_of(linkage: Linkage) -> Array:
+def pole_of(linkage: Linkage) -> Complexes:
     """Return the poles, complex (n,)."""
     e, z, finite = linkage.rays, linkage.points, linkage.finite
     best = np.full(len(linkage), np.inf)
@@ -45,7 +45,7 @@ def pole_of(linkage: Linkage) -> Array:
         return np.asarray(b1 + e[:, 0] * (((b2 - b1).conj() * e[:, 1]).imag / linkage.sine))
 
 
-def distances(linkage: Linkage, pole: Array) -> tuple[Array, Array, Array]:
+def distances(linkage: Linkage, pole: Complexes) -> tuple[Floats, Floats, Floats]:
     """Return r, r* (n, 2) along the rays, infinite for a pivot at infinity and 0 at the pole, and g = r*/(r - r*)."""
     e, kind = linkage.rays[:, :, None], linkage.dyads
     z = linkage.points
@@ -60,7 +60,7 @@ def distances(linkage: Linkage, pole: Array) -> tuple[Array, Array, Array]:
     return r[..., 0], r[..., 1], g
 
 
-def _lever(linkage: Linkage, length: Array) -> Array:
+def _lever(linkage: Linkage, length: Floats) -> Floats:
     """Return by how much the rounding of the pivots grows in the pole, shape (n,) [length]: the distance of the pivots
     from which the rays are drawn, times what short cranks add to the error of their directions."""
     z, finite = linkage.points, linkage.finite
@@ -70,7 +70,7 @@ def _lever(linkage: Linkage, length: Array) -> Array:
         return np.asarray(apart.min((1, 2)) * np.maximum(short, 1.0) / np.abs(linkage.sine))
 
 
-def noise(linkage: Linkage) -> Array:
+def noise(linkage: Linkage) -> Floats:
     """Return the relative error that rounding of the pivots leaves in kappa and s, at most about, shape (n,)."""
     q, sine = pole_of(linkage), linkage.sine
     with np.errstate(all="ignore"):
@@ -79,13 +79,13 @@ def noise(linkage: Linkage) -> Array:
         return np.asarray(np.finfo(float).eps / (np.abs(sine) * left * left))
 
 
-def _moments(linkage: Linkage, r: Array, r_star: Array, g: Array) -> Array:
+def _moments(linkage: Linkage, r: Floats, r_star: Floats, g: Floats) -> Floats:
     """Return m = r r*/(r - r*), the projections of the diameter of the inflection circle on the rays, shape (n, 2)."""
     m = np.where(linkage.dyads == PR, r_star, r * g)
     return np.where((r == 0) | (r_star == 0), 0.0, m)
 
 
-def finite_pole(linkage: Linkage) -> dict[str, Array]:
+def finite_pole(linkage: Linkage) -> dict[str, Floats]:
     """Return the fields of `Curvature` for linkages whose rays meet in one point."""
     q, sine = pole_of(linkage), linkage.sine
     r, r_star, g = distances(linkage, q)
@@ -126,8 +126,8 @@ def finite_pole(linkage: Linkage) -> dict[str, Array]:
 
 
 def principal_pairs(
-    kappa: Array, star: Array, s: Array, h: Array, cos: Array, sin: Array, a: Array, a_star: Array
-) -> Array:
+    kappa: Floats, star: Floats, s: Floats, h: Floats, cos: Floats, sin: Floats, a: Floats, a_star: Floats
+) -> Floats:
     """Return the two unknown principal pairs in the canonical frame with rho0 = 1, shape (n, 2, 2, 3).
 
     NaN where they are imaginary, and for cyclic motions, which have no pairs of their own.
@@ -168,7 +168,7 @@ def principal_pairs(
     return np.where(cyclic[:, None, None, None], np.nan, _unit(np.stack([alpha, beta], axis=1)))
 
 
-def _pair(x: Array, y: Array, v: Array, u: Array, u_star: Array, kappa: Array, star: Array, s: Array) -> Array:
+def _pair(x: Floats, y: Floats, v: Floats, u: Floats, u_star: Floats, kappa: Floats, star: Floats, s: Floats) -> Floats:
     """Return (A, A*) on the ray (x, y) with 1/r = (kappa + V)/Y, or (s + U)/X where that has cancelled."""
     norm = np.copysign(np.hypot(x, y), y)
     x, y = x / norm, y / norm
@@ -182,7 +182,7 @@ def _pair(x: Array, y: Array, v: Array, u: Array, u_star: Array, kappa: Array, s
     return np.stack(both, axis=1)
 
 
-def _unit(pairs: Array) -> Array:
+def _unit(pairs: Floats) -> Floats:
     """Scale homogeneous points to w = 1, or to a unit direction where they are beyond rho0/`INFINITE`."""
     w = pairs[..., 2]
     length = np.hypot(pairs[..., 0], pairs[..., 1])
@@ -192,7 +192,7 @@ def _unit(pairs: Array) -> Array:
     return np.where(np.isnan(out).any(axis=(-1, -2), keepdims=True), np.nan, out)
 
 
-def _singular_point(x: Array, y: Array, side: float) -> Array:
+def _singular_point(x: Floats, y: Floats, side: float) -> Floats:
     """Point of the inflection (side 1) or return circle (-1) in the direction (x, y), rho0 = 1; NaN where it is none.
 
     With y = 0 it is the pole, where the path has a cusp, or with x = 0 too the whole circle.

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Mask
 from .analysis import DEAD_POINT
 from .circling_points import circling_points
 from .dead_points import dead_points
@@ -41,7 +41,7 @@ class GuidedElements:
     """
 
     labels: list[str]
-    pairs: Array
+    pairs: Floats
     order: Array
 
     def to_pandas(self) -> pd.DataFrame:
@@ -114,7 +114,7 @@ def _of_branch(instant: Instant, radius: float | None) -> GuidedElements:
     )
 
 
-def _straight(point: Array, pole: Array) -> Array:
+def _straight(point: Floats, pole: Floats) -> Floats:
     """Pair of a point with the normal of its straight path as the fixed one, shape (n, 2, 3)."""
     normal = point - pole
     length = np.linalg.norm(normal, axis=-1, keepdims=True)
@@ -123,13 +123,13 @@ def _straight(point: Array, pole: Array) -> Array:
     return np.stack([fixed, np.concatenate([point, np.ones_like(length)], axis=-1)], axis=1)
 
 
-def _driving(linkage: Linkage, pairs: Array) -> Array:
+def _driving(linkage: Linkage, pairs: Floats) -> Mask:
     """Return which of the pairs (n, k, 2, 3) are dyads of the linkages, shape (n, k)."""
     near = COINCIDENT * linkage.size[:, None, None]
     return _same(pairs, linkage.pivots[:, None, 0], near) | _same(pairs, linkage.pivots[:, None, 1], near)
 
 
-def _same(one: Array, two: Array, near: Array) -> Array:
+def _same(one: Floats, two: Floats, near: Floats) -> Mask:
     """Return where pairs (..., 2, 3) have the same points: within `near` [length], at infinity in direction."""
     z, w = ((p[..., 0] + 1j * p[..., 1]) for p in (one, two))
     infinite = [p[..., 2] == 0 for p in (one, two)]

@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats
 from .analysis import Curvature, curvature
 from .configuration import configuration
 from .dead_points import on_branch
@@ -26,7 +26,7 @@ class Instant:
     """
 
     linkage: Linkage
-    pole: Array | None = None
+    pole: Complexes | None = None
 
     def __len__(self) -> int:
         return len(self.linkage)
@@ -42,7 +42,7 @@ class Instant:
         return configuration(self.linkage, self.curvature)
 
     @cached_property
-    def along_axes(self) -> tuple[Array, Array]:
+    def along_axes(self) -> tuple[Floats, Floats]:
         """|cosine| of the angle of each ray with the pole tangent, and with the pole normal, shape (n, 2) each."""
         axes = self.curvature.axes[..., 0] + 1j * self.curvature.axes[..., 1]
         x, y = (np.abs((self.linkage.rays * axes[:, i, None].conj()).real) for i in (0, 1))

@@ -22,7 +22,7 @@ from typing import Any
 import numpy as np
 
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Mask
 from .exact_guides import NEARER, UNDECIDED, first_term, stays
 from .taylor import TERMS, Jet, jet, norm_squared
 
@@ -65,11 +65,11 @@ class LeadingError:
     """
 
     positions: Array
-    coefficient: Array
-    normal: Array
-    curvature: Array
-    circle: Array
-    cusp: Array
+    coefficient: Floats
+    normal: Complexes
+    curvature: Floats
+    circle: Mask
+    cusp: Mask
 
     def __len__(self) -> int:
         return len(self.positions)
@@ -83,22 +83,22 @@ class LeadingError:
         return np.asarray(np.maximum(self.positions - 1, 0))
 
     @property
-    def power(self) -> Array:
+    def power(self) -> Floats:
         """m in v = c u^m, shape (n,): half of `positions` at a cusp."""
         return np.asarray(np.where(self.cusp, 0.5, 1.0) * self.positions)
 
-    def law(self, stroke: Array | float) -> Array:
+    def law(self, stroke: Floats | float) -> Floats:
         """Deviation that remains when the inflections are split as well as can be, |c| L^m/2^(2m-1), shape (n,).
 
         Straight guides with m = 6 need one length of the linkage changed for it; by moving the guided point alone
         `guide.trace` gets to 6.2 times this."""
         return self._scaled(stroke, CHEBYSHEV, CHEBYSHEV)
 
-    def held(self, stroke: Array | float) -> Array:
+    def held(self, stroke: Floats | float) -> Floats:
         """Deviation from the best line or circle when the guided point is left where it is, shape (n,)."""
         return self._scaled(stroke, LINE, CIRCLE)
 
-    def _scaled(self, stroke: Array | float, line: dict[int, float], circle: dict[int, float]) -> Array:
+    def _scaled(self, stroke: Floats | float, line: dict[int, float], circle: dict[int, float]) -> Floats:
         """Deviation over a stroke: |c| (L/2)^m times the level of u^m; of cusped paths |c| L^(N/2) times its level."""
         by = np.select(
             [self.cusp & self.circle, self.cusp, self.circle],
@@ -110,7 +110,7 @@ class LeadingError:
         return np.where(self.coefficient == 0, 0.0, np.abs(self.coefficient) * by * length**bounded)
 
 
-def _level(positions: Array, table: dict[int, float]) -> Array:
+def _level(positions: Array, table: dict[int, float]) -> Floats:
     out = np.full(positions.shape, np.nan)
     for power, value in table.items():
         out[positions == power] = value
@@ -119,11 +119,11 @@ def _level(positions: Array, table: dict[int, float]) -> Array:
 
 def leading_error(
     linkage: Linkage,
-    point: Array,
+    point: Complexes,
     *,
-    circle: Array | bool = False,
+    circle: Mask | bool = False,
     order: Array | int | None = None,
-    pole: Array | None = None,
+    pole: Complexes | None = None,
     tolerance: float = TOLERANCE,
 ) -> LeadingError:
     """Return how coupler points leave their tangent, or their osculating circle.
@@ -179,13 +179,13 @@ def leading_error(
 
 def _measured(
     linkage: Linkage,
-    point: Array,
+    point: Complexes,
     positions: Array,
-    gap: Array,
-    path: Array,
-    unit: Array,
-    curvature: Array,
-    pole: Array | None,
+    gap: Floats,
+    path: Complexes,
+    unit: Complexes,
+    curvature: Floats,
+    pole: Complexes | None,
     tolerance: float,
 ) -> Array:
     """Return the positions, where there are more than any point has that is not exact decided by the finite motion."""
@@ -201,7 +201,7 @@ def _measured(
 
 def leading_error_of_pairs(
     linkage: Linkage,
-    pairs: Array,
+    pairs: Floats,
     *,
     order: Array | int | None = None,
     pole: Array | None = None,
@@ -233,7 +233,7 @@ def leading_error_of_pairs(
 
 
 def path_singularity(
-    linkage: Linkage, point: Array, *, pole: Array | None = None, tolerance: float = TOLERANCE
+    linkage: Linkage, point: Complexes, *, pole: Complexes | None = None, tolerance: float = TOLERANCE
 ) -> tuple[Array, Array]:
     """Return how singular the paths of coupler points are: p cusps and q inflections that coincide, shape (n,) each.
 
@@ -254,7 +254,7 @@ def path_singularity(
     return np.where(found.positions > 0, p, -1), np.where(found.positions > 0, q, -1)
 
 
-def _axes(linkage: Linkage, path: Jet) -> tuple[Array, Array, Array, Array]:
+def _axes(linkage: Linkage, path: Jet) -> tuple[Mask, Complexes, Complexes, Floats]:
     """Return whether the path has a cusp, the path in axes u + iv, the direction of u, and the parameter at which
     no term exceeds the first."""
     z = path.z

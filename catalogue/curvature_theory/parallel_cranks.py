@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kinematics.linkage import RR, Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Floats
 from .finite_pole import INFINITE
 
 #: Two cranks whose lengths differ by less than this, relatively, make a parallelogram.
@@ -20,7 +20,7 @@ PARALLELOGRAM = 1e-12
 ROUNDING = 8 * np.finfo(float).eps
 
 
-def parallel_cranks(linkage: Linkage) -> dict[str, Array]:
+def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
     """Return the fields of `Curvature` for linkages with parallel rays; NaN for parallelograms and two lines.
 
     Polar formulas lose log10(1/angle) digits here, these lose none.
@@ -76,7 +76,7 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Array]:
     return found
 
 
-def _pairs(y: Array, k: Array, k_star: Array, product: Array, least: Array) -> Array:
+def _pairs(y: Floats, k: Floats, k_star: Floats, product: Floats, least: Floats) -> Floats:
     """Roots of y^2 + (y1 + y2) y + product = 0 and their pairs, homogeneous, shape (n, 2, 2, 3).
 
     What is below `least` is rounding (n,): a root 0 over a k of 0 must be neither.

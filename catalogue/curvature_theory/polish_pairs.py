@@ -16,7 +16,7 @@ import numpy as np
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import Motion
 from ..kinematics.power_series import taylor_product
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats
 from .finite_pole import INFINITE
 from .taylor import charts, norm_squared, path_series
 
@@ -29,7 +29,7 @@ STEP = 1e-2
 STEPS = 2
 
 
-def polish_pairs(linkage: Linkage, pairs: Array) -> Array:
+def polish_pairs(linkage: Linkage, pairs: Floats) -> Floats:
     """Return approximate principal pairs (n, 2, 2, 3), improved where the motion tells them better.
 
     NaN, and pairs so near to each other that they cannot be told apart, are left as they are.
@@ -62,7 +62,7 @@ def _bilinear(moving: Motion) -> Array:
     return np.asarray(forms / np.abs(forms).max((2, 3), keepdims=True))
 
 
-def _newton(forms: Array, moving: Motion, pair: Array) -> Array:
+def _newton(forms: Array, moving: Motion, pair: Floats) -> Array:
     """Return one pair of each linkage, shape (n, 2, 3), improved by Newton's method."""
     size, origin = moving.linkage.size[:, None], np.stack([moving.origin.real, moving.origin.imag], -1)[:, None]
     w = pair[..., 2:]

@@ -17,7 +17,7 @@ from ..kinematics.motion import CRANK_1, CRANK_2, Motion, Path, motion
 from ..kinematics.power_series import taylor_product as times
 from ..kinematics.power_series import taylor_quotient as over
 from ..kinematics.power_series import taylor_root as root
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Indices
 
 #: Coefficients kept: t^0 ... t^8.  No guide that is not exact has a contact beyond t^6.
 TERMS = 9
@@ -42,11 +42,11 @@ class Jet:
         Rate of the coupler's angle by the parameter.
     """
 
-    z: Array
-    turn: Array
+    z: Complexes
+    turn: Floats
 
 
-def jet(linkage: Linkage, point: Array, pole: Array | None = None) -> Jet:
+def jet(linkage: Linkage, point: Complexes, pole: Complexes | None = None) -> Jet:
     """Return the Taylor series of the paths of coupler points.
 
     Parameters
@@ -68,7 +68,9 @@ def jet(linkage: Linkage, point: Array, pole: Array | None = None) -> Jet:
     return Jet(z, turn)
 
 
-def charts(linkage: Linkage, point: Array, pole: Array | None, dtype: Any = float) -> list[tuple[Array, Motion]]:
+def charts(
+    linkage: Linkage, point: Complexes, pole: Complexes | None, dtype: Any = float
+) -> list[tuple[Indices, Motion]]:
     """Return indices and motion of the linkages in each of the charts, each linkage in its best one."""
     coupler = motion(linkage, 0, point, dtype, pole)
     best = np.nan_to_num(coupler.conditioning)

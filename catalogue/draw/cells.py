@@ -10,7 +10,7 @@ import numpy as np
 from ..curvature_theory.analysis import Curvature
 from ..curvature_theory.instant import Instant
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Floats
 from ..series.sampling import draw as sample
 from ..series.series import Guided, Member, Series
 
@@ -52,10 +52,10 @@ class Cell:
 @dataclass(frozen=True)
 class _Sampled:
     member: Member
-    free: dict[str, Array]
+    free: dict[str, Floats]
     instant: Instant
     guided: list[Guided]
-    cost: Array
+    cost: Floats
 
     def cell(self, i: int) -> Cell:
         guided = [
@@ -121,7 +121,7 @@ def _sampled(series: Series, member: Member) -> _Sampled:
     return _Sampled(member, drawn.free, instant, guided, cost)
 
 
-def _finite(pairs: Array) -> Array:
+def _finite(pairs: Floats) -> Floats:
     """Scale homogeneous points to w = 1, at infinity to a unit direction; beyond 1e6 rho0 is at infinity."""
     length, w = np.hypot(pairs[..., 0], pairs[..., 1]), pairs[..., 2]
     far = np.abs(w) < 1e-6 * length
@@ -130,7 +130,7 @@ def _finite(pairs: Array) -> Array:
     return np.asarray(scaled)
 
 
-def _cost(linkage: Linkage, guided: list[Guided]) -> Array:
+def _cost(linkage: Linkage, guided: list[Guided]) -> Floats:
     """Return how ill each linkage would look: large, uneven, crowded, or with guided points far off or imaginary."""
     n = len(linkage)
     pivots = np.where(linkage.finite, linkage.points, np.nan).reshape(n, 4)

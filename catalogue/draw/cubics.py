@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats
 
 #: Below this, in units of rho0, kappa and s count as zero.
 ZERO = 1e-9
@@ -20,7 +20,7 @@ ZERO = 1e-9
 ROUND = 361
 
 
-def circle(diameter: complex) -> Array:
+def circle(diameter: complex) -> Complexes:
     """Return the circle on the diameter from the pole to the given point."""
     return np.asarray(0.5 * diameter * (1 + np.exp(2j * np.pi * np.linspace(0, 1, ROUND))))
 
@@ -60,7 +60,7 @@ def cubic(kappa: float, s: float, reach: float) -> list[Array]:
     return [np.where(np.abs(r) <= reach, r * ray, complex(np.nan, np.nan))]
 
 
-def _turns(pole: Array) -> Array:
+def _turns(pole: Array) -> Floats:
     """Return angles in (0, pi), the closer together the nearer to the asymptote and to the passages of the pole."""
     near = np.geomspace(1e-9, 0.3, 240)
     all_of_them = [np.linspace(0, np.pi, 2 * ROUND)[1:-1], near, np.pi - near]

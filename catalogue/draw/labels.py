@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats
 from .symbols import PAPER, Pen
 
 #: Distances at which a word may stand, and how much worse it is to cover a part of a linkage than to cross a curve.
@@ -35,7 +35,7 @@ class Labels:
     half: float
     point: float
     _places: list[Array] = field(default_factory=list)
-    _weights: list[Array] = field(default_factory=list)
+    _weights: list[Floats] = field(default_factory=list)
 
     def avoid(self, z: Array, weight: float) -> None:
         """Keep off a line through the points z, or off a single one."""
@@ -56,7 +56,7 @@ class Labels:
         self._places.append(z)
         self._weights.append(np.full(len(z), weight))
 
-    def _out(self, z: Array) -> Array:
+    def _out(self, z: Array) -> Floats:
         off = z - self.centre
         return np.maximum(np.abs(off.real), np.abs(off.imag)) - self.half
 

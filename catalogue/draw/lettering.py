@@ -9,7 +9,7 @@ import numpy as np
 
 from ..curvature_theory.analysis import PARALLEL
 from ..curvature_theory.leading_error import EXACT
-from ..kinematics.types import Array
+from ..kinematics.types import Floats
 from ..series.series import Series
 from .cells import Cell
 from .paper import SANS, SERIF
@@ -140,7 +140,7 @@ def frame(figure: Figure, width: float, height: float) -> None:
         )  # fmt: skip
 
 
-def _area(figure: Figure, x: Array, top: Array, bottom: float) -> None:
+def _area(figure: Figure, x: Floats, top: Floats, bottom: float) -> None:
     """Fill the figure between a curve and its mirror image."""
     from matplotlib.patches import Polygon
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kinematics.linkage import PR, RP, RR
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes
 from .scene import Scene
 from .symbols import BLOCK, COUPLER, CRANK, GREY, INK, PATH, ROD, Pen
 
@@ -59,7 +59,7 @@ def _linkage(pen: Pen, shown: Scene, pose: int, prefix: str) -> None:
     pen.dot(corners[-1], f"{prefix}guided", PATH, ghost=ghost, zorder=8 if ghost else 10)
 
 
-def _rod(pen: Pen, shown: Scene, i: int, pose: int) -> Array:
+def _rod(pen: Pen, shown: Scene, i: int, pose: int) -> Complexes:
     """Return the ends of a coupler line, with a little to spare at those that run through the block."""
     ends = shown.rods[i][pose]
     along = 1j * shown.moving[pose, i]

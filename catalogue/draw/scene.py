@@ -13,7 +13,7 @@ from ..guide.minimum_zone import grid
 from ..guide.placement import FINE, at_stroke
 from ..guide.trace import Traced, extended
 from ..kinematics.linkage import PR, RP
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats
 
 if TYPE_CHECKING:
     from ..find.results import Candidate
@@ -52,15 +52,15 @@ class Scene:
     """
 
     kinds: Array
-    fixed: Array
-    moving: Array
-    coupler: Array
-    rods: dict[int, Array]
-    path: Array
-    before: Array
-    after: Array
-    position: Array
-    error: Array
+    fixed: Complexes
+    moving: Complexes
+    coupler: Complexes
+    rods: dict[int, Complexes]
+    path: Complexes
+    before: Complexes
+    after: Complexes
+    position: Floats
+    error: Floats
 
     @property
     def middle(self) -> int:
@@ -111,10 +111,12 @@ def scene(candidate: Candidate) -> Scene:
     )  # fmt: skip
 
 
-def _slides(kinds: Array, fixed: Array, moving: Array, guided: Array) -> tuple[dict[int, Array], dict[int, Array]]:
+def _slides(
+    kinds: Array, fixed: Complexes, moving: Complexes, guided: Complexes
+) -> tuple[dict[int, Complexes], dict[int, Complexes]]:
     """Return for each slide the foot on its coupler line of the nearest coupler point, and the ends of that line."""
-    feet: dict[int, Array] = {}
-    rods: dict[int, Array] = {}
+    feet: dict[int, Complexes] = {}
+    rods: dict[int, Complexes] = {}
     points = np.stack([moving[:, i] for i in (0, 1) if kinds[i] != RP] + [guided], 1)
     for i in (i for i in (0, 1) if kinds[i] == RP):
         normal = moving[:, i]
@@ -128,7 +130,7 @@ def _slides(kinds: Array, fixed: Array, moving: Array, guided: Array) -> tuple[d
     return feet, rods
 
 
-def _beyond(here: CouplerCurve, low: Array, high: Array, more: float) -> tuple[Array, Array]:
+def _beyond(here: CouplerCurve, low: Floats, high: Floats, more: float) -> tuple[Complexes, Complexes]:
     """Return the path below `low` and above `high` for a length of at most `more`, from there outwards."""
     u, _ = here.path(np.stack([low, high]))
     below, above = here.extent * 0.9999
@@ -142,7 +144,7 @@ def _beyond(here: CouplerCurve, low: Array, high: Array, more: float) -> tuple[A
     return tails[0], tails[1]
 
 
-def _until_it_turns(z: Array) -> Array:
+def _until_it_turns(z: Complexes) -> Complexes:
     """Return the points of a curve as far as its first corner, where it enters another branch."""
     step = np.diff(z)
     with np.errstate(all="ignore"):
@@ -150,7 +152,7 @@ def _until_it_turns(z: Array) -> Array:
     return z[: corner[0] + 2] if corner.size else z
 
 
-def _deviation(candidate: Candidate, here: CouplerCurve, traced: Traced) -> tuple[Array, Array]:
+def _deviation(candidate: Candidate, here: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
     """Return the distance from the nominal along the stroke, measured as finely as the deviation itself."""
     fine = bool(traced.relative[0] < FINE)
     guides = extended(here) if fine else here

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,7 +38,7 @@ class Pen:
 
     axes: Axes
     point: float
-    taken: list[Array] = field(default_factory=list)
+    taken: list[Complexes] = field(default_factory=list)
 
     # -- strokes ------------------------------------------------------------------------------------------------
     def line(self, z: Array, gid: str, **style: Any) -> None:
@@ -49,12 +49,12 @@ class Pen:
         self._taken(z, style["zorder"])
         self.axes.add_line(Line2D(z.real, z.imag, gid=gid, **style))
 
-    def strokes(self, pairs: Array, gid: str, **style: Any) -> None:
+    def strokes(self, pairs: Complexes, gid: str, **style: Any) -> None:
         """Draw separate strokes, pairs of points (n, 2), as one element."""
         gap = np.full(len(pairs), np.nan)
         self.line(np.stack([pairs[:, 0], pairs[:, 1], gap], 1).ravel(), gid, **style)
 
-    def area(self, z: Array, gid: str, **style: Any) -> None:
+    def area(self, z: Complexes, gid: str, **style: Any) -> None:
         """Draw a closed area with the border z."""
         from matplotlib.patches import Polygon
 
@@ -87,7 +87,9 @@ class Pen:
         self.taken.append(at + extent)
 
     # -- parts --------------------------------------------------------------------------------------------------
-    def link(self, z: Array, gid: str, colour: str, *, ghost: bool = False, width: float = LINK, zorder: float) -> None:
+    def link(
+        self, z: Complexes, gid: str, colour: str, *, ghost: bool = False, width: float = LINK, zorder: float
+    ) -> None:
         """Draw the link whose corners are z: a plate with round ends about them."""
         face, edge = (0.05, 0.28) if ghost else (0.17, 1.0)
         self.area(
@@ -137,7 +139,7 @@ class Pen:
         )  # fmt: skip
 
 
-def rounded(z: Array, radius: float) -> Array:
+def rounded(z: Complexes, radius: float) -> Complexes:
     """Return the border, at the distance `radius`, of the convex polygon with the corners z; one or two will do."""
     corner = [z[0]]
     for c in z[1:]:

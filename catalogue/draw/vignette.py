@@ -8,7 +8,7 @@ import numpy as np
 
 from ..curvature_theory.analysis import PARALLEL
 from ..kinematics.linkage import PR, RP, RR
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes
 from .cells import FAR, Cell
 from .cubics import circle, cubic, hyperbola
 from .labels import CURVE, SOLID, Labels
@@ -57,7 +57,7 @@ class Vignette:
         axes.set_ylim(self.centre.imag - self.half, self.centre.imag + self.half)
 
     # -- what is to be seen -------------------------------------------------------------------------------------
-    def _joints(self) -> Array:
+    def _joints(self) -> Complexes:
         """Return the two ends of the coupler: moving pivots, and the feet on the lines of slides."""
         z, kinds = self.z, self.kinds
         ends = z[:, 1].copy()

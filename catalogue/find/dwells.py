@@ -14,7 +14,7 @@ from ..guide.metrics import measure
 from ..guide.placement import mid_stroke
 from ..guide.trace import trace
 from ..kinematics.linkage import SLIDING
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Indices
 from ..problem.constraints import Constraints
 from ..problem.request import whole
 from ..store import COLUMNS, Database, Guide, Mechanism, Reach, joined
@@ -127,7 +127,9 @@ def _turning(
     return rows, coupler_curve(linkage, point), works.driver[good]
 
 
-def _tried(rows: dict[str, Array], guides: CouplerCurve, driver: Array, request: StandStill) -> tuple[Array, Array]:
+def _tried(
+    rows: dict[str, Array], guides: CouplerCurve, driver: Array, request: StandStill
+) -> tuple[Complexes, Floats]:
     """Return the rocker pivot with the best transmission angle for each guide, and that angle; NaN if none serves."""
     pivots, best = np.full(len(guides), complex(np.nan, np.nan)), np.full(len(guides), np.nan)
     for start in range(0, len(guides), BLOCK):
@@ -145,7 +147,7 @@ def _tried(rows: dict[str, Array], guides: CouplerCurve, driver: Array, request:
     return pivots, best
 
 
-def _few_of_each(order: Array, series: Array, limit: int) -> Array:
+def _few_of_each(order: Indices, series: Array, limit: int) -> Indices:
     """Return `limit` of an order, the first of each series, a third of one at most while there are others."""
     codes, seen = series[order], dict.fromkeys(series.tolist(), 0)
     place = np.zeros(len(order), int)
@@ -156,8 +158,8 @@ def _few_of_each(order: Array, series: Array, limit: int) -> Array:
 
 
 def _moved(
-    joint: Array, pivots: Array, guides: CouplerCurve, driver: Array, request: StandStill
-) -> tuple[Array, Array]:
+    joint: Complexes, pivots: Complexes, guides: CouplerCurve, driver: Array, request: StandStill
+) -> tuple[Complexes, Complexes]:
     """Return joints and rocker pivots moved to where the transmission angle is best nearby, the dwell being kept."""
     joint, pivots = joint.copy(), pivots.copy()
     for start in range(0, len(guides), BLOCK):
@@ -177,7 +179,7 @@ def _moved(
     return joint, pivots
 
 
-def diameter(pivots: Array, path: Array) -> float:
+def diameter(pivots: Complexes, path: Complexes) -> float:
     """Return the largest distance between any of the pivots and of the points of a path over a turn, all complex."""
     every = np.concatenate([pivots, path[:: max(1, len(path) // DEGREES)]])
     return float(np.abs(every[:, None] - every).max())
@@ -187,10 +189,10 @@ def _dwelling(
     rows: dict[str, Array],
     guides: CouplerCurve,
     driver: Array,
-    pivots: Array,
-    path: Array,
+    pivots: Complexes,
+    path: Complexes,
     found: Dwell,
-    least: Array,
+    least: Floats,
     i: int,
 ) -> DwellCandidate:
     z, finite = guides.linkage.points[i], guides.linkage.finite[i]

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..guide.fixed_nominal import Nominal
 from ..guide.minimum_zone import grid
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes, Floats, Indices, Mask
 from ..problem.request import Request
 
 #: Stations along the path are the Chebyshev points of so many intervals, of which the middle is mid-stroke.
@@ -27,7 +27,7 @@ SHORTEST, LONGEST = 0.04, 10.0
 STARTS = 40
 
 
-def completed(given: str, pivots: Array, nominal: Nominal) -> tuple[Array, Array]:
+def completed(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, Indices]:
     """Return pivots of linkages in mid-stroke, shape (n, 2, 2, 3), and which pair each is for, (n,).
 
     Parameters
@@ -47,7 +47,7 @@ def completed(given: str, pivots: Array, nominal: Nominal) -> tuple[Array, Array
     return np.stack([z.real, z.imag, np.ones(z.shape)], axis=-1), np.concatenate(of)
 
 
-def _best(given: str, pair: Array, nominal: Nominal) -> Iterator[Array]:
+def _best(given: str, pair: Complexes, nominal: Nominal) -> Iterator[Complexes]:
     """Yield the best linkages for one pair, each ((A1, A1*), (A2, A2*))."""
     share = 0.5 * (1 + grid(INTERVALS).nodes)
     path = nominal.at(share)[0]
@@ -82,7 +82,7 @@ def reaches(crank: tuple[tuple[float, float], ...], request: Request) -> bool:
         return bool(np.isfinite(turns(fixed, moving, path)).all())
 
 
-def turns(fixed: Array, moving: Array | complex, path: Array) -> Array:
+def turns(fixed: Complexes, moving: Complexes | complex, path: Complexes) -> Complexes:
     """Return by which unit factors the coupler is turned at each station, shape (k, n).
 
     NaN where crank and arm, the line from the moving pivot to the point, do not reach; and everywhere if they lie in
@@ -105,7 +105,7 @@ def turns(fixed: Array, moving: Array | complex, path: Array) -> Array:
     return np.asarray((at - path[:, None]) / arm)
 
 
-def circles(z: Array) -> tuple[Array, Array]:
+def circles(z: Complexes) -> tuple[Complexes, Floats]:
     """Return centres of the circles nearest to paths z (k, n), and half the widths of the annuli about these centres
     that hold the stations, each (n,); NaN for points in line.
 
@@ -122,7 +122,7 @@ def circles(z: Array) -> tuple[Array, Array]:
     return origin + centre, 0.5 * (distance.max(0) - distance.min(0))
 
 
-def _least_around(values: Array) -> Array:
+def _least_around(values: Floats) -> Mask:
     """Return where a value on a square is no larger than those around it."""
     wide = np.pad(values, 1, constant_values=np.inf)
     n, m = values.shape

@@ -22,7 +22,7 @@ from ..errors import InvalidRequest
 from ..guide.coupler_curve import coupler_curve
 from ..guide.fixed_nominal import Nominal, in_place
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Indices, Mask
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..refine.sqp import Refinement
@@ -58,9 +58,9 @@ class Built:
     """Guides in the position in which their series gives them, with what is known of them."""
 
     linkage: Linkage
-    point: Array
+    point: Complexes
     series: Array
-    exact: Array
+    exact: Mask
 
     def __getitem__(self, index: Array) -> Built:
         return Built(self.linkage[index], self.point[index], self.series[index], self.exact[index])
@@ -172,21 +172,21 @@ def _completed(problems: Posed, nominal: Nominal) -> Built:
     return Built(linkage, point, np.full(len(linkage), "general"), exact)
 
 
-def _near(linkage: Linkage, constraints: Constraints) -> Array:
+def _near(linkage: Linkage, constraints: Constraints) -> Mask:
     """Return which linkages have no pivot much farther off than those that are given, shape (n,)."""
     given = max(abs(complex(*p) - 0.5) for p in constraints.places)
     off = np.where(linkage.finite, np.abs(linkage.points - 0.5), 0.0)
     return np.asarray((off <= min(FARTHER * max(given, 1.0), FARTHEST)).all(axis=(1, 2)))
 
 
-def _seeds(built: Built, order: Array, count: int) -> Array:
+def _seeds(built: Built, order: Indices, count: int) -> Indices:
     """Return the first `count` of an order that are unlike each other, of the pivots themselves and of those near."""
     exact = built.exact[order]
     some = [group[distinct(built[group], count)] for group in (order[exact], order[~exact])]
     return np.concatenate(some)
 
 
-def distinct(built: Built, count: int) -> Array:
+def distinct(built: Built, count: int) -> Indices:
     """Return the numbers of the first `count` designs that are unlike those before them."""
     z = np.concatenate([built.linkage.points.reshape(-1, 4), built.point[:, None]], axis=1)
     kept: list[int] = []

@@ -16,7 +16,7 @@ from ..guide.drive import drive_metrics
 from ..guide.metrics import min_transmission_turn
 from ..guide.sensitivity import sensitivity
 from ..kinematics.motion import CHANGE, conditioning
-from ..kinematics.types import Array
+from ..kinematics.types import Floats
 from ..problem.problem import Problem
 from ..problem.request import Request
 
@@ -177,7 +177,7 @@ class Candidate:
         pole = None if self.pole is None else np.array([complex(*self.pole)])
         return coupler_curve(self.linkage, np.array([complex(*self.guided)]), pole=pole)
 
-    def path(self, points: int = 101) -> Array:
+    def path(self, points: int = 101) -> Floats:
         """Return points of the guided path over the stroke, shape (points, 2)."""
         from ..guide.placement import at_stroke
 
@@ -376,7 +376,7 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
     return out
 
 
-def scored(problem: Problem, found: CandidateBatch, rms: Array) -> dict[str, Array]:
+def scored(problem: Problem, found: CandidateBatch, rms: Floats) -> dict[str, Floats]:
     """Return the values that a score is made of, the allowance among them."""
     with np.errstate(invalid="ignore"):
         allowance = np.nan_to_num((problem.deviation - found.deviation) / (2 * rms))

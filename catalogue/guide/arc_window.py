@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Floats
 from .coupler_curve import CouplerCurve
 from .trace import Traced, trace
 
@@ -15,8 +15,8 @@ ROUNDS, REACHED = 6, 1e-6
 
 
 def at_sweep(
-    guides: CouplerCurve, half: Array, centre: Array, known: Array, sweep: float, nodes: int = 16
-) -> tuple[Array, Traced]:
+    guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, sweep: float, nodes: int = 16
+) -> tuple[Floats, Traced]:
     """Trace circular guides over windows whose chord is `sweep` times the radius.
 
     The sweep does not grow in proportion to the window, since the circle changes with it and the point is moved for
@@ -71,12 +71,12 @@ def at_sweep(
     return half, traced
 
 
-def _excess(traced: Traced, sweep: float) -> Array:
+def _excess(traced: Traced, sweep: float) -> Floats:
     """Return the logarithm of the traced sweeps over the one asked for."""
     return np.asarray(np.log(traced.fit.stroke * np.abs(traced.fit.curvature) / sweep))
 
 
-def _between(x: Array, y: Array) -> Array:
+def _between(x: Floats, y: Floats) -> Floats:
     """Return where y is likely to be 0: between the first point, where it is not above, and the second, where it is
     not below; a parabola in y through them and the third if it keeps within, else a line."""
     (a, b, c), (p, q, r) = x, y

@@ -18,7 +18,7 @@ import numpy as np
 from ..curvature_theory.taylor import path_series
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CHARTS, Motion, Path, motion
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Mask
 
 #: Half the number of intervals of the table.
 STEPS = 16
@@ -55,13 +55,13 @@ class CouplerCurve:
     """
 
     motion: Motion
-    point: Array
+    point: Complexes
     tangent: Array
     t: Array
     u: Array
     limit: Array
-    cusp: Array
-    pole: Array | None = None
+    cusp: Mask
+    pole: Complexes | None = None
 
     @property
     def linkage(self) -> Linkage:
@@ -121,7 +121,7 @@ class CouplerCurve:
 
 
 def coupler_curve(
-    linkage: Linkage, point: Array, dtype: Any = float, pole: Array | None = None, chart: Array | None = None
+    linkage: Linkage, point: Complexes, dtype: Any = float, pole: Complexes | None = None, chart: Array | None = None
 ) -> CouplerCurve:
     """Return the coupler curve of each guided point in the chart in which it runs farthest to both sides.
 
@@ -161,14 +161,14 @@ def coupler_curve(
     return _ready(linkage, point, chart, dtype, pole)
 
 
-def _ready(linkage: Linkage, point: Array, chart: Array, dtype: Any, pole: Array | None) -> CouplerCurve:
+def _ready(linkage: Linkage, point: Complexes, chart: Array, dtype: Any, pole: Complexes | None) -> CouplerCurve:
     """Return coupler curves in given charts."""
     moving = motion(linkage, chart, point, dtype, pole)
     tangent, t, u, limit, cusp = _table(moving, point)
     return CouplerCurve(moving, point, tangent, t, u, limit, cusp, pole)
 
 
-def _table(moving: Motion, point: Array) -> tuple[Array, Array, Array, Array, Array]:
+def _table(moving: Motion, point: Complexes) -> tuple[Array, Array, Array, Array, Mask]:
     """Return tangent, parameters, displacements, limits and cusps; see `CouplerCurve`."""
     velocity = moving.velocity_of(point)
     speed = np.abs(velocity)

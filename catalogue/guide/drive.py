@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..kinematics.linkage import RR
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
 from .inverse import of_machine
 from .metrics import Measures
@@ -45,11 +45,11 @@ class DriveMetrics:
     """
 
     driver: Array
-    drive_angle: Array
-    time_ratio: Array
-    uniformity: Array
-    advantage: Array
-    rotation: Array
+    drive_angle: Floats
+    time_ratio: Floats
+    uniformity: Floats
+    advantage: Floats
+    rotation: Floats
 
     def __getitem__(self, index: Any) -> DriveMetrics:
         return DriveMetrics(*(getattr(self, f.name)[index] for f in fields(self)))
@@ -106,12 +106,12 @@ class SampledPoses:
         Both ends of the slot that the coupler carries.
     """
 
-    pins: Array
-    point: Array
-    turn: Array
-    crank: Array
-    lever: Array
-    slot: Array | None = None
+    pins: Complexes
+    point: Complexes
+    turn: Floats
+    crank: Floats
+    lever: Floats
+    slot: Complexes | None = None
 
     @classmethod
     def of(cls, guides: CouplerCurve, traced: Traced, nodes: int = NODES, *, inverse: bool = False) -> SampledPoses:
@@ -150,7 +150,7 @@ class SampledPoses:
             lever = fine(np.tensordot(slopes, crank, axes=1)) / speed[..., None]
             return cls(fine(pins), fine(point), fine(turn), fine(crank), lever, None if ends is None else fine(ends))
 
-    def driven(self, driver: Array) -> tuple[Array, Array]:
+    def driven(self, driver: Array) -> tuple[Floats, Floats]:
         """Return angle and lever of the cranks with these numbers, shape (f, n) each; NaN where it is 0."""
         index = np.maximum(driver - 1, 0)[None, :, None]
         one, two = (np.take_along_axis(values, index, axis=2)[..., 0] for values in (self.crank, self.lever))
@@ -158,7 +158,7 @@ class SampledPoses:
 
 
 @lru_cache
-def _slopes(count: int) -> Array:
+def _slopes(count: int) -> Floats:
     """Return the matrix (m, m) that differentiates values at the nodes of a grid by the parameter in [-1, 1]."""
     points = grid(count)
     chebyshev = np.polynomial.chebyshev

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from ..kinematics.motion import motion
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
 from .metrics import transmissions
 from .minimum_zone import grid
@@ -41,16 +41,16 @@ class Dwell:
         Least angle between rod and rocker over the turn, 0 ... 90 [deg].
     """
 
-    angle: Array
-    residual: Array
-    swing: Array
-    transmission: Array
+    angle: Floats
+    residual: Floats
+    swing: Floats
+    transmission: Floats
 
     def __getitem__(self, index: Any) -> Dwell:
         return Dwell(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
-def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Array, Array]:
+def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Complexes, Floats]:
     """Return the guided points at `count` even steps over a full turn of the cranks with numbers 1 or 2, (count, n),
     the reference position between the two middle ones; and the least transmission angle meanwhile [deg].
 
@@ -70,7 +70,7 @@ def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Array, Array
     return np.where(full, path, np.nan), np.where(full, angle, np.nan)
 
 
-def dwells(path: Array, centre: Array, pivot: Array, residual: float, swing: float = 0.0) -> Dwell:
+def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing: float = 0.0) -> Dwell:
     """Return what rockers do whose rods follow a path, arrays (n, m).
 
     Parameters
@@ -117,7 +117,7 @@ def dwells(path: Array, centre: Array, pivot: Array, residual: float, swing: flo
     return Dwell(found[1], found[2], found[0], np.where(np.isnan(found[0]), np.nan, transmission))
 
 
-def _standing(angle: Array, residual: float) -> tuple[Array, Array]:
+def _standing(angle: Floats, residual: float) -> tuple[Floats, Floats]:
     """Return for how many degrees of the turn rockers stay in the best band of that width, and the range meanwhile."""
     count, middle = len(angle), len(angle) // 2
     best, held = np.full(angle.shape[1:], -1.0), np.full(angle.shape[1:], np.nan)

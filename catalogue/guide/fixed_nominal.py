@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .minimum_zone import Fit, grid
 from .trace import Traced
@@ -43,21 +43,21 @@ class Nominal:
             return complex(np.nan, np.nan)
         return complex(0.5 * self.stroke, -np.sqrt(self.radius**2 - 0.25 * self.stroke**2))
 
-    def at(self, share: Array) -> tuple[Array, Array]:
+    def at(self, share: Floats) -> tuple[Array, Complexes]:
         """Return points from 0 (start) to 1 (end), and unit vectors across there, outward from the centre."""
         if not np.isfinite(self.radius):
             return share * self.stroke + 0j, np.full(share.shape, 1j)
         turn = np.exp(1j * np.arcsin(0.5 * self.stroke / self.radius) * (1 - 2 * share))
         return self.centre + 1j * self.radius * turn, 1j * turn
 
-    def along(self, z: Array) -> tuple[Array, Array]:
+    def along(self, z: Array) -> tuple[Floats, Complexes]:
         """Return how far along it the feet of points are, from its middle, and its direction there."""
         if not np.isfinite(self.radius):
             return z.real - 0.5 * self.stroke, np.ones_like(z, complex)
         spoke = -1j * (z - self.centre)  # 1 in the middle
         return -self.radius * np.angle(spoke), spoke / np.abs(spoke)
 
-    def off(self, z: Array) -> Array:
+    def off(self, z: Complexes) -> Floats:
         """Return how far points stand above it; on the outside of an arc."""
         if not np.isfinite(self.radius):
             return z.imag
@@ -111,8 +111,8 @@ def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
 
 
 def _measured(
-    guides: CouplerCurve, t: Array, nominal: Nominal, onward: Array, nodes: int
-) -> tuple[Array, Array, Array]:
+    guides: CouplerCurve, t: Floats, nominal: Nominal, onward: Mask, nodes: int
+) -> tuple[Floats, Floats, Mask]:
     """Return the largest distances from the nominal, what the nodes leave open of them, and which paths run forward."""
     points = grid(nodes)
     with np.errstate(all="ignore"):
@@ -123,12 +123,12 @@ def _measured(
         return _largest(points.fine @ off), np.abs(points.coefficients[-2:] @ off).sum(0), np.asarray(forward)
 
 
-def _moved(guides: CouplerCurve, t: Array) -> Array:
+def _moved(guides: CouplerCurve, t: Floats) -> Complexes:
     u, v = guides.path(t)
     return np.asarray((u + 1j * v) * guides.tangent)
 
 
-def _largest(values: Array) -> Array:
+def _largest(values: Floats) -> Floats:
     """Largest absolute value of interpolated ones, extremes between the points read off a parabola."""
     size = np.abs(values)
     k = np.argmax(size, axis=0)[None]

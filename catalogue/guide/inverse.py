@@ -9,10 +9,10 @@ e = -conj(1 + x) d.  In the reference position the two planes coincide.
 from __future__ import annotations
 
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes
 
 
-def of_machine(linkage: Linkage, d: Array, x: Array) -> tuple[Linkage, Array, Array]:
+def of_machine(linkage: Linkage, d: Complexes, x: Complexes) -> tuple[Linkage, Complexes, Complexes]:
     """Return the machines of n traced inversions, and their poses.
 
     Parameters

@@ -35,7 +35,7 @@ import numpy as np
 
 from ..kinematics.linkage import PR, RP, RR, Linkage
 from ..kinematics.motion import Motion
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from .coupler_curve import CouplerCurve
 from .inverse import of_machine
 from .minimum_zone import grid
@@ -46,7 +46,7 @@ from .trace import Traced
 CHANGE_POINT = 1e-9
 
 
-def rotation_margin(linkage: Linkage) -> Array:
+def rotation_margin(linkage: Linkage) -> Floats:
     """Return by how much each crank turns fully, or fails to, shape (n, 2) [length].
 
     The least length by which the links that must reach a position of the turn are longer than needed: positive if the
@@ -66,7 +66,7 @@ def rotates(linkage: Linkage) -> Array:
     return np.asarray(1 * full[:, 0] + 2 * full[:, 1])
 
 
-def transmission_turn(linkage: Linkage) -> Array:
+def transmission_turn(linkage: Linkage) -> Floats:
     """Return the least transmission angle over the whole turn of either crank, this crank driving, shape (n, 2) [deg].
 
     The angle is that of `catalogue.guide.metrics.transmissions`, 0 ... 90; 0 at a change point, NaN where the crank
@@ -79,7 +79,7 @@ def transmission_turn(linkage: Linkage) -> Array:
     return np.stack([_least(linkage, k) for k in (0, 1)], axis=-1)
 
 
-def min_transmission_turn(linkage: Linkage, driver: Array | None = None) -> Array:
+def min_transmission_turn(linkage: Linkage, driver: Array | None = None) -> Floats:
     """Return the least transmission angle over the whole turn of the driving crank, shape (n,) [deg].
 
     Parameters
@@ -101,7 +101,7 @@ def min_transmission_turn(linkage: Linkage, driver: Array | None = None) -> Arra
     return np.where(np.asarray(driver) > 0, each[np.arange(len(each)), index], np.nan)
 
 
-def _lengths(linkage: Linkage, crank: int) -> tuple[Array, ...]:
+def _lengths(linkage: Linkage, crank: int) -> tuple[Floats, ...]:
     """Return a, g, b, c, e and h of one crank, shape (n,) each; those that do not belong to the family mean nothing."""
     z, other = linkage.points, 1 - crank
     pivot, pin, far_pivot, far_pin = z[:, crank, 0], z[:, crank, 1], z[:, other, 0], z[:, other, 1]
@@ -115,7 +115,7 @@ def _lengths(linkage: Linkage, crank: int) -> tuple[Array, ...]:
     )
 
 
-def _margin(linkage: Linkage, crank: int) -> Array:
+def _margin(linkage: Linkage, crank: int) -> Floats:
     a, g, b, c, e, h = _lengths(linkage, crank)
     kind = linkage.dyads[:, 1 - crank]
     four_bar = np.minimum(b + c - g - a, np.abs(g - a) - np.abs(b - c))
@@ -128,7 +128,7 @@ def _margin(linkage: Linkage, crank: int) -> Array:
     return np.where(linkage.dyads[:, crank] == RR, margin, np.nan)
 
 
-def _least(linkage: Linkage, crank: int) -> Array:
+def _least(linkage: Linkage, crank: int) -> Floats:
     a, g, b, c, e, h = _lengths(linkage, crank)
     kind, margin = linkage.dyads[:, 1 - crank], _margin(linkage, crank)
     near, far = np.abs(g - a), g + a
@@ -146,7 +146,7 @@ def _least(linkage: Linkage, crank: int) -> Array:
         return np.where(margin > 0, angle, np.where(margin == 0, 0.0, np.nan))
 
 
-def _of_kind(kind: Array, four_bar: Array, slider: Array, slide: Array) -> Array:
+def _of_kind(kind: Array, four_bar: Floats, slider: Floats, slide: Floats) -> Floats:
     """Return what belongs to the kind of the driven dyad."""
     return np.where(kind == RR, four_bar, np.where(kind == PR, slider, slide))
 
@@ -186,18 +186,18 @@ class Measures:
         middle of the stroke and whose x axis runs along it; NaN where there is none.
     """
 
-    size: Array
-    max_link: Array
-    min_link: Array
-    max_ground: Array
-    max_arm: Array
-    min_transmission: Array
+    size: Floats
+    max_link: Floats
+    min_link: Floats
+    max_ground: Floats
+    max_arm: Floats
+    min_transmission: Floats
     driver: Array
-    drive_angle: Array
-    rotation: Array
+    drive_angle: Floats
+    rotation: Floats
     rotates: Array
-    fixed_box: Array
-    box: Array
+    fixed_box: Floats
+    box: Floats
 
     def __getitem__(self, index: Any) -> Measures:
         return Measures(*(getattr(self, f.name)[index] for f in fields(self)))
@@ -267,7 +267,9 @@ def measure(
     )  # fmt: skip
 
 
-def transmission(linkage: Linkage, at: list[Array], x: Array, turns: Array | None = None) -> tuple[Array, Array]:
+def transmission(
+    linkage: Linkage, at: list[Complexes], x: Complexes, turns: Array | None = None
+) -> tuple[Floats, Array]:
     """Return the least transmission angle over the poses with the driving crank, shape (n,) [deg]; and its number.
 
     Parameters
@@ -288,7 +290,7 @@ def transmission(linkage: Linkage, at: list[Array], x: Array, turns: Array | Non
     return np.where(np.isnan(least[0] + least[1]), np.nan, angle), driver
 
 
-def transmissions(linkage: Linkage, at: list[Array], x: Array) -> Array:
+def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats:
     """Return the least transmission angle over the poses with either dyad driving, shape (2, n) [deg]; -1 for one that
     is no crank, if the other is.
 
@@ -321,17 +323,17 @@ def transmissions(linkage: Linkage, at: list[Array], x: Array) -> Array:
     return np.stack(least)
 
 
-def _finite(linkage: Linkage, plane: int) -> Array:
+def _finite(linkage: Linkage, plane: int) -> Complexes:
     """Return the fixed (0) or moving (1) pivots, shape (n, 2); NaN for those at infinity."""
     return np.where(linkage.finite[:, :, plane], linkage.points[:, :, plane], complex(np.nan, np.nan))
 
 
-def _cranks(linkage: Linkage) -> Array:
+def _cranks(linkage: Linkage) -> Complexes:
     """Return both dyads from fixed to moving pivot, shape (n, 2); NaN for those that are no crank."""
     return np.asarray(_finite(linkage, 1) - _finite(linkage, 0))
 
 
-def _turned(linkage: Linkage, at: list[Array], x: Array, driver: Array) -> tuple[Array, Array]:
+def _turned(linkage: Linkage, at: list[Complexes], x: Complexes, driver: Array) -> tuple[Floats, Floats]:
     """Return by how much the driving crank turns from the first pose to the last, and the range of the coupler's
     angles [deg]; from step to step, so that turns beyond 180 degrees are counted."""
     second = driver == 2
@@ -342,7 +344,7 @@ def _turned(linkage: Linkage, at: list[Array], x: Array, driver: Array) -> tuple
     return np.where(driver > 0, np.degrees(crank), np.nan), np.degrees(rotation)
 
 
-def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Array) -> Array:
+def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Mask) -> Array:
     """Return the parameter at which the guided point is in the middle of its stroke, or at its cusp, shape (n,)."""
     start, end = traced.low, traced.high
     middle = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
@@ -362,7 +364,7 @@ def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Array) 
     return np.where(cusp, 0.0, t)
 
 
-def _middle(path: Array, traced: Traced) -> tuple[Array, Array]:
+def _middle(path: Complexes, traced: Traced) -> tuple[Indices, Floats]:
     """Pose index before the middle of the stroke and the share of the step to it."""
     run = ((path - traced.fit.start) * traced.fit.along.conj()).real - 0.5 * traced.fit.stroke
     k = np.clip((run < 0).sum(0) - 1, 0, len(run) - 2)
@@ -370,13 +372,13 @@ def _middle(path: Array, traced: Traced) -> tuple[Array, Array]:
     return k, np.where(b != a, -a / np.where(b != a, b - a, 1), 0.0)
 
 
-def _at(values: Array, middle: tuple[Array, Array]) -> Array:
+def _at(values: Complexes, middle: tuple[Indices, Floats]) -> Complexes:
     k, share = middle
     a, b = (np.take_along_axis(values, (k + j)[None], 0)[0] for j in (0, 1))
     return np.asarray(a + share * (b - a))
 
 
-def _box(p: Array) -> Array:
+def _box(p: Array) -> Floats:
     return np.stack(
         [np.fmin.reduce(p.real, 1), np.fmin.reduce(p.imag, 1), np.fmax.reduce(p.real, 1), np.fmax.reduce(p.imag, 1)], 1
     )

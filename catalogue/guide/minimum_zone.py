@@ -25,7 +25,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Indices, Mask
 
 #: Most exchanges to the best polynomial.
 EXCHANGES = 12
@@ -170,8 +170,8 @@ def concentric(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Arra
 
 
 def exchange(
-    x: Array, g: Array, index: Array, by: Array | None = None, peaks: bool = True
-) -> tuple[Array, Array, Array]:
+    x: Array, g: Array, index: Indices, by: Array | None = None, peaks: bool = True
+) -> tuple[Array, Array, Indices]:
     """Best uniform approximation of g by a polynomial in x of degree len(index) - 2, over `by`, by Remez exchange.
 
     With `peaks`, extremes between the points are read off parabolas.  Returns the coefficients (k - 1, n), the largest
@@ -207,13 +207,13 @@ def _residual(c: Array, x: Array, g: Array, by: Array | None) -> Array:
     return np.asarray(g - (found if by is None else found / by))
 
 
-def _at(c: Array, x: Array, g: Array, index: Array, by: Array | None) -> Array:
+def _at(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Array:
     """Return the residual at points given by their indices, (k, n)."""
     column = np.arange(index.shape[1])
     return _residual(c, x[index, column], g[index, column], None if by is None else by[index, column])
 
 
-def _level(x: Array, gs: Array, index: Array, sign: Array, by: Array | None) -> tuple[Array, Array]:
+def _level(x: Array, gs: Array, index: Indices, sign: Array, by: Array | None) -> tuple[Array, Array]:
     """Polynomial (over `by`) whose errors at the reference are equal but for their alternating sign, and that error."""
     column = np.arange(index.shape[1])
     xs = x[index, column]
@@ -236,7 +236,7 @@ def _interpolate(xs: Array, gs: Array) -> Array:
     return np.stack([gs[0] - first * xs[0] + second * xs[0] * xs[1], first - second * (xs[0] + xs[1]), second])
 
 
-def _replace(index: Array, new: Array, like_first: Array, last: int) -> Array:
+def _replace(index: Indices, new: Indices, like_first: Mask, last: int) -> Indices:
     """Put `new` into the alternating reference; `like_first`: its residual has the sign of the first point's."""
     size = len(index)
     below = (index < new).sum(0)  # how many points lie before it
@@ -256,7 +256,7 @@ def _replace(index: Array, new: Array, like_first: Array, last: int) -> Array:
     return np.clip(out, 0, last)
 
 
-def _peaks(c: Array, x: Array, g: Array, index: Array, by: Array | None) -> Array:
+def _peaks(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Array:
     """Residuals at the reference, those at inner extremes read off a parabola through three fine points, (k, n)."""
     inner = np.clip(index, 1, len(x) - 2)
     at, low, high = (_at(c, x, g, inner + k, by) for k in (0, -1, 1))
@@ -266,6 +266,6 @@ def _peaks(c: Array, x: Array, g: Array, index: Array, by: Array | None) -> Arra
     return np.where(inner == index, at - gain, np.where(index < inner, low, high))
 
 
-def resolved(found: Fit, tolerance: float = 1e-4, floor: Any = 4e-16) -> Array:
+def resolved(found: Fit, tolerance: float = 1e-4, floor: Any = 4e-16) -> Mask:
     """Return where the interpolant misses less than `tolerance` of the deviation, or than rounding, shape (n,)."""
     return np.asarray(found.unresolved <= tolerance * found.deviation + floor * found.stroke)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .metrics import middle_of_stroke
 from .minimum_zone import Fit
@@ -23,7 +23,7 @@ ROUNDS, ROUNDS_AT_CUSP = 3, 10
 REACHED, CORRECTIONS = 1e-11, 2
 
 
-def placed(guides: CouplerCurve, traced: Traced, stroke: Array | float) -> tuple[Linkage, Array, Traced]:
+def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tuple[Linkage, Array, Traced]:
     """Return the linkages in mid-stroke, laid so that their paths run from (0, 0) to (stroke, 0).
 
     Guides whose paths have a cusp are given as they stand there, at (0, 0).
@@ -74,11 +74,11 @@ def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Array, Tr
     return now, point + d + x * (point - moving.origin), Traced(traced.fit, np.zeros_like(traced.shift), low, high)
 
 
-def _there(traced: Traced) -> Array:
+def _there(traced: Traced) -> Mask:
     return np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
 
 
-def mirrored(linkage: Linkage, point: Array, stroke: float, reverse: Array, over: Array) -> tuple[Linkage, Array]:
+def mirrored(linkage: Linkage, point: Complexes, stroke: float, reverse: Mask, over: Mask) -> tuple[Linkage, Complexes]:
     """Return placed guides laid the other way (`reverse`) or mirrored in the line of the path (`over`)."""
     # both together are a half turn about the middle of the path; each alone is a reflection
     factor = np.where(reverse, -1.0, 1.0)
@@ -89,12 +89,12 @@ def mirrored(linkage: Linkage, point: Array, stroke: float, reverse: Array, over
 
 def at_stroke(
     guides: CouplerCurve,
-    stroke: Array | float,
+    stroke: Floats | float,
     *,
     circle: bool,
     nodes: int = 32,
     extend: bool = True,
-    curvature: Array | None = None,
+    curvature: Floats | None = None,
     exact: bool = False,
 ) -> Traced:
     """Trace each guide, its point as it is, over the window about its reference position that has exactly this stroke.
@@ -134,7 +134,7 @@ def at_stroke(
     return found
 
 
-def along_path(guides: CouplerCurve, curvature: Array | float) -> Array:
+def along_path(guides: CouplerCurve, curvature: Floats | float) -> Floats:
     """Return curvatures that are positive for a centre above as seen along the paths, positive for one to the left."""
     return np.asarray(np.where(guides.tangent.real < 0, -1.0, 1.0) * curvature)
 
@@ -158,8 +158,8 @@ def near_stroke(
 
 
 def _corrected(
-    found: Traced, guides: CouplerCurve, stroke: Array | float, half: Array, **how: Any
-) -> tuple[Traced, Array]:
+    found: Traced, guides: CouplerCurve, stroke: Floats | float, half: Floats, **how: Any
+) -> tuple[Traced, Floats]:
     """Return guides traced again until their strokes are those asked for, and their half windows: the chord of a path
     is longer than its run along the best line."""
     for _ in range(CORRECTIONS):
@@ -172,7 +172,7 @@ def _corrected(
     return found, half
 
 
-def _of_chord(guides: CouplerCurve, half: Array, centre: Array, chord: Array) -> Array:
+def _of_chord(guides: CouplerCurve, half: Floats, centre: Floats, chord: Floats) -> Floats:
     """Return half windows whose ends are as far apart as `chord` says, beginning with `half`; nothing is fitted."""
     for _ in range(ROUNDS):
         low, high = guides.window((centre - 1) * half, (centre + 1) * half)
@@ -182,13 +182,13 @@ def _of_chord(guides: CouplerCurve, half: Array, centre: Array, chord: Array) ->
     return half
 
 
-def _arcs(stroke: Array, curvature: Array) -> Fit:
+def _arcs(stroke: Floats, curvature: Floats) -> Fit:
     """Return the circles of arcs from (0, 0) to (stroke, 0)."""
     none = np.full_like(stroke, np.nan)
     return Fit(none, stroke, np.zeros(len(stroke), complex), np.ones(len(stroke), complex), curvature, none)
 
 
-def _symmetric(guides: CouplerCurve, found: Fit, stroke: Array) -> tuple[Array, Array]:
+def _symmetric(guides: CouplerCurve, found: Fit, stroke: Floats) -> tuple[Floats, Floats]:
     """Return half and centre of the windows whose ends, on circles, are equally far from the guided points.
 
     The tangent in the guided point is not parallel to the chord, since the path wavers about the circle.

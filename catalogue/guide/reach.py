@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .trace import OFF_CENTRE, Traced, trace
 
@@ -35,7 +35,7 @@ class Ladder:
 
     half: Array
     traced: Traced
-    centre: Array
+    centre: Floats
 
     @property
     def relative(self) -> Array:
@@ -46,7 +46,7 @@ class Ladder:
         return Ladder(self.half[:, index], self.traced[:, index], self.centre[index])
 
 
-def scan(guides: CouplerCurve, *, circle: bool, three: Array, nodes: int = 16) -> Ladder:
+def scan(guides: CouplerCurve, *, circle: bool, three: Mask, nodes: int = 16) -> Ladder:
     """Trace each guide over a sequence of strokes.
 
     Parameters
@@ -73,7 +73,7 @@ def scan(guides: CouplerCurve, *, circle: bool, three: Array, nodes: int = 16) -
 
 
 def reach(
-    guides: CouplerCurve, ladder: Ladder, tolerance: Array | float, *, circle: bool, steps: int = 2, nodes: int = 16
+    guides: CouplerCurve, ladder: Ladder, tolerance: Floats | float, *, circle: bool, steps: int = 2, nodes: int = 16
 ) -> tuple[Array, Traced]:
     """Return the longest half strokes within a relative deviation, NaN where there is none, and what is traced there.
 
@@ -90,7 +90,7 @@ def reach(
     tolerance = np.broadcast_to(np.asarray(tolerance, dtype=float), len(guides))
     column = np.arange(len(guides))
 
-    def traced(where: Array, half: Array) -> tuple[Traced, Array]:
+    def traced(where: Mask, half: Array) -> tuple[Traced, Floats]:
         now = trace(guides[where], half[where], circle=circle, split=True, centre=ladder.centre[where], nodes=nodes)
         error = np.full(len(guides), np.nan)
         error[where] = np.log(now.relative / tolerance[where])

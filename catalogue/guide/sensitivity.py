@@ -24,7 +24,7 @@ import numpy as np
 
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import Motion, motion
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .minimum_zone import grid
 from .trace import Traced
@@ -50,16 +50,16 @@ class PoseJacobian:
         Of the distance of the guided point from the nominal, positive to the left.
     """
 
-    shift: Array
-    angle: Array
-    across: Array
+    shift: Complexes
+    angle: Floats
+    across: Floats
 
     def every(self, step: int) -> PoseJacobian:
         """Return only every so many places."""
         return PoseJacobian(self.shift[::step], self.angle[::step], self.across[::step])
 
 
-def pose_jacobian(moving: Motion, point: Array, t: Array, tangent: Array) -> PoseJacobian:
+def pose_jacobian(moving: Motion, point: Complexes, t: Floats, tangent: Complexes) -> PoseJacobian:
     """Return the derivatives of the poses in which a guided point is at fixed places along its nominal.
 
     Parameters
@@ -102,12 +102,12 @@ def pose_jacobian(moving: Motion, point: Array, t: Array, tangent: Array) -> Pos
     return PoseJacobian(shift, angle, across)
 
 
-def across_nominal(moving: Motion, point: Array, t: Array, tangent: Array) -> Array:
+def across_nominal(moving: Motion, point: Complexes, t: Floats, tangent: Complexes) -> Floats:
     """Return `PoseJacobian.across` alone."""
     return pose_jacobian(moving, point, t, tangent).across
 
 
-def _solved(left: Array, right: Array) -> Array:
+def _solved(left: Floats, right: Floats) -> Floats:
     """Solve many equations in three unknowns, NaN where they are singular."""
     rows = [left[..., i, :] for i in range(3)]
     cross = np.stack([np.cross(rows[1], rows[2]), np.cross(rows[2], rows[0]), np.cross(rows[0], rows[1])], axis=-1)
@@ -115,7 +115,7 @@ def _solved(left: Array, right: Array) -> Array:
     return np.asarray(cross @ right / determinant[..., None, None])
 
 
-def _turn_only(linkage: Linkage, by: Array) -> None:
+def _turn_only(linkage: Linkage, by: Floats) -> None:
     """Take away from derivatives, in place, the part along the directions of pivots at infinity."""
     for i in (0, 1):
         for j in (0, 1):
@@ -127,7 +127,7 @@ def _turn_only(linkage: Linkage, by: Array) -> None:
                 by[..., k + 1] -= np.where(far[:, None], along * z.imag, 0)
 
 
-def displaced(linkage: Linkage, point: Array, step: Array) -> tuple[Linkage, Array, Array]:
+def displaced(linkage: Linkage, point: Complexes, step: Floats) -> tuple[Linkage, Complexes, Mask]:
     """Return linkages and guided points moved by steps (n, 10), those that are valid, and the mask (n,) of them."""
     pivots = linkage.pivots.copy()
     pivots[..., :2] += step[:, :8].reshape(-1, 2, 2, 2)
@@ -156,10 +156,10 @@ class Sensitivity:
         Standard deviation for errors of all of them whose coordinates are independent, with standard deviation 1.
     """
 
-    pivots: Array
-    point: Array
-    worst: Array
-    rms: Array
+    pivots: Floats
+    point: Floats
+    worst: Floats
+    rms: Floats
 
 
 def sensitivity(guides: CouplerCurve, traced: Traced, stations: int = NODES) -> Sensitivity:
@@ -189,7 +189,7 @@ def sensitivity(guides: CouplerCurve, traced: Traced, stations: int = NODES) -> 
     )
 
 
-def rms_gradient(guides: CouplerCurve, traced: Traced, stations: int = 8, step: float = 1e-5) -> tuple[Array, Array]:
+def rms_gradient(guides: CouplerCurve, traced: Traced, stations: int = 8, step: float = 1e-5) -> tuple[Floats, Floats]:
     """Return `Sensitivity.rms` of traced guides and its derivatives by the pivots and the guided point.
 
     Differences of the first derivatives, the poses and the way of the path held.
@@ -226,12 +226,12 @@ def rms_gradient(guides: CouplerCurve, traced: Traced, stations: int = 8, step: 
     return each_rms[0], np.where(np.isfinite(slope), slope, 0.0)
 
 
-def _largest(squares: Array, stations: int) -> Array:
+def _largest(squares: Floats, stations: int) -> Floats:
     """Return the largest root of the sum of squares (m, n, k), read between the positions too, shape (n,)."""
     return np.asarray(np.sqrt((grid(stations).fine @ squares.sum(-1)).max(0)))
 
 
-def _ways(guides: CouplerCurve, traced: Traced, nodes: Array) -> Array:
+def _ways(guides: CouplerCurve, traced: Traced, nodes: Floats) -> Complexes:
     """Return unit vectors along the nominals where the guided points are, shape (m, n)."""
     fit = traced.fit
     along, curvature = fit.along.astype(complex), fit.curvature.astype(float)

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from ..kinematics.linkage import RR, Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes, Floats
 from .drive import SampledPoses
 
 #: Places along each link that are looked at, and along what lies between two edges that it crosses; what such a
@@ -24,12 +24,12 @@ class Area(Protocol):
     """A polygon: its corners (k, 2), and how far points lie outside, negative inside."""
 
     @property
-    def corners(self) -> Array: ...
+    def corners(self) -> Floats: ...
 
-    def outside(self, z: Array) -> Array: ...
+    def outside(self, z: Complexes) -> Floats: ...
 
 
-def link_segments(linkage: Linkage, moves: SampledPoses) -> Array:
+def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
     """Return both ends of the k segments of n linkages at f positions, complex, shape (f, n, k, 2); what is no link is
     a point of another one.
 
@@ -50,19 +50,19 @@ def link_segments(linkage: Linkage, moves: SampledPoses) -> Array:
     return np.stack([np.stack(pair, axis=-1) for pair in ends], axis=-2)
 
 
-def protrusion(area: Area, swept: Array) -> Array:
+def protrusion(area: Area, swept: Complexes) -> Floats:
     """Return how far linkages reach out of an area at most, negative inside, shape (n,), from segments (f, n, k, 2)."""
     out = area.outside(_stations(swept)).max(axis=(0, 2, 3))
     return _crossed(swept, out, area.outside(_between(area, swept)).max(axis=-1))
 
 
-def intrusion(area: Area, swept: Array) -> Array:
+def intrusion(area: Area, swept: Complexes) -> Floats:
     """Return how far linkages reach into an area at most, negative outside, shape (n,), from segments (f, n, k, 2)."""
     deep = -area.outside(_stations(swept)).min(axis=(0, 2, 3))
     return _crossed(swept, deep, -area.outside(_between(area, swept)).min(axis=-1))
 
 
-def _crossed(swept: Array, amount: Array, between: Array) -> Array:
+def _crossed(swept: Complexes, amount: Floats, between: Floats) -> Floats:
     """Return amounts with those between the edges that segments cross (f, n, k), NaN where they cross less than two."""
     more = np.fmax.reduce(between, axis=(0, 2))
     missed = (amount <= 0) & np.isfinite(more)  # between the places that are looked at
@@ -70,13 +70,13 @@ def _crossed(swept: Array, amount: Array, between: Array) -> Array:
     return np.asarray(np.where(missed, more, amount))
 
 
-def _stations(swept: Array) -> Array:
+def _stations(swept: Complexes) -> Complexes:
     """Return places along the segments, shape (f, n, k, STATIONS)."""
     share = np.linspace(0, 1, STATIONS)
     return np.asarray(swept[..., :1] + (swept[..., 1:] - swept[..., :1]) * share)
 
 
-def _between(area: Area, swept: Array) -> Array:
+def _between(area: Area, swept: Complexes) -> Complexes:
     """Return places along the segments between the first and the last edge that they cross, shape (f, n, k, STATIONS);
     NaN where they cross less than two."""
     corners = area.corners[:, 0] + 1j * area.corners[:, 1]
@@ -95,5 +95,5 @@ def _between(area: Area, swept: Array) -> Array:
     return np.asarray(a[..., None] + (b - a)[..., None] * share)
 
 
-def _area(a: Array, b: Array) -> Array:
+def _area(a: Complexes, b: Complexes) -> Floats:
     return np.asarray((np.conj(a) * b).imag)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Mask
 from .coupler_curve import CouplerCurve, coupler_curve
 from .cusped_zone import cusped_zone
 from .minimum_zone import Fit, Grid, grid, minimum_zone, resolved
@@ -79,7 +79,7 @@ class Traced:
         rest = (np.concatenate([getattr(self, k), getattr(other, k)]) for k in ("shift", "low", "high"))
         return Traced(fit, *rest)
 
-    def replaced(self, where: Array, by: Traced) -> Traced:
+    def replaced(self, where: Mask, by: Traced) -> Traced:
         """Return this with the entries `where` (a mask) taken from `by`, which holds just those."""
         return Traced(
             _replaced(self.fit, where, by.fit),
@@ -193,7 +193,7 @@ def _fit(u: Array, v: Array, circle: bool, points: Grid, held: Array | None = No
 
 
 def _split_again(
-    found: Fit, shift: Array, poor: Array, paths: tuple[Array, ...], half: Array, circle: bool, points: Grid
+    found: Fit, shift: Array, poor: Mask, paths: tuple[Array, ...], half: Array, circle: bool, points: Grid
 ) -> tuple[Fit, Array]:
     """Split those that a long step did not make straighter on a short leash, or not at all."""
     u, v, cos, sin = (p[:, poor] for p in paths)
@@ -278,11 +278,11 @@ def extended(guides: CouplerCurve) -> CouplerCurve:
     return coupler_curve(guides.linkage, guides.point, np.longdouble, guides.pole)
 
 
-def _replaced(fit: Fit, where: Array, by: Fit) -> Fit:
+def _replaced(fit: Fit, where: Mask, by: Fit) -> Fit:
     return Fit(**{f.name: _put(getattr(fit, f.name), where, getattr(by, f.name)) for f in fields(Fit)})
 
 
-def _put(values: Array, where: Array, by: Array) -> Array:
+def _put(values: Array, where: Mask, by: Array) -> Array:
     out = values.copy()
     out[where] = by
     return out

@@ -12,13 +12,13 @@ from __future__ import annotations
 import numpy as np
 
 from .linkage import PR, RR, Linkage
-from .types import Array
+from .types import Array, Complexes, Indices
 
 #: A guided point nearer to a moving pivot than this part of the coupler has no cognate: two pivots would coincide.
 NEAREST = 1e-6
 
 
-def cognates(linkage: Linkage, point: Array) -> tuple[Linkage, Array, Array]:
+def cognates(linkage: Linkage, point: Complexes) -> tuple[Linkage, Indices, Array]:
     """Return the cognates of linkages, in the same reference position and place.
 
     Parameters

@@ -24,7 +24,7 @@ import numpy.typing as npt
 
 from ..errors import InvalidLinkage
 from .linkage import Linkage
-from .types import Array
+from .types import Array, Complexes, Floats, Mask
 
 FOUR_BAR = ("ground", "crank", "coupler", "rocker")
 SLIDER_CRANK = ("crank", "coupler", "offset")
@@ -76,7 +76,7 @@ def from_lengths(links: Mapping[str, npt.ArrayLike]) -> Linkage:
     return Linkage(np.stack([first, second], axis=1))
 
 
-def _four_bar(crank: Array, of: Mapping[str, Array]) -> Array:
+def _four_bar(crank: Complexes, of: Mapping[str, Floats]) -> Floats:
     base = of["ground"] - crank
     along = (np.abs(base) ** 2 + of["coupler"] ** 2 - of["rocker"] ** 2) / (2 * np.abs(base))
     across = np.sqrt(of["coupler"] ** 2 - along**2)
@@ -84,13 +84,13 @@ def _four_bar(crank: Array, of: Mapping[str, Array]) -> Array:
     return np.stack([_point(of["ground"] + 0j), _point(moving)], axis=1)
 
 
-def _slider_crank(crank: Array, of: Mapping[str, Array]) -> Array:
+def _slider_crank(crank: Complexes, of: Mapping[str, Floats]) -> Floats:
     run = np.sqrt(of["coupler"] ** 2 - (of["offset"] - crank.imag) ** 2)
     slider = crank.real + of["branch"] * run + 1j * of["offset"]
     return np.stack([_point(1j + 0 * crank, 0.0), _point(slider)], axis=1)
 
 
-def _inverted(crank: Array, of: Mapping[str, Array]) -> Array:
+def _inverted(crank: Complexes, of: Mapping[str, Floats]) -> Floats:
     base = of["ground"] - crank
     sine = of["offset"] / np.abs(base)
     run = of["branch"] * np.sqrt(1 - sine**2)
@@ -101,11 +101,11 @@ def _inverted(crank: Array, of: Mapping[str, Array]) -> Array:
 CLOSURES = {FOUR_BAR: _four_bar, SLIDER_CRANK: _slider_crank, INVERTED: _inverted}
 
 
-def _point(z: Array, w: float = 1.0) -> Array:
+def _point(z: Array, w: float = 1.0) -> Floats:
     return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, w)], axis=-1)
 
 
-def _refuse(where: Array, why: str) -> None:
+def _refuse(where: Mask, why: str) -> None:
     bad = np.flatnonzero(where)
     if bad.size:
         more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .linkage import PR, RP, RR, Linkage
-from .types import Array
+from .types import Complexes, Floats, Mask
 
 #: Newton steps until the lengths are round.
 ROUNDS = 8
@@ -18,11 +18,11 @@ ROUNDS = 8
 CLOSE = 1e-12
 
 
-def link_lengths(linkage: Linkage, point: Array) -> dict[str, Array]:
+def link_lengths(linkage: Linkage, point: Complexes) -> dict[str, Floats]:
     """Return the lengths of linkages with guided points, by name, shape (n,) each, NaN where a family has none."""
     z, dyads = linkage.points, linkage.dyads
     coordinates = np.concatenate([z.reshape(-1, 4), point[:, None]], axis=1)
-    out: dict[str, Array] = {}
+    out: dict[str, Floats] = {}
     for kinds in np.unique(dyads, axis=0):
         some = (dyads == kinds).all(1)
         for name, values in _lengths(coordinates[some], tuple(kinds)).items():
@@ -30,7 +30,7 @@ def link_lengths(linkage: Linkage, point: Array) -> dict[str, Array]:
     return out
 
 
-def rounded(linkage: Linkage, point: Array, step: float) -> tuple[Linkage, Array, Array]:
+def rounded(linkage: Linkage, point: Complexes, step: float) -> tuple[Linkage, Complexes, Mask]:
     """Return the nearest linkages and guided points whose lengths are multiples of a step, and which there are, (n,).
 
     Nearest: no pivot nor the point is moved more than it takes, in the sense of least squares; directions of pivots at
@@ -49,10 +49,10 @@ def rounded(linkage: Linkage, point: Array, step: float) -> tuple[Linkage, Array
     return made[good[valid]], moved[good], good
 
 
-def _newton(z: Array, finite: Array, kinds: tuple[int, ...], step: float, size: Array) -> tuple[Array, Array]:
+def _newton(z: Complexes, finite: Mask, kinds: tuple[int, ...], step: float, size: Floats) -> tuple[Complexes, Mask]:
     """Return the places (n, 5) with round lengths, and where there are such."""
 
-    def lengths(at: Array) -> Array:
+    def lengths(at: Complexes) -> Floats:
         return np.stack(list(_lengths(at, kinds).values()), axis=-1)
 
     wanted = step * np.round(lengths(z) / step)
@@ -82,7 +82,7 @@ def _newton(z: Array, finite: Array, kinds: tuple[int, ...], step: float, size: 
     return z, np.asarray(closed)
 
 
-def _lengths(z: Array, kinds: tuple[int, ...]) -> dict[str, Array]:
+def _lengths(z: Complexes, kinds: tuple[int, ...]) -> dict[str, Floats]:
     """Return the lengths of places (n, 5): A1, A1*, A2, A2* (directions at infinity), and the guided point."""
     fixed, moving, point = z[:, [0, 2]], z[:, [1, 3]], z[:, 4]
     out = {}
@@ -109,12 +109,12 @@ def _lengths(z: Array, kinds: tuple[int, ...]) -> dict[str, Array]:
     return out
 
 
-def _meet(normal: Array, through: Array) -> Array:
+def _meet(normal: Complexes, through: Complexes) -> Complexes:
     """Return where the two lines with these normals through these points meet, shape (n,)."""
     a, b = (_dot(normal[:, i], through[:, i]) for i in (0, 1))
     area = (normal[:, 0].conj() * normal[:, 1]).imag
     return np.asarray(1j * (normal[:, 0] * b - normal[:, 1] * a) / area)
 
 
-def _dot(a: Array, b: Array) -> Array:
+def _dot(a: Complexes, b: Complexes) -> Floats:
     return np.asarray((a.conj() * b).real)

@@ -26,7 +26,7 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidLinkage
-from .types import Array
+from .types import Array, Complexes, Floats, Mask
 
 RR, PR, RP = 0, 1, 2
 FAMILIES: dict[str, tuple[int, int]] = {
@@ -80,13 +80,13 @@ class Linkage:
         self.pivots.setflags(write=False)
 
     @classmethod
-    def valid(cls, pivots: Array) -> tuple[Linkage, Array]:
+    def valid(cls, pivots: Floats) -> tuple[Linkage, Mask]:
         """Return the linkages among `pivots` (n, 2, 2, 3) that are valid, and the mask (n,) that says which."""
         mask = faults(pivots) == ""
         return cls.trusted(_normalised(pivots[mask])), mask
 
     @classmethod
-    def trusted(cls, pivots: Array) -> Linkage:
+    def trusted(cls, pivots: Floats) -> Linkage:
         """Return linkages of pivots (n, 2, 2, 3) that are valid already: w is 0 or 1, directions are unit vectors.
 
         Nothing is checked; the array is not copied, and is frozen.
@@ -124,17 +124,17 @@ class Linkage:
         return np.asarray(_NAME[self.dyads[:, 0], self.dyads[:, 1]], dtype=str)
 
     @property
-    def points(self) -> Array:
+    def points(self) -> Complexes:
         """Pivots as complex numbers x + iy, shape (n, 2, 2); a unit direction where the pivot is at infinity."""
         return self.pivots[..., 0] + 1j * self.pivots[..., 1]
 
     @property
-    def finite(self) -> Array:
+    def finite(self) -> Mask:
         """True where a pivot is finite, shape (n, 2, 2)."""
         return np.asarray(self.pivots[..., 2] != 0)
 
     @cached_property
-    def rays(self) -> Array:
+    def rays(self) -> Complexes:
         """Unit vector of each dyad's ray as a complex number, shape (n, 2): along the crank, else the normal."""
         z, kind = self.points, self.dyads
         crank = z[..., 1] - z[..., 0]
@@ -142,12 +142,12 @@ class Linkage:
         return np.asarray(ray / np.abs(ray))
 
     @cached_property
-    def sine(self) -> Array:
+    def sine(self) -> Floats:
         """Sine of the angle from ray 1 to ray 2, shape (n,): 0 for parallel cranks and at dead points."""
         return np.asarray((self.rays[:, 0].conj() * self.rays[:, 1]).imag)
 
     @cached_property
-    def size(self) -> Array:
+    def size(self) -> Floats:
         """Diameter of the finite pivots, shape (n,) [length]."""
         z = np.where(self.finite, self.points, np.nan).reshape(-1, 4)
         return np.asarray(np.nanmax(np.abs(z[:, :, None] - z[:, None, :]), axis=(1, 2)))
@@ -180,12 +180,12 @@ class Linkage:
         return self.trusted(np.stack([z.real, z.imag, self.pivots[..., 2]], axis=-1))
 
 
-def faults(pivots: Array) -> Array:
+def faults(pivots: Floats) -> Array:
     """Return what is wrong with each of the pivots (n, 2, 2, 3), shape (n,): an empty string where nothing is."""
     p = np.asarray(pivots, dtype=float)
     wrong = np.full(len(p), "", dtype=object)
 
-    def mark(where: Array, text: str) -> None:
+    def mark(where: Mask, text: str) -> None:
         wrong[where & (wrong == "")] = text
 
     mark(~np.isfinite(p).all(axis=(1, 2, 3)), "a pivot has a NaN or infinite coordinate (at infinity means w = 0)")
@@ -209,7 +209,7 @@ def faults(pivots: Array) -> Array:
     return wrong
 
 
-def _normalised(pivots: Array) -> Array:
+def _normalised(pivots: Floats) -> Floats:
     x, y, w = np.moveaxis(np.asarray(pivots, dtype=float), -1, 0)
     by = np.where(w != 0, w, np.hypot(x, y))
     with np.errstate(all="ignore"):

@@ -22,8 +22,6 @@ At a change point, where all pivots lie on one line and two branches cross, K an
 t^2.  Both are divided out in the coupler chart, and the branch with the wanted pole is kept on both sides.
 
 Arrays of positions have shape (m, n): positions first, so that every numpy pass runs along the linkages.
-
-At a change point two branches of the motion cross; K and the discriminant of the chart vanish like t and t^2.
 """
 
 from __future__ import annotations
@@ -35,7 +33,7 @@ from typing import Any
 import numpy as np
 
 from .linkage import PR, RP, RR, Linkage
-from .types import Array
+from .types import Array, Floats, Mask
 
 #: Rows of `Motion.forms`, each a polynomial c0 + c1 t + c2 t^2: the line's offset H/t, the circle's constant g/t,
 #: N = |B|^2, K = Im(conj(B) b), 2J = 2 Re(conj(b) B), then B itself.  Their common denominator is 1 + t^2.
@@ -121,7 +119,7 @@ def nearest(form: Array, low: Array, high: Array, side: int) -> Array:
     return np.asarray(side * best)
 
 
-def at_change(forms: Array, circle: Array, origin: Array, pole: Array, change: Array) -> tuple[Array, Array]:
+def at_change(forms: Array, circle: Array, origin: Array, pole: Array, change: Mask) -> tuple[Array, Array]:
     """Divide K by t where the linkage is at a change point, and return the sign of the root with the wanted pole."""
     k = forms[K]
     forms = forms.copy()
@@ -139,7 +137,7 @@ def at_change(forms: Array, circle: Array, origin: Array, pole: Array, change: A
     return forms, branch
 
 
-def crossed(forms: Array, scale: Array) -> Array:
+def crossed(forms: Array, scale: Array) -> Mask:
     """Return where the circle's constant vanishes too: with K = 0 alone the rays are parallel, not one, shape (n,)."""
     h, g, n, j2 = forms[H, 0], forms[G, 0], forms[N, 0], forms[J2, 0]
     return np.asarray(np.abs(g * n - j2 * h) <= 1e-9 * (np.abs(g * n) + np.abs(j2 * h)) + 1e-10 * scale**2)
@@ -392,7 +390,7 @@ def motion(
     return Motion(linkage, chart, conditioning, interval, forms, circle, origin, lever, branch)
 
 
-def conditioning(linkage: Linkage) -> Array:
+def conditioning(linkage: Linkage) -> Floats:
     """Return how well each chart is conditioned in the reference position, shape (3, n): sines of an angle.
 
     Coupler chart: of the two rays; crank chart: the transmission angle when that crank drives.  All three vanish only

@@ -6,13 +6,13 @@ from functools import reduce
 
 import numpy as np
 
-from .types import Array
+from .types import Floats
 
 
-def product(*factors: Array) -> Array:
+def product(*factors: Floats) -> Floats:
     """Return the products of polynomials, coefficients from the constant on, shapes (n, k)."""
 
-    def times(a: Array, b: Array) -> Array:
+    def times(a: Floats, b: Floats) -> Floats:
         out = np.zeros((len(a), a.shape[1] + b.shape[1] - 1))
         for i in range(b.shape[1]):
             out[:, i : i + a.shape[1]] += a * b[:, i : i + 1]
@@ -21,7 +21,7 @@ def product(*factors: Array) -> Array:
     return reduce(times, factors)
 
 
-def real_roots(coefficients: Array) -> Array:
+def real_roots(coefficients: Floats) -> Floats:
     """Return the real roots of polynomials of degree d, shape (n, d), NaN for the complex ones.
 
     Eigenvalues of companion matrices: a root of multiplicity m is good to the m-th root of the rounding, and a double

@@ -12,7 +12,7 @@ from ..curvature_theory.analysis import PARALLEL_SINE
 from ..curvature_theory.instant import Instant
 from ..guide.kinds import SLOTS, STRAIGHT
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Indices
 from ..series.sampling import BLOCK, PLAN, Drawn, draw
 from ..series.series import Series
 from .cover import cells_of, designs, order
@@ -113,7 +113,7 @@ def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tupl
     return _first(*together(parts + more), wanted)
 
 
-def _parts(linkage: Linkage, found: Columns, turn: Array, chosen: Array) -> list[tuple[Columns, Columns]]:
+def _parts(linkage: Linkage, found: Columns, turn: Array, chosen: Indices) -> list[tuple[Columns, Columns]]:
     """Return the columns of guides, with their ``turn``, and of reaches of some candidates, by their nominals."""
     circle = ~np.isin(found["kind"][chosen], STRAIGHT)
     parts = []
@@ -146,7 +146,7 @@ def _ranks(kinds: Array) -> Array:
     return rank
 
 
-def _mechanisms(series: Series, key: str, drawn: Drawn, used: Array) -> Columns:
+def _mechanisms(series: Series, key: str, drawn: Drawn, used: Indices) -> Columns:
     names = list(drawn.free)
     rows = zip(*(drawn.free[name][used].tolist() for name in names), strict=True) if names else [()] * len(used)
     return {
@@ -156,11 +156,3 @@ def _mechanisms(series: Series, key: str, drawn: Drawn, used: Array) -> Columns:
         "name": None,
         "parameters": [json.dumps(dict(zip(names, row, strict=True))) for row in rows],
     }
-
-
-def ranks(kinds: Array) -> Array:
-    """Return how many of the same kind come before each, shape (n,)."""
-    rank = np.zeros(len(kinds), int)
-    for kind in np.unique(kinds):
-        rank[kinds == kind] = np.arange((kinds == kind).sum())
-    return rank

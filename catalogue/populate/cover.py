@@ -22,7 +22,7 @@ import numpy as np
 
 from ..guide.kinds import RETURNS, STRAIGHT
 from ..kinematics.linkage import RR, Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Mask
 from .rows import at_design
 
 #: Guides nearer to a chosen one than this are thrown away.
@@ -55,10 +55,10 @@ class Designs:
 
     points: Array
     kind: Array
-    weight: Array
+    weight: Floats
 
 
-def designs(linkage: Linkage, point: Array, centre: Array, kind: Array, pole: Array) -> Designs:
+def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Array, pole: Mask) -> Designs:
     """Return the designs of guides.
 
     Parameters
@@ -142,7 +142,7 @@ def _distances(one: Array, others: Array, straight: bool) -> Array:
     return np.asarray(np.sqrt(np.maximum(1 - cosine**2, 0.0)))
 
 
-def _soundness(linkage: Linkage, size: Array) -> Array:
+def _soundness(linkage: Linkage, size: Floats) -> Floats:
     """Return how sound linkages are at the design position, from `LEAST_WEIGHT` to 1, shape (n,)."""
     z = linkage.points
     with np.errstate(all="ignore"):

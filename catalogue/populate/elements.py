@@ -10,7 +10,7 @@ import numpy as np
 from ..curvature_theory.analysis import PARALLEL_SINE
 from ..guide.kinds import POINTS, RETURNS, SLOTS
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes, Floats, Mask
 from ..series.sampling import Drawn
 from ..series.series import Series
 
@@ -74,19 +74,19 @@ def points(series: Series, drawn: Drawn, kind: str) -> Columns:
     return {k: np.concatenate([f[k] for f in found]) for k in found[0]}
 
 
-def _usable(linkage: Linkage, pairs: Array, circle: bool) -> Array:
+def _usable(linkage: Linkage, pairs: Floats, circle: bool) -> Mask:
     """Return where a moving point is worth guiding along a line or circle, shape (n,)."""
     away = np.abs(_moving(pairs))
     near = (away >= NEAREST_POINT) | _without_pole(linkage)
     return _worth(linkage, pairs, circle) & near & (away <= FARTHEST_POINT)
 
 
-def _returning(linkage: Linkage, pairs: Array, circle: bool) -> Array:
+def _returning(linkage: Linkage, pairs: Floats, circle: bool) -> Mask:
     """Return where a moving point at the pole is worth guiding to and fro along a line or circle, shape (n,)."""
     return _worth(linkage, pairs, circle) & (np.abs(_moving(pairs)) <= AT_POLE) & ~_without_pole(linkage)
 
 
-def _worth(linkage: Linkage, pairs: Array, circle: bool) -> Array:
+def _worth(linkage: Linkage, pairs: Floats, circle: bool) -> Mask:
     """Return where a moving point is no pivot and its line is one, its circle neither tiny nor nearly a line."""
     fixed, moving = pairs[:, 0], pairs[:, 1]
     with np.errstate(all="ignore"):
@@ -100,10 +100,10 @@ def _worth(linkage: Linkage, pairs: Array, circle: bool) -> Array:
     return np.asarray(good)
 
 
-def _moving(pairs: Array) -> Array:
+def _moving(pairs: Floats) -> Complexes:
     with np.errstate(all="ignore"):
         return np.asarray((pairs[:, 1, 0] + 1j * pairs[:, 1, 1]) / pairs[:, 1, 2])
 
 
-def _without_pole(linkage: Linkage) -> Array:
+def _without_pole(linkage: Linkage) -> Mask:
     return np.asarray(np.abs(linkage.sine) < PARALLEL_SINE)

@@ -10,7 +10,7 @@ from sqlalchemy import Connection, select
 from ..errors import DatabaseError
 from ..guide.kinds import POINTS
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats
 from ..plugin.registry import Registry
 from ..series.classification import classify
 from ..series.named_guides import NamedGuide, named_guides
@@ -58,7 +58,7 @@ def write_named_guides(database: Database, connection: Connection, registry: Reg
 
 
 def columns(
-    chosen: list[NamedGuide], linkage: Linkage, point: Array, centre: Array, half: Array
+    chosen: list[NamedGuide], linkage: Linkage, point: Complexes, centre: Complexes, half: Floats
 ) -> tuple[Columns, Columns, Columns]:
     """Return the columns of mechanisms, but for their series, of guides and of reaches.
 

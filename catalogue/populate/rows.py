@@ -13,7 +13,7 @@ from ..guide.metrics import LEAST_ARM, measure, transmission
 from ..guide.reach import LEVELS, reach, scan
 from ..guide.trace import Traced, trace
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Indices
 
 Columns = dict[str, Any]
 #: A reach is stored while the mechanism is smaller than this many strokes and this transmission angle is held.  Where
@@ -48,7 +48,7 @@ def together(parts: list[tuple[Columns, Columns]]) -> tuple[Columns, Columns]:
 
 
 def guide_columns(
-    linkage: Linkage, points: Columns, circle: bool, usual: Array | None = None
+    linkage: Linkage, points: Columns, circle: bool, usual: Floats | None = None
 ) -> tuple[Columns, Columns] | None:
     """Trace guided points of linkages in their canonical frame; None if there is no guide among them.
 
@@ -116,19 +116,19 @@ def guide_columns(
     return columns, {k: v[order] for k, v in reaches.items()}
 
 
-def _leading(guides: CouplerCurve, circle: bool, order: Array) -> Array:
+def _leading(guides: CouplerCurve, circle: bool, order: Array) -> Floats:
     """Return the leading coefficients at the design position, NaN for what is exact, shape (n,)."""
     found = leading_error(guides.linkage, guides.point, circle=circle, order=order, pole=guides.pole)
     return np.where(order == EXACT, np.nan, np.abs(found.coefficient))
 
 
-def at_design(linkage: Linkage) -> Array:
+def at_design(linkage: Linkage) -> Floats:
     """Return the transmission angle in the design position, shape (n,) [deg]."""
     z = linkage.points
     return transmission(linkage, [np.stack([z[:, i, 1]] * 2) for i in (0, 1)], np.zeros((2, len(linkage)), complex))[0]
 
 
-def _longest(reaches: Columns, step: Array, steps: Array, least: Array, circle: bool) -> Array:
+def _longest(reaches: Columns, step: Indices, steps: Array, least: Floats, circle: bool) -> Array:
     """Return for each step of the ladder which row of a guide is the longest that holds it, shape (steps, guides); -1
     where none does.
 

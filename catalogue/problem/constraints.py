@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes, Floats, Mask
 from .request import digits, positive, whole
 
 #: Where a side at infinity is taken to be, in the lengths that a region is carried to.
@@ -23,7 +23,7 @@ FAR = 1e7
 class Region:
     """A convex or concave polygon, corners (k, 2); a box is given by its corners x0, y0, x1, y1."""
 
-    corners: Array
+    corners: Floats
     box: tuple[float, float, float, float]
     is_box: bool
 
@@ -63,7 +63,7 @@ class Region:
         x0, y0, x1, y1 = (round(x, decimals) for x in self.box)
         return Region(self.corners.round(decimals), (x0, y0, x1, y1), self.is_box)
 
-    def outside(self, z: Array) -> Array:
+    def outside(self, z: Complexes) -> Floats:
         """Return how far points z, complex, any shape, lie outside the region; negative inside, to the nearest side."""
         if self.is_box:
             x0, y0, x1, y1 = self.box
@@ -78,7 +78,7 @@ class Region:
         distance = np.abs(away - along * side).min(-1)
         return np.asarray(np.where(self.holds(z), -distance, distance))
 
-    def holds(self, z: Array) -> Array:
+    def holds(self, z: Complexes) -> Mask:
         """Return which of the points z, complex, any shape, lie inside or on the border of a box."""
         x, y = z.real, z.imag
         if self.is_box:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..kinematics.types import Array
+from ..kinematics.types import Floats
 from .request import Request, digits, positive, whole
 
 #: What candidates can be ranked by; of each less is better as a cost.  The score is that of the desirabilities, the
@@ -62,11 +62,11 @@ class Desire:
         right = 90.0 if name == "transmission" else unit
         return cls(digits(best / right), digits(worst / right), positive(f"the weight of {name}", weight))
 
-    def of_value(self, value: Array) -> Array:
+    def of_value(self, value: Floats) -> Floats:
         """Return the desirability, 0 to 1."""
         return np.clip((value - self.worst) / (self.best - self.worst), 0.0, 1.0)
 
-    def cost(self, value: Array) -> Array:
+    def cost(self, value: Floats) -> Floats:
         """Return minus its logarithm, continued in a straight line where it is `WORTHLESS`."""
         share = np.minimum((value - self.worst) / (self.best - self.worst), 1.0)
         short = np.maximum(WORTHLESS - share, 0.0) / WORTHLESS
@@ -107,7 +107,7 @@ def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, flo
     return {name: positive(f"the weight of {name}", weight) for name, weight in given.items()}
 
 
-Values = Mapping[str, Array]
+Values = Mapping[str, Floats]
 
 
 @dataclass(frozen=True)
@@ -182,7 +182,7 @@ class Ranking:
         parts = {"balance": ("size", "transmission"), "score": tuple(self.desires)}
         return frozenset(q for name in self.weights for q in parts.get(name, (name,)))
 
-    def cost(self, values: Values) -> Array:
+    def cost(self, values: Values) -> Floats:
         """Return what answers are ranked by, less is better, shape (n,).
 
         Parameters
@@ -196,7 +196,7 @@ class Ranking:
                 return np.asarray(np.log(values["deviation"]))
         return np.asarray(sum(w * self.criterion(name, values) for name, w in self.weights.items()))
 
-    def criterion(self, name: str, values: Values) -> Array:
+    def criterion(self, name: str, values: Values) -> Floats:
         """Return one criterion, shape (n,), less is better."""
         if name == "balance":
             return np.asarray(values["size"] - values["transmission"])
@@ -207,7 +207,7 @@ class Ranking:
             return np.asarray((name == "transmission") - values[name])
         return np.asarray(np.nan_to_num(values[name]))
 
-    def score(self, values: Values) -> Array:
+    def score(self, values: Values) -> Floats:
         """Return the joint desirability, 0 to 100, shape (n,): the weighted geometric mean of the desirabilities.
 
         Derringer and Suich, J. Quality Technology 12 (1980) 214-219.

@@ -24,7 +24,7 @@ from ..curvature_theory.instant import Instant
 from ..guide.fixed_nominal import Nominal
 from ..guide.minimum_zone import grid
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats
 from ..problem.problem import Problem
 from ..series.series import Series
 from .sqp import EXACT
@@ -54,7 +54,7 @@ class Certificate:
         Peaks of the error of alternating sign, ends of the stroke included; 0 without a gap.
     """
 
-    gap: Array
+    gap: Floats
     alternations: Array
 
 
@@ -77,7 +77,7 @@ def certified(
     return Certificate(gap, count)
 
 
-def alternations(error: Array) -> Array:
+def alternations(error: Floats) -> Array:
     """Return how many peaks of errors (n, m) along paths alternate at the largest error, shape (n,)."""
     large = np.abs(error) >= PEAK * np.abs(error).max(1, keepdims=True)
     count, last = np.zeros(len(error), int), np.zeros(len(error))
@@ -108,7 +108,7 @@ class Drifts:
         self._asked = found, series, slots
 
     @cached_property
-    def least(self) -> Array:
+    def least(self) -> Floats:
         """Least residuals of the guides' own series, shape (n,)."""
         found, series, slots = self._asked
         return drift(found, series(), slots)
@@ -118,7 +118,7 @@ class Drifts:
         return {"least": self.least}
 
 
-def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = False) -> Array:
+def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = False) -> Floats:
     """Return the least residual of each guide's own series over its stroke, shape (n,).
 
     NaN where the series is not registered, and for cognates, which are of another one.

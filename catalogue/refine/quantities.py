@@ -19,7 +19,7 @@ from ..guide.coupler_curve import CouplerCurve
 from ..guide.metrics import LEAST_ARM, rotation_margin
 from ..guide.sensitivity import COUNT, PoseJacobian
 from ..kinematics.linkage import PR, RP, RR
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..problem.constraints import Region
 from ..problem.problem import Problem
 
@@ -36,17 +36,17 @@ class Pieces(NamedTuple):
     slope : ndarray, shape (n, k, 10)
     """
 
-    value: Array
-    slope: Array
+    value: Floats
+    slope: Floats
 
     @classmethod
-    def of(cls, rows: Iterable[tuple[Array, Array]], sign: float = 1.0) -> Pieces:
+    def of(cls, rows: Iterable[tuple[Floats, Floats]], sign: float = 1.0) -> Pieces:
         """Return pieces of values (n,) with slopes (n, 10); what is not finite concerns nobody."""
         value, slope = (np.stack(list(part), axis=1) for part in zip(*rows, strict=True))
         good = np.isfinite(value) & np.isfinite(slope).all(-1)
         return cls(np.where(good, sign * value, NONE), np.where(good[..., None], sign * slope, 0.0))
 
-    def less(self, bound: Array | float) -> Pieces:
+    def less(self, bound: Floats | float) -> Pieces:
         """Return the pieces less a bound, shape () or (n,)."""
         return Pieces(self.value - np.reshape(bound, (-1, 1)), self.slope)
 
@@ -73,7 +73,7 @@ class Quantities:
     problem: Problem
     found: CandidateBatch
     guides: CouplerCurve
-    t: Array
+    t: Floats
     by: PoseJacobian
 
     def __call__(self, name: str) -> Pieces:
@@ -100,7 +100,7 @@ class Quantities:
         return Pieces.of(rows)
 
     # -- lengths ------------------------------------------------------------------------------------------------
-    def _place(self, j: int) -> Array:
+    def _place(self, j: int) -> Complexes:
         """Return where a pivot 0 ... 3, or the guided point 4, stands; NaN at infinity."""
         if j == 4:
             return self.found.point
@@ -196,7 +196,7 @@ class Quantities:
         margin = np.nan_to_num(rotation_margin(machine(self.problem, self.found)), nan=-np.inf)
         first, ground = margin[:, 0] >= margin[:, 1], self._length(*self._frame)
 
-        def plus(*terms: tuple[Array | float, Row]) -> Row:
+        def plus(*terms: tuple[Floats | float, Row]) -> Row:
             return np.asarray(sum(f * v for f, (v, _) in terms)), np.asarray(
                 sum((f * np.ones(n))[:, None] * g for f, (_, g) in terms)
             )
@@ -232,12 +232,12 @@ class Quantities:
         return (normal.conj() * gap).real, by
 
 
-def chosen(where: Array, one: Row, two: Row) -> Row:
+def chosen(where: Mask, one: Row, two: Row) -> Row:
     """Return `one` where a mask (n,) says so, else `two`."""
     return np.where(where, one[0], two[0]), np.where(where[:, None], one[1], two[1])
 
 
-def apart(one: Array, i: int, other: Array, j: int) -> Row:
+def apart(one: Complexes, i: int, other: Complexes, j: int) -> Row:
     """Distance of two points and its derivatives; 0 ... 3 pivots, 4 the guided point, 5 a point that stays."""
     by = np.zeros((len(one), COUNT + 2))
     between = one - other
@@ -249,7 +249,7 @@ def apart(one: Array, i: int, other: Array, j: int) -> Row:
     return np.abs(between), by[:, :COUNT]
 
 
-def outside(region: Region, z: Array, k: int) -> Iterable[Row]:
+def outside(region: Region, z: Complexes, k: int) -> Iterable[Row]:
     """How far pivot k lies outside each side of a convex region; of another one outside the nearest side alone."""
     corner = region.corners[:, 0] + 1j * region.corners[:, 1]
     side = np.roll(corner, -1) - corner
@@ -273,7 +273,7 @@ def outside(region: Region, z: Array, k: int) -> Iterable[Row]:
     yield sign * np.abs(away), by
 
 
-def _own(i: int, j: int, value: Array) -> Array:
+def _own(i: int, j: int, value: Array) -> Complexes:
     """Return the derivatives of a pivot by its own coordinates, times a value (m, n)."""
     out = np.zeros((*value.shape, COUNT), dtype=complex)
     out[..., 4 * i + 2 * j], out[..., 4 * i + 2 * j + 1] = value, 1j * value

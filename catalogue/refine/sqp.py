@@ -19,7 +19,7 @@ from ..candidates.feasibility import cost, feasibility
 from ..candidates.placement import in_best_charts, near_path
 from ..guide.coupler_curve import coupler_curve
 from ..guide.fixed_nominal import Nominal
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Indices, Mask
 from ..problem.problem import Problem
 from .step import take_step
 from .subproblem import Parametrisation, PivotCoordinates, linearise
@@ -69,12 +69,12 @@ class Refinement:
     moves: Parametrisation
     nominal: Nominal | None
     best: CandidateBatch
-    best_cost: Array
-    nearest: Array
-    violation: Array
-    radius: Array
-    penalty: Array
-    active: Array
+    best_cost: Floats
+    nearest: Floats
+    violation: Floats
+    radius: Floats
+    penalty: Floats
+    active: Mask
     stalled: Array
     hasty: bool = False
     rounds: int = 0
@@ -171,7 +171,7 @@ class Refinement:
         self.active = self.active & (self.radius > SHORT) & (self.stalled < PATIENCE)
         return bool(self.active.any())
 
-    def _keep(self, at: Array, trials: CandidateBatch, value: Array, total: Array, met: Array) -> None:
+    def _keep(self, at: Indices, trials: CandidateBatch, value: Floats, total: Floats, met: Mask) -> None:
         """Remember the cheapest trials that meet all constraints, or the nearest to that."""
         for key, held in ((np.where(met, value, np.inf), self.best_cost), (total, self.nearest)):
             may = met if held is self.best_cost else ~np.isfinite(self.best_cost)[at] & np.isfinite(total)
@@ -180,7 +180,7 @@ class Refinement:
             held[at[first]] = key[first]
             self.best = self.best.replaced(at[first], trials[first])
 
-    def _trials(self, at: Array) -> tuple[CandidateBatch, Array, Array]:
+    def _trials(self, at: Indices) -> tuple[CandidateBatch, Indices, Floats]:
         """Return what comes of one and of two steps of the guides `at`, within all radii; of which each comes, and by
         which factor of the radius."""
         factors = np.array(RADIUS_FACTORS)
@@ -199,8 +199,8 @@ class Refinement:
         return join(one, two), np.concatenate([of, of[led][kept]]), np.concatenate([by, by[led][kept]])
 
     def _stepped(
-        self, here: CandidateBatch, each: Array, radius: Array, penalty: Array, share: Array | float = 1.0
-    ) -> tuple[CandidateBatch, Array]:
+        self, here: CandidateBatch, each: Indices, radius: Floats, penalty: Floats, share: Floats | float = 1.0
+    ) -> tuple[CandidateBatch, Indices]:
         """Return what comes of a step of the guides `each` of those here within radii, using a share of the deviation,
         and of which of them."""
         guides = here.curve
@@ -214,7 +214,7 @@ class Refinement:
         return near_path(self.problem, take(many.origin, kept), moved, self.nominal), kept
 
 
-def least(value: Array, group: Array) -> Array:
+def least(value: Floats, group: Indices) -> Indices:
     """Return the index of the least value of each group."""
     order = np.lexsort((value, group))
     return np.asarray(order[np.unique(group[order], return_index=True)[1]])

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..candidates.feasibility import weight
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats
 from .subproblem import Subproblem
 
 #: Most iterations, and the complementarity at which they stop.
@@ -18,7 +18,7 @@ ITERATIONS, CLOSE = 50, 1e-6
 INSIDE = 0.99
 
 
-def solve(weight: Array, cost: Array, rows: Array, right: Array) -> tuple[Array, Array]:
+def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Floats, Floats]:
     """Minimise  x diag(weight) x / 2 + cost x  subject to  rows x <= right.
 
     Predictor and corrector from a start that need not be feasible (S. Mehrotra, SIAM J. Optim. 2 (1992) 575-601).  All
@@ -61,15 +61,15 @@ def solve(weight: Array, cost: Array, rows: Array, right: Array) -> tuple[Array,
         diagonal += weight + 1e-16 * np.abs(diagonal).max(1, keepdims=True)
 
         def newton(
-            target: Array,
-            rows: Array = rows,
-            turned: Array = turned,
-            normal: Array = normal,
-            outside: Array = outside,
-            uphill: Array = uphill,
-            slack: Array = slack,
-            dual: Array = dual,
-        ) -> tuple[Array, Array, Array]:
+            target: Floats,
+            rows: Floats = rows,
+            turned: Floats = turned,
+            normal: Floats = normal,
+            outside: Floats = outside,
+            uphill: Floats = uphill,
+            slack: Floats = slack,
+            dual: Floats = dual,
+        ) -> tuple[Array, Floats, Floats]:
             pull = (dual * outside + target) / slack
             dx = -np.linalg.solve(normal, uphill[..., None] + turned @ pull[..., None])[..., 0]
             ds = -outside - (rows @ dx[..., None])[..., 0]
@@ -85,7 +85,7 @@ def solve(weight: Array, cost: Array, rows: Array, right: Array) -> tuple[Array,
     return solution, multipliers
 
 
-def _far(value: Array, step: Array) -> Array:
+def _far(value: Floats, step: Floats) -> Floats:
     """Return the longest part of a step, at most all of it, after which no value is below 0, shape (n, 1)."""
     with np.errstate(divide="ignore", invalid="ignore"):
         reach = np.where(step < 0, -value / step, np.inf)
@@ -119,13 +119,13 @@ class Step:
         balance the cost, as after too few iterations, and prove nothing.
     """
 
-    step: Array
-    alternation: Array
-    bound: Array
+    step: Floats
+    alternation: Floats
+    bound: Floats
 
 
 def take_step(
-    problem: Subproblem, radius: Array, penalty: Array, margin: float = MARGIN, share: Array | float = 1.0
+    problem: Subproblem, radius: Floats, penalty: Floats, margin: float = MARGIN, share: Floats | float = 1.0
 ) -> Step:
     """Return the steps |s_k| <= radius for which the linearised cost and the penalised violation are least.
 
@@ -164,10 +164,10 @@ def take_step(
     cost[:, first:] = penalty[:, None]
     for name, column in slack.items():
         cost[:, first + column] *= weight(name, problem.relaxed)
-    blocks: list[Array] = []
-    rights: list[Array] = []
+    blocks: list[Floats] = []
+    rights: list[Floats] = []
 
-    def add(slope: Array, right: Array, columns: dict[int, float]) -> None:
+    def add(slope: Floats, right: Floats, columns: dict[int, float]) -> None:
         """Add rows slope s + columns <= right."""
         block = np.zeros((n, right.shape[1], width))
         block[..., :p] = slope
@@ -227,7 +227,7 @@ def take_step(
     return Step(np.where(good[:, None], step, np.nan), dual[:, :m] - dual[:, m : 2 * m], bound)
 
 
-def _violation(problem: Subproblem, scale: Array, margin: float) -> Array:
+def _violation(problem: Subproblem, scale: Floats, margin: float) -> Floats:
     """Return by how much the constraints are broken before the step, as the slacks count it, shape (n,)."""
     broken = [np.maximum(limit.value + margin, 0).max(1) for limit in problem.limits.values()]
     deviation = np.maximum(np.abs(problem.error).max(1) - problem.allowed, 0) / scale

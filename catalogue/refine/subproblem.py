@@ -22,7 +22,7 @@ from ..guide.metrics import LEAST_ARM
 from ..guide.minimum_zone import concentric, exchange, grid
 from ..guide.sensitivity import COUNT, displaced, pose_jacobian, rms_gradient
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
 from ..problem.request import FULLEST
@@ -37,10 +37,10 @@ ALONG = 8
 class Parametrisation(Protocol):
     """How placed guides may move: steps in p numbers each, of which 1 is a large one."""
 
-    def basis(self, found: CandidateBatch) -> Array:
+    def basis(self, found: CandidateBatch) -> Floats:
         """Return the derivatives (n, 10, p) of the coordinates of `derivatives` by the steps."""
 
-    def moved(self, found: CandidateBatch, step: Array) -> tuple[Linkage, Array, Array]:
+    def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
         """Return the linkages and guided points after steps (n, p), those that are valid, and the mask (n,) of them."""
 
 
@@ -55,9 +55,9 @@ class PivotCoordinates:
         anew, which moves frozen pivots by what the path turns or shifts, less and less as the steps become short.
     """
 
-    frozen: Array | None = None
+    frozen: Mask | None = None
 
-    def basis(self, found: CandidateBatch) -> Array:
+    def basis(self, found: CandidateBatch) -> Floats:
         linkage = found.linkage
         finite = linkage.finite.reshape(-1, 4)
         arm = np.abs(linkage.points - found.point[:, None, None]).reshape(-1, 4)
@@ -68,7 +68,7 @@ class PivotCoordinates:
             unit[:, self.frozen] = 0.0
         return unit[:, :, None] * np.eye(COUNT)
 
-    def moved(self, found: CandidateBatch, step: Array) -> tuple[Linkage, Array, Array]:
+    def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
         change = (self.basis(found) @ step[..., None])[..., 0]
         return displaced(found.linkage, found.point, change)
 
@@ -86,10 +86,10 @@ class ClassParameters:
         From linkages and guided points, in any frame, to their parameters (n, p).
     """
 
-    make: Callable[[Array], tuple[Array, Array]]
-    read: Callable[[Linkage, Array], Array]
+    make: Callable[[Floats], tuple[Floats, Complexes]]
+    read: Callable[[Linkage, Complexes], Floats]
 
-    def basis(self, found: CandidateBatch) -> Array:
+    def basis(self, found: CandidateBatch) -> Floats:
         """By central differences; the last two are a shift across the path and a turn about the guided point."""
         q = self.read(found.linkage, found.point)
         columns = []
@@ -108,13 +108,13 @@ class ClassParameters:
     def moved(
         self,
         found: CandidateBatch,
-        step: Array,
-    ) -> tuple[Linkage, Array, Array]:
+        step: Floats,
+    ) -> tuple[Linkage, Complexes, Mask]:
         pivots, point = self._laid(found, self.read(found.linkage, found.point) + step[:, :-2])
         made, good = Linkage.valid(pivots)
         return made, point[good], good
 
-    def _laid(self, found: CandidateBatch, q: Array) -> tuple[Array, Array]:
+    def _laid(self, found: CandidateBatch, q: Floats) -> tuple[Floats, Complexes]:
         """Return pivots and guided points as they are made, carried to where the candidates are."""
         (here, at), (pivots, point) = self.make(self.read(found.linkage, found.point)), self.make(q)
         z, w = (p[..., 0] + 1j * p[..., 1] for p in (here, found.linkage.pivots))
@@ -125,7 +125,7 @@ class ClassParameters:
         turn = np.where(over, flipped, straight)
         turn = turn / np.abs(turn)
 
-        def carried(v: Array, shift: Array | float) -> Array:
+        def carried(v: Complexes, shift: Complexes | float) -> Complexes:
             flip = over.reshape(-1, *(1,) * (v.ndim - 1))
             return np.asarray(turn.reshape(flip.shape) * np.where(flip, np.conj(v - shift), v - shift))
 
@@ -136,12 +136,12 @@ class ClassParameters:
         return np.stack([new.real, new.imag, pivots[..., 2]], axis=-1), there
 
 
-def _coordinates(pivots: Array, point: Array) -> Array:
+def _coordinates(pivots: Floats, point: Complexes) -> Floats:
     z = (pivots[..., 0] + 1j * pivots[..., 1]).reshape(len(point), 4)
     return _pairs(np.concatenate([z, point[:, None]], axis=1))
 
 
-def _pairs(z: Array) -> Array:
+def _pairs(z: Complexes) -> Floats:
     """Return complex numbers (n, 5) as x and y, shape (n, 10)."""
     return np.stack([z.real, z.imag], axis=-1).reshape(len(z), -1)
 
@@ -183,17 +183,17 @@ class Subproblem:
         The constraint that is to be broken as little as the others allow.
     """
 
-    error: Array
-    jacobian: Array
+    error: Floats
+    jacobian: Floats
     limits: Mapping[str, Pieces]
     measures: Mapping[str, Pieces]
-    marginal: Mapping[str, Array]
-    allowed: Array
-    rms: Array
-    rms_slope: Array
+    marginal: Mapping[str, Floats]
+    allowed: Floats
+    rms: Floats
+    rms_slope: Floats
     relaxed: str = ""
 
-    def __getitem__(self, index: Array) -> Subproblem:
+    def __getitem__(self, index: Indices) -> Subproblem:
         """Return the problems of some guides, or all again and again."""
 
         def some(every: Mapping[str, Pieces]) -> dict[str, Pieces]:
@@ -265,7 +265,7 @@ def linearise(
     )
 
 
-def _curvature(problem: Problem, found: CandidateBatch) -> Array:
+def _curvature(problem: Problem, found: CandidateBatch) -> Floats:
     """Return the curvatures of the nominals, positive for a centre above, shape (n,)."""
     if problem.curvature is not None:
         return np.full(len(found), problem.curvature)
@@ -273,12 +273,12 @@ def _curvature(problem: Problem, found: CandidateBatch) -> Array:
     return np.asarray(np.where(fit.along.real < 0, -1.0, 1.0) * fit.curvature.astype(float))
 
 
-def _distance(z: Array, bend: Array) -> tuple[Array, Array, Array]:
+def _distance(z: Complexes, bend: Floats) -> tuple[Floats, Complexes, Floats]:
     """Return the signed distances of points (m, n) from the arcs of given curvature over the chord from 0 to 1, unit
     vectors along these there, and the derivatives of the distances by the curvature."""
     middle = z - 0.5
 
-    def signed(k: Array) -> tuple[Array, Array]:
+    def signed(k: Floats) -> tuple[Floats, Complexes]:
         sagitta = 0.25 * k / (1 + np.sqrt(np.maximum(1 - 0.25 * k * k, 0.0)))
         x, y = middle.real, middle.imag + sagitta
         way = 1 - k * y + 1j * k * x
@@ -289,7 +289,7 @@ def _distance(z: Array, bend: Array) -> tuple[Array, Array, Array]:
     return distance, along, by
 
 
-def _centred(error: Array, z: Array, bend: Array) -> Array:
+def _centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
     """Return distances from nominals (m, n) after these, which ran through the ends of the paths, are best placed."""
     sagitta = 0.25 * bend / (1 + np.sqrt(np.maximum(1 - 0.25 * bend * bend, 0.0)))
     _, run, weight = concentric(z.real - 0.5, z.imag + sagitta, bend)
@@ -319,7 +319,7 @@ def _limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
 
 
 def differences(
-    problem: Problem, found: CandidateBatch, chart: Array, names: list[str], basis: Array, nominal: Nominal | None
+    problem: Problem, found: CandidateBatch, chart: Array, names: list[str], basis: Floats, nominal: Nominal | None
 ) -> dict[str, Pieces]:
     """Return constraints with the derivatives of the amounts by which they are broken, differenced on the finite motion
     of those guides for which one of them is near; for others they are as good as constant."""
@@ -342,13 +342,13 @@ def differences(
     return {name: Pieces(value[k][:, None], slopes[k][:, None]) for k, name in enumerate(names)}
 
 
-def _of_allowance(found: CandidateBatch, bound: float, rms: Array, slope: Array) -> Pieces:
+def _of_allowance(found: CandidateBatch, bound: float, rms: Floats, slope: Floats) -> Pieces:
     """Return the constraint on the allowance as one on the deviation at the present sensitivity."""
     value = bound - found.allowance
     return Pieces((value / bound)[:, None], (slope * (found.allowance / rms)[:, None] / bound)[:, None])
 
 
-def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Array]:
+def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     """Return what the cost of each guide rises by per unit of each measure that becomes worse, shape (n,)."""
     if problem.relaxed:
         return {}
@@ -371,7 +371,7 @@ def _wider(pieces: Pieces) -> Pieces:
     return Pieces(pieces.value, np.concatenate([pieces.slope, np.zeros((*pieces.slope.shape[:2], 1))], axis=-1))
 
 
-def _radius(bend: Array, count: int) -> Pieces:
+def _radius(bend: Floats, count: int) -> Pieces:
     """Return the constraints on the curvature of an arc of any radius, its last coordinate: neither flat nor full."""
     slope = np.zeros((len(bend), 2, count))
     slope[:, 0, -1], slope[:, 1, -1] = 1.0, -1.0
@@ -379,7 +379,7 @@ def _radius(bend: Array, count: int) -> Pieces:
     return Pieces(np.stack([bend - flattest, fullest - bend], axis=1), slope)
 
 
-def _at_peaks(error: Array, jacobian: Array, intervals: int) -> tuple[Array, Array]:
+def _at_peaks(error: Floats, jacobian: Floats, intervals: int) -> tuple[Floats, Floats]:
     """Return errors (n, m) and derivatives (n, m, p) carried from the nodes to where, between two nodes each, the error
     is largest: one of four points."""
     fine = grid(intervals).fine

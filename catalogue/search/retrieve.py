@@ -20,7 +20,7 @@ from ..guide.kinds import POINTS, RETURNS, SLOTS
 from ..guide.reach import LEVELS, USABLE
 from ..guide.trace import trace
 from ..kinematics.linkage import SLIDING, Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Indices, Mask
 from ..problem.problem import Problem
 from ..store import Database, Guide, Mechanism, Reach, joined
 
@@ -49,19 +49,19 @@ class Reaches:
     configuration: Array
     order: Array
     kind: Array
-    sweep: Array
-    deviation: Array
-    size: Array
-    max_link: Array
-    min_link: Array
-    max_ground: Array
-    max_arm: Array
-    min_transmission: Array
+    sweep: Floats
+    deviation: Floats
+    size: Floats
+    max_link: Floats
+    min_link: Floats
+    max_ground: Floats
+    max_arm: Floats
+    min_transmission: Floats
     rotates: Array
-    drive_angle: Array
-    rotation: Array
-    fixed_box: Array
-    box: Array
+    drive_angle: Floats
+    rotation: Floats
+    fixed_box: Floats
+    box: Floats
 
     def __len__(self) -> int:
         return len(self.guide)
@@ -134,7 +134,7 @@ def levels(problem: Problem) -> tuple[int, int]:
     return max(tightest, min(LEVELS)), min(top + 1, max(LEVELS))
 
 
-def eligible(problem: Problem, found: Reaches) -> Array:
+def eligible(problem: Problem, found: Reaches) -> Mask:
     """Return which reaches are of a family, series, configuration and order that is asked for, shape (n,)."""
     wanted = problem.constraints
     good = np.ones(len(found), bool)
@@ -146,7 +146,7 @@ def eligible(problem: Problem, found: Reaches) -> Array:
     return good & (found.order >= wanted.order)
 
 
-def estimate(problem: Problem, found: Reaches) -> tuple[Array, Array]:
+def estimate(problem: Problem, found: Reaches) -> tuple[Floats, Floats]:
     """Return what stored reaches are likely to cost, plus what they are likely to break, and by which factor their
     strokes are to be stretched, each (n,).
 
@@ -197,7 +197,7 @@ def estimate(problem: Problem, found: Reaches) -> tuple[Array, Array]:
     return cost + BREAKS * broken, stretch
 
 
-def _outside(problem: Problem, found: Reaches, shorter: Array) -> Array:
+def _outside(problem: Problem, found: Reaches, shorter: Floats) -> Floats:
     """Return how far stored boxes of pivots stand outside their regions, laid in the best way, shape (n,)."""
     regions = {"fixed_pivots_in": found.fixed_box, "pivots_in": found.box}
     regions = {name: box for name, box in regions.items() if getattr(problem.constraints, name) is not None}
@@ -217,7 +217,7 @@ def _outside(problem: Problem, found: Reaches, shorter: Array) -> Array:
     return least
 
 
-def shortlist(found: Reaches, merit: Array, count: int, skip: Array | None = None) -> Array:
+def shortlist(found: Reaches, merit: Floats, count: int, skip: Array | None = None) -> Indices:
     """Return the numbers of the most promising reaches, each guide once, in equal shares of the series and unlike each
     other, best first.
 
@@ -254,7 +254,7 @@ def ranks(*keys: Array) -> Array:
     return rank
 
 
-def placed(problem: Problem, database: Database, found: Reaches, chosen: Array, stretch: Array) -> CandidateBatch:
+def placed(problem: Problem, database: Database, found: Reaches, chosen: Indices, stretch: Floats) -> CandidateBatch:
     """Return chosen reaches as candidates: laid along the path in the way in which their pivots stand best."""
     guides, half, centre, origin = _stored(database, found, chosen)
     low, high = guides.extent
@@ -282,7 +282,7 @@ def placed(problem: Problem, database: Database, found: Reaches, chosen: Array, 
     return measured(problem, origin, Linkage.trusted(best[1].copy()), best[2], best[3], bend)
 
 
-def _stored(database: Database, found: Reaches, chosen: Array) -> tuple[CouplerCurve, Array, Array, Origin]:
+def _stored(database: Database, found: Reaches, chosen: Indices) -> tuple[CouplerCurve, Floats, Floats, Origin]:
     """Return the guides of chosen reaches in their canonical frame, whose origin is the pole (those of slots in their
     motion), with their half windows, where the middles of these lie, and what they are."""
     columns = (Reach.guide_id, Reach.level, Reach.half, Reach.centre, Guide.x, Guide.y, Mechanism.pivots)

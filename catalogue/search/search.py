@@ -20,7 +20,7 @@ from ..candidates.feasibility import STANDING, cost, feasibility
 from ..candidates.placement import measured
 from ..candidates.select import distances, normal_form
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Floats
 from ..problem.problem import Problem
 from ..refine.sqp import Refinement
 from ..store import Database
@@ -53,7 +53,7 @@ class SearchReport:
     refined: int = 0
     solved: int = 0
     completed: int = 0
-    nearest: CandidateBatch | None = None
+    nearest: CandidateBatch | None = field(default=None, repr=False)
 
     @contextmanager
     def timed(self, step: str) -> Iterator[None]:
@@ -113,7 +113,7 @@ class Search:
     database: Database
     report: SearchReport = field(default_factory=SearchReport)
     found: CandidateBatch | None = None
-    cost: Array = field(default_factory=lambda: np.zeros(0))
+    cost: Floats = field(default_factory=lambda: np.zeros(0))
     status: str = "searching"
     stage: int = 0
     refines: bool = True
@@ -208,7 +208,7 @@ class Search:
             self.problem, take(some.origin, good), linkage, some.point[good], some.pole[good], -np.abs(bend)
         )
 
-    def _merits(self, found: CandidateBatch) -> Array:
+    def _merits(self, found: CandidateBatch) -> Floats:
         """Return what candidates cost and break together, shape (n,)."""
         broken = feasibility(self.problem, found)
         with np.errstate(invalid="ignore"):
@@ -245,9 +245,9 @@ class Search:
         violation = feasibility(self.problem, found).total
         self._nearest.append(float(np.fmin.reduce(violation, initial=np.inf)))
 
-    def _halved(self, refinement: Refinement) -> tuple[CandidateBatch, Array]:
+    def _halved(self, refinement: Refinement) -> tuple[CandidateBatch, Floats]:
         """Return what comes of candidates, fewer of which are refined the farther it goes, and what they cost."""
-        parts: list[tuple[CandidateBatch, Array]] = []
+        parts: list[tuple[CandidateBatch, Floats]] = []
         for rounds, keep in ((1, TRIED), (1, max(KEPT, min(self.problem.limit, TRIED)))):
             refinement.run(rounds)
             merit = np.where(np.isfinite(refinement.best_cost), refinement.best_cost, 1e3 + refinement.nearest)

@@ -27,7 +27,7 @@ from ..candidates.placement import measured
 from ..guide.metrics import rotation_margin
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CRANK_1, motion
-from ..kinematics.types import Array
+from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import Region
 from ..problem.problem import Problem
 
@@ -112,7 +112,7 @@ def driven(problem: Problem, count: int, random: np.random.Generator) -> Candida
     return measured(problem, Origin.made(linkage, "general"), linkage, point[best], nothing, np.zeros(len(best)))
 
 
-def straightest(shift: Array, turn: Array) -> tuple[Array, Array]:
+def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:
     """Return the points z of n moving planes that run straightest through m poses z -> shift + turn z.
 
     Parameters
@@ -177,7 +177,7 @@ def _curvature(problem: Problem) -> float:
     return -1.0 if problem.curvature is None else problem.curvature
 
 
-def drawn(problem: Problem, family: str, count: int, random: np.random.Generator) -> Array:
+def drawn(problem: Problem, family: str, count: int, random: np.random.Generator) -> Floats:
     """Return the pivots of linkages with contact of second order, shape (n, 2, 2, 3)."""
     point = complex(0.5, summit(problem))
     second = MADE[family][1]
@@ -216,7 +216,7 @@ def drawn(problem: Problem, family: str, count: int, random: np.random.Generator
     return np.asarray(pivots[good & np.isfinite(pivots).all(axis=(1, 2, 3))])
 
 
-def _fixed(problem: Problem, point: complex, count: int, random: np.random.Generator) -> Array:
+def _fixed(problem: Problem, point: complex, count: int, random: np.random.Generator) -> Complexes:
     """Return places for a fixed pivot: in the region where it must stand, else about the path."""
     wanted = problem.constraints
     region: Region | None = next(

@@ -16,7 +16,7 @@ from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import path_singularity
 from ..errors import InvalidRequest
 from ..kinematics.linkage import FAMILIES, Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Mask
 from .membership import Membership, Memberships
 from .series import Series
 
@@ -52,8 +52,8 @@ class Classification(Sequence[Memberships]):
 
     instant: Instant
     tested: list[Series]
-    residual: Array
-    margin: Array
+    residual: Floats
+    margin: Floats
     tolerance: float = TOLERANCE
 
     def __repr__(self) -> str:
@@ -75,7 +75,7 @@ class Classification(Sequence[Memberships]):
         return np.asarray(self.instant.curvature.reason)
 
     @cached_property
-    def holds(self) -> Array:
+    def holds(self) -> Mask:
         """Which series hold, shape (n, k): at least one wherever a series has a residual."""
         with np.errstate(invalid="ignore"):
             found = np.asarray((self.residual <= self.tolerance) & (self.margin > self.tolerance))

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Mask
 
 
 def point(x: Any, y: Any, w: Any = 1.0) -> Array:
@@ -87,11 +87,11 @@ def roots(total: Array, product: Array) -> tuple[Array, Array]:
         return large, np.where(large == 0, 0.0, product / large)
 
 
-def alike(t: Array, u: Any) -> Array:
+def alike(t: Array, u: Any) -> Mask:
     """Return where two tangents, of the sizes met within the domains, are the same but for rounding."""
     return np.asarray(np.abs(t - u) < 1e-9 * (1 + np.abs(t)))
 
 
-def without(pairs: Array, taken: Array) -> Array:
+def without(pairs: Array, taken: Mask) -> Array:
     """Return pairs (n, 2, 3) with NaN where they are given elsewhere."""
     return np.where(taken[:, None, None], np.nan, pairs)

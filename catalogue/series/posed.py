@@ -13,7 +13,7 @@ from functools import wraps
 
 import numpy as np
 
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes, Floats, Mask
 
 #: What may be given: both fixed pivots, both moving ones, or the fixed and the moving pivot of one crank.
 GIVEN = ("fixed", "moving", "crank")
@@ -38,10 +38,10 @@ class Posed:
     """
 
     given: str
-    pivots: Array
-    point: Array
-    centre: Array
-    axis: Array
+    pivots: Complexes
+    point: Complexes
+    centre: Complexes
+    axis: Complexes
 
     @property
     def path(self) -> str:
@@ -55,7 +55,7 @@ class Posed:
         pivots = self.pivots[:, ::-1] if self.given == "crank" else self.pivots
         return Posed(swap[self.given], pivots, self.centre, self.point, -self.axis)
 
-    def reciprocals(self, pole: Array) -> tuple[Array, Array]:
+    def reciprocals(self, pole: Complexes) -> tuple[Floats, Floats]:
         """1/r and 1/r*: of the distances of centre and point from poles on the axis, along it; 0 at infinity, NaN at
         the pole."""
         near = AT_POLE * np.abs(pole[:, None] - self.pivots).sum(1)
@@ -64,31 +64,31 @@ class Posed:
         return one, other
 
 
-Solve = Callable[[Posed], Array | None]
+Solve = Callable[[Posed], Floats | None]
 
 
 def dual(solve: Solve) -> Solve:
     """Return what solves the inverse problems of those that `solve` solves."""
 
     @wraps(solve)
-    def solved(posed: Posed) -> Array | None:
+    def solved(posed: Posed) -> Floats | None:
         found = solve(posed.inverted)
         return None if found is None else found[..., ::-1, :]
 
     return solved
 
 
-def dot(a: Array, b: Array) -> Array:
+def dot(a: Complexes, b: Complexes) -> Floats:
     """Scalar product of plane vectors."""
     return np.asarray((np.conj(a) * b).real)
 
 
-def unit(a: Array) -> Array:
+def unit(a: Array) -> Complexes:
     """Unit vectors."""
     return np.asarray(a / np.abs(a))
 
 
-def four_bars(fixed: Array, moving: list[tuple[Array, Array]]) -> Array:
+def four_bars(fixed: Complexes, moving: list[tuple[Complexes, Complexes]]) -> Floats:
     """Return pivots (n, k, 2, 2, 3), NaN where not finite, from fixed pivots (n, 2) and the moving pivots (n,) of both
     cranks in each of k solutions."""
     both = np.stack([np.stack(pair, axis=-1) for pair in moving], axis=1)  # (n, k, 2)
@@ -97,31 +97,31 @@ def four_bars(fixed: Array, moving: list[tuple[Array, Array]]) -> Array:
     return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, 1.0)], axis=-1)
 
 
-def circle_through(a: Array, b: Array, c: Array) -> Array:
+def circle_through(a: Complexes, b: Complexes, c: Complexes) -> Complexes:
     """Centres of the circles through three points; NaN or infinite if they lie on a line."""
     p, q = b - a, c - a
     return np.asarray(a + 1j * (p * np.abs(q) ** 2 - q * np.abs(p) ** 2) / (2 * (np.conj(p) * q).imag))
 
 
-def equidistant(start: Array, along: Array, a: Array, b: Array) -> Array:
+def equidistant(start: Complexes, along: Complexes, a: Complexes, b: Complexes) -> Complexes:
     """Points of lines that are equally far from two others."""
     p, q = a - start, b - start
     return np.asarray(start + along * (np.abs(p) ** 2 - np.abs(q) ** 2) / (2 * dot(along, p - q)))
 
 
-def on_ray(pole: Array, point: Array, normal: Array, inverse_diameter: Array) -> Array:
+def on_ray(pole: Complexes, point: Complexes, normal: Complexes, inverse_diameter: Floats) -> Complexes:
     """Moving points of fixed ones by Euler and Savary: 1/r* = 1/r + 1/(rho0 sin)."""
     ray = unit(point - pole)
     return np.asarray(pole + ray / (1 / np.abs(point - pole) + inverse_diameter / dot(normal, ray)))
 
 
-def mirror_images(start: Array, axis: Array, a: Array, b: Array, near: float = 1e-9) -> Array:
+def mirror_images(start: Complexes, axis: Complexes, a: Complexes, b: Complexes, near: float = 1e-9) -> Mask:
     """Return where two points lie symmetrically to lines, up to `near` of their distance."""
     middle, apart = 0.5 * (a + b) - start, np.abs(a - b)
     return np.asarray((np.abs(dot(1j * axis, middle)) < near * apart) & (np.abs(dot(axis, a - b)) < near * apart))
 
 
-def poles_by_two_cranks(posed: Posed) -> list[tuple[Array, Array, int]]:
+def poles_by_two_cranks(posed: Posed) -> list[tuple[Complexes, Complexes, int]]:
     """Return (pole, unit vector from it, which) of the four configurations in which the ray of one crank, `which`, and
     an axis of the pole fall together, the other crank standing on a circle through the pole: quadratics for each."""
     local = (posed.pivots - posed.centre[:, None]) * posed.axis.conj()[:, None]

@@ -8,7 +8,7 @@ from zlib import crc32
 import numpy as np
 
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Floats, Mask
 from .series import Member, Series
 
 #: Samples per block, a power of two as the sequence wants.
@@ -27,8 +27,8 @@ class Drawn:
     """Linkages kept from one block, with the parameters they came from (all, free and derived)."""
 
     linkage: Linkage
-    free: dict[str, Array]
-    complete: dict[str, Array]
+    free: dict[str, Floats]
+    complete: dict[str, Floats]
 
 
 def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
@@ -51,7 +51,7 @@ def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
     return Drawn(linkage, {k: v[kept] for k, v in free.items()}, {k: v[kept] for k, v in complete.items()})
 
 
-def in_proportion(linkage: Linkage) -> Array:
+def in_proportion(linkage: Linkage) -> Mask:
     """Return which linkages could be built: no pivot far away, no link tiny, no two links too unequal, shape (n,)."""
     z, finite = linkage.points, linkage.finite
     far = np.where(finite, np.abs(z), 0).max(axis=(1, 2))

@@ -24,7 +24,7 @@ import numpy as np
 from ..curvature_theory.instant import Instant
 from ..errors import PluginError
 from ..kinematics.linkage import FAMILIES, Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats, Mask
 from .pairs import half_turn
 from .posed import Posed, Solve, dual
 
@@ -46,7 +46,7 @@ class Parameter:
                 f"parameter {self.name}: the domain must be increasing finite intervals, not {self.domain}"
             )
 
-    def spread(self, share: Array) -> Array:
+    def spread(self, share: Floats) -> Floats:
         """Carry shares in [0, 1) (any shape) to the domain, uniformly over the union of its intervals."""
         low = np.array([a for a, _ in self.domain])
         width = np.array([b - a for a, b in self.domain])
@@ -55,7 +55,7 @@ class Parameter:
         k = np.clip(np.searchsorted(start, at, side="right") - 1, 0, len(low) - 1)
         return np.asarray(low[k] + (at - start[k]))
 
-    def holds(self, values: Array) -> Array:
+    def holds(self, values: Array) -> Mask:
         """Return where values lie in the domain."""
         return np.asarray(np.any([(values >= a) & (values <= b) for a, b in self.domain], axis=0))
 
@@ -181,7 +181,7 @@ class Series:
     inverse: str
     source: str
     members: Sequence[Member]
-    classify: Callable[[Instant], tuple[Array, Array]]
+    classify: Callable[[Instant], tuple[Floats, Floats]]
     guided: Callable[[Parameters], Iterable[Guided]]
     solve: Solve | None = None
     degenerate: bool = True
@@ -214,7 +214,7 @@ class Series:
                 return m
         raise PluginError(f"series {self.code} has no member {key!r}; it has {', '.join(m.key for m in self.members)}")
 
-    def answers(self, posed: Posed) -> Array:
+    def answers(self, posed: Posed) -> Floats:
         """Return the linkages of posed problems, shape (n, k, 2, 2, 3), NaN where there are fewer than k."""
         found = None
         if self.solve:
@@ -227,7 +227,7 @@ class Series:
     def inversion(self, code: str, title: str) -> Series:
         """Return the inverse series: fixed and moving plane exchanged in everything."""
 
-        def classify(instant: Instant) -> tuple[Array, Array]:
+        def classify(instant: Instant) -> tuple[Floats, Floats]:
             return self.classify(instant.inverted)
 
         def guided(p: Parameters) -> list[Guided]:
@@ -262,6 +262,6 @@ def inverse_words(text: str) -> str:
     return re.sub("undulation|cuspidation", lambda found: swap[found[0]], text)
 
 
-def linkages(series: Series, key: str, free: Parameters) -> tuple[Linkage, Array]:
+def linkages(series: Series, key: str, free: Parameters) -> tuple[Linkage, Mask]:
     """Return the valid linkages of a member at the given parameters, and the mask of those that are valid."""
     return Linkage.valid(series.member(key).synthesise(free))

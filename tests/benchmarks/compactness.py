@@ -116,12 +116,13 @@ def main() -> None:
         for classical in CLASSICAL:
             print(classical.kind, classical.compactness, file=sys.stderr)
             cells = [classical.kind, f"{classical.compactness:.2f}", f"{classical.band:.1e}"]
-            best = None
+            best: Candidate | None = None
             for series in (classical.series, ()):
                 found = straightest(cat, 1 / classical.compactness, series)
                 best = min((c for c in (found, best) if c), key=lambda c: c.deviation)
                 cells += [f"{best.deviation:.2e}", f"{compactness(best):.2f}"]
                 points.append((compactness(best), best.deviation, bool(series)))
+            assert best is not None
             rows.append([*cells, best.series])
     text = io.StringIO()
     with contextlib.redirect_stdout(text):

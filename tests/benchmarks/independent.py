@@ -51,12 +51,13 @@ class Guides:
     slider: bool
 
     def __getitem__(self, index: Any) -> Guides:
-        return Guides(*(getattr(self, name)[index] for name in "abcdp"), self.slider)
+        a, b, c, d, p = (getattr(self, name)[index] for name in "abcdp")
+        return Guides(a, b, c, d, p, self.slider)
 
     def swapped(self, where: Array) -> Guides:
         """Return four-bars with their cranks exchanged where a mask says so."""
-        return Guides(*(np.where(where, getattr(self, j), getattr(self, i)) for i, j in ("ac", "bd", "ca", "db")),
-                      self.p, False)  # fmt: skip
+        a, b, c, d = (np.where(where, getattr(self, j), getattr(self, i)) for i, j in ("ac", "bd", "ca", "db"))
+        return Guides(a, b, c, d, self.p, False)
 
     def moved(self, factor: Array | complex, shift: Array | complex) -> Guides:
         """Return the guides turned and scaled by a complex factor, then shifted."""
@@ -385,7 +386,8 @@ def _moves(z: Array, finite: Array, point: complex) -> Moves:
 
     def cranks(angle: Array) -> tuple[Array, Array]:
         if finite[1, 1]:
-            poses = posed(Guides(*(np.array([v]) for v in (a, b, c, d, point)), not finite[1, 0]), angle)
+            fixed, pin, other, end, guided = (np.array([v]) for v in (a, b, c, d, point))
+            poses = posed(Guides(fixed, pin, other, end, guided, not finite[1, 0]), angle)
             ray = np.full_like(poses.d, c) if not finite[1, 0] else poses.d - c
             return poses.p, sine_between(poses.d - poses.b, ray)
         first = a + (b - a) * np.exp(1j * angle)
@@ -432,7 +434,8 @@ def dot(a: Any, b: Any) -> Any:
 
 
 def sine_between(a: Array, b: Array) -> Array:
-    return (np.conj(a) * b).imag / (np.abs(a) * np.abs(b))
+    sine: Array = (np.conj(a) * b).imag / (np.abs(a) * np.abs(b))
+    return sine
 
 
 def _followed(moves: Moves, stations: int) -> tuple[Array, float] | None:
@@ -493,7 +496,8 @@ def _summed(
     if finite.all() or (finite.sum() == 3 and finite[:, 1].all()):
         order = [0, 1] if finite[0].all() else [1, 0]
         (e, f), (g, h) = z[order].tolist()
-        turns = float(np.nanmax(turning(Guides(*(np.array([v]) for v in (e, f, g, h, point)), not finite.all()))))
+        fixed, pin, other, end, guided = (np.array([v]) for v in (e, f, g, h, point))
+        turns = float(np.nanmax(turning(Guides(fixed, pin, other, end, guided, not finite.all()))))
     elif finite.sum() == 3:  # a crank and a line of the coupler: its distance from the crank's end, and the frame
         crank = 0 if finite[0].all() else 1
         (e, f), (g, h) = z[crank].tolist(), z[1 - crank].tolist()

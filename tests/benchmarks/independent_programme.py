@@ -109,7 +109,8 @@ def error(path: Array, sagitta: Array | float) -> Array:
     sagitta = np.asarray(sagitta)
     radius = 0.5 * sagitta + 0.125 / sagitta
     u, v = path.real - 0.5, path.imag - sagitta  # from the crown
-    return (u * u + v * v + 2 * v * radius) / (np.hypot(u, v + radius) + radius)
+    off: Array = (u * u + v * v + 2 * v * radius) / (np.hypot(u, v + radius) + radius)
+    return off
 
 
 class OutOfTime(Exception):
@@ -273,11 +274,18 @@ class Programme:
             moved = self.rows(middle, unit, y[n:, None] + step * np.concatenate([np.eye(3), -np.eye(3)], axis=1))
             return np.hstack([value[:, :n] - value[:, n:], moved[:, :3] - moved[:, 3:]]) / (2 * step)
 
+        def rise(y: Array) -> float:
+            return float(slope @ y)
+
+        def gradient(_: Array) -> Array:
+            return slope
+
+        sides: Any = {"type": "ineq", "fun": values, "jac": slopes}
         with np.errstate(all="ignore"):
             try:
                 found = minimize(
-                    lambda y: float(slope @ y), start, jac=lambda _: slope, method="SLSQP", bounds=limits.T.tolist(),
-                    constraints={"type": "ineq", "fun": values, "jac": slopes},
+                    rise, start, jac=gradient, method="SLSQP", bounds=limits.T.tolist(),
+                    constraints=sides,
                     options={"maxiter": rounds, "ftol": tolerance},
                 )  # fmt: skip
             except (ValueError, OutOfTime):

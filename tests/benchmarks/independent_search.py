@@ -60,9 +60,9 @@ def starts(task: Task, slider: bool, rng: Any, arms: int = 300, each: int = 60) 
     def somewhere(box: Any, shape: Any, about: Array | complex) -> Array:
         if box is not None:
             (x0, x1), (y0, y1) = sorted(box[::2]), sorted(box[1::2])
-            return rng.uniform(x0, x1, shape) + 1j * rng.uniform(y0, y1, shape)
+            return np.asarray(rng.uniform(x0, x1, shape) + 1j * rng.uniform(y0, y1, shape))
         way = np.exp(rng.uniform(np.log(0.1), np.log(far), shape))
-        return about + way * np.exp(2j * np.pi * rng.random(shape))
+        return np.asarray(about + way * np.exp(2j * np.pi * rng.random(shape)))
 
     fixed, moving = b.get("fixed_pivots_in", b.get("pivots_in")), b.get("pivots_in")
     a1, b1 = somewhere(fixed, count, point), somewhere(moving, count, point)
@@ -98,7 +98,10 @@ def starts(task: Task, slider: bool, rng: Any, arms: int = 300, each: int = 60) 
             second = 0 * second
         push = np.maximum(np.where(np.abs(np.sign(first).sum(0)) < 9, 0, np.abs(first).min(0)),
                           np.where(np.abs(np.sign(second).sum(0)) < 9, 0, np.abs(second).min(0)))  # fmt: skip
-        g = Guides(*(np.broadcast_to(v, d.shape).ravel() for v in (a1, b1, c, d, point)), slider)
+        fixed_1, moving_1, fixed_2, moving_2, guided = (
+            np.broadcast_to(v, d.shape).ravel() for v in (a1, b1, c, d, point)
+        )
+        g = Guides(fixed_1, moving_1, fixed_2, moving_2, guided, slider)
         push, bent = push.ravel(), bent.ravel()
         broken = np.log10(np.maximum(bent / task.asked, 1)) + 3 * (push < 0.02)
         broken += np.maximum(np.sin(np.radians(b.get("min_transmission", 0))) - push, 0)
@@ -131,7 +134,8 @@ def _centre(at: Array) -> Array:
     xx, xy, yy = (z.real**2).sum(0), (z.real * z.imag).sum(0), (z.imag**2).sum(0)
     p, q = 0.5 * (square * z.real).sum(0), 0.5 * (square * z.imag).sum(0)
     area = xx * yy - xy * xy
-    return middle + (p * yy - q * xy + 1j * (q * xx - p * xy)) / area
+    centre: Array = middle + (p * yy - q * xy + 1j * (q * xx - p * xy)) / area
+    return centre
 
 
 @dataclass(frozen=True)
@@ -235,7 +239,8 @@ def shaken(g: Guides, rng: Any, by: float) -> Guides:
     """Return one guide with its pivots moved at random by about a part of the stroke."""
 
     def move(z: Array) -> Array:
-        return z + by * (rng.normal(size=1) + 1j * rng.normal(size=1)) / np.sqrt(2)
+        moved: Array = z + by * (rng.normal(size=1) + 1j * rng.normal(size=1)) / np.sqrt(2)
+        return moved
 
     c = g.c * np.exp(1j * by * rng.normal(size=1)) if g.slider else move(g.c)
     return Guides(move(g.a), move(g.b), c, move(g.d), g.p, g.slider)
@@ -294,7 +299,7 @@ def main() -> None:
         entry, start = entries[name], time.process_time()
         best = search(entry, given.seconds, given.seed)
         taken, known = time.process_time() - start, entry["known"]["cost"]
-        found = {"cost": None, "processor_seconds": round(taken, 2)}
+        found: dict[str, Any] = {"cost": None, "processor_seconds": round(taken, 2)}
         if best is not None and best.violation <= WITHIN:
             pivots, guided = as_pivots(best.guide, entry["stroke"])
             found |= {"cost": best.cost, "found_after": round(best.seconds, 2), "pivots": pivots, "guided": guided}

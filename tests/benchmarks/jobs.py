@@ -206,7 +206,7 @@ def errors(job: Job, u: Array, v: Array) -> Array:
         return v
     if job.request.kind == "circle":
         v, degree = np.abs(u + 1j * v - 1j * job.request.radius) - job.request.radius, 0
-        return v - np.polyval(np.polyfit(u, v, degree), u)
+        return np.asarray(v - np.polyval(np.polyfit(u, v, degree), u))
     return np.asarray(v - np.polyval(np.polyfit(u, v, 1), u))
 
 

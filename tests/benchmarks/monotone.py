@@ -13,6 +13,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 from typing import Any
@@ -86,12 +87,13 @@ def best(cat: Any, entry: dict[str, Any], effort: int, known: dict[str, Any]) ->
 def price(found: Any, entry: dict[str, Any]) -> float:
     """Return what a candidate says that it costs, as `independent.cost` counts it."""
     stroke, rank = entry["stroke"], entry["rank_by"]
-    return {
+    prices: dict[str, Callable[[], float]] = {
         "size": lambda: found.size / stroke,
         "balance": lambda: found.size / stroke - found.min_transmission / 90,
         "transmission": lambda: 1 - found.min_transmission / 90,
         "deviation": lambda: found.deviation / stroke,
-    }[rank]()
+    }
+    return prices[rank]()
 
 
 def main() -> None:
@@ -114,7 +116,9 @@ def main() -> None:
         both += more is not None
         neither += one is None and two is None
         gone = one is not None and two is None
-        reversal = gone or (more is not None and more > AS_GOOD and abs(two - one) > 1e-9)
+        reversal = gone or (
+            one is not None and two is not None and more is not None and more > AS_GOOD and abs(two - one) > 1e-9
+        )
         worse += reversal and not gone
         lost += gone
         kept.append({"name": tight["name"], "looser": names, "tight": one, "loose": two, "reversal": reversal})

@@ -56,7 +56,8 @@ def intersected(linkage: Linkage, point: Array, angle: Array) -> Array:
         across = np.sqrt(coupler**2 / square - along**2)
     side = np.sign(((bm - am) / (b - am)).imag)
     other = moving + apart * (along + 1j * side * across)
-    return moving + (other - moving) / (bm - am) * (point - am)
+    path: Array = moving + (other - moving) / (bm - am) * (point - am)
+    return path
 
 
 def one_by_one(linkage: Linkage, point: Array, angle: Array) -> list[list[complex]]:
@@ -124,7 +125,8 @@ def compiled() -> list[tuple[str, float]]:
     steps = 64 * M if HAS_NUMBA else M
 
     def run() -> Array:
-        return simulate(positions.copy(), constraints, kinds, parents, offsets, order, steps, 1.0)
+        found: Array = simulate(positions.copy(), constraints, kinds, parents, offsets, order, steps, 1.0)
+        return found
 
     assert np.isfinite(run()).all()
     name = "compiled by numba" if HAS_NUMBA else "without numba"
@@ -167,9 +169,9 @@ def limit() -> None:
     closed.BLOCK = usual
     print(f"Block sizes ({usual} is used); 'held' counts the 15 arrays of a block that are alive at once.\n")
     table(["positions", "held KiB", "window ns", "multiply ns", "sqrt ns", "divide ns", "9 forms ns"], rows)
-    forms, root, division, passes, whole = parts
+    nine, root, division, passes, whole = parts
     print(
-        f"What sets the limit: of {whole:.1f} ns, the matrix product of the nine forms takes {forms:.1f}, one square\n"
+        f"What sets the limit: of {whole:.1f} ns, the matrix product of the nine forms takes {nine:.1f}, one square\n"
         f"root {root:.1f}, three divisions {division:.1f}, {PASSES} further passes at least {passes:.1f} (so much when\n"
         f"their operands are in cache already).  The rest, {whole - sum(parts[:4]):.1f} ns, is waiting for the caches:\n"
         "memory passes set the limit, not arithmetic.  Smaller blocks pay numpy's call overhead, larger ones leave the\n"

@@ -9,6 +9,7 @@ import contextlib
 import time
 import warnings
 from itertools import count
+from typing import Any
 
 import numpy as np
 from jobs import STATIONS, Array, Job, errors, measured, plain, sampled
@@ -57,9 +58,11 @@ def evolved_on_kernel(job: Job, limit: float) -> History:
         watch.saw(float(value.min()))
         return value
 
+    batch: Any = objective  # scipy's types know no vectorized objective,
+    bounds: Any = job.bounds  # nor a list of bounds
     with contextlib.suppress(OutOfTime):
         for seed in count(1):
-            differential_evolution(objective, job.bounds, vectorized=True, updating="deferred", popsize=40,
+            differential_evolution(batch, bounds, vectorized=True, updating="deferred", popsize=40,
                                    maxiter=10**6, polish=False, seed=seed)  # fmt: skip
     return watch.history
 
@@ -67,9 +70,10 @@ def evolved_on_kernel(job: Job, limit: float) -> History:
 def evolved_on_plain(job: Job, limit: float) -> History:
     """Differential evolution on a sampled path, as one would write it, started anew when it rests."""
     watch = Watch(job, limit)
+    bounds: Any = job.bounds  # scipy's types know no list of bounds
     with contextlib.suppress(OutOfTime):
         for seed in count(1):
-            differential_evolution(watch.plain, job.bounds, maxiter=10**6, seed=seed)
+            differential_evolution(watch.plain, bounds, maxiter=10**6, seed=seed)
     return watch.history
 
 
@@ -120,6 +124,12 @@ def multistarted(job: Job, limit: float) -> History:
     def note(x: Array) -> None:
         watch.saw(float(measured(job, x[:, None])[0]))
 
+    def last(y: Array) -> Any:
+        return y[-1]
+
+    def unit_last(y: Array) -> Array:
+        return np.asarray(np.eye(len(y))[-1])
+
     with contextlib.suppress(OutOfTime), warnings.catch_warnings():
         warnings.simplefilter("ignore")
         while True:
@@ -131,11 +141,11 @@ def multistarted(job: Job, limit: float) -> History:
             level = float(np.abs(residuals(x)).max())
             if level > 1e-3:
                 continue
-            sides = {
+            sides: Any = {
                 "type": "ineq",
                 "fun": lambda y, unit=level: np.concatenate([s * residuals(y[:-1]) / unit + y[-1] for s in (1, -1)]),
             }
-            found = minimize(lambda y: y[-1], np.append(x, 1.0), jac=lambda y: np.eye(len(y))[-1], constraints=sides,
+            found = minimize(last, np.append(x, 1.0), jac=unit_last, constraints=sides,
                              method="SLSQP", options={"maxiter": 80, "ftol": 1e-6})  # fmt: skip
             note(found.x[:-1])
     return watch.history

@@ -18,7 +18,7 @@ import io
 from pathlib import Path
 from typing import Any
 
-import mpmath as mp
+import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 
 from tests.benchmarks.measuring import table, title
@@ -270,7 +270,7 @@ def rows(n: int) -> list[list[str]]:
             each = []
             for i in good:
                 with contextlib.suppress(ArithmeticError, ZeroDivisionError):
-                    each.append(losses(m, at, i, draw))
+                    each.append(losses(m, at, int(i), draw))
             cells = [
                 f"{np.nanmedian(v):.1f}/{np.nanmax(v):.1f}"
                 if (v := [e[k] for e in each]) and np.isfinite(v).any()

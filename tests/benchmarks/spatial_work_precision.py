@@ -132,11 +132,13 @@ class Single:
         """Return the rotation after y."""
         half = np.asarray(y[:3], self.real) / 2
         cross = np.array([[0, -half[2], half[1]], [half[2], 0, -half[0]], [-half[1], half[0], 0]], self.real)
-        return rotation + 2 / (1 + half @ half) * (cross @ rotation + cross @ (cross @ rotation))
+        after: Array = rotation + 2 / (1 + half @ half) * (cross @ rotation + cross @ (cross @ rotation))
+        return after
 
     def points_at(self, rotation: Array, free: Array, q: Array) -> Array:
         """Return all points (3, p)."""
-        return self.place(0, free, q)[0][:, None] + rotation @ self.arms
+        points: Array = self.place(0, free, q)[0][:, None] + rotation @ self.arms
+        return points
 
 
 def refined(single: Single, lean: Single, rotation: Array, free: Array, q: Array) -> Array:
@@ -147,6 +149,7 @@ def refined(single: Single, lean: Single, rotation: Array, free: Array, q: Array
         y = np.concatenate([np.zeros(3, np.longdouble), free])
         f, _ = single.evaluate(y, rotation, q, jacobian=False)
         _, jac = lean.evaluate(y.astype(float), rotation.astype(float), q.astype(float), jacobian=True)
+        assert jac is not None
         y = y - np.linalg.solve(jac, f.astype(float))
         rotation, free = single.turned(y, rotation), y[3:]
         u = rotation.astype(np.longdouble)
@@ -154,13 +157,21 @@ def refined(single: Single, lean: Single, rotation: Array, free: Array, q: Array
     return single.points_at(rotation, free, q)
 
 
+def reflective(f: Callable[..., Any], y: Array, tol: float) -> Any:
+    def residual(v: Array) -> Any:
+        return f(v)[0]
+
+    def jacobian(v: Array) -> Any:
+        return f(v)[1]
+
+    return least_squares(residual, y, jac=jacobian, xtol=tol, ftol=tol, gtol=tol).x
+
+
 Way = tuple[str, Callable[[Callable[..., Any], Array, float], Any], bool, int]
 WAYS: list[Way] = [
     ("scipy root (hybr), analytic Jacobian", lambda f, y, tol: root(f, y, jac=True, tol=tol).x, True, FEW),
     ("scipy root (hybr), differences", lambda f, y, tol: root(f, y, tol=tol).x, False, FEW),
-    ("scipy least_squares (trf), analytic Jacobian",
-     lambda f, y, tol: least_squares(lambda v: f(v)[0], y, jac=lambda v: f(v)[1], xtol=tol, ftol=tol, gtol=tol).x, True,
-     FEWER),
+    ("scipy least_squares (trf), analytic Jacobian", reflective, True, FEWER),
     ("scipy least_squares (trf), differences", lambda f, y, tol: least_squares(f, y, xtol=tol, ftol=tol, gtol=tol).x,
      False, FEWER),
 ]  # fmt: skip
@@ -174,7 +185,7 @@ def setting(name: str) -> tuple[Any, Array, Array]:
     return m[whole], path[whole], start[whole]
 
 
-def measure() -> tuple[list[list[Any]], list[tuple[str, str, float, float, float]], dict[str, float]]:
+def measure() -> tuple[list[list[str]], list[tuple[str, str, float, float, float]], dict[str, int]]:
     """Return rows of the table, (class, way, tolerance, time, error) of all, and how many mechanisms there were."""
     found: list[tuple[str, str, float, float, float]] = []
     many = {}

@@ -67,6 +67,10 @@ def orthogonal(near: float, draw: Draw, n: int) -> Array:
 
 def dead_point(near: float, draw: Draw, n: int) -> Array:
     """Four-bars on one line, then crank 1 turned and the loop closed again."""
+    a: Array
+    c: Array
+    d: Array
+    e: Array
     while True:
         a, c, d = draw.uniform(-1, 1, 4 * n), draw.uniform(0.5, 2, 4 * n), draw.uniform(2, 3, 4 * n)
         e = d + draw.uniform(0.3, 1, 4 * n) * np.sign(draw.normal(size=4 * n))

@@ -65,11 +65,11 @@ def test_no_answer_on_the_front_is_dominated(small: Catalogue, request_: Any, na
     found = small.find(request_, rank_by=names, limit=20, families=["four-bar"], refine=False, distinct=0)
     assert len(found) >= 12
     values = np.array([[TERMS[name](c) for name in names] for c in found]).round(9)
-    front = [c.front for c in found]
+    front: list[Any] = [c.front for c in found]
     assert front[0] == 1
     assert front == sorted(front)
-    for i, c in enumerate(found):
-        assert not any(dominates(values[j], values[i]) for j, o in enumerate(found) if o.front >= c.front)
+    for i, own in enumerate(front):
+        assert not any(dominates(values[j], values[i]) for j, other in enumerate(front) if other >= own)
     assert values[0, 0] == values[:, 0].min(), "the best by the first criterion comes first"
 
 

@@ -53,8 +53,8 @@ def test_mirror_image_exchange_and_scale_are_no_difference(
     image = image[::-1] if exchange else image
     assert between(one, image) < 1e-7
     assert between(other, image) == pytest.approx(between(other, one), abs=1e-9)
-    longer = [p * np.array([scale, scale, 1]) for p in (one, other)]
-    assert between(*longer, stroke=scale) == pytest.approx(between(one, other), abs=1e-9)
+    longer, other_longer = (p * np.array([scale, scale, 1]) for p in (one, other))
+    assert between(longer, other_longer, stroke=scale) == pytest.approx(between(one, other), abs=1e-9)
 
 
 def test_an_arc_is_not_mirrored_in_its_chord() -> None:
@@ -90,7 +90,8 @@ def test_no_two_answers_are_nearer_than_asked(small: Catalogue, request_: Any, r
     assert len(found) >= 8
     assert min(c.nearest or 0.0 for c in found) >= apart > 1e-6
     forms = normal_form(np.array([c.pivots for c in found]), request_.stroke)
-    np.testing.assert_allclose(nearest(forms, mirror=request_.kind == "line"), [c.nearest for c in found], rtol=1e-9)
+    expected: list[Any] = [c.nearest for c in found]
+    np.testing.assert_allclose(nearest(forms, mirror=request_.kind == "line"), expected, rtol=1e-9)
     assert found[0].id == plain[0].id, "the best of its cluster stays"
 
 

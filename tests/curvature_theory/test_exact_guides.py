@@ -83,11 +83,11 @@ def test_points_of_exact_guides_are_exact_still() -> None:
     """Every point of a coupler with parallel equal cranks; the joint's circle in an isosceles slider-crank."""
     draw = np.random.default_rng(3)
     z = draw.normal(size=50) + 1j * draw.normal(size=50)
-    parallelogram = Linkage([[[[0, 0, 1], [0.6, 1, 1]], [[2, 0.3, 1], [2.6, 1.3, 1]]]] * 50)
+    parallelogram = Linkage([[[[0.0, 0, 1], [0.6, 1, 1]], [[2, 0.3, 1], [2.6, 1.3, 1]]]] * 50)
     assert (leading_error(parallelogram, z, circle=True).order == EXACT).all()
     for phi in draw.uniform(0.2, 1.2, 20):
         pin = np.exp(1j * phi)
-        isosceles = Linkage([[point(0j), point(pin)], [[0, 1, 0], point(complex(2 * pin.real))]])
+        isosceles = Linkage([[point(0j), point(pin)], [[0.0, 1, 0], point(complex(2 * pin.real))]])
         end = np.array([complex(0, 2 * pin.imag)])  # as far beyond the pin as the slider: on a line through the pivot
         assert leading_error(isosceles, end).order[0] == EXACT
         assert leading_error(isosceles, end + 1e-6 * pin).order[0] < EXACT

@@ -600,7 +600,7 @@ def test_measured_deviation_tends_to_the_law(code: str, label: str, split: bool)
     assert len(fair) >= 10
     off = []
     for half in (0.04, 0.01):
-        halves = np.full(len(fair), half, dtype=np.longdouble)
+        halves: Array = np.full(len(fair), half, dtype=np.longdouble)
         found = trace(here, halves, circle=circle, split=split, centre=8**-0.5 if held and not circle else 0.0)
         law = error.law(2 * halves) if split else error.held(2 * halves)
         off.append((found.fit.deviation / law - 1).astype(float))

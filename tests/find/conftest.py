@@ -93,7 +93,8 @@ def at_home(c: Candidate) -> tuple[Any, complex]:
         z = turn * (complex(x, y) - (start if w else 0))
         return [z.real, z.imag, w]
 
-    x, y, _ = carried(*c.guided, 1)
+    guided_x, guided_y = c.guided
+    x, y, _ = carried(guided_x, guided_y, 1)
     return [[carried(*pivot) for pivot in pair] for pair in c.pivots], complex(x, y)
 
 

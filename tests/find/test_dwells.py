@@ -46,7 +46,8 @@ def guided_path(d: DwellCandidate, count: int) -> Array:
     pin = z[i, 0] + turn * (z[i, 1] - z[i, 0])
     other = meet(pin, abs(z[1 - i, 1] - z[i, 1]), z[1 - i, 0], abs(z[1 - i, 1] - z[1 - i, 0]), z[1 - i, 1])
     share = (complex(*d.guided) - z[i, 1]) / (z[1 - i, 1] - z[i, 1])
-    return pin + share * (other - pin)
+    path: Array = pin + share * (other - pin)
+    return path
 
 
 def rocker_angles(d: DwellCandidate, count: int) -> tuple[Array, Array]:

@@ -85,6 +85,7 @@ def test_lambda_linkages_of_the_textbooks_are_answered_in_their_own_envelope(
         min_drive_angle=angle * (1 - 1e-9), rank_by="deviation", limit=1,
     )  # fmt: skip
     assert found[0].deviation <= deviation
+    assert found[0].drive_angle is not None
     assert found[0].drive_angle >= angle * (1 - 1e-8)
 
 
@@ -92,7 +93,7 @@ def test_lambda_linkages_of_the_textbooks_are_answered_in_their_own_envelope(
 @pytest.mark.parametrize("stroke", [1.0, 2.0])
 def test_a_tall_roberts_linkage_is_answered_in_its_own_envelope(small: Catalogue, stroke: float) -> None:
     """The isosceles one eight times as high as the half of its frame."""
-    linkage = Linkage([[[-1, 0, 1], [-0.5, 8, 1]], [[1, 0, 1], [0.5, 8, 1]]])
+    linkage = Linkage([[[-1.0, 0, 1], [-0.5, 8, 1]], [[1.0, 0, 1], [0.5, 8, 1]]])
     guides = coupler_curve(linkage, np.array([0j]))
     traced = at_stroke(guides, stroke, circle=False)
     size, deviation = float(measure(guides, traced).size[0]), float(traced.fit.deviation[0])

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-import mpmath as mp
+import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 import pytest
 from scipy.optimize import linprog
@@ -91,15 +91,14 @@ def narrowest_of_radius(path: Any, radius: float, centre: complex) -> float:
         off = np.abs(away) - radius
         unit = float(np.abs(off).max())
         off = off / unit
-        step = (
-            unit
-            * linprog(
-                [0, 0, 1],
-                A_ub=np.concatenate([[-1, -1, -1] * rows, [1, 1, -1] * rows]),
-                b_ub=np.concatenate([-off, off]),
-                bounds=[(None, None)] * 2 + [(0, None)],
-            ).x
+        found = linprog(
+            [0, 0, 1],
+            A_ub=np.concatenate([[-1, -1, -1] * rows, [1, 1, -1] * rows]),
+            b_ub=np.concatenate([-off, off]),
+            bounds=[(None, None)] * 2 + [(0, None)],
         )
+        assert found.x is not None
+        step = unit * found.x
         centre += complex(step[0], step[1])
     return float(np.abs(np.abs(path - centre) - radius).max())
 
@@ -204,12 +203,13 @@ def test_returning_guides_are_found_and_are_what_they_say(
 @pytest.mark.slow
 def test_returning_guides_meet_constraints(held: Catalogue) -> None:
     request = CircularArc(30, 60, 0.3)
-    for wish in (
+    wishes: list[dict[str, Any]] = [
         {"families": ["inverted-slider-crank"]},
         {"order": 5},
         {"min_transmission": 40.0},
         {"max_size": 100.0},
-    ):
+    ]
+    for wish in wishes:
         for c in held.find(request, returns=True, limit=5, **wish):
             assert c.family in wish.get("families", [c.family])
             assert c.order >= wish.get("order", 0)
@@ -231,6 +231,7 @@ def test_slots_and_returns_exclude_one_another(held: Catalogue) -> None:
 @pytest.mark.slow
 def test_a_stored_returning_guide_is_shown_and_drawn(held: Catalogue, tmp_path: Path) -> None:
     c = held.find(CircularArc(30, 60, 0.3), returns=True)[0]
+    assert c.id is not None
     guide = held.guide(c.id)
     assert guide.returns
     assert guide.kind == "return-circle"

@@ -102,7 +102,7 @@ def test_play_of_the_pivots_ranks_sensitive_guides_behind(small: catalogue.Catal
         ({"min_advantage": 0.5}, lambda c: c.advantage >= 0.5),
     ],
 )
-def test_constraints_hold(small: catalogue.Catalogue, wish: dict[str, float], holds: Any) -> None:
+def test_constraints_hold(small: catalogue.Catalogue, wish: dict[str, Any], holds: Any) -> None:
     found = small.find(catalogue.StraightLine(2.0, 0.02), **wish)
     assert len(found)
     assert all(holds(c) for c in found)

@@ -100,8 +100,9 @@ def test_lengths_and_boxes_are_those_of_the_placed_linkage(short: Made, naive: A
         links = [abs(z[i, 1] - z[i, 0]) for i in (0, 1) if kind[i] == RR]
         if finite[:, 1].all():
             links.append(abs(z[0, 1] - z[1, 1]))
-        tight = {"rel": 1e-9}
-        rough = {"abs": 1e-3 * float(guides.linkage.size[n] + stroke[n])}  # pivots in mid-stroke are interpolated
+        tight: dict[str, Any] = {"rel": 1e-9}
+        # pivots in mid-stroke are interpolated
+        rough: dict[str, Any] = {"abs": 1e-3 * float(guides.linkage.size[n] + stroke[n])}
         for name, value in (("max_link", max(links, default=math.nan)), ("min_link", min(links, default=math.nan))):
             assert getattr(m, name)[n] == pytest.approx(value, nan_ok=True, **tight)
         ground = abs(z[0, 0] - z[1, 0]) if finite[:, 0].all() else math.nan
@@ -136,7 +137,8 @@ def four_bar(ground: float, crank: float, coupler: float, rocker: float) -> list
 
 def test_cranks_that_turn_fully_are_those_of_grashof() -> None:
     draw = np.random.default_rng(4)
-    made, expected = [], []
+    made: list[list[list[list[float]]]] = []
+    expected: list[int] = []
     while len(made) < 400:
         lengths = draw.uniform(0.2, 2, 4)
         if 2 * max(lengths) >= sum(lengths) or abs(2 * (max(lengths) + min(lengths)) - sum(lengths)) < 1e-3:
@@ -151,7 +153,8 @@ def test_cranks_that_turn_fully_are_those_of_grashof() -> None:
 
 def test_crank_of_a_slider_crank_turns_fully_if_the_coupler_reaches() -> None:
     draw = np.random.default_rng(5)
-    made, expected = [], []
+    made: list[list[list[list[float]]]] = []
+    expected: list[int] = []
     for _ in range(200):
         crank, coupler, offset = draw.uniform(0.3, 1), draw.uniform(0.3, 2), draw.uniform(-1, 1)
         phi = draw.uniform(0, 2 * np.pi)

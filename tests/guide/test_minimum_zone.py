@@ -142,7 +142,8 @@ def test_a_path_is_fitted_as_if_it_were_alone(circle: bool) -> None:
         u = run(k, nodes.nodes)
         v = 10.0 ** -(2 + k) * chebyshev.chebval(nodes.nodes, waves(count, k)) - (0.2 * u**2 if circle else 0.3 * u)
         paths.append((u, v))
-    together = minimum_zone(*(np.stack(part, axis=1) for part in zip(*paths, strict=True)), circle, nodes)
+    along, across = (np.stack(part, axis=1) for part in zip(*paths, strict=True))
+    together = minimum_zone(along, across, circle, nodes)
     for k, (u, v) in enumerate(paths):
         alone = one(u, v, circle)
         for name in ("deviation", "stroke", "curvature"):
@@ -221,12 +222,15 @@ def test_an_arc_of_a_given_radius_is_the_best_placed(curvature: float, count: in
         assert found.stroke[0] == pytest.approx(abs(complex(u[-1] - u[0], v[-1] - v[0])), rel=1e-12)
         dense = along_arc(curvature, half * DENSE[::3], amplitude * chebyshev.chebval(DENSE[::3], c))
         best, unit = np.zeros(2), max(amplitude, float(found.deviation[0]))
+
+        def off(p: Array, dense: tuple[Array, Array] = dense, held: float = held, unit: float = unit) -> float:
+            tilt, rise = p * unit
+            return off_arc(*dense, held, tilt, rise) / unit
+
         for _ in range(4):  # a simplex may get stuck along the edge of a largest error
-            best = minimize(
-                lambda p, dense=dense, held=held, unit=unit: off_arc(*dense, held, *(p * unit)) / unit, best,
-                method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-7, "maxiter": 2000},
-            ).x  # fmt: skip
-        assert found.deviation[0] == pytest.approx(off_arc(*dense, held, *(best * unit)), rel=1e-3)
+            best = minimize(off, best, method="Nelder-Mead", options={"xatol": 1e-6, "fatol": 1e-7, "maxiter": 2000}).x
+        tilt, rise = best * unit
+        assert found.deviation[0] == pytest.approx(off_arc(*dense, held, tilt, rise), rel=1e-3)
 
 
 @pytest.mark.parametrize("held", CURVATURES)

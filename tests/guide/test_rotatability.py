@@ -6,7 +6,7 @@ import cmath
 import math
 from typing import Any
 
-import mpmath as mp
+import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 import pytest
 
@@ -22,7 +22,8 @@ SWEEP = 14400
 
 def drawn(kind: str, count: int = 60) -> list[dict[str, float]]:
     """Return lengths of random linkages whose crank stands at some angle at which the chain closes."""
-    draw, made = np.random.default_rng(KINDS.index(kind)), []
+    draw = np.random.default_rng(KINDS.index(kind))
+    made: list[dict[str, float]] = []
     while len(made) < count:
         a, b, c, g = draw.uniform(0.3, 2, 4)
         offset, angle = draw.uniform(-0.6, 0.6), float(draw.uniform(0, 360))

@@ -93,6 +93,6 @@ def test_a_bent_region_is_left_by_a_bar_that_cuts_its_corner() -> None:
 def test_how_deep_a_corner_is_cut_between_stations(poke: float) -> None:
     """The deepest place of the bar is on the diagonal, as far from both sides."""
     zone = Region.of("zone", (0.0, 0.0, 1.0, 1.0))
-    bar = np.array([30 * (1j - 1), 47 * (1 - 1j)]) + poke
+    bar: Array = np.array([30 * (1j - 1), 47 * (1 - 1j)]) + poke
     swept = np.stack([bar])[None, None]
     assert intrusion(zone, swept)[0] == pytest.approx(0.5 * poke, rel=1e-9)

@@ -69,7 +69,7 @@ def test_pivots_and_other_families_have_none(random_linkages: Maker) -> None:
 def test_roberts_linkage_is_its_own_cognate_twice() -> None:
     """Symmetric: the third fixed pivot stands between the others, below the guided point's."""
     height = float(np.sqrt(2.4**2 - 1))
-    linkage = Linkage([[[-2, 0, 1], [-1, height, 1]], [[2, 0, 1], [1, height, 1]]])
+    linkage = Linkage([[[-2.0, 0, 1], [-1, height, 1]], [[2.0, 0, 1], [1, height, 1]]])
     made, *_ = cognates(linkage, np.array([0j]))
     third = made.points[:, 1, 0]
     np.testing.assert_allclose(third, third[0])

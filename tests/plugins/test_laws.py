@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from typing import Any
 
-import mpmath as mp
+import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 import pytest
 
@@ -17,6 +17,7 @@ from catalogue.curvature_theory.leading_error import EXACT, leading_error_of_pai
 from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.trace import trace
 from catalogue.kinematics.linkage import Linkage
+from catalogue.kinematics.types import Array
 from catalogue.series.series import Member, Series
 from catalogue.testing.contact import DIGITS, Dyad, pose
 from catalogue.testing.sample import Sample, even
@@ -79,7 +80,8 @@ def test_deviation_follows_the_order_and_the_coefficient(series: Series, member:
                 if order == EXACT:
                     assert max(deviations) < mp.mpf(10) ** -80, where
                     continue
-                law = leading_error_of_pairs(Linkage(sample.pivots[i : i + 1]), there, order=order, pole=np.zeros(1))
+                pole: Array = np.zeros(1)
+                law = leading_error_of_pairs(Linkage(sample.pivots[i : i + 1]), there, order=order, pole=pole)
                 power, coefficient = float(law.power[0]), abs(float(law.coefficient[0]))
                 assert power == (order + 1) / (2 if law.cusp[0] else 1), where
                 slope = np.polyfit([float(mp.log(u)) for u in strokes], [float(mp.log(e)) for e in deviations], 1)[0]
@@ -113,7 +115,9 @@ def test_deviation_from_the_best_line_or_circle_tends_to_the_law() -> None:
                     continue
                 motion, pole = (linkage.inverted() if slot else linkage)[rows], np.zeros(len(rows), dtype=complex)
                 guides = coupler_curve(motion, point[rows], np.longdouble, pole)
-                law = leading_error_of_pairs(linkage[rows], guided.pairs[rows], order=guided.order[rows], pole=pole)
+                law = leading_error_of_pairs(
+                    linkage[rows], guided.pairs[rows], order=np.asarray(guided.order)[rows], pole=pole
+                )
                 off = []
                 for half in (0.04, 0.01):
                     halves = np.full(len(rows), half, dtype=np.longdouble)

@@ -67,7 +67,9 @@ def again(request: pytest.FixtureRequest) -> Again:
     owner = reaches["guide"]
     spans = coupler_curve(guiding(made)[owner], (guides["x"] + 1j * guides["y"])[owner])
     circle = curved(made)[owner]
-    kinds = [trace(spans, reaches["half"], circle=c, split=True, centre=reaches["centre"], nodes=16) for c in (0, 1)]
+    kinds = [
+        trace(spans, reaches["half"], circle=c, split=True, centre=reaches["centre"], nodes=16) for c in (False, True)
+    ]
     traced = kinds[0].replaced(circle, kinds[1][circle])
     return Again(made, spans, traced, measure(spans, traced))
 

@@ -47,7 +47,7 @@ def test_links_must_leave_room() -> None:
 
 @pytest.mark.parametrize("order", [-1, 3.5, "high", None])
 def test_order_refuses(order: Any) -> None:
-    assert Constraints(order=np.int64(3)).order == 3
+    assert Constraints(order=np.int64(3)).order == 3  # type: ignore[arg-type]  # a whole number, but no int
     with pytest.raises(InvalidRequest, match=r"^order must be (a whole number|at least 0), not"):
         Constraints(order=order)
 

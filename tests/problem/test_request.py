@@ -86,9 +86,9 @@ def test_right_angles_are_exact(along: float, direction: complex) -> None:
     ("make", "message"),
     [
         (lambda: StraightLine(1, 0.01, start=(0, math.nan)), "start has a coordinate that is not finite"),
-        (lambda: StraightLine(1, 0.01, start=3), "start must be two numbers, x and y, not 3"),
-        (lambda: StraightLine(1, 0.01, start=(1, 2, 3)), "start must be two numbers"),
-        (lambda: StraightLine(1, 0.01, along="up"), "along must be a number of degrees, not 'up'"),
+        (lambda: StraightLine(1, 0.01, start=3), "start must be two numbers, x and y, not 3"),  # type: ignore[arg-type]  # wrong on purpose
+        (lambda: StraightLine(1, 0.01, start=(1, 2, 3)), "start must be two numbers"),  # type: ignore[arg-type]  # wrong on purpose
+        (lambda: StraightLine(1, 0.01, along="up"), "along must be a number of degrees, not 'up'"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: CircularArc(1, 2, 0.01, along=math.inf), "along must be a finite number of degrees, not inf"),
         (lambda: StraightLine.between((0, 0), "there", 0.01), "to must be two numbers"),
         (lambda: StraightLine.between((0, math.inf), (1, 0), 0.01), "from has a coordinate that is not finite"),

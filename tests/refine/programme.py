@@ -80,4 +80,5 @@ def best_of(problem: Subproblem, i: int, radius: float, penalty: float) -> float
         bounds.append((0, None) if limit else (None, None))
     found = linprog(cost, A_ub=np.concatenate(a), b_ub=np.concatenate(b), bounds=bounds)
     assert found.status == 0
+    assert found.fun is not None
     return float(found.fun)

@@ -32,7 +32,7 @@ def test_the_bound_is_that_of_linear_programming(size: float, limits: int, penal
     proved = np.flatnonzero(np.isfinite(bound))
     assert len(proved) == N
     good = 0
-    for i in proved:
+    for i in proved.tolist():
         gain = cost_of(problem, i, np.zeros(problem.jacobian.shape[2]), penalty) - best_of(problem, i, REGION, penalty)
         assert bound[i] >= gain - 1e-6, "it is a bound"
         # the pull takes |s|^2 / 2 r^2 of it from the step, and |s|_1 / r of it from the multipliers

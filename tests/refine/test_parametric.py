@@ -7,6 +7,7 @@ import pytest
 from scipy.optimize import minimize
 
 from catalogue.guide.coupler_curve import coupler_curve
+from catalogue.kinematics.types import Array
 from catalogue.refine.certificate import certified
 from catalogue.refine.sqp import Refinement
 from tests.lambdas import LINE, TABLE, band, four_bars, lambdas, placed
@@ -28,10 +29,10 @@ def test_lambda_linkages_are_the_best_of_their_kind(rotation: float, frame: floa
     assert certificate.gap[0] < 0.01
     assert certificate.alternations[0] == 7  # an even path with six inflections
 
-    naive = minimize(
-        lambda p: np.log(band(placed(moves, p))), q[0] * 1.001, method="Nelder-Mead",
-        options={"xatol": 1e-8, "fatol": 1e-6},
-    )  # fmt: skip
+    def log_band(p: Array) -> float:
+        return float(np.log(band(placed(moves, p))))
+
+    naive = minimize(log_band, q[0] * 1.001, method="Nelder-Mead", options={"xatol": 1e-8, "fatol": 1e-6})
     assert band(found) <= np.exp(naive.fun) * (1 + 1e-3)
 
 

@@ -49,6 +49,8 @@ def off_line(path: Array) -> float:
     columns, one = np.stack([np.ones(len(path)), turned.real], axis=1), np.ones((len(path), 1))
     a, b = np.block([[-columns, -one], [columns, -one]]), np.concatenate([-off, off]) / unit
     found = linprog([0, 0, 1], A_ub=a, b_ub=b, bounds=[(None, None)] * 3)
+    assert found.fun is not None
+    assert found.x is not None
     return float(found.fun * unit / np.hypot(1, found.x[1] * unit))
 
 

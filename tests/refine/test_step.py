@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -22,12 +23,15 @@ def test_programmes_are_solved(weight: float, seed: int) -> None:
     rows, right, cost = draw.normal(size=(N, 60, P)), draw.uniform(0.1, 2, (N, 60)), draw.normal(size=(N, P))
     x, dual = solve(np.full((N, P), weight), cost, rows, right)
     assert (dual > 0).all()
+    best: Any
     for i in range(N):
         if weight:
-            room = {"type": "ineq", "fun": lambda s, i=i: right[i] - rows[i] @ s}
-            best = minimize(
-                lambda s, i=i: 0.5 * s @ s + cost[i] @ s, np.zeros(P), constraints=room, method="SLSQP", tol=1e-12
-            )
+            room: Any = {"type": "ineq", "fun": lambda s, i=i: right[i] - rows[i] @ s}
+
+            def objective(s: Array, i: int = i) -> float:
+                return float(0.5 * s @ s + cost[i] @ s)
+
+            best = minimize(objective, np.zeros(P), constraints=room, method="SLSQP", tol=1e-12)
         else:
             best = linprog(cost[i], A_ub=rows[i], b_ub=right[i], bounds=[(None, None)] * P)
         here = 0.5 * weight * x[i] @ x[i] + cost[i] @ x[i]
@@ -55,6 +59,7 @@ def test_a_dear_slack_is_solved_as_a_cheap_one(price: float) -> None:
     x, _ = solve(np.zeros((N, P + 1)), prices, every, bounds)
     for i in range(N):
         best = linprog(prices[i], A_ub=every[i], b_ub=bounds[i], bounds=[(None, None)] * (P + 1))
+        assert best.fun is not None
         assert (every[i] @ x[i] - bounds[i]).max() < 1e-5
         assert prices[i] @ x[i] <= best.fun + 1e-4
 

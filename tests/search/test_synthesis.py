@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
@@ -98,7 +99,7 @@ def test_no_point_of_the_plane_runs_straighter_than_the_straightest() -> None:
     """Against a thousand others about it, near and far, each measured by itself."""
     draw = np.random.default_rng(5)
     t = np.linspace(-1, 1, 15)[:, None]
-    shift = t * (draw.normal(size=12) + 1j * draw.normal(size=12)) + t * t * (1 + 0.3j * draw.normal(size=12))
+    shift: Array = t * (draw.normal(size=12) + 1j * draw.normal(size=12)) + t * t * (1 + 0.3j * draw.normal(size=12))
     turn = np.exp(1j * (t * draw.uniform(0.2, 2, 12) + 0.4 * t * t))
     least, point = straightest(shift, turn)
     for i in range(12):

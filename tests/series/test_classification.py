@@ -18,8 +18,8 @@ from catalogue.testing.contact import contact_order, taylor
 from catalogue.testing.sample import even
 
 Maker = Callable[..., Linkage]
-EVANS = [[[0, 0, 1], [1, 0, 1]], [[2, 2.5, 1], [2, 0, 1]]]
-WATT = [[[0, 0, 1], [1, 0, 1]], [[2, -1.2, 1], [1, -1.2, 1]]]
+EVANS = [[[0.0, 0, 1], [1.0, 0, 1]], [[2, 2.5, 1], [2.0, 0, 1]]]
+WATT = [[[0.0, 0, 1], [1.0, 0, 1]], [[2, -1.2, 1], [1, -1.2, 1]]]
 REGISTRY = Registry()
 #: The undulation point of a linkage with a slider is the slider itself, which is not guided but guides.
 DRIVING = {"slider-crank": {"undulation"}, "inverted-slider-crank": {"cuspidation"}}
@@ -60,7 +60,7 @@ def test_a_classification_is_printed_in_a_line() -> None:
 
 @pytest.mark.slow
 def test_tolerance_is_what_counts_as_zero() -> None:
-    rounded = [[[0, 0, 1], [1, 0.001, 1]], [[2, -1.2, 1], [1.001, -1.201, 1]]]
+    rounded = [[[0.0, 0, 1], [1, 0.001, 1]], [[2, -1.2, 1], [1.001, -1.201, 1]]]
     assert catalogue.classify(rounded)[0].series == ["general"]
     assert catalogue.classify(rounded, tolerance=1e-2)[0].series == ["IV*.l"]
     for wrong in (-1e-3, 1.0, np.nan):

@@ -7,6 +7,7 @@ import sqlite3
 from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -95,7 +96,7 @@ def test_order_counts_the_inflections_of_the_path(design: NamedGuide) -> None:
         ({"pivots": (((0, 0, 1), (0, 1, 1)), ((1, 0, 1), (1, 1, 1)))}, "translates"),
     ],
 )
-def test_a_design_that_contradicts_itself_is_refused(change: dict[str, object], text: str) -> None:
+def test_a_design_that_contradicts_itself_is_refused(change: dict[str, Any], text: str) -> None:
     with pytest.raises(InvalidDesign, match=text):
         replace(ALL["watt"], **change)
 
@@ -266,7 +267,8 @@ def test_designs_of_series_that_were_not_built_are_starts_too(tmp_path: Path, re
     with catalogue.open(path, build=False) as one:
         assert {g.series for g in one.find(line)} > {"II.ooo"}
         watts = one.find(line, series=["IV*.l"])
-        assert {one.guide(g.id).name for g in watts} <= {"watt", "watt-lengthened", "watt-unequal"}
+        numbers: list[Any] = [g.id for g in watts]
+        assert {one.guide(number).name for number in numbers} <= {"watt", "watt-lengthened", "watt-unequal"}
         assert len(watts)
 
 
@@ -278,7 +280,9 @@ def test_a_stored_design_has_its_curvature_and_no_batch(small: catalogue.Catalog
     assert (roberts.kappa, roberts.kappa_star) == pytest.approx((1, 2))
     assert roberts.provenance == {}
     assert small.guide("watt").kappa is None
-    drawn = small.guide(small.find(catalogue.StraightLine(1.0, 1e-3), series=["I.GG"], families=["four-bar"])[0].id)
+    number = small.find(catalogue.StraightLine(1.0, 1e-3), series=["I.GG"], families=["four-bar"])[0].id
+    assert number is not None
+    drawn = small.guide(number)
     assert drawn.name is not None or set(drawn.provenance) == {"plugin", "plugin_version", "plan", "seed", "number"}
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -38,8 +39,8 @@ def random_problems(given: str, path: str, n: int = COUNT, seed: int = 5) -> Pos
 
 def posed(given: str, a: complex, b: complex, point: complex, centre: complex = NAN, axis: complex = 1j) -> Posed:
     """Return one problem."""
-    axis = axis if np.isnan(centre) else unit(np.array(point - centre))
-    return Posed(given, np.array([[a, b]]), *(np.array([z]) for z in (point, centre, axis)))
+    along: Any = axis if np.isnan(centre) else unit(np.array(point - centre))
+    return Posed(given, np.array([[a, b]]), *(np.array([z]) for z in (point, centre, along)))
 
 
 def solutions(registry: Registry, problems: Posed) -> Iterator[tuple[str, Linkage, Array]]:
@@ -67,8 +68,8 @@ def off_nominal(linkage: Linkage, problems: Posed, which: Array, reach: Array) -
     z = guides.point + (u + 1j * v) * guides.tangent
     if problems.path == "circle":
         centre = problems.centre[which]
-        return np.abs(np.abs(z - centre) - np.abs(point.astype(np.clongdouble) - centre)).max(0)
-    return np.abs(((z - point) * problems.axis[which].astype(np.clongdouble).conj()).real).max(0)
+        return np.asarray(np.abs(np.abs(z - centre) - np.abs(point.astype(np.clongdouble) - centre)).max(0))
+    return np.asarray(np.abs(((z - point) * problems.axis[which].astype(np.clongdouble).conj()).real).max(0))
 
 
 @pytest.mark.slow

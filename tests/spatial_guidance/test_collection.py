@@ -6,7 +6,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from importlib import import_module
 from pathlib import Path
 from types import SimpleNamespace
@@ -70,7 +70,7 @@ def rotation(q: Any) -> Any:
 def on_guide(guide: dict[str, Any], u: float, w: float) -> Any:
     """Return the point of a guide at (u, w), written out from Table I and the definitions of the curves."""
     s, c, d = guide["shape"], np.cos(u), np.sin(u)
-    local = {
+    curves: dict[str, Callable[[], Any]] = {
         "cylinder": lambda: (s["R"] * c, s["R"] * d, w),
         "cone": lambda: (w * c, w * d, w / np.tan(s["delta"])),
         "hyperboloid:sinh": lambda: (s["m"] * np.cosh(w) * c, s["m"] * np.cosh(w) * d, s["n"] * np.sinh(w)),
@@ -80,8 +80,8 @@ def on_guide(guide: dict[str, Any], u: float, w: float) -> Any:
         "circle": lambda: (s["R"] * c, s["R"] * d, 0.0),
         "helix": lambda: (s["R"] * c, s["R"] * d, s["h"] * u),
         "line": lambda: (0.0, 0.0, u),
-    }[guide["kind"]]()
-    return np.array(guide["origin"]) + rotation(guide["quaternion"]) @ local
+    }
+    return np.array(guide["origin"]) + rotation(guide["quaternion"]) @ curves[guide["kind"]]()
 
 
 def independent_path(p: dict[str, Any], count: int) -> Any:
@@ -120,7 +120,8 @@ def independent_path(p: dict[str, Any], count: int) -> Any:
             *(np.array([turn[2, 1] - turn[1, 2], turn[0, 2] - turn[2, 0], turn[1, 0] - turn[0, 1]]) / 4 / w),
         ]
     guess[4:7] = world.mean(0) - turn @ body.mean(0)
-    x, before, points = guess, guess, []
+    x, before = guess, guess
+    points: list[Any] = []
     for share in np.linspace(0, 1, count):
         q = first + share * (last - first)
         ahead = x + (x - before) if points else x
@@ -161,8 +162,12 @@ def torus(x: Any, stroke: float, radius: float, free: bool = True) -> float:
 def _least(distances: Any, n: int) -> float:
     """Return the least maximum: a bound t is made small, in units of the first one, under the distances squared."""
     unit = distances(np.zeros(n)).max()
-    bound = {"type": "ineq", "fun": lambda v: v[-1] ** 2 - (distances(unit * v[:-1]) / unit) ** 2}
-    found = minimize(lambda v: v[-1], np.append(np.zeros(n), 1.0), method="SLSQP", constraints=[bound],
+    bound: Any = {"type": "ineq", "fun": lambda v: v[-1] ** 2 - (distances(unit * v[:-1]) / unit) ** 2}
+
+    def last(v: Any) -> Any:
+        return v[-1]
+
+    found = minimize(last, np.append(np.zeros(n), 1.0), method="SLSQP", constraints=[bound],
                      options={"ftol": 1e-10, "maxiter": 300})  # fmt: skip
     return float(distances(unit * found.x[:-1]).max())
 

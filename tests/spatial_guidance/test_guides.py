@@ -6,7 +6,7 @@ from __future__ import annotations
 from types import SimpleNamespace
 from typing import Any
 
-import mpmath as mp
+import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 import pytest
 
@@ -159,7 +159,7 @@ def test_an_unknown_kind_is_refused_and_the_known_ones_are_named(spatial: Simple
 def bowl(spatial: SimpleNamespace) -> Any:
     """Return a surface of one's own that is no quadric: a wavy paraboloid."""
 
-    class Bowl(spatial.Kind):
+    class Bowl(spatial.Kind):  # type: ignore[misc,name-defined]  # of the plugin, which is loaded by its path
         name, parameters, lengths, spans = "bowl", ("R",), ("R", "u", "w"), (None, None)
 
         def point(self, u: Any, w: Any, p: Any) -> Any:
@@ -177,7 +177,7 @@ def bowl(spatial: SimpleNamespace) -> Any:
 def ellipsoid(spatial: SimpleNamespace) -> Any:
     """Return a quadric of one's own."""
 
-    class Ellipsoid(spatial.Quadric):
+    class Ellipsoid(spatial.Quadric):  # type: ignore[misc,name-defined]  # of the plugin as well
         name, parameters, lengths = "ellipsoid", ("a", "b", "c"), ("a", "b", "c")
         spans = (np.pi, np.pi / 2)
 

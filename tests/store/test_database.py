@@ -253,7 +253,12 @@ def test_a_connection_is_kept_but_not_for_a_forked_process(filled: Path, monkeyp
 @pytest.mark.slow
 def test_a_database_that_nobody_closed_lets_go_of_the_file(filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[sqlite3.Connection] = []
-    monkeypatch.setattr("catalogue.store.engine.connect", lambda *args: made.append(connect(*args)) or made[-1])
+
+    def noted(*args: Any) -> sqlite3.Connection:
+        made.append(connect(*args))
+        return made[-1]
+
+    monkeypatch.setattr("catalogue.store.engine.connect", noted)
     database = Database.open(filled)
     with database.reading() as read:
         read(select(Mechanism.id))
