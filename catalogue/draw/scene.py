@@ -93,12 +93,9 @@ def scene(candidate: Candidate) -> Scene:
     kinds, z = here.linkage.dyads[0], here.linkage.points[0]
     share = np.linspace(-1, 1, POSES)
     t = np.where(share < 0, -share * low, share * high)  # the reference position, t = 0, is in mid-stroke
-    d, x = (p[:, 0] for p in here.motion.pose(t[:, None]))
-    origin = here.motion.origin[0]
-    guided = here.point[0] + d + x * (here.point[0] - origin)
-    moving = np.stack(
-        [(1 + x) * m if k == RP else m + d + x * (m - origin) for m, k in zip(z[:, 1], kinds, strict=True)], 1
-    )
+    pose = here.motion.pose(t[:, None])
+    guided = pose.point(here.point)[:, 0]
+    moving = np.concatenate([pose.pivot(here.linkage, i) for i in (0, 1)], axis=1)
     feet, rods = _slides(kinds, z[:, 0], moving, guided)
     corners = [feet[i] if i in feet else moving[:, i] for i in (0, 1)]
     before, after = _beyond(here, low, high, BEYOND * candidate.stroke)

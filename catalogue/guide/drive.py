@@ -128,20 +128,20 @@ class SampledPoses:
         t = 0.5 * (high + low) + 0.5 * (high - low) * points.nodes[:, None]
         slopes = _slopes(nodes)
         with np.errstate(all="ignore"):
-            d, x = moving.pose(t)
+            pose = moving.pose(t)
             at = guides.point + traced.shift
-            point = at + d + x * (at - moving.origin)
+            point = pose.point(at)
             speed = np.abs(points.fine @ (slopes @ point))
             ends = None
             if inverse:
-                linkage, d, x = of_machine(linkage, d, x)
-                ends = np.stack([end + d + x * (end - moving.origin) for end in (point[0], point[-1])], axis=-1)
+                linkage, pose = of_machine(linkage, pose)
+                ends = np.stack([pose.point(end) for end in (point[0], point[-1])], axis=-1)
                 point = np.broadcast_to(at, point.shape)
-            fixed, moved = linkage.points[:, :, 0], linkage.points[:, :, 1]
-            moved = moved + d[..., None] + x[..., None] * (moved - moving.origin[:, None])
+            fixed = linkage.points[:, :, 0]
+            moved = np.stack([pose.point(linkage.points[:, i, 1]) for i in (0, 1)], axis=-1)
             pins = np.where(linkage.finite[:, :, 1], moved, fixed)
             crank = np.unwrap(np.angle(np.where(linkage.dyads == RR, moved - fixed, np.nan)), axis=0)
-            turn = np.unwrap(np.angle(1 + x), axis=0)
+            turn = np.unwrap(np.angle(1 + pose.x), axis=0)
 
             def fine(values: Array) -> Array:
                 return np.asarray(np.tensordot(points.fine, values, axes=1))

@@ -9,26 +9,27 @@ e = -conj(1 + x) d.  In the reference position the two planes coincide.
 from __future__ import annotations
 
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Complexes
+from ..kinematics.motion import Pose
 
 
-def of_machine(linkage: Linkage, d: Complexes, x: Complexes) -> tuple[Linkage, Complexes, Complexes]:
+def of_machine(linkage: Linkage, pose: Pose) -> tuple[Linkage, Pose]:
     """Return the machines of n traced inversions, and their poses.
 
     Parameters
     ----------
     linkage : Linkage of n
         The inversions that are traced.
-    d, x : complex ndarray, shape (m, n)
-        Their poses, as `Motion.pose` returns them.
+    pose : Pose of n
+        Theirs.
 
     Returns
     -------
     linkage : Linkage of n
         The machines: what is fixed in the inversion is their coupler.
-    d, x : complex ndarray, shape (m, n)
-        Their poses, about the same origin.
+    pose : Pose of n
+        About the same origin.
 
     Source: Allievi 1895, (the dual mechanism: meccanismo correlativo).
     """
-    return linkage.inverted(), -(1 + x).conj() * d, x.conj()
+    d, x, origin = pose
+    return linkage.inverted(), Pose(-(1 + x).conj() * d, x.conj(), origin)

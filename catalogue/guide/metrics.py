@@ -231,17 +231,17 @@ def measure(
     share = 0.5 - 0.5 * np.cos(np.pi * np.arange(poses) / (poses - 1))
     t = traced.low + (traced.high - traced.low) * share[:, None]
     with np.errstate(all="ignore"):
-        d, x = moving.pose(t)
-        path = point + d + x * (point - moving.origin)
+        pose = moving.pose(t)
+        path = pose.point(point)
         z = linkage.points
-        at = [z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin) for i in (0, 1)]
+        at = [pose.point(z[:, i, 1]) for i in (0, 1)]
         machine, pins = linkage, at
         if inverse:
-            machine, d, x = of_machine(linkage, d, x)
-            pins = [z[:, i, 0] + d + x * (z[:, i, 0] - moving.origin) for i in (0, 1)]
+            machine, pose = of_machine(linkage, pose)
+            pins = [pose.point(z[:, i, 0]) for i in (0, 1)]
         turns = rotates(machine)
-        angle, driver = transmission(machine, pins, x, turns if turning else None)
-        drive_angle, rotation = _turned(machine, pins, x, driver)
+        angle, driver = transmission(machine, pins, pose.x, turns if turning else None)
+        drive_angle, rotation = _turned(machine, pins, pose.x, driver)
         middle = _middle(path, traced)
         fixed = _finite(linkage, 0)
         now = np.stack([_at(m, middle) for m in at], axis=-1)

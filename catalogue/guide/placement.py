@@ -63,15 +63,14 @@ def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Array, Tr
     moving, linkage = guides.motion, guides.linkage
     point = np.where(there, guides.point + traced.shift, guides.point)
     t = np.where(there, middle_of_stroke(moving, point, traced, guides.cusp), 0.0)
-    d, x = (p[0] for p in moving.pose(t[None]))
+    pose = moving.pose(t[None])
     z = linkage.points.copy()
     for i in (0, 1):
-        finite = linkage.finite[:, i, 1]
-        z[:, i, 1] = np.where(finite, z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin), z[:, i, 1] * (1 + x))
+        z[:, i, 1] = pose.pivot(linkage, i)[0]
     now = Linkage.trusted(np.stack([z.real, z.imag, linkage.pivots[..., 2]], axis=-1))
     # a parameter is the tangent of half an angle: angles are subtracted
     low, high = ((end - t) / (1 + end * t) for end in (traced.low, traced.high))
-    return now, point + d + x * (point - moving.origin), Traced(traced.fit, np.zeros_like(traced.shift), low, high)
+    return now, pose.point(point)[0], Traced(traced.fit, np.zeros_like(traced.shift), low, high)
 
 
 def _there(traced: Traced) -> Mask:

@@ -73,7 +73,7 @@ def pose_jacobian(moving: Motion, point: Complexes, t: Floats, tangent: Complexe
         Unit vectors along the nominal at those positions.
     """
     linkage = moving.linkage
-    d, x = moving.pose(t)
+    d, x, _ = moving.pose(t)
     d = d - x * moving.origin
     turn = 1 + x
     tangent = np.broadcast_to(tangent, t.shape)

@@ -28,7 +28,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -177,6 +177,33 @@ BLOCK = 32768
 CHANGE = 1e-9
 
 
+class Pose(NamedTuple):
+    """Poses of n couplers: a coupler point z goes to z + d + x (z - origin).
+
+    Attributes
+    ----------
+    d, x : complex ndarray, shape (m, n)
+    origin : complex ndarray, shape (n,)
+    """
+
+    d: Array
+    x: Array
+    origin: Array
+
+    def point(self, z: Array) -> Array:
+        """Return where coupler points (n,) are, shape (m, n)."""
+        return np.asarray(z + self.d + self.x * (z - self.origin))
+
+    def direction(self, z: Array) -> Array:
+        """Return what coupler directions (n,) have become, shape (m, n)."""
+        return np.asarray((1 + self.x) * z)
+
+    def pivot(self, linkage: Linkage, i: int) -> Array:
+        """Return where moving pivot i is, or its direction where it is at infinity, shape (m, n)."""
+        z = linkage.points[:, i, 1]
+        return np.where(linkage.finite[:, i, 1], self.point(z), self.direction(z))
+
+
 @dataclass(frozen=True)
 class Motion:
     """Finite motion of a batch of linkages, each in a chart of its own (made by `motion`).
@@ -234,13 +261,13 @@ class Motion:
         crank = self.chart != COUPLER
         return self._path(np.where(crank, 0j, 1), np.where(crank, 1, 0j))
 
-    def pose(self, t: Array) -> tuple[Array, Array]:
-        """Return (d, x) at the parameters t (m, n): coupler points z go to z + d + x (z - origin)."""
+    def pose(self, t: Array) -> Pose:
+        """Return the poses at the parameters t (m, n)."""
         t = np.asarray(t)
         re, im = self._path(np.zeros_like(self.lever), np.ones_like(self.lever))(t)
         y, xi = re + 1j * im, 2 * t * (1j - t) / (1 + t * t)
         crank = self.chart != COUPLER
-        return np.where(crank, self.lever * xi, y), np.where(crank, y, xi)
+        return Pose(np.where(crank, self.lever * xi, y), np.where(crank, y, xi), self.origin)
 
     def _path(self, linear: Array, factor: Array) -> Path:
         """Return  linear xi + factor y  as a path."""

@@ -132,13 +132,11 @@ def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = Fal
     moving = found.curve.motion
     low, high = found.traced.low.astype(float), found.traced.high.astype(float)
     t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
-    d, x = moving.pose(t)
-    z, finite = found.linkage.points, found.linkage.finite
+    pose = moving.pose(t)
     pivots = np.empty((len(t), n, 2, 2, 3))
     pivots[...] = found.linkage.pivots
     for i in (0, 1):
-        at = z[:, i, 1] + d + x * (z[:, i, 1] - moving.origin)
-        at = np.where(finite[:, i, 1], at, z[:, i, 1] * (1 + x))
+        at = pose.pivot(found.linkage, i)
         pivots[:, :, i, 1, 0], pivots[:, :, i, 1, 1] = at.real, at.imag
     least = np.full(n, np.nan)
     codes = found.origin.series.astype(str)

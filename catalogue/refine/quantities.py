@@ -183,11 +183,9 @@ class Quantities:
             still = np.ones(self.t.shape)
             return still * z, _own(i, 0, still)
         moving = self.guides.motion
-        d, x = moving.pose(self.t)
-        turn = 1 + x
-        at = turn * z
-        slope = _own(i, 1, turn) + 1j * at[..., None] * self.by.angle
-        return at + np.where(finite, d - x * moving.origin, 0), slope + np.where(finite[:, None], self.by.shift, 0)
+        pose = moving.pose(self.t)
+        slope = _own(i, 1, 1 + pose.x) + 1j * pose.direction(z)[..., None] * self.by.angle
+        return pose.pivot(self.found.linkage, i), slope + np.where(finite[:, None], self.by.shift, 0)
 
     def _turning(self) -> Pieces:
         """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guide.metrics`."""

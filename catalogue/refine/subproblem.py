@@ -1,5 +1,5 @@
-"""The linear problem of placed guides: how they may move (by the coordinates of their pivots, or by the parameters of
-a class of linkages), and by that the distances from the nominal, constraints and ranked measures with derivatives.
+"""The linear problem of placed guides: how they may move, and by that the distances from the nominal, constraints and
+ranked measures with derivatives.
 
 The nominal stays where it is and the linkage moves under it: translations and rotations of the whole linkage stand for
 those of the nominal.  Only the curvature of an arc of any radius is a coordinate of its own.
@@ -7,7 +7,7 @@ those of the nominal.  Only the curvature of an arc of any radius is a coordinat
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -71,79 +71,6 @@ class PivotCoordinates:
     def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
         change = (self.basis(found) @ step[..., None])[..., 0]
         return displaced(found.linkage, found.point, change)
-
-
-@dataclass(frozen=True)
-class ClassParameters:
-    """The parameters of a class of linkages, which the refined ones do not leave.
-
-    Attributes
-    ----------
-    make : callable
-        From parameters (n, p) to pivots (n, 2, 2, 3) and guided points (n,), in mid-stroke, in any frame; of a size
-        that leaves the stroke the one asked for.
-    read : callable
-        From linkages and guided points, in any frame, to their parameters (n, p).
-    """
-
-    make: Callable[[Floats], tuple[Floats, Complexes]]
-    read: Callable[[Linkage, Complexes], Floats]
-
-    def basis(self, found: CandidateBatch) -> Floats:
-        """By central differences; the last two are a shift across the path and a turn about the guided point."""
-        q = self.read(found.linkage, found.point)
-        columns = []
-        for k in range(q.shape[1]):
-            step = np.zeros_like(q)
-            step[:, k] = 1e-5
-            ends = [self._laid(found, q + sign * step) for sign in (1, -1)]
-            columns.append((_coordinates(*ends[0]) - _coordinates(*ends[1])) / 2e-5)
-        finite = found.linkage.finite.reshape(-1, 4)
-        z = found.linkage.points.reshape(-1, 4) - np.where(finite, found.point[:, None], 0)
-        zero = np.zeros((len(z), 1))
-        columns.append(_pairs(np.concatenate([1j * finite, 1j + zero], axis=1)))
-        columns.append(_pairs(np.concatenate([1j * z, zero], axis=1)))
-        return np.stack(columns, axis=-1)
-
-    def moved(
-        self,
-        found: CandidateBatch,
-        step: Floats,
-    ) -> tuple[Linkage, Complexes, Mask]:
-        pivots, point = self._laid(found, self.read(found.linkage, found.point) + step[:, :-2])
-        made, good = Linkage.valid(pivots)
-        return made, point[good], good
-
-    def _laid(self, found: CandidateBatch, q: Floats) -> tuple[Floats, Complexes]:
-        """Return pivots and guided points as they are made, carried to where the candidates are."""
-        (here, at), (pivots, point) = self.make(self.read(found.linkage, found.point)), self.make(q)
-        z, w = (p[..., 0] + 1j * p[..., 1] for p in (here, found.linkage.pivots))
-        same = here[..., 2] != 0
-        arms = [np.where(same, a - b[:, None, None], 0).reshape(len(at), -1) for a, b in ((z, at), (w, found.point))]
-        straight, flipped = ((a.conj() * arms[1]).sum(1) for a in (arms[0], arms[0].conj()))
-        over = np.abs(flipped) > np.abs(straight) * (1 + 1e-9)
-        turn = np.where(over, flipped, straight)
-        turn = turn / np.abs(turn)
-
-        def carried(v: Complexes, shift: Complexes | float) -> Complexes:
-            flip = over.reshape(-1, *(1,) * (v.ndim - 1))
-            return np.asarray(turn.reshape(flip.shape) * np.where(flip, np.conj(v - shift), v - shift))
-
-        far = pivots[..., 2] == 0
-        new = pivots[..., 0] + 1j * pivots[..., 1]
-        new = np.where(far, carried(new, 0.0), carried(new, at[:, None, None]) + found.point[:, None, None])
-        there = carried(point, at) + found.point
-        return np.stack([new.real, new.imag, pivots[..., 2]], axis=-1), there
-
-
-def _coordinates(pivots: Floats, point: Complexes) -> Floats:
-    z = (pivots[..., 0] + 1j * pivots[..., 1]).reshape(len(point), 4)
-    return _pairs(np.concatenate([z, point[:, None]], axis=1))
-
-
-def _pairs(z: Complexes) -> Floats:
-    """Return complex numbers (n, 5) as x and y, shape (n, 10)."""
-    return np.stack([z.real, z.imag], axis=-1).reshape(len(z), -1)
 
 
 #: Intervals between the points at which the distance is linearised; every other one is where transmission is read.

@@ -91,7 +91,7 @@ def driven(problem: Problem, count: int, random: np.random.Generator) -> Candida
     across = np.cos(np.pi * np.arange(POSITIONS) / (POSITIONS - 1))  # denser where the crank reverses in the window
     with np.errstate(all="ignore"):
         moving = motion(linkage, CRANK_1)
-        d, x = moving.pose(np.tan(0.25 * across[:, None] * turned))
+        d, x, _ = moving.pose(np.tan(0.25 * across[:, None] * turned))
         shift, turn = d - x * moving.origin, 1 + x  # z goes to shift + turn z
     closes = np.flatnonzero(np.isfinite(shift).all(0))
     linkage, shift, turn = linkage[closes], shift[:, closes], turn[:, closes]

@@ -29,7 +29,7 @@ def positions(c: catalogue.Candidate, count: int = 4001) -> tuple[Array, Array, 
     guides = c.span()
     traced = in_place(guides, Nominal(c.stroke))
     t = np.linspace(traced.low[0], traced.high[0], count)[:, None]
-    d, x = guides.motion.pose(t)
+    d, x, _ = guides.motion.pose(t)
     origin, z = guides.motion.origin, guides.linkage.points[0, :, 1]
     return (
         (guides.point + d + x * (guides.point - origin))[:, 0],

@@ -42,7 +42,7 @@ def machine(guides: CouplerCurve, traced: Traced, n: int, count: int) -> SimpleN
     The traced motion moves the frame over the coupler: two of its points, 0 and 1, tell where everything else is seen.
     """
     t = np.linspace(traced.low[n], traced.high[n], count)[:, None]
-    d, x = (p[:, 0] for p in guides[n : n + 1].motion.pose(t))
+    d, x = (p[:, 0] for p in guides[n : n + 1].motion.pose(t)[:2])
     origin, z = guides.motion.origin[n], guides.linkage.points[n]
     zero, one = (p + d + x * (p - origin) for p in (0.0, 1.0))
     pin = guides.point[n] + d + x * (guides.point[n] - origin)
@@ -165,7 +165,7 @@ def test_points_that_return_work_as_a_dense_sampling_says(random_linkages: Calla
     works, seen = drive_metrics(guides, traced, m), 0
     for n in range(len(guides)):
         t = np.linspace(traced.low[n], traced.high[n], 20001)[:, None]
-        d, x = (p[:, 0] for p in guides[n : n + 1].motion.pose(t))
+        d, x = (p[:, 0] for p in guides[n : n + 1].motion.pose(t)[:2])
         z, origin, k = guides.linkage.points[n], guides.motion.origin[n], int(m.driver[n]) - 1
         path, pin = (p + d + x * (p - origin) for p in (guides.point[n], z[k, 1]))
         crank = np.unwrap(np.angle(pin - z[k, 0]))

@@ -43,7 +43,7 @@ def short(request: pytest.FixtureRequest, random_linkages: Callable[..., Linkage
 
 
 def poses(guides: CouplerCurve, found: Traced, share: Any) -> tuple[Any, Any]:
-    d, x = guides.motion.pose(found.low + (found.high - found.low) * np.asarray(share)[:, None])
+    d, x, _ = guides.motion.pose(found.low + (found.high - found.low) * np.asarray(share)[:, None])
     return d, x
 
 

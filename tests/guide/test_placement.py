@@ -34,7 +34,7 @@ def case(
 def path_of(linkage: Linkage, point: Array, low: Array, high: Array) -> Array:
     guides = coupler_curve(linkage, point)
     t = low + (high - low) * np.linspace(0, 1, 201)[:, None]
-    d, x = guides.motion.pose(t)
+    d, x, _ = guides.motion.pose(t)
     return np.asarray(point + d + x * (point - guides.motion.origin))
 
 

@@ -35,7 +35,7 @@ def test_derivatives_are_those_of_moved_linkages(family: str, random_linkages: M
         moving, at = motion(moved, guides.motion.chart), t.copy()
 
         def place(at: Array) -> Array:
-            d, x = moving.pose(at)
+            d, x, _ = moving.pose(at)
             return np.asarray((where + d + x * (where - moving.origin) - point) * guides.tangent.conj())
 
         for _ in range(6):  # to the same place along the tangent

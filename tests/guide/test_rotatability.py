@@ -188,7 +188,7 @@ def test_where_a_crank_must_turn_the_transmission_is_of_a_crank_that_turns() -> 
         assert turning.driver[0] == 1
         for m in (free, turning):
             t = np.linspace(traced.low[0], traced.high[0], 2001)[:, None]
-            d, x = guides.motion.pose(t)
+            d, x, _ = guides.motion.pose(t)
             at = [(z[:, i] + d + x * (z[:, i] - guides.motion.origin))[:, 0] for i in (0, 1)]
             coupler, driven = at[1] - at[0], at[2 - m.driver[0]] - linkage.points[0, 2 - m.driver[0], 0]
             sine = ((coupler.conj() * driven).imag / np.abs(coupler) / np.abs(driven)).tolist()

@@ -177,7 +177,7 @@ def test_a_traced_path_runs_forward_all_the_way(many: Callable[..., CouplerCurve
     found = trace(guides, half, circle=False, split=split)
     t = found.low + (found.high - found.low) * np.linspace(0, 1, 300)[:, None]
     with np.errstate(invalid="ignore"):
-        d, x = guides.motion.pose(t)
+        d, x, _ = guides.motion.pose(t)
         path = d + x * (guides.point + found.shift - guides.motion.origin)
         back = (np.diff((path * guides.tangent.conj()).real, axis=0) < -1e-3 * half).any(0)
     assert np.isnan(found.fit.deviation[back]).all()

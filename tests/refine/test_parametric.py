@@ -49,6 +49,6 @@ def test_they_are_stationary_among_all_four_bars(rotation: float, frame: float, 
     assert 0.99 * best < band(found) < 1.002 * best
     assert certified(LINE, found, moves).gap[0] < 0.01
     z, guides = found.linkage.points[0], coupler_curve(found.linkage, found.point)
-    d, x = guides.motion.pose(np.stack([found.traced.low, found.traced.high]))
+    d, x, _ = guides.motion.pose(np.stack([found.traced.low, found.traced.high]))
     end = z[0, 1] + d[:, 0] + x[:, 0] * (z[0, 1] - guides.motion.origin[0]) - z[0, 0]
     assert abs(np.degrees(np.angle(end[1] / end[0]))) == pytest.approx(rotation, abs=0.01)

@@ -36,7 +36,7 @@ def poses(found: CandidateBatch, i: int, count: int = 801) -> tuple[Array, Array
     """Return the guided point and both moving pivots all over the stroke."""
     guides = found[np.array([i])].curve
     t = np.linspace(found.traced.low[i], found.traced.high[i], count)[:, None].astype(float)
-    d, x = guides.motion.pose(t)
+    d, x, _ = guides.motion.pose(t)
     z, o = np.append(guides.linkage.points[0, :, 1], guides.point), guides.motion.origin
     every = z + d + x * (z - o)
     return every[:, 2], every[:, :2]
