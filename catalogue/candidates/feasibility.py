@@ -26,6 +26,9 @@ STANDING = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
 #: deviate on its way to where its pivots are to stand; and the amount of a relaxed constraint.  Of 0.1 to 0.001 the
 #: former answers nine hard requests of `tests/benchmarks/recall.py` best with 0.01.
 BESIDE, RELAXED = 0.01, 0.02
+#: Largest size of an answer [strokes]: a link much longer stands for a slider, and pivots rounded to double are off by
+#: more than such a guide deviates.
+FARTHEST = 1e3
 #: Intervals between the Chebyshev points of the stroke at which the swept room is looked at; four times as many places.
 SWEPT = 16
 #: Amounts below this break nothing: lengths in strokes, angles in radians, rounding of both.
@@ -139,6 +142,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
                 value = found.allowance if key == "allowance" else getattr(m, key)
                 unit = bound if key == "allowance" else 1.0
                 amounts[name] = over((value - bound if name in LARGEST else bound - value) / unit)
+        amounts["distance of the pivots"] = over(m.size - FARTHEST)
         amounts["distance from the moving pivots"] = over(LEAST_ARM - nearer_arm(found))
         if wanted.min_transmission:
             amounts["min_transmission"] = over(np.radians(wanted.min_transmission - m.min_transmission))

@@ -119,7 +119,7 @@ class Explanation:
         """Yield what each constraint alone, else each pair of them, would have to be for an answer to be found; each
         was tried."""
         names = [n for n, amount in feasibility(self.problem, nearest).amounts.items() if (amount > ROUNDING).any()]
-        relaxable = [name for name in names if name != "distance from the moving pivots"]
+        relaxable = [name for name in names if not name.startswith("distance ")]
         refined = []
         for name in relaxable:
             found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)

@@ -11,7 +11,13 @@ import numpy as np
 import pytest
 
 from catalogue import CircularArc, StraightLine
+from catalogue.candidates.batch import Origin
 from catalogue.candidates.feasibility import BESIDE, ROUNDING, cost, feasibility, values
+from catalogue.candidates.placement import measured
+from catalogue.kinematics.linkage import Linkage
+from catalogue.problem.constraints import Constraints
+from catalogue.problem.problem import Problem
+from catalogue.problem.ranking import Ranking
 from tests.find.conftest import at_home, coupler_paths
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
@@ -183,3 +189,16 @@ def test_cost_and_values_are_those_of_the_candidate(batch: Any, shown: Any) -> N
             assert price[i] > -np.log(0.02) / 4
     relaxed = problem.with_constraints(max_size=2.0)
     assert not cost(type(problem)(**{**vars(relaxed), "relaxed": "max_size"}), found).any()
+
+
+def test_cranks_that_stand_for_sliders_are_no_answer() -> None:
+    """Equal cranks turn the coupler's points on circles of their length: ever straighter, the longer they are."""
+    problem = Problem.of(StraightLine(1, 1e-3), Constraints(pins_only=True), Ranking())
+    for length, serves in ((200.0, True), (2000.0, False)):
+        pivots = np.ones((1, 2, 2, 3))
+        pivots[0, :, :, :2] = [[[0.0, -length], [0.0, 0.0]], [[1.0, -length], [1.0, 0.0]]]
+        linkage = Linkage(pivots)
+        nothing = np.full(1, complex(np.nan, np.nan))
+        found = measured(problem, Origin.made(linkage, "parallel"), linkage, np.array([0.5 + 1j]), nothing, np.zeros(1))
+        assert found.deviation[0] < 1e-3
+        assert feasibility(problem, found).all[0] == serves
