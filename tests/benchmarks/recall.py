@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import json
+import math
 import time
 from pathlib import Path
 from statistics import median
@@ -144,6 +145,30 @@ def compare(entries: list[dict[str, Any]], results: list[dict[str, Any]], file: 
     table(["name", "ranked by", "cost", "independent", "known", "excess"], rows)
 
 
+def since(entries: list[dict[str, Any]], results: list[dict[str, Any]], file: Path) -> None:
+    """Print what has become of answers that were recorded with an earlier revision."""
+    before = json.loads(file.read_text())
+    pairs = [(e, r, before[e["name"]]) for e, r in zip(entries, results, strict=True) if e["name"] in before]
+    rows = []
+    for e, r, old in pairs:
+        more = math.inf if not r.get("verified") else -math.inf if old is None else excess(r["cost"], old, e["rank_by"])
+        rows.append((more, e["name"], e["rank_by"], old, r.get("cost")))
+    answered = sum(old is not None for *_, old in pairs)
+    better = sum(more < -AS_GOOD for more, *_ in rows)
+    alike = sum(abs(more) <= AS_GOOD for more, *_ in rows)
+    print(
+        f"Of {len(rows)} requests recorded with revision 18e2582 {answered} had a sound answer then; now {better} have a"
+    )
+    print(f"better one, by 1 % or more, and {alike} one as good.\n")
+    worse = [
+        [name, rank, f"{old:.4g}", f"{now:.4g}", f"{more:+.3f}"]
+        for more, name, rank, old, now in rows
+        if more > AS_GOOD
+    ]
+    if worse:
+        table(["worse", "ranked by", "before", "now", "excess"], worse)
+
+
 def main() -> None:
     """Ask, measure, print."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
@@ -151,6 +176,7 @@ def main() -> None:
     parser.add_argument("--effort", default="1", help="one or several, 1,4")
     parser.add_argument("--only", help="names that begin so")
     parser.add_argument("--independent", type=Path, help="results of the independent search")
+    parser.add_argument("--before", type=Path, help="costs recorded with an earlier revision")
     parser.add_argument("--json", type=Path, help="where to put all results")
     given = parser.parse_args()
     entries = [e for e in json.loads((HERE / "recall_requests.json").read_text())
@@ -166,6 +192,8 @@ def main() -> None:
         report(entries, results)
         if given.independent:
             compare(entries, results, given.independent)
+        if given.before:
+            since(entries, results, given.before)
     if given.json:
         given.json.write_text(json.dumps(kept, indent=1))
 
