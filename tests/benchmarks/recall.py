@@ -157,9 +157,9 @@ def since(entries: list[dict[str, Any]], results: list[dict[str, Any]], file: Pa
     better = sum(more < -AS_GOOD for more, *_ in rows)
     alike = sum(abs(more) <= AS_GOOD for more, *_ in rows)
     print(
-        f"Of {len(rows)} requests recorded with revision 18e2582 {answered} had a sound answer then; now {better} have a"
+        f"Of {len(rows)} requests recorded with revision 18e2582 {answered} had a sound answer then; now {better} have"
     )
-    print(f"better one, by 1 % or more, and {alike} one as good.\n")
+    print(f"a better one, by 1 % or more, and {alike} one as good.\n")
     worse = [
         [name, rank, f"{old:.4g}", f"{now:.4g}", f"{more:+.3f}"]
         for more, name, rank, old, now in rows
