@@ -34,7 +34,8 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
     Returns
     -------
     x : ndarray, shape (n, p)
-        The last iterate, also where the rows contradict one another.
+        The last iterate, also where the rows contradict one another; NaN where they do not determine x in double
+        precision.
     multipliers : ndarray, shape (n, k)
         Of the rows, all positive.
     """
@@ -71,7 +72,7 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
             dual: Floats = dual,
         ) -> tuple[Array, Floats, Floats]:
             pull = (dual * outside + target) / slack
-            dx = -np.linalg.solve(normal, uphill[..., None] + turned @ pull[..., None])[..., 0]
+            dx = -_solved(normal, uphill[..., None] + turned @ pull[..., None])[..., 0]
             ds = -outside - (rows @ dx[..., None])[..., 0]
             return dx, ds, (target - dual * ds) / slack
 
@@ -83,6 +84,17 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
         x, slack, dual = x + length * dx, slack + length * ds, dual + length * dy
     solution[active], multipliers[active] = x, dual
     return solution, multipliers
+
+
+def _solved(matrix: Floats, right: Floats) -> Array:
+    """Return the solutions of linear systems, NaN of singular ones: the others do not depend on these."""
+    try:
+        return np.asarray(np.linalg.solve(matrix, right))
+    except np.linalg.LinAlgError:
+        regular = np.linalg.slogdet(matrix)[0] != 0  # by the same elimination
+        out = np.full(right.shape, np.nan)
+        out[regular] = np.linalg.solve(matrix[regular], right[regular])
+        return out
 
 
 def _far(value: Floats, step: Floats) -> Floats:

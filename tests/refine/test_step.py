@@ -143,3 +143,15 @@ def test_some_problems_are_solved_as_in_the_whole_batch() -> None:
     assert isinstance(problem[some], Subproblem)
     part = take_step(problem[some], np.full(3, 0.1), np.full(3, 10.0)).step
     np.testing.assert_allclose(part, every[some], rtol=1e-6, atol=1e-9)
+
+
+def test_a_programme_that_is_not_determined_spoils_no_other() -> None:
+    draw = np.random.default_rng(8)
+    rows, right = draw.normal(size=(3, 12, 4)), draw.uniform(0.5, 1, (3, 12))
+    weight, cost = np.full((3, 4), 1e-3), draw.normal(size=(3, 4))
+    alone = solve(weight[[0, 2]], cost[[0, 2]], rows[[0, 2]], right[[0, 2]])
+    rows[1], weight[1] = 0.0, 0.0
+    together = solve(weight, cost, rows, right)
+    for one, other in zip(alone, together, strict=True):
+        np.testing.assert_allclose(other[[0, 2]], one, rtol=1e-9)
+    assert np.isnan(together[0][1]).all()
