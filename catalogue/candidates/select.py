@@ -139,6 +139,22 @@ DECIMALS = 9
 IDENTICAL = 1e-6
 
 
+def ranks(*keys: Array) -> Indices:
+    """Return how many things with the same keys, (n,) each, come before each, shape (n,).
+
+    Parameters
+    ----------
+    *keys : ndarray of int or str, shape (n,)
+    """
+    if not len(keys[0]):
+        return np.zeros(0, int)
+    order = np.lexsort(keys)  # stable
+    new = np.concatenate([[True], np.any([key[order][1:] != key[order][:-1] for key in keys], axis=0)])
+    rank = np.empty(len(order), int)
+    rank[order] = np.arange(len(order)) - np.maximum.accumulate(np.where(new, np.arange(len(order)), 0))
+    return rank
+
+
 def select_top(problem: Problem, found: CandidateBatch, limit: int) -> tuple[CandidateBatch, Array]:
     """Return the best candidates in their order, at most `limit`, and the number of the Pareto front of each, from 1;
     0 without fronts.

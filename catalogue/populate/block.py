@@ -8,6 +8,7 @@ from itertools import islice
 
 import numpy as np
 
+from ..candidates.select import ranks
 from ..curvature_theory.analysis import PARALLEL_SINE
 from ..curvature_theory.instant import Instant
 from ..guide.kinds import SLOTS, STRAIGHT
@@ -59,7 +60,7 @@ def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin:
     names = Instant(drawn.linkage, np.zeros(len(drawn.linkage), complex)).configuration
     guides, reaches = _traced(linkage, found, names[found["mechanism"]], wanted)
     used, guides["mechanism"] = np.unique(guides["mechanism"], return_inverse=True)
-    guides["cover"] = _ranks(guides["kind"])
+    guides["cover"] = ranks(guides["kind"].astype(str))
     count = len(guides["mechanism"])
     batch = {
         "series": series.code, "member": key, "plugin": plugin, "plugin_version": version, "plan": PLAN,
@@ -103,7 +104,7 @@ def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tupl
     held = np.concatenate([guides["turn"] for guides, _ in parts]) if parts else np.zeros(0, int)
     lost = ~np.isin(cells, cells[np.isin(turn, held) & (turn >= 0)]) & (turn < 0)
     rescued = np.flatnonzero(lost)[np.argsort(-everything.weight[lost], kind="stable")]
-    rescued = rescued[_ranks(cells[rescued]) < RESCUED]
+    rescued = rescued[ranks(cells[rescued]) < RESCUED]
     turn[rescued] = np.arange(len(rescued)) - len(rescued)
     more = _parts(linkage, found, turn, rescued)
     for guides, _ in more:  # the soundest of each comes first of all, the others last
@@ -136,14 +137,6 @@ def _first(guides: Columns, reaches: Columns, wanted: int) -> tuple[Columns, Col
     rows = np.flatnonzero(owner >= 0)
     rows = rows[np.argsort(owner[rows], kind="stable")]
     return guides, {name: column[rows] for name, column in reaches.items()} | {"guide": owner[rows]}
-
-
-def _ranks(kinds: Array) -> Array:
-    """Return how many of the same kind, or cell, come before each, shape (n,)."""
-    rank = np.zeros(len(kinds), int)
-    for kind in np.unique(kinds):
-        rank[kinds == kind] = np.arange((kinds == kind).sum())
-    return rank
 
 
 def _mechanisms(series: Series, key: str, drawn: Drawn, used: Indices) -> Columns:

@@ -14,6 +14,7 @@ import numpy as np
 from ..candidates.batch import CandidateBatch, Origin, take
 from ..candidates.feasibility import LARGEST, LEAST, standing
 from ..candidates.placement import every_flip, flipped, measured, place_on_path
+from ..candidates.select import ranks
 from ..guide.arc_window import at_sweep
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.kinds import POINTS, RETURNS, SLOTS
@@ -241,17 +242,6 @@ def shortlist(found: Reaches, merit: Floats, count: int, skip: Array | None = No
     turn = np.empty(len(order), int)
     turn[by] = ranks(series[by])  # the first of each series, then the second of each
     return order[np.argsort(turn, kind="stable")][:count]
-
-
-def ranks(*keys: Array) -> Array:
-    """Return how many things with the same keys, integers (n,) each, come before each, shape (n,)."""
-    if not len(keys[0]):
-        return np.zeros(0, int)
-    order = np.lexsort(keys)  # stable
-    new = np.concatenate([[True], np.any([np.diff(key[order]) != 0 for key in keys], axis=0)])
-    rank = np.empty(len(order), int)
-    rank[order] = np.arange(len(order)) - np.maximum.accumulate(np.where(new, np.arange(len(order)), 0))
-    return rank
 
 
 def placed(problem: Problem, database: Database, found: Reaches, chosen: Indices, stretch: Floats) -> CandidateBatch:

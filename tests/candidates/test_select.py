@@ -10,7 +10,7 @@ import pytest
 
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.feasibility import cost
-from catalogue.candidates.select import IDENTICAL, distances, normal_form, select_top
+from catalogue.candidates.select import IDENTICAL, distances, normal_form, ranks, select_top
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
 
@@ -80,3 +80,11 @@ def test_a_front_comes_before_the_next(batch: Any) -> None:
     for i in range(len(given)):
         better = (worse <= worse[:, [i]]).all(0) & (worse < worse[:, [i]]).any(0)
         assert (front[better] < front[i]).all()
+
+
+def test_ranks_count_who_is_alike_and_comes_before() -> None:
+    draw = np.random.default_rng(3)
+    keys = draw.integers(0, 4, (2, 60))
+    expected = [sum((keys[:, j] == keys[:, i]).all() for j in range(i)) for i in range(60)]
+    assert ranks(*keys).tolist() == expected
+    assert ranks(*np.zeros((2, 0))).tolist() == []

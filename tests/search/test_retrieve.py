@@ -11,7 +11,7 @@ from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search.retrieve import eligible, estimate, kinds, levels, placed, ranks, shortlist, stored_reaches
+from catalogue.search.retrieve import eligible, estimate, kinds, levels, placed, shortlist, stored_reaches
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
 
@@ -147,11 +147,3 @@ def test_reaches_are_read_once_until_the_file_changes(small: Catalogue) -> None:
     problem = asked(LINE)
     assert stored_reaches(problem, small.database) is stored_reaches(asked(LINE, max_size=3), small.database)
     assert stored_reaches(problem, small.database) is not stored_reaches(asked(ARC), small.database)
-
-
-def test_ranks_count_who_is_alike_and_comes_before() -> None:
-    draw = np.random.default_rng(3)
-    keys = draw.integers(0, 4, (2, 60))
-    expected = [sum((keys[:, j] == keys[:, i]).all() for j in range(i)) for i in range(60)]
-    assert ranks(*keys).tolist() == expected
-    assert ranks(*np.zeros((2, 0))).tolist() == []
