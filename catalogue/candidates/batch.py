@@ -6,7 +6,7 @@ them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, is_dataclass
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any, TypeVar, cast
 
@@ -15,6 +15,7 @@ import numpy as np
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.metrics import Measures
 from ..guide.trace import Traced
+from ..kinematics.batch import mapped
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats
 
@@ -23,12 +24,12 @@ T = TypeVar("T")
 
 def take(batch: T, index: Any) -> T:
     """Return the chosen ones of a batch: an array, a `Linkage`, None, or a dataclass of these."""
-    return cast(T, _mapped(lambda values: values[index], batch))
+    return cast(T, mapped(lambda values: values[index], batch))
 
 
 def join(*batches: T) -> T:
     """Return the things of all batches, one after the other."""
-    return cast(T, _mapped(lambda *values: np.concatenate(values), *batches))
+    return cast(T, mapped(lambda *values: np.concatenate(values), *batches))
 
 
 def put(batch: T, where: Array, by: T) -> T:
@@ -39,19 +40,7 @@ def put(batch: T, where: Array, by: T) -> T:
         out[where] = new
         return out
 
-    return cast(T, _mapped(replaced, batch, by))
-
-
-def _mapped(function: Any, *batches: Any) -> Any:
-    first = batches[0]
-    if first is None:
-        return None
-    if isinstance(first, Linkage):
-        return Linkage.trusted(np.asarray(function(*(b.pivots for b in batches))))
-    if is_dataclass(first):
-        made: Any = type(first)
-        return made(*(_mapped(function, *(getattr(b, f.name) for b in batches)) for f in fields(first)))
-    return function(*batches)
+    return cast(T, mapped(replaced, batch, by))
 
 
 @dataclass(frozen=True)

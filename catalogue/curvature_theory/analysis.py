@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest
+from ..kinematics.batch import mapped
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats, Mask
 from .finite_pole import VANISHING, finite_pole, noise
@@ -77,8 +78,8 @@ class Curvature:
         return len(self.state)
 
     def __getitem__(self, index: Any) -> Curvature:
-        return Curvature(*(np.reshape(getattr(self, f.name)[index], (-1, *getattr(self, f.name).shape[1:]))
-                           for f in fields(self)))  # fmt: skip
+        chosen: Curvature = mapped(lambda values: values[index].reshape(-1, *values.shape[1:]), self)
+        return chosen
 
     @property
     def reason(self) -> Array:

@@ -16,11 +16,11 @@ secs. 27-31, and the laws E = |c_m| L^m/2^(2m-1).
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from ..kinematics.batch import Rows
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from .exact_guides import NEARER, UNDECIDED, first_term, stays
@@ -43,7 +43,7 @@ RETURN_CIRCLE = {5: 1.0, 6: 1 / 32}
 
 
 @dataclass(frozen=True)
-class LeadingError:
+class LeadingError(Rows):
     """Leading errors of n guided points.
 
     Attributes
@@ -73,9 +73,6 @@ class LeadingError:
 
     def __len__(self) -> int:
         return len(self.positions)
-
-    def __getitem__(self, index: Any) -> LeadingError:
-        return LeadingError(*(getattr(self, f.name)[index] for f in fields(self)))
 
     @property
     def order(self) -> Array:

@@ -16,6 +16,7 @@ from typing import Any
 import numpy as np
 
 from ..curvature_theory.taylor import path_series
+from ..kinematics.batch import Columns
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CHARTS, Motion, Path, motion
 from ..kinematics.types import Array, Complexes, Mask
@@ -35,7 +36,7 @@ FAR = 100.0
 
 
 @dataclass(frozen=True)
-class CouplerCurve:
+class CouplerCurve(Columns):
     """Guides ready to be traced.
 
     Attributes
@@ -69,13 +70,6 @@ class CouplerCurve:
 
     def __len__(self) -> int:
         return len(self.point)
-
-    def __getitem__(self, index: Any) -> CouplerCurve:
-        return CouplerCurve(
-            self.motion[index], self.point[index], self.tangent[index], self.t[:, index], self.u[:, index],
-            self.limit[:, index], self.cusp[index],
-            None if self.pole is None else self.pole[index],
-        )  # fmt: skip
 
     @cached_property
     def path(self) -> Path:

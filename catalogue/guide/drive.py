@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
+from ..kinematics.batch import Rows
 from ..kinematics.linkage import RR
 from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
@@ -21,7 +21,7 @@ NODES = 32
 
 
 @dataclass(frozen=True)
-class DriveMetrics:
+class DriveMetrics(Rows):
     """How n guides work over their strokes; those whose points return from end to end, to the point of rest and back.
 
     Attributes
@@ -50,9 +50,6 @@ class DriveMetrics:
     uniformity: Floats
     advantage: Floats
     rotation: Floats
-
-    def __getitem__(self, index: Any) -> DriveMetrics:
-        return DriveMetrics(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
 def drive_metrics(guides: CouplerCurve, traced: Traced, measures: Measures, *, inverse: bool = False) -> DriveMetrics:

@@ -8,11 +8,11 @@ transmission angle at D.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from ..kinematics.batch import Rows
 from ..kinematics.motion import motion
 from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
@@ -26,7 +26,7 @@ NODES = 96
 
 
 @dataclass(frozen=True)
-class Dwell:
+class Dwell(Rows):
     """What rockers do over a full turn of the crank, arrays of one shape.
 
     Attributes
@@ -45,9 +45,6 @@ class Dwell:
     residual: Floats
     swing: Floats
     transmission: Floats
-
-    def __getitem__(self, index: Any) -> Dwell:
-        return Dwell(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
 def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Complexes, Floats]:

@@ -28,11 +28,11 @@ Source: Grashof, Theoretische Maschinenlehre 2, 1883, for the four-bar; Alt, Der
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
+from ..kinematics.batch import Rows
 from ..kinematics.linkage import PR, RP, RR, Linkage
 from ..kinematics.motion import Motion
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
@@ -158,7 +158,7 @@ LEAST_ARM = 0.05
 
 
 @dataclass(frozen=True)
-class Measures:
+class Measures(Rows):
     """Measures of n guides over their strokes, in the length unit of the linkage.
 
     Attributes
@@ -198,9 +198,6 @@ class Measures:
     rotates: Array
     fixed_box: Floats
     box: Floats
-
-    def __getitem__(self, index: Any) -> Measures:
-        return Measures(*(getattr(self, f.name)[index] for f in fields(self)))
 
 
 def measure(

@@ -25,6 +25,7 @@ from typing import Any
 
 import numpy as np
 
+from ..kinematics.batch import Columns
 from ..kinematics.types import Array, Indices, Mask
 
 #: Most exchanges to the best polynomial.
@@ -64,7 +65,7 @@ def grid(count: int, kind: Any = float) -> Grid:
 
 
 @dataclass(frozen=True)
-class Fit:
+class Fit(Columns):
     """Best lines or circles of n paths.
 
     Attributes

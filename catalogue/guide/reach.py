@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from ..kinematics.batch import Columns, mapped
 from ..kinematics.types import Array, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .trace import OFF_CENTRE, Traced, trace
@@ -20,7 +20,7 @@ USABLE = 0.95
 
 
 @dataclass(frozen=True)
-class Ladder:
+class Ladder(Columns):
     """Half strokes of n guides against relative deviation, longest first; each column is a scan of one guide.
 
     Attributes
@@ -41,9 +41,6 @@ class Ladder:
     def relative(self) -> Array:
         """Deviation over stroke, NaN where the guide could not be traced, shape (STROKES, n)."""
         return self.traced.relative
-
-    def __getitem__(self, index: Any) -> Ladder:
-        return Ladder(self.half[:, index], self.traced[:, index], self.centre[index])
 
 
 def scan(guides: CouplerCurve, *, circle: bool, three: Mask, nodes: int = 16) -> Ladder:
@@ -69,7 +66,7 @@ def scan(guides: CouplerCurve, *, circle: bool, three: Mask, nodes: int = 16) ->
     half = _longest(guides, centre) * RATIO ** np.arange(STROKES)[:, None]
     each = np.tile(np.arange(n), STROKES)
     found = trace(guides[each], half.ravel(), circle=circle, split=True, centre=centre[each], nodes=nodes)
-    return Ladder(half, found.reshaped(half.shape), centre)
+    return Ladder(half, mapped(lambda values: values.reshape(half.shape), found), centre)
 
 
 def reach(
@@ -104,7 +101,8 @@ def reach(
         good, bad = (ladder.half[end, column] for end in ends)
         good_e, bad_e = (np.log(ladder.relative[end, column] / tolerance) for end in ends)
         good = np.where(some, good, np.nan)
-        found = Traced.nothing(len(guides), ladder.half.dtype).replaced(some, ladder.traced[k[some], column[some]])
+        first: Traced = mapped(lambda values: values[k[some], column[some]], ladder.traced)
+        found = Traced.nothing(len(guides), ladder.half.dtype).replaced(some, first)
         for _ in range(steps):
             open_ = some & (k > 0) & (bad > good * 1.001)
             if not open_.any():

@@ -9,11 +9,12 @@ vanish, in the sense of least squares, so that what remains is nearly a single C
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from ..kinematics.batch import Columns
 from ..kinematics.types import Array, Mask
 from .coupler_curve import CouplerCurve, coupler_curve
 from .cusped_zone import cusped_zone
@@ -33,7 +34,7 @@ LEAST_SURE = (1e-2, 1e-13)
 
 
 @dataclass(frozen=True)
-class Traced:
+class Traced(Columns):
     """What was measured of n guides.
 
     Attributes
@@ -63,30 +64,6 @@ class Traced:
         none = np.full(count, np.nan, kind)
         plane = np.full(count, np.nan, np.result_type(kind, np.complex64))
         return cls(Fit(none, none, plane, plane, none, none), plane, none, none)
-
-    def __getitem__(self, index: Any) -> Traced:
-        part = Fit(*(getattr(self.fit, f.name)[index] for f in fields(Fit)))
-        return Traced(part, self.shift[index], self.low[index], self.high[index])
-
-    def reshaped(self, shape: tuple[int, ...]) -> Traced:
-        """Return the same guides in rows and columns."""
-        fit = Fit(*(getattr(self.fit, f.name).reshape(shape) for f in fields(Fit)))
-        return Traced(fit, *(getattr(self, name).reshape(shape) for name in ("shift", "low", "high")))
-
-    def followed_by(self, other: Traced) -> Traced:
-        """Return these guides and the other ones after them."""
-        fit = Fit(*(np.concatenate([getattr(self.fit, f.name), getattr(other.fit, f.name)]) for f in fields(Fit)))
-        rest = (np.concatenate([getattr(self, k), getattr(other, k)]) for k in ("shift", "low", "high"))
-        return Traced(fit, *rest)
-
-    def replaced(self, where: Mask, by: Traced) -> Traced:
-        """Return this with the entries `where` (a mask) taken from `by`, which holds just those."""
-        return Traced(
-            _replaced(self.fit, where, by.fit),
-            _put(self.shift, where, by.shift),
-            _put(self.low, where, by.low),
-            _put(self.high, where, by.high),
-        )
 
 
 def trace(
@@ -201,12 +178,12 @@ def _split_again(
     moved_u, moved_v, step, _ = _straightened(u, v, cos, sin, half[poor], circle, points, SHORT_LEASH)
     n = len(step)
     both = _fit(np.concatenate([moved_u, u], axis=1), np.concatenate([moved_v, v], axis=1), circle, points)
-    short, plain = (Fit(*(getattr(both, f.name)[part] for f in fields(Fit))) for part in (slice(n), slice(n, None)))
+    short, plain = both[:n], both[n:]
     for other, by in ((short, step), (plain, np.zeros_like(step))):
         better = np.zeros_like(poor)
         better[poor] = ~(found.deviation[poor] <= other.deviation)
         chosen = better[poor]
-        found = _replaced(found, better, Fit(*(getattr(other, f.name)[chosen] for f in fields(Fit))))
+        found = found.replaced(better, other[chosen])
         shift[better] = by[chosen]
     return found, shift
 
@@ -276,13 +253,3 @@ def _bend(u: Array, v: Array) -> Array:
 def extended(guides: CouplerCurve) -> CouplerCurve:
     """Return the same guides in extended precision (where the platform has it)."""
     return coupler_curve(guides.linkage, guides.point, np.longdouble, guides.pole)
-
-
-def _replaced(fit: Fit, where: Mask, by: Fit) -> Fit:
-    return Fit(**{f.name: _put(getattr(fit, f.name), where, getattr(by, f.name)) for f in fields(Fit)})
-
-
-def _put(values: Array, where: Mask, by: Array) -> Array:
-    out = values.copy()
-    out[where] = by
-    return out

@@ -32,6 +32,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .batch import Columns
 from .linkage import PR, RP, RR, Linkage
 from .types import Array, Floats, Mask
 
@@ -205,7 +206,7 @@ class Pose(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Motion:
+class Motion(Columns):
     """Finite motion of a batch of linkages, each in a chart of its own (made by `motion`).
 
     Attributes
@@ -234,19 +235,6 @@ class Motion:
     origin: Array
     lever: Array
     branch: Array
-
-    def __getitem__(self, index: Any) -> Motion:
-        return Motion(
-            self.linkage[index],
-            self.chart[index],
-            self.conditioning[index],
-            self.interval[:, index],
-            self.forms[..., index],
-            self.circle[index],
-            self.origin[index],
-            self.lever[index],
-            self.branch[index],
-        )
 
     def point(self, z: Array, along: Array | None = None) -> Path:
         """Return the paths of the coupler points z (n,), in axes along the unit vectors `along` (n,), both complex."""
@@ -297,7 +285,7 @@ class Motion:
 
 
 @dataclass(frozen=True)
-class Path:
+class Path(Columns):
     """Paths of one coupler point per linkage: displacement from its reference position, in axes of its own.
 
     NaN beyond a turning point of the chart.
@@ -358,9 +346,6 @@ class Path:
             u *= scale
             l_y *= scale
         return u, l_y
-
-    def __getitem__(self, index: Any) -> Path:
-        return Path(self.forms[..., index], self.circle[index], self.branch[index])
 
 
 def motion(

@@ -1,0 +1,56 @@
+"""Batches: records whose arrays run over the same n things, taken apart and put together again."""
+
+from __future__ import annotations
+
+from dataclasses import fields, is_dataclass
+from typing import Any, Self, cast
+
+import numpy as np
+
+from .linkage import Linkage
+from .types import Array, Mask
+
+
+def mapped(function: Any, *batches: Any) -> Any:
+    """Return the batch (an array, a `Linkage`, None, or a dataclass of these) of what a function makes of the arrays of
+    batches with the same fields."""
+    first = batches[0]
+    if first is None:
+        return None
+    if isinstance(first, Linkage):
+        return Linkage.trusted(np.asarray(function(*(b.pivots for b in batches))))
+    if is_dataclass(first):
+        made: Any = type(first)
+        return made(*(mapped(function, *(getattr(b, f.name) for b in batches)) for f in fields(first)))
+    return function(*batches)
+
+
+class Rows:
+    """A dataclass of arrays of shape (n, ...)."""
+
+    def __getitem__(self, index: Any) -> Self:
+        chosen: Self = mapped(lambda values: values[index], self)
+        return chosen
+
+
+class Columns:
+    """A dataclass of arrays of shape (..., n), of a `Linkage`, and of others of its kind."""
+
+    def __getitem__(self, index: Any) -> Self:
+        def chosen(values: Any) -> Any:
+            if values is None:
+                return None
+            return values[..., index] if isinstance(values, np.ndarray) else values[index]
+
+        return type(self)(*(chosen(getattr(self, f.name)) for f in fields(cast(Any, self))))
+
+    def replaced(self, where: Mask, by: Self) -> Self:
+        """Return this, its precision kept, with the entries `where` (n,) taken from `by`, which holds just those."""
+
+        def put(values: Array, new: Array) -> Array:
+            out = values.copy()
+            out[..., where] = new
+            return out
+
+        made: Self = mapped(put, self, by)
+        return made
