@@ -9,6 +9,7 @@ counted negative before the reference position.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -84,15 +85,13 @@ class CouplerCurve(Columns):
     @property
     def extent(self) -> Array:
         """Farthest u below (as a positive number) and above the reference position, shape (2, n)."""
-        finite = np.isfinite(self.u)
-        low = np.where(finite, self.u, 0).min(0)
-        high = np.where(finite, self.u, 0).max(0)
-        return np.stack([-low, high])
+        u = np.where(np.isfinite(self.u), self.u, 0)
+        return np.stack([-u.min(0), u.max(0)])
 
     def window(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Return the parameters at which u is `low` and `high`, each (n,) -> (n,), NaN beyond the extent.
 
-        Bracketed in the table, then solved by regula falsi (Illinois) to `EXACT` of the extent.
+        Bracketed in the table, then solved to `EXACT` of the extent.
         """
         wanted = np.stack([low, high])
         k = np.clip((self.u[:, None] < wanted).sum(0), 1, len(self.u) - 1)
@@ -101,17 +100,29 @@ class CouplerCurve(Columns):
         with np.errstate(all="ignore"):
             outside = (wanted < -extent[0] * (1 + 1e-9)) | (wanted > extent[1] * (1 + 1e-9))
             f0, f1 = (np.take_along_axis(self.u, k + j, 0) - wanted for j in (-1, 0))
-            t = t1
-            for _ in range(12):
-                t = t1 - f1 * (t1 - t0) / np.where(f1 == f0, 1, f1 - f0)
-                f = np.where(self.cusp & (t < 0), -1, 1) * self.path(t)[0] - wanted
-                crossed = (f < 0) != (f1 < 0)
-                t0, f0 = np.where(crossed, t1, t0), np.where(crossed, f1, 0.5 * f0)
-                t1, f1 = t, f
-                if not (np.abs(f) > EXACT * extent.sum(0)).any():
-                    break
+            t = false_position(
+                lambda t: np.where(self.cusp & (t < 0), -1, 1) * self.path(t)[0] - wanted,
+                t0, t1, f0, f1, EXACT * extent.sum(0), steps=12,
+            )  # fmt: skip
         t = np.where(outside | ~np.isfinite(t), np.nan, t)
         return t[0], t[1]
+
+
+def false_position(
+    function: Callable[[Array], Array], t0: Array, t1: Array, f0: Array, f1: Array, close: Array, steps: int
+) -> Array:
+    """Return where functions vanish between t0 and t1, where they are f0 and f1, by regula falsi (Illinois), until all
+    are within `close` of 0."""
+    t = t1
+    for _ in range(steps):
+        t = t1 - f1 * (t1 - t0) / np.where(f1 == f0, 1, f1 - f0)
+        f = function(t)
+        crossed = (f < 0) != (f1 < 0)
+        t0, f0 = np.where(crossed, t1, t0), np.where(crossed, f1, 0.5 * f0)
+        t1, f1 = t, f
+        if not (np.abs(f) > close).any():
+            break
+    return t
 
 
 def coupler_curve(
@@ -139,31 +150,23 @@ def coupler_curve(
     if chart is None:
         n = len(linkage)
         each = np.tile(np.arange(n), len(CHARTS))
-        every = _ready(
-            linkage[each], point[each], np.repeat(CHARTS, n), float, None if pole is None else np.asarray(pole)[each]
-        )
+        poles = None if pole is None else np.asarray(pole)[each]
+        every = _in_charts(linkage[each], point[each], np.repeat(CHARTS, n), float, poles)
         conditioning = every.motion.conditioning
-        score = np.where(
-            conditioning > SINGULAR, every.extent.min(0) * np.sqrt(np.minimum(conditioning, 1)), -1.0
-        ).reshape(len(CHARTS), n)
+        score = every.extent.min(0) * np.sqrt(np.minimum(conditioning, 1))
+        score = np.where(conditioning > SINGULAR, score, -1.0).reshape(len(CHARTS), n)
         chosen = np.zeros(n, dtype=int)
         for i in range(1, len(CHARTS)):
             chosen = np.where(score[i] > score[:i].max(0) * (1 + 1e-9), i, chosen)
         if dtype is float:
             return every[chosen * n + np.arange(n)]
         chart = np.array(CHARTS)[chosen]
-    return _ready(linkage, point, chart, dtype, pole)
+    return _in_charts(linkage, point, chart, dtype, pole)
 
 
-def _ready(linkage: Linkage, point: Complexes, chart: Array, dtype: Any, pole: Complexes | None) -> CouplerCurve:
+def _in_charts(linkage: Linkage, point: Complexes, chart: Array, dtype: Any, pole: Complexes | None) -> CouplerCurve:
     """Return coupler curves in given charts."""
     moving = motion(linkage, chart, point, dtype, pole)
-    tangent, t, u, limit, cusp = _table(moving, point)
-    return CouplerCurve(moving, point, tangent, t, u, limit, cusp, pole)
-
-
-def _table(moving: Motion, point: Complexes) -> tuple[Array, Array, Array, Array, Mask]:
-    """Return tangent, parameters, displacements, limits and cusps; see `CouplerCurve`."""
     velocity = moving.velocity_of(point)
     speed = np.abs(velocity)
     with np.errstate(all="ignore"):
@@ -187,5 +190,5 @@ def _table(moving: Motion, point: Complexes) -> tuple[Array, Array, Array, Array
     down = np.logical_and.accumulate((rising[:STEPS] & near[:STEPS])[::-1], axis=0)[::-1]
     inside = np.concatenate([down, np.ones_like(up[:1]), up]) & ~still & (moving.conditioning > SINGULAR)
     limit = np.where(np.stack([inside[0], inside[-1]]), "linkage turns", "path turns")
-    sign = np.where(np.arange(2 * STEPS + 1) < STEPS, -np.inf, np.inf)[:, None]
-    return tangent, t, np.where(inside, u, np.where(np.arange(2 * STEPS + 1)[:, None] == STEPS, 0, sign)), limit, cusp
+    outside = np.concatenate([np.full(STEPS, -np.inf), [0.0], np.full(STEPS, np.inf)])[:, None]
+    return CouplerCurve(moving, point, tangent, t, np.where(inside, u, outside), limit, cusp, pole)

@@ -36,7 +36,7 @@ from ..kinematics.batch import Rows
 from ..kinematics.linkage import PR, RP, RR, Linkage
 from ..kinematics.motion import Motion
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
-from .coupler_curve import CouplerCurve
+from .coupler_curve import CouplerCurve, false_position
 from .inverse import of_machine
 from .minimum_zone import grid
 from .trace import Traced
@@ -57,7 +57,16 @@ def rotation_margin(linkage: Linkage) -> Floats:
     ----------
     linkage : Linkage of n
     """
-    return np.stack([_margin(linkage, k) for k in (0, 1)], axis=-1)
+    a, g, b, c, e, h = _lengths(linkage)
+    kind = linkage.dyads[:, ::-1]
+    four_bar = np.minimum(b + c - g - a, np.abs(g - a) - np.abs(b - c))
+    margin = _of_kind(kind, four_bar, b - a - e, np.abs(g - a) - h)
+    longest = np.maximum(a, _of_kind(kind, np.maximum(np.maximum(g, b), c), np.maximum(b, e), g))
+    # coordinates are rounded where they stand, which may be far out
+    z = np.where(linkage.finite, np.abs(linkage.points), 0).max((1, 2))
+    nothing = CHANGE_POINT * longest + 8 * np.finfo(float).eps * z[:, None]
+    margin = np.where(np.abs(margin) <= nothing, 0.0, margin)
+    return np.where(linkage.dyads == RR, margin, np.nan)
 
 
 def rotates(linkage: Linkage) -> Array:
@@ -76,7 +85,21 @@ def transmission_turn(linkage: Linkage) -> Floats:
     ----------
     linkage : Linkage of n
     """
-    return np.stack([_least(linkage, k) for k in (0, 1)], axis=-1)
+    a, g, b, c, e, h = _lengths(linkage)
+    margin = rotation_margin(linkage)
+    near, far = np.abs(g - a), g + a
+    with np.errstate(all="ignore"):
+        # tangents of half an angle and of an angle, from factors each of which is a difference of lengths: no digits
+        # are lost where the angle is small
+        inner = 2 * np.arctan2(np.sqrt((near - (b - c)) * (near + (b - c))), np.sqrt((b + c - near) * (b + c + near)))
+        outer = 2 * np.arctan2(np.sqrt((b + c - far) * (b + c + far)), np.sqrt((far - (b - c)) * (far + (b - c))))
+        four_bar = np.fmin(inner, np.pi - inner)
+        four_bar = np.minimum(four_bar, np.fmin(outer, np.pi - outer))
+        reach = a + e
+        slider = np.arctan2(np.sqrt((b - reach) * (b + reach)), reach)
+        slide = np.arctan2(np.sqrt((near - h) * (near + h)), h)
+        angle = np.degrees(_of_kind(linkage.dyads[:, ::-1], four_bar, slider, slide))
+        return np.where(margin > 0, angle, np.where(margin == 0, 0.0, np.nan))
 
 
 def min_transmission_turn(linkage: Linkage, driver: Array | None = None) -> Floats:
@@ -101,10 +124,10 @@ def min_transmission_turn(linkage: Linkage, driver: Array | None = None) -> Floa
     return np.where(np.asarray(driver) > 0, each[np.arange(len(each)), index], np.nan)
 
 
-def _lengths(linkage: Linkage, crank: int) -> tuple[Floats, ...]:
-    """Return a, g, b, c, e and h of one crank, shape (n,) each; those that do not belong to the family mean nothing."""
-    z, other = linkage.points, 1 - crank
-    pivot, pin, far_pivot, far_pin = z[:, crank, 0], z[:, crank, 1], z[:, other, 0], z[:, other, 1]
+def _lengths(linkage: Linkage) -> tuple[Floats, ...]:
+    """Return a, g, b, c, e and h of either crank, shape (n, 2) each; those that the family lacks mean nothing."""
+    z = linkage.points
+    pivot, pin, far_pivot, far_pin = z[:, :, 0], z[:, :, 1], z[:, ::-1, 0], z[:, ::-1, 1]
     return (
         np.abs(pin - pivot),
         np.abs(far_pivot - pivot),
@@ -113,37 +136,6 @@ def _lengths(linkage: Linkage, crank: int) -> tuple[Floats, ...]:
         np.abs(((far_pin - pivot) * far_pivot.conj()).real),
         np.abs(((far_pivot - pin) * far_pin.conj()).real),
     )
-
-
-def _margin(linkage: Linkage, crank: int) -> Floats:
-    a, g, b, c, e, h = _lengths(linkage, crank)
-    kind = linkage.dyads[:, 1 - crank]
-    four_bar = np.minimum(b + c - g - a, np.abs(g - a) - np.abs(b - c))
-    margin = _of_kind(kind, four_bar, b - a - e, np.abs(g - a) - h)
-    longest = np.maximum(a, _of_kind(kind, np.maximum(np.maximum(g, b), c), np.maximum(b, e), g))
-    # coordinates are rounded where they stand, which may be far out
-    z = np.where(linkage.finite, np.abs(linkage.points), 0).max((1, 2))
-    nothing = CHANGE_POINT * longest + 8 * np.finfo(float).eps * z
-    margin = np.where(np.abs(margin) <= nothing, 0.0, margin)
-    return np.where(linkage.dyads[:, crank] == RR, margin, np.nan)
-
-
-def _least(linkage: Linkage, crank: int) -> Floats:
-    a, g, b, c, e, h = _lengths(linkage, crank)
-    kind, margin = linkage.dyads[:, 1 - crank], _margin(linkage, crank)
-    near, far = np.abs(g - a), g + a
-    with np.errstate(all="ignore"):
-        # tangents of half an angle and of an angle, from factors each of which is a difference of lengths: no digits
-        # are lost where the angle is small
-        inner = 2 * np.arctan2(np.sqrt((near - (b - c)) * (near + (b - c))), np.sqrt((b + c - near) * (b + c + near)))
-        outer = 2 * np.arctan2(np.sqrt((b + c - far) * (b + c + far)), np.sqrt((far - (b - c)) * (far + (b - c))))
-        four_bar = np.fmin(inner, np.pi - inner)
-        four_bar = np.minimum(four_bar, np.fmin(outer, np.pi - outer))
-        reach = a + e
-        slider = np.arctan2(np.sqrt((b - reach) * (b + reach)), reach)
-        slide = np.arctan2(np.sqrt((near - h) * (near + h)), h)
-        angle = np.degrees(_of_kind(kind, four_bar, slider, slide))
-        return np.where(margin > 0, angle, np.where(margin == 0, 0.0, np.nan))
 
 
 def _of_kind(kind: Array, four_bar: Floats, slider: Floats, slide: Floats) -> Floats:
@@ -348,16 +340,9 @@ def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Mask) -
     path = moving.point(point, traced.fit.along)
     offset = ((point - middle) * traced.fit.along.conj()).real
     with np.errstate(all="ignore"):
-        ends, _ = path(np.stack([start, end]))
-        (f0, f1), t = ends + offset, end
-        for _ in range(60):  # regula falsi (Illinois)
-            t = end - f1 * (end - start) / np.where(f1 == f0, 1, f1 - f0)
-            f = path(t[None])[0][0] + offset
-            crossed = (f < 0) != (f1 < 0)
-            start, f0 = np.where(crossed, end, start), np.where(crossed, f1, 0.5 * f0)
-            end, f1 = t, f
-            if not (np.abs(f) > 16 * np.finfo(f.dtype).eps * (traced.fit.stroke + np.abs(offset))).any():
-                break
+        f0, f1 = path(np.stack([start, end]))[0] + offset
+        close = 16 * np.finfo(f1.dtype).eps * (traced.fit.stroke + np.abs(offset))
+        t = false_position(lambda t: path(t[None])[0][0] + offset, start, end, f0, f1, close, steps=60)
     return np.where(cusp, 0.0, t)
 
 
