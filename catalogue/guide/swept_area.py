@@ -52,28 +52,24 @@ def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
 
 def protrusion(area: Area, swept: Complexes) -> Floats:
     """Return how far linkages reach out of an area at most, negative inside, shape (n,), from segments (f, n, k, 2)."""
-    out = area.outside(_stations(swept)).max(axis=(0, 2, 3))
-    return _crossed(swept, out, area.outside(_between(area, swept)).max(axis=-1))
+    return _farthest(area, swept, 1)
 
 
 def intrusion(area: Area, swept: Complexes) -> Floats:
     """Return how far linkages reach into an area at most, negative outside, shape (n,), from segments (f, n, k, 2)."""
-    deep = -area.outside(_stations(swept)).min(axis=(0, 2, 3))
-    return _crossed(swept, deep, -area.outside(_between(area, swept)).min(axis=-1))
+    return _farthest(area, swept, -1)
 
 
-def _crossed(swept: Complexes, amount: Floats, between: Floats) -> Floats:
-    """Return amounts with those between the edges that segments cross (f, n, k), NaN where they cross less than two."""
-    more = np.fmax.reduce(between, axis=(0, 2))
+def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
+    """Return how far places on segments are outside (`side` 1) or inside (-1) at most, those between the edges that a
+    segment crosses among them."""
+    share = np.linspace(0, 1, STATIONS)
+    along = swept[..., :1] + (swept[..., 1:] - swept[..., :1]) * share
+    amount = (side * area.outside(along)).max(axis=(0, 2, 3))
+    more = np.fmax.reduce((side * area.outside(_between(area, swept))).max(axis=-1), axis=(0, 2))
     missed = (amount <= 0) & np.isfinite(more)  # between the places that are looked at
     more = np.where(more > 0, more, GRAZED * np.abs(swept).max((0, 2, 3)))
     return np.asarray(np.where(missed, more, amount))
-
-
-def _stations(swept: Complexes) -> Complexes:
-    """Return places along the segments, shape (f, n, k, STATIONS)."""
-    share = np.linspace(0, 1, STATIONS)
-    return np.asarray(swept[..., :1] + (swept[..., 1:] - swept[..., :1]) * share)
 
 
 def _between(area: Area, swept: Complexes) -> Complexes:
