@@ -12,7 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kinematics.types import Array
-from .minimum_zone import Fit, Grid, exchange, polar
+from .minimum_zone import Fit, Grid, exchange, polar, seen, shifted
 
 #: Most least squares steps to the radius, most exchanges at that radius, and what counts as no step (of the stroke).
 STEPS, EXCHANGES, AT_REST = 12, 8, 1e-12
@@ -47,7 +47,7 @@ def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | Non
         apart = APART * stroke * np.arange(len(x))[:, None]
         open_, xs, ys = np.arange(x.shape[1]), x, y
         for _ in range(EXCHANGES):
-            a, b = _seen(xs, ys, centre[open_], heading[open_])
+            a, b = seen(xs, ys, centre[open_], heading[open_])
             bend = curvature[open_]
             distance, _, _ = polar(a, b, bend)
             # a circle that is moved but keeps its radius: (c0 + c1 X) cos, X = tan(theta)/curvature
@@ -58,13 +58,13 @@ def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | Non
             first = np.repeat(np.array([[0], [len(x) // 2], [len(x) - 1]]), len(open_), axis=1)
             (c0, c1), level, _ = exchange(run + apart[:, open_], distance, first, by, peaks=False)
             deviation[open_] = level
-            centre[open_], heading[open_] = _moved(centre[open_], heading[open_], c0, c1)
+            centre[open_], heading[open_] = shifted(centre[open_], heading[open_], c0, c1)
             length = stroke[open_]
             moved = np.abs(c0) + np.abs(c1) * length > 1e-4 * level + AT_REST * length
             if not moved.any():
                 break
             open_, xs, ys = open_[moved], xs[:, moved], ys[:, moved]
-        worst = np.abs(polar(*_seen(x, y, centre, heading), curvature)[0]).max(0)
+        worst = np.abs(polar(*seen(x, y, centre, heading), curvature)[0]).max(0)
         settled = (worst <= SETTLED * deviation + AT_REST * stroke) & (np.abs(curvature) * stroke < 2)
         deviation = np.where(settled, worst, np.nan)
         if circle:
@@ -85,7 +85,7 @@ def _mean_circle(x: Array, y: Array, stroke: Array) -> tuple[Array, Array, Array
     open_, xs, ys = np.arange(x.shape[1]), x, y
     for _ in range(STEPS):
         length = stroke[open_]
-        a, b = _seen(xs, ys, centre[open_], heading[open_])
+        a, b = seen(xs, ys, centre[open_], heading[open_])
         distance, at, weight = polar(a, b, curvature[open_])
         run = at / length
         basis = np.stack([1 / weight, run / weight, run * run / weight])
@@ -95,22 +95,12 @@ def _mean_circle(x: Array, y: Array, stroke: Array) -> tuple[Array, Array, Array
         normal, right = np.where(good[:, None, None], normal, np.eye(3)), np.where(good[:, None], right, np.nan)
         c0, c1, c2 = np.linalg.solve(normal, right[..., None])[..., 0].T
         curvature[open_] += 2 * c2 / length**2 + 0.5 * c0 * curvature[open_] ** 2
-        centre[open_], heading[open_] = _moved(centre[open_], heading[open_], c0, c1 / length)
+        centre[open_], heading[open_] = shifted(centre[open_], heading[open_], c0, c1 / length)
         moved = np.abs(c0) + np.abs(c1) + np.abs(c2) > AT_REST * length
         if not moved.any():
             break
         open_, xs, ys = open_[moved], xs[:, moved], ys[:, moved]
     return centre, heading, curvature
-
-
-def _seen(x: Array, y: Array, centre: Array, heading: Array) -> tuple[Array, Array]:
-    """Return points along and across a direction, from a centre."""
-    a, b = x - centre.real, y - centre.imag
-    return a * heading.real + b * heading.imag, b * heading.real - a * heading.imag
-
-
-def _moved(centre: Array, heading: Array, offset: Array, slope: Array) -> tuple[Array, Array]:
-    return centre + 1j * offset * heading, heading * (1 + 1j * slope) / np.hypot(1, slope)
 
 
 def _unfolded(u: Array, v: Array) -> tuple[Array, Array]:

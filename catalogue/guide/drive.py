@@ -65,13 +65,16 @@ def drive_metrics(guides: CouplerCurve, traced: Traced, measures: Measures, *, i
     """
     moves = SampledPoses.of(guides, traced, inverse=inverse)
     driver, turns = measures.driver, measures.rotates
-    crank, lever = moves.driven(driver)
     z = guides.linkage.points
-    radius = np.take_along_axis(np.abs(z[..., 1] - z[..., 0]), np.maximum(driver - 1, 0)[:, None], axis=1)[:, 0]
+    of_driver = np.arange(len(guides)), np.maximum(driver - 1, 0)
+    crank, lever, radius = (
+        np.where(driver > 0, values[..., *of_driver], np.nan)
+        for values in (moves.crank, moves.lever, np.abs(z[..., 1] - z[..., 0]))
+    )
     with np.errstate(all="ignore"):
         steady = (lever > 0).all(0) | (lever < 0).all(0)
         angle = np.where(steady, np.degrees(np.abs(crank[-1] - crank[0])), np.nan)
-        full = (turns >> np.maximum(driver - 1, 0) & 1).astype(bool) & (driver > 0)
+        full = (turns & driver) > 0  # the bit of a crank is its number
         least, most = np.abs(lever).min(0), np.abs(lever).max(0)
         return DriveMetrics(
             driver,
@@ -121,11 +124,9 @@ class SampledPoses:
             the plane of their frame, which is that of the reference position; `point` is the fixed point in the slot.
         """
         points, linkage, moving = grid(nodes), guides.linkage, guides.motion
-        low, high = traced.low.astype(float), traced.high.astype(float)
-        t = 0.5 * (high + low) + 0.5 * (high - low) * points.nodes[:, None]
         slopes = _slopes(nodes)
         with np.errstate(all="ignore"):
-            pose = moving.pose(t)
+            pose = moving.pose(traced.parameters(points.nodes))
             at = guides.point + traced.shift
             point = pose.point(at)
             speed = np.abs(points.fine @ (slopes @ point))
@@ -146,12 +147,6 @@ class SampledPoses:
             # of two polynomials, not the polynomial of their quotient: that has a pole where the point rests
             lever = fine(np.tensordot(slopes, crank, axes=1)) / speed[..., None]
             return cls(fine(pins), fine(point), fine(turn), fine(crank), lever, None if ends is None else fine(ends))
-
-    def driven(self, driver: Array) -> tuple[Floats, Floats]:
-        """Return angle and lever of the cranks with these numbers, shape (f, n) each; NaN where it is 0."""
-        index = np.maximum(driver - 1, 0)[None, :, None]
-        one, two = (np.take_along_axis(values, index, axis=2)[..., 0] for values in (self.crank, self.lever))
-        return np.where(driver > 0, one, np.nan), np.where(driver > 0, two, np.nan)
 
 
 @lru_cache

@@ -121,8 +121,7 @@ def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | No
         centre, deviation, reach = np.zeros_like(origin), np.full_like(curvature, np.nan), 0.5 * np.abs(last - first)
         for _ in range(5 if circle else 2):
             at, ahead = centre[open_], heading[open_]
-            x = (u - at.real) * ahead.real + (v - at.imag) * ahead.imag
-            y = (v - at.imag) * ahead.real - (u - at.real) * ahead.imag
+            x, y = seen(u, v, at, ahead)
             if held is not None:
                 bend = curvature[open_]
                 g, x, weight = concentric(x, y, bend)
@@ -138,8 +137,7 @@ def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | No
             else:
                 c, error, index = exchange(x, y, index)
                 moved = np.abs(c[1])  # a line is linear but for its tilt; a circle has to come to rest
-            centre[open_] = at + 1j * c[0] * ahead
-            heading[open_] = ahead * (1 + 1j * c[1]) / np.hypot(1, c[1])
+            centre[open_], heading[open_] = shifted(at, ahead, c[0], c[1])
             deviation[open_] = error
             more = moved > 1e-4
             if not more.any():
@@ -151,6 +149,17 @@ def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | No
         stroke = ((last - first) * heading.conj()).real
         foot = first - 1j * heading * ((first - centre - origin) * heading.conj()).imag
     return Fit(deviation, stroke, foot, heading, curvature, unresolved)
+
+
+def seen(u: Array, v: Array, origin: Array, along: Array) -> tuple[Array, Array]:
+    """Return points along and across the unit vectors `along`, from origins."""
+    x, y = u - origin.real, v - origin.imag
+    return x * along.real + y * along.imag, y * along.real - x * along.imag
+
+
+def shifted(origin: Array, along: Array, offset: Array, slope: Array) -> tuple[Array, Array]:
+    """Return origins moved across their directions, and the directions turned."""
+    return origin + 1j * offset * along, along * (1 + 1j * slope) / np.hypot(1, slope)
 
 
 def polar(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:

@@ -174,9 +174,7 @@ def sensitivity(guides: CouplerCurve, traced: Traced, stations: int = NODES) -> 
         Intervals between the positions that are looked at.
     """
     nodes = grid(stations).nodes
-    low, high = traced.low.astype(float), traced.high.astype(float)
-    t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
-    tangent = _ways(guides, traced, nodes)
+    t, tangent = traced.parameters(nodes), _ways(guides, traced, nodes)
     by = across_nominal(guides.motion, guides.point, t, tangent).reshape(*t.shape, 5, 2)
     length = np.hypot(by[..., 0], by[..., 1])  # (m, n, 5)
     finite = np.concatenate([guides.linkage.finite.reshape(-1, 4), np.ones((len(guides), 1), bool)], axis=1)
@@ -205,11 +203,8 @@ def rms_gradient(guides: CouplerCurve, traced: Traced, stations: int = 8, step: 
     slope : ndarray, shape (n, 10)
         In the coordinates of `catalogue.guide.sensitivity`; 0 where it is not known.
     """
-    n = len(guides)
-    nodes = grid(stations).nodes
-    low, high = traced.low.astype(float), traced.high.astype(float)
-    t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
-    tangent = _ways(guides, traced, nodes)
+    n, nodes = len(guides), grid(stations).nodes
+    t, tangent = traced.parameters(nodes), _ways(guides, traced, nodes)
     steps = np.concatenate([np.zeros((1, COUNT)), step * np.eye(COUNT)])
     each, which = np.tile(np.arange(n), COUNT + 1), np.repeat(steps, n, axis=0)
     linkage, point, good = displaced(guides.linkage[each], guides.point[each], which)

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from ..kinematics.batch import Columns
-from ..kinematics.types import Array, Mask
+from ..kinematics.types import Array, Floats, Mask
 from .coupler_curve import CouplerCurve, coupler_curve
 from .cusped_zone import cusped_zone
-from .minimum_zone import Fit, Grid, grid, minimum_zone, resolved
+from .minimum_zone import Fit, Grid, grid, minimum_zone, resolved, seen
 
 #: The guided point may move by about this part of the half stroke when its inflections are split.
 LEASH = 20
@@ -57,6 +57,11 @@ class Traced(Columns):
         """Deviation over stroke."""
         with np.errstate(all="ignore"):
             return self.fit.deviation / self.fit.stroke
+
+    def parameters(self, nodes: Floats) -> Floats:
+        """Return the parameters at nodes (m,) of [-1, 1] over the windows, in double precision, shape (m, n)."""
+        low, high = self.low.astype(float), self.high.astype(float)
+        return np.asarray(0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None])
 
     @classmethod
     def nothing(cls, count: int, kind: Any = float) -> Traced:
@@ -217,8 +222,7 @@ def _step(
         along = u[-1] - u[0] + 1j * (v[-1] - v[0])
         along = along / np.abs(along)
         middle = len(u) // 2
-        u, v = u - u[middle], v - v[middle]
-        u, v = u * along.real + v * along.imag, v * along.real - u * along.imag
+        u, v = seen(u, v, u[middle] + 1j * v[middle], along)
         x, y = -curvature * u, 1 - curvature * v  # normal of the nominal, once divided by its length
         length = np.hypot(x, y)
         distance = (2 * v - curvature * (u * u + v * v)) / (1 + length)
