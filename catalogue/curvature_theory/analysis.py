@@ -143,9 +143,7 @@ def curvature(linkage: Linkage, branch: int | None = None) -> Curvature:
     sine = linkage.sine
     state = np.where(np.abs(sine) < PARALLEL_SINE, PARALLEL, REGULAR)
     state[_collinear(linkage, sine)] = DEAD_POINT
-    n = len(linkage)
-    out = {f.name: np.full((n, *_SHAPE.get(f.name, ())), np.nan) for f in fields(Curvature)}
-    out["state"] = state
+    out = blank(len(linkage)) | {"state": state}
     for which, solve in ((REGULAR, finite_pole), (PARALLEL, parallel_cranks)):
         chosen = state == which
         if chosen.any():
@@ -158,17 +156,14 @@ def curvature(linkage: Linkage, branch: int | None = None) -> Curvature:
     if branch is not None and (state == DEAD_POINT).any():
         from .dead_points import branched  # which is built on this module
 
-        return branched(found, linkage, np.full(n, branch))
+        return branched(found, linkage, np.full(len(linkage), branch))
     return found
 
 
-_SHAPE: dict[str, tuple[int, ...]] = {
-    "pole": (2,),
-    "axes": (2, 2),
-    "undulation": (2,),
-    "cuspidation": (2,),
-    "principal_pairs": (2, 2, 3),
-}
+def blank(*shape: int) -> dict[str, Array]:
+    """Return the fields of `Curvature`, NaN, for linkages in an array of that shape."""
+    of_one = {"pole": (2,), "axes": (2, 2), "undulation": (2,), "cuspidation": (2,), "principal_pairs": (2, 2, 3)}
+    return {f.name: np.full((*shape, *of_one.get(f.name, ())), np.nan) for f in fields(Curvature)}
 
 
 def _collinear(linkage: Linkage, sine: Floats) -> Mask:

@@ -17,7 +17,8 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.polynomials import product
+from ..kinematics.types import Floats
 from .analysis import Curvature
 from .finite_pole import VANISHING
 
@@ -75,21 +76,12 @@ def _on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Flo
     n = len(size)
     x, y = np.array([1.0, 1.0]), np.array([-1j, 1j])  # 2 cos, 2 sin times exp(i phi), as polynomials in w from w^1 down
 
-    def product(*factors: Array) -> Complexes:
-        out = np.ones((n, 1), complex)
-        for f in factors:
-            f = np.broadcast_to(f, (n, 2))
-            out = np.pad(out, ((0, 0), (0, 1))) * f[:, :1] + np.pad(out, ((0, 0), (1, 0))) * f[:, 1:]
-        return out
-
-    lines = [k[:, None] * x + s[:, None] * y for k in (star, kappa)]
-    ends = product(x + 1j * y, x - 1j * y)  # X^2 + Y^2
-    left = product(x, x, x, x, y, y)
-    right = product(*lines, *lines)
-    right = np.sum([np.pad(right, ((0, 0), (i, 2 - i))) * ends[:, i : i + 1] for i in range(3)], axis=0)
-    form = left - (size**2)[:, None] * right
+    one, other = (k[:, None] * x + s[:, None] * y for k in (star, kappa))
+    square = product((x + 1j * y)[None], (x - 1j * y)[None])  # X^2 + Y^2
+    right = product(one, other, one, other, np.repeat(square, n, axis=0))
+    form = product(*(f[None] for f in (x, x, x, x, y, y))) - (size**2)[:, None] * right
     form = form / form[:, :1]
-    there = np.isfinite(form).all(1)
+    there = np.asarray(np.isfinite(form).all(1))
     companion = np.zeros((n, 6, 6), complex)
     companion[:, 0] = np.where(there[:, None], -form[:, 1:], 0)
     companion[:, np.arange(1, 6), np.arange(5)] = 1

@@ -16,7 +16,7 @@ import numpy as np
 
 from ..kinematics.linkage import PR, RP, Linkage
 from ..kinematics.types import Array, Complexes, Floats
-from .analysis import DEAD_POINT, REGULAR, Curvature, curvature
+from .analysis import DEAD_POINT, REGULAR, Curvature, blank, curvature
 from .finite_pole import VANISHING
 
 
@@ -89,11 +89,10 @@ def dead_points(linkage: Linkage) -> Curvature:
     pole = z[:, None] + line[:, None] * poles
     point = pairs[..., 0] + 1j * pairs[..., 1]
     world = pole[..., None, None] + (rho0 * x)[..., None, None] * point.real + (rho0 * y)[..., None, None] * point.imag
-    out = {f.name: np.full((*alive.shape, *getattr(_EMPTY, f.name).shape[1:]), np.nan) for f in fields(Curvature)}
     axes = np.stack([np.stack([x.real, x.imag], -1), np.stack([y.real, y.imag], -1)], axis=-2)
     centre = np.stack([pole.real, pole.imag], -1)
     normal = rho0[..., None] * axes[..., 1, :]
-    out |= {
+    out = blank(*alive.shape) | {
         "pole": centre,
         "axes": axes,
         "rho0": rho0,
@@ -108,9 +107,6 @@ def dead_points(linkage: Linkage) -> Curvature:
         value[~alive] = np.nan
     out["state"] = np.where(alive, REGULAR, DEAD_POINT)
     return Curvature(**{name: value.reshape(-1, *value.shape[2:]) for name, value in out.items()})
-
-
-_EMPTY = curvature(Linkage(np.zeros((0, 2, 2, 3))))
 
 
 def _polynomial(fixed: Floats, moving: Floats, kind: Array) -> Floats:

@@ -165,7 +165,7 @@ def principal_pairs(
     sines = h * v1 * sin[:, 0] * sin[:, 1]
     beta = _pair(h * v1, np.where(none & (np.abs(c) <= tiny), 1.0, c), v2, sines / star, sines / kappa, kappa, star, s)
     beta = np.where(in_pole[:, None, None], alpha, beta)
-    return np.where(cyclic[:, None, None, None], np.nan, _unit(np.stack([alpha, beta], axis=1)))
+    return np.where(cyclic[:, None, None, None], np.nan, scaled(np.stack([alpha, beta], axis=1)))
 
 
 def _pair(x: Floats, y: Floats, v: Floats, u: Floats, u_star: Floats, kappa: Floats, star: Floats, s: Floats) -> Floats:
@@ -182,7 +182,7 @@ def _pair(x: Floats, y: Floats, v: Floats, u: Floats, u_star: Floats, kappa: Flo
     return np.stack(both, axis=1)
 
 
-def _unit(pairs: Floats) -> Floats:
+def scaled(pairs: Floats) -> Floats:
     """Scale homogeneous points to w = 1, or to a unit direction where they are beyond rho0/`INFINITE`."""
     w = pairs[..., 2]
     length = np.hypot(pairs[..., 0], pairs[..., 1])

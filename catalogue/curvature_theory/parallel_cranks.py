@@ -12,7 +12,7 @@ import numpy as np
 
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.types import Floats
-from .finite_pole import INFINITE
+from .finite_pole import scaled
 
 #: Two cranks whose lengths differ by less than this, relatively, make a parallelogram.
 PARALLELOGRAM = 1e-12
@@ -69,7 +69,7 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
         "s": np.zeros(len(linkage)),
         "k": k,
         "k_star": k_star,
-        "principal_pairs": np.where(np.isnan(world).any(axis=(-1, -2), keepdims=True), np.nan, world),
+        "principal_pairs": world,
     }
     for value in found.values():
         value[bad] = np.nan
@@ -97,10 +97,4 @@ def _pairs(y: Floats, k: Floats, k_star: Floats, product: Floats, least: Floats)
         limit = np.stack([infinite, small * other, other], axis=-1)
         vanishing = (np.abs(small) <= 1e-3 * np.abs(large)) & (np.abs(y[:, 0] * y[:, 1]) > 0)
         two.append(np.where(vanishing[:, None], limit, usual))
-    pairs = np.stack([np.stack(one, axis=1), np.stack(two, axis=1)], axis=1)
-    w = pairs[..., 2]
-    length = np.hypot(pairs[..., 0], pairs[..., 1])
-    far = np.abs(w) <= INFINITE * length
-    pairs = pairs / np.where(far, length, w)[..., None]
-    pairs[..., 2] = np.where(np.isnan(length), np.nan, np.where(far, 0.0, 1.0))
-    return pairs
+    return scaled(np.stack([np.stack(one, axis=1), np.stack(two, axis=1)], axis=1))

@@ -6,14 +6,14 @@ from functools import reduce
 
 import numpy as np
 
-from .types import Floats
+from .types import Array, Floats
 
 
-def product(*factors: Floats) -> Floats:
-    """Return the products of polynomials, coefficients from the constant on, shapes (n, k)."""
+def product(*factors: Array) -> Array:
+    """Return the products of polynomials, coefficients from the constant on (or all to it), shapes (n, k)."""
 
-    def times(a: Floats, b: Floats) -> Floats:
-        out = np.zeros((len(a), a.shape[1] + b.shape[1] - 1))
+    def times(a: Array, b: Array) -> Array:
+        out = np.zeros((len(a), a.shape[1] + b.shape[1] - 1), dtype=np.result_type(a, b))
         for i in range(b.shape[1]):
             out[:, i : i + a.shape[1]] += a * b[:, i : i + 1]
         return out
