@@ -234,19 +234,15 @@ class Series:
             return [g.inverted() for g in self.guided(p)]
 
         members = [
-            replace(m, name=inverse_words(m.name), family=inverse_family(m.family), pivots=_Inverted(m.pivots))
+            replace(m, name=inverse_words(m.name), family=inverse_family(m.family), pivots=_inverted(m.pivots))
             for m in self.members
         ]
         solve = dual(self.solve) if self.solve else None
         return Series(code, title, self.code, f"inversion of {self.code}", members, classify, guided, solve)
 
 
-@dataclass(frozen=True)
-class _Inverted:
-    pivots: Callable[[Parameters], Array]
-
-    def __call__(self, p: Parameters) -> Array:
-        return half_turn(np.asarray(self.pivots(p))[:, :, ::-1])
+def _inverted(pivots: Callable[[Parameters], Array]) -> Callable[[Parameters], Array]:
+    return lambda p: half_turn(np.asarray(pivots(p))[:, :, ::-1])
 
 
 def inverse_family(name: str) -> str:
