@@ -19,22 +19,9 @@ NEAREST = 1e-6
 
 
 def cognates(linkage: Linkage, point: Complexes) -> tuple[Linkage, Indices, Array]:
-    """Return the cognates of linkages, in the same reference position and place.
-
-    Parameters
-    ----------
-    linkage : Linkage of n
-    point : complex ndarray, shape (n,)
-        Coupler points in the reference position; those of the cognates are the same.
-
-    Returns
-    -------
-    linkage : Linkage of k
-    which : ndarray of int, shape (k,)
-        Which linkage each one is a cognate of.
-    number : ndarray of int, shape (k,)
-        1: it shares the fixed pivot of the first crank, 2: of the second.
-    """
+    """Return the cognates (k) of linkages with coupler points (n,), in the same reference position and place, where
+    their coupler points are the same; which linkage each one is a cognate of, (k,); and its number, (k,): 1 if it
+    shares the fixed pivot of the first crank, 2 if that of the second."""
     z, finite, kind = linkage.points, linkage.finite, linkage.dyads
     found, which, number = [], [], []
     for one, two in ((0, 1), (1, 0)):

@@ -34,15 +34,11 @@ POSITION = ("angle", "branch")
 
 
 def from_lengths(links: Mapping[str, npt.ArrayLike]) -> Linkage:
-    """Return linkages from the lengths of their links.
+    """Return linkages from the lengths of their links, arrays of shape () or (n,): one row of the table above.
 
-    Parameters
-    ----------
-    links : mapping of array_like, shape () or (n,)
-        The lengths of one row of the table above; ``offset`` may be left out (0) or negative.  ``angle``: of the
-        first crank from the x axis [deg].  ``branch``: 1 (if left out) or -1, the two ways to close the chain: the
-        rocker's end to the left or right of the line from crank to rocker pivot, the slider to the right or left,
-        the coupler's line running to the slide or away from it.
+    ``offset`` may be left out (0) or negative.  ``angle``: of the first crank from the x axis [deg].  ``branch``: 1 (if
+    left out) or -1, the two ways to close the chain: the rocker's end to the left or right of the line from crank to
+    rocker pivot, the slider to the right or left, the coupler's line running to the slide or away from it.
 
     Raises
     ------

@@ -88,9 +88,7 @@ class Linkage:
     @classmethod
     def trusted(cls, pivots: Floats) -> Linkage:
         """Return linkages of pivots (n, 2, 2, 3) that are valid already: w is 0 or 1, directions are unit vectors.
-
-        Nothing is checked; the array is not copied, and is frozen.
-        """
+        Nothing is checked; the array is not copied, and is frozen."""
         made = cls.__new__(cls)
         made.pivots = pivots
         made.pivots.setflags(write=False)
@@ -158,13 +156,8 @@ class Linkage:
         return self.trusted(np.ascontiguousarray(self.pivots[:, :, ::-1]))
 
     def moved(self, scale: npt.ArrayLike = 1.0, shift: npt.ArrayLike = 0.0, mirror: npt.ArrayLike = False) -> Linkage:
-        """Return the linkages carried by the similarity z -> scale z + shift (mirror: z -> scale conj(z) + shift).
-
-        Parameters
-        ----------
-        scale, shift : array_like, shape () or (n,)
-            Complex numbers; |scale| is the magnification, its angle the rotation.
-        mirror : array_like of bool, shape () or (n,)
+        """Return the linkages carried by the similarity z -> scale z + shift (mirror: z -> scale conj(z) + shift), each
+        of them of shape () or (n,); |scale| is the magnification, its angle the rotation.
 
         Raises
         ------

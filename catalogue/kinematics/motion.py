@@ -179,13 +179,8 @@ CHANGE = 1e-9
 
 
 class Pose(NamedTuple):
-    """Poses of n couplers: a coupler point z goes to z + d + x (z - origin).
-
-    Attributes
-    ----------
-    d, x : complex ndarray, shape (m, n)
-    origin : complex ndarray, shape (n,)
-    """
+    """Poses of n couplers at m positions: a coupler point z goes to z + d + x (z - origin), complex; d and x of shape
+    (m, n), the origin (n,)."""
 
     d: Array
     x: Array
@@ -207,22 +202,22 @@ class Pose(NamedTuple):
 
 @dataclass(frozen=True)
 class Motion(Columns):
-    """Finite motion of a batch of linkages, each in a chart of its own (made by `motion`).
+    """Finite motion of n linkages, each in a chart of its own (made by `motion`); arrays of shape (n,) unless said.
 
     Attributes
     ----------
-    chart : ndarray, shape (n,)
+    chart : ndarray of int
         `COUPLER`, `CRANK_1` or `CRANK_2`.
-    conditioning : ndarray, shape (n,)
+    conditioning : ndarray
         Between 0 (the chart is singular in the reference position) and about 1.
     interval : ndarray, shape (2, n)
         Nearest turning points of the parameter below and above 0; infinite where the parameter turns fully.
     forms : ndarray, shape (7, 3, n)
-    circle : ndarray, shape (n,)
+    circle : ndarray
         The coefficient a of the circle, 0 if it is a line.
-    origin, lever : complex ndarray, shape (n,)
+    origin, lever : complex ndarray
         Origin o of the pose; crank vector of the crank charts, 0 in the coupler chart.
-    branch : ndarray, shape (n,)
+    branch : ndarray
         0; at a change point the sign of the root that is taken for t > 0.
     """
 
@@ -286,10 +281,8 @@ class Motion(Columns):
 
 @dataclass(frozen=True)
 class Path(Columns):
-    """Paths of one coupler point per linkage: displacement from its reference position, in axes of its own.
-
-    NaN beyond a turning point of the chart.
-    """
+    """Paths of one coupler point per linkage: displacement from its reference position, in axes of its own; NaN beyond
+    a turning point of the chart."""
 
     forms: Array  # (9, 3, n), at change points (10, 3, n)
     circle: Array
@@ -355,19 +348,12 @@ def motion(
     dtype: Any = float,
     pole: Array | None = None,
 ) -> Motion:
-    """Return the motion of `linkage` in the given charts.
+    """Return the motion of n linkages in charts, int or (n,).
 
-    Parameters
-    ----------
-    linkage : Linkage of n
-    chart : int or ndarray of int, shape (n,)
-        A crank chart of a dyad that is no crank has conditioning 0 and an empty interval.
-    origin : complex ndarray, shape (n,), optional
-        Origin of the coupler chart.  Digits are kept best when it is the guided point.
-    dtype : float or numpy.longdouble
-        Working precision.  Where the platform has no extended precision longdouble is double.
-    pole : complex ndarray, shape (n,), optional
-        Pole in the reference position: chooses the branch of linkages at a change point.
+    A crank chart of a dyad that is no crank has conditioning 0 and an empty interval.  The origin (n,) is that of the
+    coupler chart; digits are kept best when it is the guided point.  The poles (n,) in the reference position choose
+    the branch of linkages at a change point.  The working precision `dtype` is float or numpy.longdouble, which is
+    double where the platform has no extended precision.
     """
     chart = np.broadcast_to(np.asarray(chart), len(linkage))
     pivots = linkage.pivots.astype(dtype)
