@@ -29,21 +29,11 @@ EXACT = 1e-9
 
 
 def circling_points(curvature: Curvature, radius: float) -> Floats:
-    """Return the pairs (centre, point) of stationary curvature with a given radius.
+    """Return the pairs (centre, point) of stationary curvature with a given radius [length], shape (n, 10, 2, 3): six
+    on the curve, four on an axis.
 
-    Such a point has four positions in common with its circle (order 3), one more where it is a principal one.
-
-    Parameters
-    ----------
-    curvature : Curvature of n
-        Of linkages with a finite pole; others give NaN.
-    radius : float
-        Wanted radius of curvature, above zero [length].
-
-    Returns
-    -------
-    ndarray, shape (n, 10, 2, 3)
-        Centre and moving point, homogeneous; NaN for those that do not exist.  Six on the curve, four on an axis.
+    Homogeneous; NaN for those that do not exist, and for linkages without a finite pole.  Such a point has four
+    positions in common with its circle (order 3), one more where it is a principal one.
 
     Raises
     ------

@@ -21,13 +21,7 @@ from .finite_pole import VANISHING
 
 
 def on_branch(linkage: Linkage, pole: Complexes) -> Curvature:
-    """Return the instants of linkages, at dead points that of the branch whose pole is nearest to the given one.
-
-    Parameters
-    ----------
-    linkage : Linkage of n
-    pole : complex ndarray, shape (n,)
-    """
+    """Return the instants of linkages, at dead points that of the branch whose pole is nearest to a given one, (n,)."""
     found = curvature(linkage)
     dead, branch = np.flatnonzero(found.state == DEAD_POINT), np.zeros(len(linkage), int)
     if dead.size:
@@ -48,18 +42,11 @@ def branched(found: Curvature, linkage: Linkage, branch: Array) -> Curvature:
 
 
 def dead_points(linkage: Linkage) -> Curvature:
-    """Return the instants of both branches of linkages at a dead point.
+    """Return the instants of both branches of n linkages whose pivots and rays lie on one line: branches 0 and 1 of
+    linkage i at 2 i and 2 i + 1.
 
-    Parameters
-    ----------
-    linkage : Linkage of n
-        Linkages with all pivots on one line and the rays along it.
-
-    Returns
-    -------
-    Curvature of 2 n
-        Branches 0 and 1 of linkage i at 2 i and 2 i + 1; NaN where a linkage is not at a dead point, is immobile, or
-        has that pole at infinity (cranks of equal signed length).
+    NaN where a linkage is not at a dead point, is immobile, or has that pole at infinity (cranks of equal signed
+    length).
     """
     there = curvature(linkage).state == DEAD_POINT
     line = linkage.rays[:, 0]

@@ -27,8 +27,6 @@ CONDITIONED, FAR = 1e-6, 0.3
 ROUNDING = 1e-11
 #: Parameters at which the terms of a series are weighed, the nearer ones where it does not reach so far.
 VISIBLE = (0.3, *np.geomspace(0.1, 1e-7, 13))
-
-
 #: Number of the first term where none can be told from the others: that of any point beside its circle.
 UNDECIDED = 3
 
@@ -41,26 +39,19 @@ def stays(
     pole: Complexes | None,
     farthest: float = FARTHEST,
 ) -> Mask:
-    """Return which points stay on their nominal over the finite motion, shape (n,).
+    """Return which coupler points (n,), given in the reference position, stay on their nominal over the finite motion,
+    shape (n,): False where no chart is conditioned well enough to tell.
 
     Parameters
     ----------
-    linkage : Linkage of n
-    point : complex ndarray, shape (n,)
-        Coupler points in the reference position, through which the nominal goes.
     unit : complex ndarray, shape (n,)
-        Tangent of the nominal there.
+        Tangents of the nominals, which go through the points.
     curvature : ndarray, shape (n,)
-        Of the nominal, towards -i unit [1/length].
+        Of the nominals, towards -i unit [1/length].
     pole : complex ndarray, shape (n,), optional
         Chooses the branch of linkages at a change point.
     farthest : float
         Parameter, tangent of half an angle, to which the motion is followed.
-
-    Returns
-    -------
-    ndarray of bool, shape (n,)
-        False where no chart is conditioned well enough to tell.
     """
     ways, kept = [], []
     share = np.arange(1, POSITIONS + 1) / POSITIONS
@@ -87,14 +78,8 @@ def first_term(gap: Floats, path: Array, most: int, tolerance: float) -> Array:
     """Return the number of the first term of the gap that is there when the linkage has turned visibly, shape (n,); 0
     where all of them are rounding.
 
-    Parameters
-    ----------
-    gap, path : ndarray, shape (m, n)
-        Taylor coefficients of the distance from the nominal and of the path.
-    most : int
-        The last that can be the first; `UNDECIDED` where all that are there come later.
-    tolerance : float
-        Part of the largest term below which one counts as zero.
+    Taylor coefficients (m, n) of the gap, the distance from the nominal, and of the path; a term below `tolerance` of
+    the largest counts as zero.  Where all that are there come after `most`, the answer is `UNDECIDED`.
     """
     first = np.full(gap.shape[1], UNDECIDED)
     for near in VISIBLE[::-1]:

@@ -130,16 +130,9 @@ def principal_pairs(
 ) -> Floats:
     """Return the two unknown principal pairs in the canonical frame with rho0 = 1, shape (n, 2, 2, 3).
 
-    NaN where they are imaginary, and for cyclic motions, which have no pairs of their own.
-
-    Parameters
-    ----------
-    kappa, star, s, h : ndarray, shape (n,)
-        1/R, 1/R*, 1/S and 1/OQ, times rho0.
-    cos, sin : ndarray, shape (n, 2)
-        Directions of the two known rays.
-    a, a_star : ndarray, shape (n, 2)
-        rho0/r and rho0/r* of the known pairs; infinite for a pivot at the pole.
+    From kappa, star, s, h (n,), 1/R, 1/R*, 1/S and 1/OQ times rho0; the directions cos, sin (n, 2) of the two known
+    rays; and a, a_star (n, 2), rho0/r and rho0/r* of the known pairs, infinite for a pivot at the pole.  NaN where they
+    are imaginary, and for cyclic motions, which have no pairs of their own.
 
     Source: Allievi 1895, eq. (22), as V^2 - bV + g = 0 in V = s tan(phi), which stays regular in the modes I, II, III.
     """

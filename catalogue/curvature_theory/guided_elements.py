@@ -27,17 +27,11 @@ DOUBLE = 1e-6
 
 @dataclass(frozen=True)
 class GuidedElements:
-    """Guided elements of n linkages, k of each.
+    """Guided elements of n linkages: what each of the k is, as a label; the pairs (n, k, 2, 3) of a fixed and a moving
+    point, homogeneous; and their order of contact on the finite motion (n, k), 99 if exact.
 
-    Attributes
-    ----------
-    labels : list of str
-        What each of the k is.
-    pairs : ndarray, shape (n, k, 2, 3)
-        Fixed and moving point, homogeneous: fixed at infinity = a point on a straight line, moving at infinity = a
-        straight slot over a fixed point.  NaN where a linkage has none.
-    order : ndarray of int, shape (n, k)
-        Order of contact on the finite motion, 99 if exact; 0 where there is none.
+    A fixed point at infinity: a point on a straight line; a moving one: a straight slot over a fixed point.  Where a
+    linkage has none the pair is NaN and the order 0.
     """
 
     labels: list[str]
@@ -58,17 +52,12 @@ class GuidedElements:
 
 
 def guided_elements(instant: Instant, radius: float | None = None) -> GuidedElements:
-    """Return undulation point, cuspidation slot, principal pairs and, if asked for, circling points of a radius.
+    """Return undulation point, cuspidation slot, principal pairs and, given a radius [length], points on circles of
+    this radius with four positions in common.
 
     What the linkage's own dyads guide is left out; of two principal pairs that coincide one is given.  Of linkages at a
     dead point what either branch of the motion guides is given, with labels of its own for the second one, unless the
     instant says which branch is meant.
-
-    Parameters
-    ----------
-    instant : Instant of n
-    radius : float, optional
-        Points on circles of this radius with four positions in common [length].
 
     Raises
     ------

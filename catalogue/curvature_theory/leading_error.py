@@ -123,15 +123,11 @@ def leading_error(
     pole: Complexes | None = None,
     tolerance: float = TOLERANCE,
 ) -> LeadingError:
-    """Return how coupler points leave their tangent, or their osculating circle.
+    """Return how coupler points (n,), given in the reference position, leave their tangent, or, where `circle`, bool or
+    (n,), their osculating circle.  For slots give `linkage.inverted()` and the fixed points.
 
     Parameters
     ----------
-    linkage : Linkage of n
-    point : complex ndarray, shape (n,)
-        Coupler points in the reference position.  For slots give `linkage.inverted()` and the fixed point.
-    circle : bool or ndarray of bool, shape (n,)
-        The nominal: osculating circle, or tangent.
     order : int or ndarray of int, shape (n,), optional
         Order of contact where it is known: the coefficient of that order is returned, and what rounding leaves of
         the lower ones is not looked at.  `EXACT` is let stand.
@@ -139,10 +135,6 @@ def leading_error(
         Chooses the branch of linkages at a change point.
     tolerance : float
         Part of the path's own terms below which a coefficient counts as zero, when `order` is not given.
-
-    Returns
-    -------
-    LeadingError of n
     """
     point = np.broadcast_to(np.asarray(point, dtype=complex), len(linkage))
     path = jet(linkage, point, pole)
@@ -204,16 +196,8 @@ def leading_error_of_pairs(
     pole: Array | None = None,
     tolerance: float = TOLERANCE,
 ) -> LeadingError:
-    """Return the leading errors of guided pairs: point on a line or circle, or, moving at infinity, straight slot.
-
-    Parameters
-    ----------
-    linkage : Linkage of n
-    pairs : ndarray, shape (n, 2, 3)
-        Fixed and moving point, homogeneous, as in `catalogue.series.series.Guided`; NaN rows give NaN.
-    order, pole, tolerance
-        As of `leading_error`.
-    """
+    """Return the leading errors of guided pairs (n, 2, 3), homogeneous, as in `catalogue.series.series.Guided`: point
+    on a line or circle, or, moving at infinity, straight slot; the rest as of `leading_error`.  NaN gives NaN."""
     w = pairs[..., 2]
     with np.errstate(invalid="ignore"):
         z = (pairs[..., 0] + 1j * pairs[..., 1]) / np.where(w != 0, w, 1)

@@ -7,8 +7,7 @@ the motion does: for parallel cranks, pivots at infinity and, on a given branch,
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,17 +28,11 @@ SINGULAR = 1e-12
 BLOCK = 4096
 
 
-@dataclass(frozen=True)
-class Jet:
-    """Path of one coupler point for each of n linkages.
+class Jet(NamedTuple):
+    """Paths of one coupler point for each of n linkages: the displacement z from the reference position, complex,
+    (TERMS, n) [length], row 0 of which is 0; and the rate of the coupler's angle by the parameter, (n,).
 
-    Attributes
-    ----------
-    z : complex ndarray, shape (TERMS, n)
-        Displacement of the point from the reference position [length]; row 0 is 0.  NaN at a change point whose branch
-        is not given.
-    turn : ndarray, shape (n,)
-        Rate of the coupler's angle by the parameter.
+    NaN at a change point whose branch is not given.
     """
 
     z: Complexes
@@ -47,16 +40,8 @@ class Jet:
 
 
 def jet(linkage: Linkage, point: Complexes, pole: Complexes | None = None) -> Jet:
-    """Return the Taylor series of the paths of coupler points.
-
-    Parameters
-    ----------
-    linkage : Linkage of n
-    point : complex ndarray, shape (n,)
-        Coupler points in the reference position.
-    pole : complex ndarray, shape (n,), optional
-        Chooses the branch of linkages at a change point.
-    """
+    """Return the Taylor series of the paths of coupler points (n,), given in the reference position; the poles (n,)
+    choose the branch of linkages at a change point."""
     z, turn = np.full((TERMS, len(linkage)), np.nan, dtype=complex), np.full(len(linkage), np.nan)
     for start in range(0, len(linkage), BLOCK):
         rows = np.arange(start, min(start + BLOCK, len(linkage)))
