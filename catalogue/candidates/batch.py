@@ -1,4 +1,4 @@
-"""Batches: records whose arrays run over the same n things, taken apart and put together again.
+"""Batches: records, or columns by name, whose arrays run over the same n things, taken apart and put together again.
 
 That of this room is the batch of candidates: guides that stand along the path of a problem, with what was measured of
 them.
@@ -23,7 +23,7 @@ T = TypeVar("T")
 
 
 def take(batch: T, index: Any) -> T:
-    """Return the chosen ones of a batch: an array, a `Linkage`, None, or a dataclass of these."""
+    """Return the chosen ones of a batch: an array, a `Linkage`, None, or a dataclass or dict of these."""
     return cast(T, mapped(lambda values: values[index], batch))
 
 

@@ -1,4 +1,4 @@
-"""Batches: records whose arrays run over the same n things, taken apart and put together again."""
+"""Batches: records, or columns by name, whose arrays run over the same n things, taken apart and put together again."""
 
 from __future__ import annotations
 
@@ -12,13 +12,15 @@ from .types import Array, Mask
 
 
 def mapped(function: Any, *batches: Any) -> Any:
-    """Return the batch (an array, a `Linkage`, None, or a dataclass of these) of what a function makes of the arrays of
-    batches with the same fields."""
+    """Return the batch (an array, a `Linkage`, None, or a dataclass or dict of these) of what a function makes of the
+    arrays of batches with the same fields."""
     first = batches[0]
     if first is None:
         return None
     if isinstance(first, Linkage):
         return Linkage.trusted(np.asarray(function(*(b.pivots for b in batches))))
+    if isinstance(first, dict):
+        return {name: mapped(function, *(b[name] for b in batches)) for name in first}
     if is_dataclass(first):
         made: Any = type(first)
         return made(*(mapped(function, *(getattr(b, f.name) for b in batches)) for f in fields(first)))

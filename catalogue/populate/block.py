@@ -8,13 +8,14 @@ from itertools import islice
 
 import numpy as np
 
+from ..candidates.batch import take
 from ..candidates.select import ranks
+from ..candidates.stored import linkages
 from ..curvature_theory.analysis import PARALLEL_SINE
 from ..curvature_theory.instant import Instant
-from ..guide.kinds import SLOTS, STRAIGHT
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Indices
-from ..series.sampling import BLOCK, PLAN, Drawn, draw
+from ..series.sampling import BLOCK, PLAN, draw
 from ..series.series import Series
 from .cover import cells_of, designs, order
 from .elements import elements_worth_tracing
@@ -51,22 +52,26 @@ def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin:
     wanted : int
         How many, if there are so many; see `MOST`.
     """
-    member = series.member(key)
-    drawn = draw(series, member, seed, number)
+    drawn = draw(series, series.member(key), seed, number)
     found = elements_worth_tracing(series, drawn)
-    slots = np.isin(found["kind"], list(SLOTS.values()))[:, None, None, None]
-    pivots = drawn.linkage.pivots[found["mechanism"]]
-    linkage = Linkage(np.where(slots, pivots[:, :, ::-1], pivots))
+    linkage = linkages(drawn.linkage.pivots[found["mechanism"]], found["kind"])
     names = Instant(drawn.linkage, np.zeros(len(drawn.linkage), complex)).configuration
     guides, reaches = _traced(linkage, found, names[found["mechanism"]], wanted)
     used, guides["mechanism"] = np.unique(guides["mechanism"], return_inverse=True)
     guides["cover"] = ranks(guides["kind"].astype(str))
-    count = len(guides["mechanism"])
     batch = {
-        "series": series.code, "member": key, "plugin": plugin, "plugin_version": version, "plan": PLAN,
-        "seed": seed, "number": number, "drawn": BLOCK, "kept": len(used), "guides": count, "wanted": wanted,
+        "series": series.code, "member": key, "plugin": plugin, "plugin_version": version, "plan": PLAN, "seed": seed,
+        "number": number, "drawn": BLOCK, "kept": len(used), "guides": len(guides["mechanism"]), "wanted": wanted,
     }  # fmt: skip
-    return Block(batch, _mechanisms(series, key, drawn, used), guides, reaches)
+    free = {name: values[used].tolist() for name, values in drawn.free.items()}
+    mechanisms = {
+        **mechanism_columns(drawn.linkage[used]),
+        "series": series.code,
+        "member": key,
+        "name": None,
+        "parameters": [json.dumps({name: values[i] for name, values in free.items()}) for i in range(len(used))],
+    }
+    return Block(batch, mechanisms, guides, reaches)
 
 
 def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tuple[Columns, Columns]:
@@ -86,6 +91,7 @@ def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tupl
     """
     if not len(names):
         return together([])
+    found = found | {"candidate": np.arange(len(names))}
     z, pole = found["x"] + 1j * found["y"], np.abs(linkage.sine) >= PARALLEL_SINE
     everything = designs(linkage, z, found["centre"], found["kind"], pole)
     following = order(everything, cells_of(found["kind"], names, found["label"]))
@@ -93,59 +99,30 @@ def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tupl
     turn = np.full(len(cells), -1)  # of those that were tried
     parts: list[tuple[Columns, Columns]] = []
     count = tried = 0
-    while count < wanted:
-        chosen = np.fromiter(islice(following, SPARE + int(LOSS * (wanted - count))), int)
-        if not len(chosen):
-            break
+    while count < wanted and (chosen := list(islice(following, SPARE + int(LOSS * (wanted - count))))):
         turn[chosen] = np.arange(tried, tried + len(chosen))
         tried += len(chosen)
-        parts += _parts(linkage, found, turn, chosen)
+        parts += guide_columns(linkage[chosen], take(found, chosen))
         count = sum(len(guides["x"]) for guides, _ in parts)
-    held = np.concatenate([guides["turn"] for guides, _ in parts]) if parts else np.zeros(0, int)
-    lost = ~np.isin(cells, cells[np.isin(turn, held) & (turn >= 0)]) & (turn < 0)
+    held = [i for guides, _ in parts for i in guides["candidate"]]
+    lost = ~np.isin(cells, cells[held]) & (turn < 0)
     rescued = np.flatnonzero(lost)[np.argsort(-everything.weight[lost], kind="stable")]
     rescued = rescued[ranks(cells[rescued]) < RESCUED]
     turn[rescued] = np.arange(len(rescued)) - len(rescued)
-    more = _parts(linkage, found, turn, rescued)
+    more = guide_columns(linkage[rescued], take(found, rescued))
     for guides, _ in more:  # the soundest of each comes first of all, the others last
-        _, soundest = np.unique(cells[rescued[guides["turn"] + len(rescued)]], return_index=True)
-        others = np.delete(np.arange(len(guides["turn"])), soundest)
-        guides["turn"][others] += len(cells) + len(rescued)
-    return _first(*together(parts + more), wanted)
+        _, soundest = np.unique(cells[guides["candidate"]], return_index=True)
+        turn[np.delete(guides["candidate"], soundest)] += len(cells) + len(rescued)
+    return _first(*together(parts + more), turn, wanted)
 
 
-def _parts(linkage: Linkage, found: Columns, turn: Array, chosen: Indices) -> list[tuple[Columns, Columns]]:
-    """Return the columns of guides, with their ``turn``, and of reaches of some candidates, by their nominals."""
-    circle = ~np.isin(found["kind"][chosen], STRAIGHT)
-    parts = []
-    for curved in (False, True):
-        some = chosen[circle == curved]
-        points = {name: column[some] for name, column in found.items()} | {"turn": turn[some]}
-        parts.append(guide_columns(linkage[some], points, curved))
-    return [part for part in parts if part is not None]
-
-
-def _first(guides: Columns, reaches: Columns, wanted: int) -> tuple[Columns, Columns]:
-    """Return the first guides by their turn, with their reaches."""
+def _first(guides: Columns, reaches: Columns, turn: Indices, wanted: int) -> tuple[Columns, Columns]:
+    """Return the first guides by the turns of their candidates, with their reaches."""
     if not len(guides["mechanism"]):
         return guides, reaches
-    kept = np.argsort(guides.pop("turn"))[:wanted]
-    place = np.full(len(guides["mechanism"]), -1)
+    kept = np.argsort(turn[guides.pop("candidate")])[:wanted]
+    place = np.full(len(guides["mechanism"]), len(kept))
     place[kept] = np.arange(len(kept))
-    guides = {name: column[kept] for name, column in guides.items()}
     owner = place[reaches["guide"]]
-    rows = np.flatnonzero(owner >= 0)
-    rows = rows[np.argsort(owner[rows], kind="stable")]
-    return guides, {name: column[rows] for name, column in reaches.items()} | {"guide": owner[rows]}
-
-
-def _mechanisms(series: Series, key: str, drawn: Drawn, used: Indices) -> Columns:
-    names = list(drawn.free)
-    rows = zip(*(drawn.free[name][used].tolist() for name in names), strict=True) if names else [()] * len(used)
-    return {
-        **mechanism_columns(drawn.linkage[used]),
-        "series": series.code,
-        "member": key,
-        "name": None,
-        "parameters": [json.dumps(dict(zip(names, row, strict=True))) for row in rows],
-    }
+    rows = np.argsort(owner, kind="stable")[: np.sum(owner < len(kept))]
+    return take(guides, kept), take(reaches, rows) | {"guide": owner[rows]}

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from itertools import product
-from typing import Any
-
 import numpy as np
 
+from ..candidates.batch import join
 from ..curvature_theory.analysis import PARALLEL_SINE
-from ..guide.kinds import POINTS, RETURNS, SLOTS
+from ..guide.kinds import POINTS, RETURNS, SLOTS, STRAIGHT
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats, Mask
 from ..series.sampling import Drawn
 from ..series.series import Series
+from .rows import Columns
 
-Columns = dict[str, Any]
 #: Guided points nearer to the pole than this guide badly; farther ones need an unwieldy coupler (units of rho0).
 NEAREST_POINT, FARTHEST_POINT = 0.15, 6.0
 RADII = (0.1, 50.0)
@@ -25,12 +23,9 @@ NEAREST_PIVOT = 0.03
 
 
 def elements_worth_tracing(series: Series, drawn: Drawn) -> Columns:
-    """Return the guided elements of all kinds; see `points`, with ``kind``."""
-    parts = []
-    for kinds, nominal in product((POINTS, SLOTS, RETURNS), POINTS):
-        part = points(series, drawn, kinds[nominal])
-        parts.append(part | {"kind": np.full(len(part["x"]), kinds[nominal], dtype=object)})
-    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    """Return the guided elements of all kinds; see `points`."""
+    kinds = [kind for guided in (POINTS, SLOTS, RETURNS) for kind in guided.values()]
+    return join(*(points(series, drawn, kind) for kind in kinds))
 
 
 def points(series: Series, drawn: Drawn, kind: str) -> Columns:
@@ -46,7 +41,7 @@ def points(series: Series, drawn: Drawn, kind: str) -> Columns:
     kind : str
         Which of `catalogue.guide.kinds`; see `Guide` for the frame.
     """
-    circle, slots = kind in (POINTS["circle"], SLOTS["circle"], RETURNS["circle"]), kind in SLOTS.values()
+    circle, slots = kind not in STRAIGHT, kind in SLOTS.values()
     usable = _returning if kind in RETURNS.values() else _usable
     found = []
     n = len(drawn.linkage)
@@ -64,6 +59,7 @@ def points(series: Series, drawn: Drawn, kind: str) -> Columns:
         found.append(
             {
                 "mechanism": k,
+                "kind": np.full(len(k), kind, dtype=object),
                 "label": np.full(len(k), guided.label, dtype=object),
                 "x": z.real,
                 "y": z.imag,
@@ -71,7 +67,7 @@ def points(series: Series, drawn: Drawn, kind: str) -> Columns:
                 "centre": centre,
             }
         )
-    return {k: np.concatenate([f[k] for f in found]) for k in found[0]}
+    return join(*found)
 
 
 def _usable(linkage: Linkage, pairs: Floats, circle: bool) -> Mask:

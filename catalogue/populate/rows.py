@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from ..candidates.batch import join, take
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import EXACT, leading_error
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
+from ..guide.kinds import STRAIGHT
 from ..guide.metrics import LEAST_ARM, measure, transmission
 from ..guide.reach import LEVELS, reach, scan
 from ..guide.trace import Traced, trace
@@ -41,39 +43,47 @@ def together(parts: list[tuple[Columns, Columns]]) -> tuple[Columns, Columns]:
     """Return columns of guides and of their reaches from several such, one after the other."""
     if not parts:
         return {"mechanism": np.zeros(0, int), "kind": np.zeros(0, str)}, {"guide": np.zeros(0, int)}
-    guides, reaches = ({k: np.concatenate([p[i][k] for p in parts]) for k in parts[0][i]} for i in (0, 1))
+    guides, reaches = (join(*tables) for tables in zip(*parts, strict=True))
     before = np.cumsum([0, *(len(g["mechanism"]) for g, _ in parts[:-1])])
     reaches["guide"] += np.repeat(before, [len(r["guide"]) for _, r in parts])
     return guides, reaches
 
 
-def guide_columns(
-    linkage: Linkage, points: Columns, circle: bool, usual: Floats | None = None
-) -> tuple[Columns, Columns] | None:
-    """Trace guided points of linkages in their canonical frame; None if there is no guide among them.
+def guide_columns(linkage: Linkage, points: Columns, usual: Floats | None = None) -> list[tuple[Columns, Columns]]:
+    """Trace guided points of linkages in their canonical frame.
 
     Parameters
     ----------
     linkage : Linkage of n
     points : mapping of columns
-        ``x``, ``y``, ``contact_order``, ``centre``, that of a circle as a complex number, and what else there is to
-        say of them.
-    circle : bool
-        Their nominal; else a straight line.
+        ``kind``, ``x``, ``y``, ``contact_order``, ``centre``, that of a circle as a complex number, and what else there
+        is to say of them.
     usual : ndarray, shape (n,), optional
         Half strokes about the reference position that are tried as well.
 
     Returns
     -------
-    guides, reaches : mapping of columns
-        Those that hold a level; see `catalogue.store.write_batch`.
+    list of (guides, reaches)
+        Those that hold a level, on lines and then on circles; see `together` and `catalogue.store.write_batch`.
     """
+    circle = ~np.isin(points["kind"], STRAIGHT)
+    parts = []
+    for curved in (False, True):
+        some = np.flatnonzero(circle == curved)
+        parts.append(_of_one_nominal(linkage[some], take(points, some), curved, take(usual, some)))
+    return [part for part in parts if part is not None]
+
+
+def _of_one_nominal(
+    linkage: Linkage, points: Columns, circle: bool, usual: Floats | None
+) -> tuple[Columns, Columns] | None:
+    """Return columns as `guide_columns` does, of points on lines or on circles; None if no level is held."""
     if not len(linkage):
         return None
     z = points["x"] + 1j * points["y"]
     guides = coupler_curve(linkage, z, pole=np.zeros_like(z))
     usable = guides.extent.min(0) > 0.01
-    guides, points = guides[usable], {k: v[usable] for k, v in points.items()}
+    guides, points = guides[usable], take(points, usable)
     if not len(guides):
         return None
     ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle) & ~guides.cusp)
@@ -86,7 +96,7 @@ def guide_columns(
     if usual is not None:
         more = _reaches(guides, trace(guides, usual[usable], circle=circle, split=True, nodes=16), circle)
         more |= {"guide": np.arange(len(guides)), "half": usual[usable], "centre": np.zeros(len(guides))}
-        reaches = {name: np.concatenate([v, *[more[name]] * len(steps)]) for name, v in reaches.items()}
+        reaches = join(reaches, *[more] * len(steps))
         step = np.concatenate([step, np.repeat(np.arange(len(steps)), len(guides))])
     least = np.where(at_design(guides.linkage) >= LEAST_TRANSMISSION, LEAST_TRANSMISSION, 0.0)
     best = _longest(reaches, step, steps, least, circle)
@@ -95,11 +105,10 @@ def guide_columns(
     # a reach that is the longest at looser levels too, a fourth of the rows, is stored at each of them: a search reads
     # a level or two, and would miss guides that are better than was asked
     step, guide = np.nonzero(best >= 0)
-    row = best[step, guide]
-    reaches = {name: v[row] for name, v in reaches.items()} | {"level": steps[step]}
+    reaches = take(reaches, best[step, guide]) | {"level": steps[step]}
     reaches["max_arm"] = np.nan_to_num(reaches["max_arm"])  # two slides: there is no arm
     used, reaches["guide"] = np.unique(reaches["guide"], return_inverse=True)
-    columns = {k: v[used] for k, v in points.items()}
+    columns = take(points, used)
     tangent = guides.tangent[used]
     centre, z = columns.pop("centre"), columns["x"] + 1j * columns["y"]
     radius = centre - z if circle else np.zeros_like(z)
@@ -112,8 +121,7 @@ def guide_columns(
         ),
         "leading": _leading(guides[used], circle, columns["contact_order"]),
     }
-    order = np.lexsort((-reaches["level"], reaches["guide"]))
-    return columns, {k: v[order] for k, v in reaches.items()}
+    return columns, take(reaches, np.lexsort((-reaches["level"], reaches["guide"])))
 
 
 def _leading(guides: CouplerCurve, circle: bool, order: Array) -> Floats:

@@ -103,12 +103,10 @@ def test_a_design_is_the_same_at_any_size_turned_or_with_its_dyads_exchanged(kin
 def test_no_configuration_and_kind_that_all_candidates_fill_is_empty(code: str, key: str) -> None:
     linkage, found, names = drawn(code, key)
     filled = set()
-    for curved in (False, True):
-        some = np.flatnonzero(np.isin(found["kind"], ("circle", "arc", "return-circle")) == curved)
-        points = {name: column[some] for name, column in found.items()} | {"configuration": names[some]}
-        part = guide_columns(linkage[some], points, curved)
-        assert part is not None
-        filled |= set(zip(part[0]["configuration"].tolist(), part[0]["kind"].tolist(), strict=True))
+    parts = guide_columns(linkage, found | {"configuration": names})
+    assert len(parts) == 2
+    for guides, _ in parts:
+        filled |= set(zip(guides["configuration"].tolist(), guides["kind"].tolist(), strict=True))
     made = block(SERIES[code], key, 0, 0, 60, "some", "1")
     kept = set(
         zip(np.asarray(made.mechanisms["configuration"])[made.guides["mechanism"]].tolist(), made.guides["kind"],
