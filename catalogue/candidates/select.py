@@ -36,6 +36,16 @@ def normal_form(pivots: Floats, stroke: float) -> Floats:
     return np.asarray(unit / np.linalg.norm(unit, axis=-1, keepdims=True)).reshape(len(pivots), 4, 3)
 
 
+def in_every_pose(designs: Floats, *, mirror: bool) -> Floats:
+    """Return designs, unit vectors (m, k, 3) to the pivots and what else there is, as they may be seen: from the other
+    side, if `mirror` also mirrored in their path, and with the dyads exchanged; shape (k, 3, m * poses)."""
+    signs = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)][: 4 if mirror else 2], designs.dtype)
+    seen = designs[:, None] * signs[:, None]
+    exchanged = [2, 3, 0, 1, *range(4, designs.shape[1])]
+    poses = np.stack([seen, seen[:, :, exchanged]], axis=2)
+    return poses.transpose(3, 4, 0, 1, 2).reshape(*designs.shape[1:], -1)
+
+
 def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
     """Return the distances of designs from others: the largest of a pivot, in the pose in which that is least.
 
@@ -52,15 +62,12 @@ def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
     ndarray, shape (m, n)
         Between 0 and 1; rounding makes up to 3e-8 of 0.
     """
-    signs = [(1, 1, 1), (-1, 1, 1), *([(1, -1, 1), (-1, -1, 1)] if mirror else [])]
-    exchanged = [[0, 1, 2, 3], [2, 3, 0, 1]]
-    poses = np.stack([(some * np.array(sign))[:, order] for sign in signs for order in exchanged], axis=1)
-    flat = poses.transpose(2, 3, 0, 1).reshape(4, 3, -1)  # pivot by pivot
+    poses = in_every_pose(some, mirror=mirror)
     found = np.empty((len(some), len(others)))
     step = max(1, BLOCK // max(len(some), 1))
     for start in range(0, len(others), step):
         part = others[start : start + step].transpose(1, 0, 2)
-        cosine = np.abs(part @ flat).min(axis=0).reshape(part.shape[1], *poses.shape[:2])  # of the pivot farthest off
+        cosine = np.abs(part @ poses).min(axis=0).reshape(part.shape[1], len(some), -1)  # of the pivot farthest off
         found[:, start : start + step] = np.sqrt(np.maximum(1 - cosine.max(axis=-1).T ** 2, 0.0))
     return found
 

@@ -41,14 +41,10 @@ def collect(
 
     Parameters
     ----------
-    database : Database
-    collection : Collection
     version : str
-        Of the plugin that provides it.
-    count : int, optional
-        As begun, or `COUNT`, if not given.
-    seed : int, optional
-        As begun, or 0, if not given.
+        Of the plugin that provides the collection.
+    count, seed : int, optional
+        As begun, or `COUNT` and 0, if not given.
     report : callable
         Called after each block.
 
@@ -67,7 +63,7 @@ def collect(
     if count < 1 or seed < 0:
         raise InvalidRequest(f"a build needs a count of at least 1 and a seed of at least 0, not {count} and {seed}")
     source = {"seed": seed, "plan": collection.plan, "version": version}
-    if any(begun.get(key) != value for key, value in source.items()):
+    if not source.items() <= begun.items():
         with database.begin() as connection:
             connection.execute(delete(SpecimenRow).where(SpecimenRow.collection == collection.name))
     _set_state(database, collection.name, {**source, "count": count, "complete": False})
@@ -135,17 +131,15 @@ def _block(collection: Collection, family: str, seed: int, number: int) -> list[
 
 
 def _write(database: Database, name: str, number: int, specimens: list[Specimen]) -> None:
+    compact = json.JSONEncoder(separators=(",", ":")).encode
     rows = [
         {
+            **{tag: getattr(s, tag) for tag in ("family", "series", "configuration", "kind")},
             "collection": name,
-            "family": s.family,
-            "series": s.series,
-            "configuration": s.configuration,
-            "kind": s.kind,
             "block": number,
             "deviation": float(s.deviation),
-            "parameters": json.dumps(dict(s.parameters), separators=(",", ":")),
-            "metrics": json.dumps({k: float(v) for k, v in s.metrics.items()}, separators=(",", ":")),
+            "parameters": compact(dict(s.parameters)),
+            "metrics": compact({k: float(v) for k, v in s.metrics.items()}),
         }
         for s in specimens
     ]

@@ -4,8 +4,7 @@ A stored guide is a start, and what refinement reaches from a neighbour need not
 is told before they are traced, from what they are at the design position: pivots, guided point, tangent of its path and
 centre of its circle, scaled by the size of it all.  As in `candidates.select` a point is taken as the line to it
 from an eye one unit above the guided point, and two points are as far apart as the sine of the angle of their lines: a
-metric, 0 to 1, in which points at infinity are as good as any.  A guide may be seen from the other side, a straight one
-also mirrored in its path, and the dyads may change places.
+metric, 0 to 1, in which points at infinity are as good as any.
 
 The order is drawn: each guide with a chance that grows with how badly those before it cover it (the seeding of Arthur
 and Vassilvitskii 2007, with a higher power), so that any beginning of the order is a cover.  Always to take the one
@@ -20,6 +19,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..candidates.select import in_every_pose
 from ..guide.kinds import RETURNS, STRAIGHT
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.types import Array, Complexes, Floats, Mask
@@ -36,8 +36,6 @@ RETURNING = 0.25
 #: Power of the chance.  Measured on 500 to 2000 guides of each of seven members: with the first 20, or 80, the mean
 #: distance to the nearest is a tenth to a seventh less than with as many taken at random, the ninth decile a quarter.
 POWER = 4
-
-_SIDES = np.array([(1, 1, 1), (-1, 1, 1), (1, -1, 1), (-1, -1, 1)], np.float32)
 
 
 @dataclass(frozen=True)
@@ -59,18 +57,9 @@ class Designs:
 
 
 def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Array, pole: Mask) -> Designs:
-    """Return the designs of guides.
-
-    Parameters
-    ----------
-    linkage : Linkage of n
-        In the canonical frame; of slots the inverse one.
-    point, centre : complex ndarray, shape (n,)
-        Guided points and centres of their circles; the centre is not looked at where the nominal is a line.
-    kind : ndarray of str, shape (n,)
-        Of `catalogue.guide.kinds`.
-    pole : ndarray of bool, shape (n,)
-        Whether the pole is at the origin; else it is at infinity, and all points move along y.
+    """Return the designs of n guides in the canonical frame, of slots in the inverse motion: linkages, guided points,
+    centres of their circles (not looked at where the nominal is a line), `catalogue.guide.kinds`, and whether the pole
+    is at the origin; else it is at infinity, and all points move along y.
     """
     straight = np.isin(kind, STRAIGHT)
     away = np.abs(point)
@@ -93,20 +82,15 @@ def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Array, 
 
 
 def order(designs: Designs, cells: Array) -> Iterator[int]:
-    """Yield which design comes next: first the soundest of each cell, then those that are covered badly.
+    """Yield which design, of n, at least one, comes next: first the soundest of each cell, whose numbers are `cells`
+    (n,), then those that are covered badly.
 
-    Parameters
-    ----------
-    designs : Designs of n, at least one
-    cells : ndarray of int, shape (n,)
-        A cell keeps a member, however near to one of another cell of its kind that is.
+    A cell keeps a member, however near to one of another cell of its kind that is.
     """
-    places = [np.flatnonzero(designs.kind == kind) for kind in np.unique(designs.kind)]
-    group = np.zeros(len(cells), int)
-    for k, place in enumerate(places):
-        group[place] = k
+    kinds, group = np.unique(designs.kind, return_inverse=True)
+    places = [np.flatnonzero(group == k) for k in range(len(kinds))]
     parts = [np.ascontiguousarray(designs.points[place].transpose(1, 0, 2)) for place in places]
-    straight = [designs.kind[place[0]] in STRAIGHT for place in places]
+    straight = np.isin(kinds, STRAIGHT)
     best = np.lexsort((-designs.weight, cells))
     best = best[np.append(True, np.diff(cells[best]) != 0)]
     first = iter(best[np.argsort(-designs.weight[best], kind="stable")].tolist())
@@ -121,7 +105,7 @@ def order(designs: Designs, cells: Array) -> Iterator[int]:
                 return
         yield i
         k = group[i]
-        gap[places[k]] = np.minimum(gap[places[k]], _distances(designs.points[i], parts[k], straight[k]))
+        gap[places[k]] = np.minimum(gap[places[k]], _distances(designs.points[i], parts[k], bool(straight[k])))
         gap[i] = 0.0
 
 
@@ -135,10 +119,9 @@ def cells_of(*columns: Array) -> Array:
 def _distances(one: Array, others: Array, straight: bool) -> Array:
     """Return how far one design, shape (5, 3), is from others, shape (5, n, 3): the largest distance of a point, in the
     pose in which that is least."""
-    sides = _SIDES if straight else _SIDES[:2]
-    seen = one[:, :, None] * sides.T  # (5, 3, poses)
-    poses = np.concatenate([seen, seen[[2, 3, 0, 1, 4]]], axis=2)
-    cosine = np.abs(others @ poses).min(axis=0).max(axis=1)  # of the point farthest off
+    cosine = (
+        np.abs(others @ in_every_pose(one[None], mirror=straight)).min(axis=0).max(axis=1)
+    )  # of the point farthest off
     return np.asarray(np.sqrt(np.maximum(1 - cosine**2, 0.0)))
 
 

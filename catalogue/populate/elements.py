@@ -29,33 +29,24 @@ def elements_worth_tracing(series: Series, drawn: Drawn) -> Columns:
 
 
 def points(series: Series, drawn: Drawn, kind: str) -> Columns:
-    """Return the guided elements of all linkages that can be used: points, or fixed points of slots.
+    """Return the guided elements of a kind, of all linkages that can be used; see `Guide` for the frame.
 
     A moving point is guided if it can be; else, as where it is at infinity or at the pole, the coupler carries a slot
     over the fixed one, which is a guided point of the inverse motion.  Points at the pole are guided to and fro.
-
-    Parameters
-    ----------
-    series : Series
-    drawn : Drawn
-    kind : str
-        Which of `catalogue.guide.kinds`; see `Guide` for the frame.
     """
-    circle, slots = kind not in STRAIGHT, kind in SLOTS.values()
-    usable = _returning if kind in RETURNS.values() else _usable
+    circle, slots, returns = kind not in STRAIGHT, kind in SLOTS.values(), kind in RETURNS.values()
     found = []
     n = len(drawn.linkage)
     inverse = drawn.linkage.inverted()
     for guided in series.guided(drawn.complete):
         pairs = np.broadcast_to(guided.pairs, (n, 2, 3))
-        good = usable(drawn.linkage, pairs, circle)
+        good = _worth_guiding(drawn.linkage, pairs, circle, returns)
         if slots:
-            taken = good | _usable(drawn.linkage, pairs, not circle)
+            taken = good | _worth_guiding(drawn.linkage, pairs, not circle)
             pairs = pairs[:, ::-1]
-            good = _usable(inverse, pairs, circle) & ~taken
+            good = _worth_guiding(inverse, pairs, circle) & ~taken
         k = np.flatnonzero(good)
-        with np.errstate(all="ignore"):
-            centre, z = ((pairs[k, i, 0] + 1j * pairs[k, i, 1]) / pairs[k, i, 2] for i in (0, 1))
+        centre, z = _complex(pairs[k])
         found.append(
             {
                 "mechanism": k,
@@ -70,36 +61,31 @@ def points(series: Series, drawn: Drawn, kind: str) -> Columns:
     return join(*found)
 
 
-def _usable(linkage: Linkage, pairs: Floats, circle: bool) -> Mask:
-    """Return where a moving point is worth guiding along a line or circle, shape (n,)."""
-    away = np.abs(_moving(pairs))
-    near = (away >= NEAREST_POINT) | _without_pole(linkage)
-    return _worth(linkage, pairs, circle) & near & (away <= FARTHEST_POINT)
-
-
-def _returning(linkage: Linkage, pairs: Floats, circle: bool) -> Mask:
-    """Return where a moving point at the pole is worth guiding to and fro along a line or circle, shape (n,)."""
-    return _worth(linkage, pairs, circle) & (np.abs(_moving(pairs)) <= AT_POLE) & ~_without_pole(linkage)
-
-
-def _worth(linkage: Linkage, pairs: Floats, circle: bool) -> Mask:
-    """Return where a moving point is no pivot and its line is one, its circle neither tiny nor nearly a line."""
-    fixed, moving = pairs[:, 0], pairs[:, 1]
+def _worth_guiding(linkage: Linkage, pairs: Floats, circle: bool, returns: bool = False) -> Mask:
+    """Return where a moving point is no pivot and stands well, at the pole if it is to return, and where its line is
+    one, its circle neither tiny nor nearly a line; shape (n,)."""
+    w, w_star = pairs[:, 0, 2], pairs[:, 1, 2]
+    parallel = np.abs(linkage.sine) < PARALLEL_SINE
     with np.errstate(all="ignore"):
-        z, centre = _moving(pairs), (fixed[:, 0] + 1j * fixed[:, 1]) / fixed[:, 2]
-        far = np.abs(fixed[:, 2]) * RADII[1] < np.hypot(fixed[:, 0], fixed[:, 1])
-        radius = np.abs(z - centre)
+        centre, z = _complex(pairs)
+        radius, away = np.abs(z - centre), np.abs(z)
         pivot = np.where(linkage.finite[:, :, 1], linkage.points[:, :, 1], np.inf)
         apart = np.abs(pivot - z[:, None]).min(1)
-        good = np.isfinite(pairs).all(axis=(1, 2)) & (moving[:, 2] != 0) & (apart >= NEAREST_PIVOT)
-        good &= ~far & (radius >= RADII[0]) & (radius <= RADII[1]) if circle else fixed[:, 2] == 0
+        good = np.isfinite(pairs).all(axis=(1, 2)) & (w_star != 0) & (apart >= NEAREST_PIVOT)
+        if returns:
+            good &= (away <= AT_POLE) & ~parallel
+        else:
+            good &= ((away >= NEAREST_POINT) | parallel) & (away <= FARTHEST_POINT)
+        if circle:
+            far = np.abs(w) * RADII[1] < np.hypot(pairs[:, 0, 0], pairs[:, 0, 1])
+            good &= ~far & (radius >= RADII[0]) & (radius <= RADII[1])
+        else:
+            good &= w == 0
     return np.asarray(good)
 
 
-def _moving(pairs: Floats) -> Complexes:
+def _complex(pairs: Floats) -> Complexes:
+    """Return the fixed and the moving points of pairs as complex numbers, shape (2, n)."""
     with np.errstate(all="ignore"):
-        return np.asarray((pairs[:, 1, 0] + 1j * pairs[:, 1, 1]) / pairs[:, 1, 2])
-
-
-def _without_pole(linkage: Linkage) -> Mask:
-    return np.asarray(np.abs(linkage.sine) < PARALLEL_SINE)
+        z = (pairs[..., 0] + 1j * pairs[..., 1]) / pairs[..., 2]
+    return np.asarray(z, complex).T

@@ -85,13 +85,10 @@ def fill(
 
     Parameters
     ----------
-    database : Database
-    registry : Registry
     count : int
         Guides wanted; how they are shared is said in `catalogue.populate.plan`.
     series : sequence of str
         Codes; all that are registered if empty.
-    seed : int
     processes : int, optional
         Worker processes; as many as there are processors if not given.
     report : callable
@@ -111,17 +108,20 @@ def fill(
     unknown = [code for code in series if code not in registry.series]
     if unknown:
         raise InvalidRequest(f"unknown series {unknown[0]}; there are {', '.join(registry.series)}")
-    codes = list(series) or list(registry.series)
     failed: list[str] = []
     start, rows = time.perf_counter(), 0
-    sources = plan(database, registry, codes, count, seed)
+    sources = plan(database, registry, series or list(registry.series), count, seed)
+
+    def progress(wanted: int | None = None, making: str = "") -> Progress:
+        done = sum(s.guides for s in sources)
+        return Progress(done, wanted or done, rows, time.perf_counter() - start, making, tuple(failed))
+
     before = sum(s.guides for s in sources)
     prepare(database)
-    for key, value in (("count", str(count)), ("seed", str(seed)), ("series", " ".join(series))):
-        database.set_setting(key, value)
-    database.set_setting("complete", "no")
-    workers = processes or os.cpu_count() or 1
-    with database.engine.connect() as connection, Workers(workers, registry.folders) as pool:
+    for key, value in {"count": count, "seed": seed, "series": " ".join(series), "complete": "no"}.items():
+        database.set_setting(key, str(value))
+    workers = Workers(processes or os.cpu_count() or 1, registry.folders)
+    with database.engine.connect() as connection, workers as pool:
         remove_batches(connection, [batch for s in sources for batch in s.short])
         covered = places(database)
         if any(not s.full for s in sources) and count > 2 * before:
@@ -140,16 +140,13 @@ def fill(
                 continue
             source.count(block.count)
             rows += len(block.mechanisms["pivots"]) + block.count + len(block.reaches["guide"])
-            done = sum(s.guides for s in sources)
-            report(Progress(done, count, rows, time.perf_counter() - start, source.series.code, tuple(failed)))
+            report(progress(count, source.series.code))
         if not is_indexed(connection):
             make_indexes(connection)
     database.set_setting("complete", "yes")
     finish(database)
-    done = sum(s.guides for s in sources)
-    last = Progress(done, done, rows, time.perf_counter() - start, "", tuple(failed))
-    report(last)
-    return last
+    report(done := progress())
+    return done
 
 
 def _placed(guides: Columns, before: Counter[str]) -> Columns:
