@@ -29,8 +29,8 @@ def write_batch(
 ) -> None:
     """Add one finished batch in one transaction: all of it or, whatever happens, nothing.
 
-    A column is an array or a list with one value per row, or one value for all rows; NaN is stored as NULL.  The
-    keys that connect the tables are left out and follow from the order of the rows.
+    A column is an array or a list with one value per row, or one value for all rows; NaN is stored as NULL.  The keys
+    that connect the tables follow from the order of the rows, and the columns that repeat those of another table.
 
     Parameters
     ----------
@@ -43,8 +43,7 @@ def write_batch(
     guides : mapping of columns
         Of `Guide`, with ``mechanism``, shape (m,): which of these mechanisms, from 0.
     reaches : mapping of columns
-        Of `Reach`, with ``guide``, shape (k,): which of these guides, from 0.  ``kind``, ``cover`` and ``series`` are
-        those of the guide and of the mechanism unless given.
+        Of `Reach`, with ``guide``, shape (k,): which of these guides, from 0.
 
     Raises
     ------
@@ -56,29 +55,25 @@ def write_batch(
         If the disk is full or the file is locked.
     """
     pivots = np.asarray(mechanisms["pivots"], dtype="<f8")
-    parents = _local(guides["mechanism"], len(pivots))
-    owners = _local(reaches["guide"], len(parents))
-    kinds, covers = (np.broadcast_to(np.asarray(guides[name]), parents.shape)[owners] for name in ("kind", "cover"))
-    codes = np.broadcast_to(np.asarray(mechanisms.get("series", "")), len(pivots))[parents]
+    guides, reaches = dict(guides), dict(reaches)
+    parents = _local(guides.pop("mechanism"), len(pivots))
+    owners = _local(reaches.pop("guide"), len(parents))
+    codes = np.broadcast_to(mechanisms.get("series", ""), len(pivots))[parents]
+    kinds, covers = (np.broadcast_to(guides[name], parents.shape)[owners] for name in ("kind", "cover"))
+    blobs = [pivot.tobytes() for pivot in pivots]
     with _writing(connection):
         batch_id = None if batch is None else _insert(connection, "batch", 1, batch)
-        mechanism_id = _insert(
-            connection,
-            "mechanism",
-            len(pivots),
-            {**mechanisms, "batch_id": batch_id, "pivots": [pivot.tobytes() for pivot in pivots]},
-        )
-        linked = {"mechanism_id": mechanism_id + parents, "series": codes, **_without(guides, "mechanism")}
-        guide_id = _insert(connection, "guide", len(parents), linked)
-        same = {"kind": kinds, "series": codes[owners], "cover": covers}
-        _insert(connection, "reach", len(owners), {"guide_id": guide_id + owners, **same, **_without(reaches, "guide")})
+        first = _insert(connection, "mechanism", len(pivots), {**mechanisms, "batch_id": batch_id, "pivots": blobs})
+        keys: dict[str, Any] = {"mechanism_id": first + parents, "series": codes}
+        first = _insert(connection, "guide", len(parents), keys | guides)
+        keys = {"guide_id": first + owners, "kind": kinds, "series": codes[owners], "cover": covers}
+        _insert(connection, "reach", len(owners), keys | reaches)
 
 
 def remove_named_guides(connection: Connection, names: Sequence[str]) -> None:
     """Remove the designs of these names, with what they guide."""
     with _writing(connection):
-        gone = delete(Mechanism).where(Mechanism.batch_id.is_(None), Mechanism.name.in_(names))
-        connection.execute(gone)
+        connection.execute(delete(Mechanism).where(Mechanism.batch_id.is_(None), Mechanism.name.in_(names)))
 
 
 def remove_batches(connection: Connection, ids: Sequence[int]) -> None:
@@ -121,10 +116,7 @@ def prepare(database: Database) -> None:
 def finish(database: Database) -> bool:
     """Fold the log back, so that the database is one file that can be copied and read from anywhere.
 
-    Returns
-    -------
-    bool
-        False if somebody still has the database open: it is whole, but the log stays, and one can try again.
+    Returns False if somebody still has the database open: it is whole, but the log stays, and one can try again.
     """
     database.close()
     try:
@@ -146,8 +138,7 @@ def _writing(connection: Connection) -> Iterator[None]:
 
 
 def _indexes() -> list[Index]:
-    tables = Base.metadata.sorted_tables
-    return sorted((index for table in tables for index in table.indexes), key=lambda index: str(index.name))
+    return sorted((i for table in Base.metadata.tables.values() for i in table.indexes), key=lambda i: str(i.name))
 
 
 def _local(places: Any, count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
@@ -158,10 +149,6 @@ def _local(places: Any, count: int) -> np.ndarray[Any, np.dtype[np.int64]]:
     return rows
 
 
-def _without(columns: Columns, left_out: str) -> Columns:
-    return {name: column for name, column in columns.items() if name != left_out}
-
-
 def _insert(connection: Connection, table: str, count: int, columns: Columns) -> int:
     """Insert `count` rows with consecutive ids, if the table has ids, and return the first.
 
@@ -170,14 +157,14 @@ def _insert(connection: Connection, table: str, count: int, columns: Columns) ->
     known = Base.metadata.tables[table].columns
     first = 1
     if "id" in known:
-        first = 1 + connection.exec_driver_sql(f"SELECT coalesce(max(id), 0) FROM {table}").scalar_one()
+        first += connection.exec_driver_sql(f"SELECT coalesce(max(id), 0) FROM {table}").scalar_one()
         columns = {"id": range(first, first + count), **columns}
     names = ", ".join(f'"{known[name].name}"' for name in columns)
     places = ", ".join("?" * len(columns))
     rows = zip(*(_values(column, count) for column in columns.values()), strict=True)
     cursor = cast(sqlite3.Cursor, connection.connection.cursor())  # unlike others it takes an iterator
     cursor.executemany(f"INSERT INTO {table} ({names}) VALUES ({places})", rows)
-    return int(first)
+    return first
 
 
 def _values(column: Any, count: int) -> Sequence[Any]:

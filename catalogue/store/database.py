@@ -1,6 +1,4 @@
-"""One database file, opened, and its columns read straight from the driver's cursor to arrays, with no object per row
-kept.
-"""
+"""One database file, opened; its columns are read straight from the driver's cursor to arrays."""
 
 from __future__ import annotations
 
@@ -24,6 +22,7 @@ from .errors import database_errors
 from .models import Guide, Mechanism, Reach, Setting
 
 _CHUNK = 50_000  # rows held as Python objects at a time
+_DTYPES = {Boolean: np.bool_, Integer: np.int64, Float: np.float64, Numeric: np.float64}
 
 
 def read_columns(
@@ -33,10 +32,8 @@ def read_columns(
 
     Parameters
     ----------
-    connection : Connection
-        Where to read.
     select : Select
-        What to read, as single columns with distinct names (not as ORM entities).
+        Of single columns with distinct names (not of ORM entities).
     bound : mapping, optional
         Values of the select's bound parameters: to build a select once costs less than to build it for each value.
 
@@ -71,14 +68,8 @@ def as_array(kind: TypeEngine[Any], values: Sequence[Any]) -> Array:
         if len({len(value) for value in values}) > 1:
             raise ValueError("the blobs of one column differ in length")
         flat = np.frombuffer(b"".join(values), dtype="<f8")
-        return flat.reshape(len(values), -1) if values else flat.reshape(0, 0)
-    if isinstance(kind, Boolean):
-        return np.array(values, dtype=np.bool_)
-    if isinstance(kind, Integer):
-        return np.array(values, dtype=np.int64)
-    if isinstance(kind, (Float, Numeric)):
-        return np.array(values, dtype=np.float64)
-    return np.array(values, dtype=object)
+        return flat.reshape(len(values), -1 if values else 0)
+    return np.array(values, dtype=next((dtype for sql, dtype in _DTYPES.items() if isinstance(kind, sql)), object))
 
 
 class Database:
@@ -100,14 +91,8 @@ class Database:
 
     @classmethod
     def open(cls, path: str | PathLike[str], *, create: bool = True) -> Database:
-        """Open the file `path`, upgrading older tables after a backup.
-
-        Parameters
-        ----------
-        path : path
-            The file.
-        create : bool
-            Whether to make an empty database, and the folders above it, if there is none.
+        """Open the file `path`, upgrading older tables after a backup; if there is none and `create`, make an empty
+        one, and the folders above it.
 
         Raises
         ------
@@ -131,7 +116,7 @@ class Database:
         with database_errors(self.path), engine.begin() as connection:
             yield connection
 
-    def read(self, select: Select[*tuple[Any, ...]]) -> dict[str, np.ndarray[Any, Any]]:
+    def read(self, select: Select[*tuple[Any, ...]]) -> dict[str, Array]:
         """Return the named columns of `select` as arrays; see `read_columns`.
 
         Raises
@@ -143,16 +128,15 @@ class Database:
             return read_columns(connection, select)
 
     @contextmanager
-    def reading(self) -> Iterator[Callable[..., dict[str, np.ndarray[Any, Any]]]]:
+    def reading(self) -> Iterator[Callable[..., dict[str, Array]]]:
         """Yield a function like `read_columns` that keeps one connection, for several reads in a row."""
         with database_errors(self.path), self._kept.connect() as connection:
             yield partial(read_columns, connection)
 
-    def get_setting(self, key: str, default: str | None = None) -> str | None:
-        """Return the text kept under `key`, `default` if there is none."""
+    def get_setting(self, key: str) -> str | None:
+        """Return the text kept under `key`, None if there is none."""
         with database_errors(self.path), self.engine.connect() as connection:
-            value = connection.scalar(select(Setting.value).where(Setting.key == key))
-        return default if value is None else value
+            return connection.scalar(select(Setting.value).where(Setting.key == key))
 
     def set_setting(self, key: str, value: str) -> None:
         """Keep the text `value` under `key`, in place of what was there."""
@@ -178,26 +162,10 @@ class Database:
 #: What a stored reach is laid along a path by.
 COLUMNS = (
     Guide.id.label("id"),
-    Mechanism.family,
-    Mechanism.series,
-    Mechanism.member,
-    Mechanism.configuration,
-    Mechanism.pivots,
-    Guide.x,
-    Guide.y,
-    Guide.kind,
-    Guide.label,
-    Guide.contact_order,
-    Reach.level,
-    Reach.half,
-    Reach.centre,
-    Reach.stroke,
-    Reach.sweep,
-    Reach.deviation,
-    Reach.size,
-    Reach.max_link,
-    Reach.max_ground,
-    Reach.max_arm,
+    *(Mechanism.family, Mechanism.series, Mechanism.member, Mechanism.configuration, Mechanism.pivots),
+    *(Guide.x, Guide.y, Guide.kind, Guide.label, Guide.contact_order),
+    *(Reach.level, Reach.half, Reach.centre, Reach.stroke, Reach.sweep, Reach.deviation),
+    *(Reach.size, Reach.max_link, Reach.max_ground, Reach.max_arm),
 )
 
 

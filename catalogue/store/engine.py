@@ -11,7 +11,7 @@ import sqlite3
 from collections.abc import Callable
 from contextlib import closing
 from functools import partial
-from itertools import count
+from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
@@ -39,10 +39,8 @@ def connect(path: Path, *, create: bool = False) -> sqlite3.Connection:
 
     Where the file may not be written, SQLite falls back to reading by itself.
     """
-    mode = "rwc" if create else "rw"
-    connection = sqlite3.connect(
-        f"{path.as_uri()}?mode={mode}", uri=True, timeout=PATIENCE, isolation_level=None, check_same_thread=False
-    )
+    uri = f"{path.as_uri()}?mode={'rwc' if create else 'rw'}"
+    connection = sqlite3.connect(uri, uri=True, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
     try:
         connection.executescript(_PRAGMAS)
     except sqlite3.Error:
@@ -55,14 +53,9 @@ def engine_for(path: Path, *, keep: bool = False) -> Engine:
     """Return an engine on the existing file `path` whose transactions are real, for tables as well as for rows.
 
     A connection with the execution option ``immediate`` takes the write lock at once: a transaction that reads before
-    it writes would fail, not wait, when another process writes in between.
-
-    Parameters
-    ----------
-    keep : bool
-        Keep a connection for later: what it has mapped of a large file need not be mapped again.  Until the engine is
-        disposed of, the log of what is written meanwhile is not folded into the file.  A file that has taken the place
-        of this one is noticed.
+    it writes would fail, not wait, when another process writes in between.  With `keep` a connection is kept for later:
+    what it has mapped of a large file need not be mapped again.  Until the engine is disposed of, the log of what is
+    written meanwhile is not folded into the file.  A file that has taken the place of this one is noticed.
     """
     creator: Callable[[], Any] = partial(connect, path)
     pool = QueuePool(creator, pool_size=1, max_overflow=-1) if keep else NullPool(creator)
@@ -163,8 +156,8 @@ def bring_up_to_date(path: Path) -> None:
 
 def _back_up(path: Path, found: str) -> Path:
     """Copy the database to the first free backup name, and return that."""
-    plain = path.with_name(f"{path.name}.backup-{found}")
-    names = (plain if number == 1 else plain.with_name(f"{plain.name}-{number}") for number in count(1))
+    endings = chain([""], (f"-{number}" for number in count(2)))
+    names = (path.with_name(f"{path.name}.backup-{found}{ending}") for ending in endings)
     copy = next(name for name in names if not name.exists())
     try:
         with closing(connect(path)) as source, closing(connect(copy, create=True)) as target:

@@ -193,10 +193,9 @@ def test_broken_rule_is_not_blamed_on_the_file(database: Database) -> None:
 @pytest.mark.slow
 def test_setting_is_replaced(database: Database) -> None:
     assert database.get_setting("seed") is None
-    assert database.get_setting("seed", "0") == "0"
     database.set_setting("seed", "1")
     database.set_setting("seed", "2")
-    assert database.get_setting("seed", "0") == "2"
+    assert database.get_setting("seed") == "2"
 
 
 def test_what_others_wrote_is_read_by_a_kept_connection(filled: Path) -> None:
