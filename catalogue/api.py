@@ -15,9 +15,9 @@ from .store import Database
 if TYPE_CHECKING:
     import numpy.typing as npt
 
-    from .collections.results import CollectionResults
     from .find.dwell_results import DwellResults, StandStill
     from .find.results import Found
+    from .find.specimens import CollectionResults
     from .find.stored import StoredGuide
     from .kinematics.linkage import Linkage
     from .plugin.registry import Registry
@@ -180,7 +180,7 @@ class Catalogue:
         DatabaseError
             If the database cannot be read or written.
         """
-        from .collections.find import find_in
+        from .find.specimens import find_in
         from .populate.collect import is_current
         from .problem.request import path_request
 

@@ -16,7 +16,7 @@ from ..problem.request import Request
 from .options import Format
 
 if TYPE_CHECKING:
-    from ..collections.results import CollectionResults
+    from ..find.specimens import CollectionResults
 
 #: Options of `find` that go with a collection.
 KNOWN = (

@@ -1,17 +1,12 @@
-"""Answers from a collection as users see them."""
+"""One answer from a collection, as users see it."""
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any
 
 from .spec import COLUMNS, Collection, Parameters
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,44 +52,3 @@ class CollectionCandidate:
     def plot(self, file: str | Path | None = None) -> Any:
         """Draw it, to a PNG, SVG or PDF by the suffix of the file if there is one, and return the figure."""
         return self.collection.plot(self, Path(file) if file is not None else None)
-
-
-@dataclass(frozen=True, eq=False)
-class CollectionResults(Sequence[CollectionCandidate]):
-    """The answer of a collection to a request: candidates, best first."""
-
-    collection: Collection
-    pieces: list[CollectionCandidate]
-    explanation: Callable[[], str] = field(repr=False)
-
-    def __len__(self) -> int:
-        return len(self.pieces)
-
-    def __iter__(self) -> Iterator[CollectionCandidate]:
-        return iter(self.pieces)
-
-    @overload
-    def __getitem__(self, index: int) -> CollectionCandidate: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[CollectionCandidate]: ...
-    def __getitem__(self, index: int | slice) -> CollectionCandidate | list[CollectionCandidate]:
-        return self.pieces[index]
-
-    @property
-    def columns(self) -> list[str]:
-        """Names of what each candidate is printed as."""
-        return [*COLUMNS[:-1], *self.collection.metrics, COLUMNS[-1]]
-
-    def to_pandas(self) -> pd.DataFrame:
-        """Return one row per candidate."""
-        import pandas as pd
-
-        return pd.DataFrame([p.to_dict() for p in self.pieces], columns=self.columns)
-
-    def to_json(self) -> str:
-        """Return a JSON list of the candidates."""
-        return json.dumps([p.to_dict() for p in self.pieces], indent=1, allow_nan=False)
-
-    def explain(self) -> str:
-        """Say how the answer came about; for an empty one which bound excluded the most, and the nearest miss."""
-        return self.explanation()

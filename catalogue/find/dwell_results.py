@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any
 
 from ..errors import InvalidRequest
 from ..problem.request import positive
-
-if TYPE_CHECKING:
-    import pandas as pd
+from .results import Results
 
 
 @dataclass(frozen=True)
@@ -91,36 +87,10 @@ class DwellCandidate:
         return asdict(self)
 
 
-@dataclass(frozen=True)
-class DwellResults(Sequence[DwellCandidate]):
-    """Dwells, best first, and a line that says how many were looked at."""
+@dataclass(frozen=True, eq=False)
+class DwellResults(Results[DwellCandidate]):
+    """Dwells, best first; its explanation says how many guides were looked at, and how near the nearest came."""
 
-    found: list[DwellCandidate]
-    told: str
-
-    def __len__(self) -> int:
-        return len(self.found)
-
-    def __iter__(self) -> Iterator[DwellCandidate]:
-        return iter(self.found)
-
-    @overload
-    def __getitem__(self, index: int) -> DwellCandidate: ...
-    @overload
-    def __getitem__(self, index: slice) -> list[DwellCandidate]: ...
-    def __getitem__(self, index: int | slice) -> DwellCandidate | list[DwellCandidate]:
-        return self.found[index]
-
-    def to_pandas(self) -> pd.DataFrame:
-        """Return one row per dwell."""
-        import pandas as pd
-
-        return pd.DataFrame([d.to_dict() for d in self.found], columns=list(DwellCandidate.__dataclass_fields__))
-
-    def to_json(self) -> str:
-        """Return a JSON list of the dwells."""
-        return json.dumps([d.to_dict() for d in self.found], indent=1, allow_nan=False)
-
-    def explain(self) -> str:
-        """Say how many guides were looked at, and how near the nearest came."""
-        return self.told
+    @property
+    def columns(self) -> list[str]:
+        return list(DwellCandidate.__dataclass_fields__)

@@ -3,44 +3,44 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, overload
+import math
+from collections.abc import Sequence
+from copy import deepcopy
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar, overload
 
 import numpy as np
 
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import machine, values
 from ..candidates.select import nearest, normal_form
+from ..errors import InvalidRequest
 from ..guide.drive import drive_metrics
 from ..guide.metrics import min_transmission_turn
 from ..guide.sensitivity import sensitivity
+from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CHANGE, conditioning
 from ..kinematics.types import Floats
 from ..problem.problem import Problem
-from ..problem.request import Request
+from ..problem.request import CircularArc, Request, StraightLine
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..refine.certificate import Drifts
-    from .explain import Explanation
-    from .find import Selection
-import math
-from copy import deepcopy
-from dataclasses import fields, replace
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
-
-from ..errors import InvalidRequest
-from ..kinematics.linkage import Linkage
-from ..problem.request import CircularArc, StraightLine
-
-if TYPE_CHECKING:
     from ..guide.coupler_curve import CouplerCurve
     from ..guide.sensitivity import Sensitivity
     from ..refine.certificate import Drifts
+    from .find import Selection
 
+
+class Printable(Protocol):
+    """What is printed as a row of a table."""
+
+    def to_dict(self) -> dict[str, Any]: ...
+
+
+T = TypeVar("T", bound=Printable)
 
 #: Properties of a candidate that are printed besides its fields.
 DERIVED = ("drift", "band", "percent", "lengths")
@@ -269,41 +269,55 @@ def known(value: float) -> float | None:
 
 
 @dataclass(frozen=True, eq=False)
-class Found(Sequence[Candidate]):
-    """The answer to a request: candidates, best first."""
+class Results(Sequence[T]):
+    """Answers of one kind, best first; `explanation` is told as its text, made when it is asked for.
 
-    candidates: list[Candidate]
-    explanation: Explanation | None = field(repr=False, default=None)
+    The classes made of this one say as what `columns` a candidate is printed.
+    """
+
+    candidates: list[T]
+    explanation: Any = field(repr=False, default="")
 
     def __len__(self) -> int:
         return len(self.candidates)
 
-    def __iter__(self) -> Iterator[Candidate]:
-        return iter(self.candidates)
-
     @overload
-    def __getitem__(self, index: int) -> Candidate: ...
+    def __getitem__(self, index: int) -> T: ...
     @overload
-    def __getitem__(self, index: slice) -> list[Candidate]: ...
-    def __getitem__(self, index: int | slice) -> Candidate | list[Candidate]:
+    def __getitem__(self, index: slice) -> list[T]: ...
+    def __getitem__(self, index: int | slice) -> T | list[T]:
         return self.candidates[index]
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of what each candidate is printed as."""
+        raise NotImplementedError
 
     def to_pandas(self) -> pd.DataFrame:
         """Return one row per candidate."""
         import pandas as pd
 
-        return pd.DataFrame([c.to_dict() for c in self.candidates], columns=list(COLUMNS))
+        return pd.DataFrame([c.to_dict() for c in self.candidates], columns=self.columns)
 
     def to_json(self) -> str:
         """Return a JSON list of the candidates."""
         return json.dumps([c.to_dict() for c in self.candidates], indent=1, allow_nan=False)
 
     def explain(self) -> str:
-        """Say how the answer came about: what each constraint removed, what was loaded, how long each step took.
+        """Say how the answer came about: what each constraint removed, how long it took.
 
         For an empty answer: which constraint excluded the most, and how near the nearest miss is.
         """
-        return "" if self.explanation is None else str(self.explanation)
+        return str(self.explanation)
+
+
+@dataclass(frozen=True, eq=False)
+class Found(Results[Candidate]):
+    """The answer to a request: candidates, best first."""
+
+    @property
+    def columns(self) -> list[str]:
+        return list(COLUMNS)
 
 
 def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Drifts | None = None) -> list[Candidate]:

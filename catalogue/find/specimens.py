@@ -1,0 +1,246 @@
+"""Find in a collection: bound and rank by what is stored, verify on the finite motion."""
+
+from __future__ import annotations
+
+import json
+import time
+from collections import Counter
+from collections.abc import Collection as Names
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from sqlalchemy import ColumnElement, and_, case, func, select, true
+
+from ..collections.bounds import Bound, bounds
+from ..collections.results import CollectionCandidate
+from ..collections.spec import COLUMNS, Collection, Measured
+from ..errors import InvalidRequest, PluginError, one_line
+from ..problem.request import Request, whole
+from ..store import Database
+from ..store import SpecimenRow as Row
+from .results import Results
+
+#: Specimens that are verified together, and batches of them at most.
+BATCH, BATCHES = 32, 32
+#: A best circle whose stroke over radius is off by d is off the given circle by about d/16 of the stroke, if the ends
+#: may move; more is passed on to be measured.
+PER_SWEEP = 1 / 40
+#: Rounding of a given radius, relatively.
+SAME_RADIUS = 1e-9
+#: A stored deviation and that which is measured again agree to this part.
+SLACK = 1e-3
+
+
+@dataclass(frozen=True, eq=False)
+class CollectionResults(Results[CollectionCandidate]):
+    """The answer of a collection to a request: candidates, best first."""
+
+    collection: Collection = field(kw_only=True)
+
+    @property
+    def columns(self) -> list[str]:
+        return [*COLUMNS[:-1], *self.collection.metrics, COLUMNS[-1]]
+
+
+def find_in(
+    database: Database,
+    collection: Collection,
+    request: Request,
+    *,
+    limit: int = 12,
+    rank_by: str = "deviation",
+    families: Sequence[str] = (),
+    series: Sequence[str] = (),
+    where: Mapping[str, Any] | None = None,
+) -> CollectionResults:
+    """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`."""
+    limit, clock = whole("limit", limit, 1), time.perf_counter()
+    if rank_by != "deviation" and rank_by not in collection.metrics:
+        known = ", ".join(["deviation", *collection.metrics])
+        raise InvalidRequest(f"cannot rank by {rank_by!r}; {collection.name} has {known}")
+    given = bounds(collection, request.stroke, where or {})
+    named = {"family": _known("family", families, collection.families),
+             "series": _known("series", series, collection.series)}  # fmt: skip
+    search = _Search(database, collection, request, given, _tests(collection, request, given, named))
+    sign = _sign(collection, rank_by)
+    # Stored numbers decide what is verified, measured ones what comes first; the sort is stable.
+    found = sorted(
+        search.run(limit, rank_by),
+        key=lambda c: c.deviation if rank_by == "deviation" else sign * c.metrics[rank_by],
+    )[:limit]
+    search.seconds, search.shown = time.perf_counter() - clock, len(found)
+    return CollectionResults(found, search, collection=collection)
+
+
+def _known(what: str, given: Sequence[str], known: Names[str]) -> tuple[str, ...]:
+    names = (given,) if isinstance(given, str) else tuple(given)
+    for name in names:
+        if name not in known:
+            raise InvalidRequest(f"there is no {what} {name!r}; there are {', '.join(known)}")
+    return names
+
+
+def _stored(name: str) -> ColumnElement[float]:
+    """Return the column of the deviation or of a metric."""
+    return Row.deviation.expression if name == "deviation" else func.json_extract(Row.metrics, f"$.{name}")
+
+
+def _sign(collection: Collection, name: str) -> int:
+    return -1 if name != "deviation" and collection.metrics[name].more else 1
+
+
+def _tests(
+    collection: Collection, request: Request, given: list[Bound], named: dict[str, tuple[str, ...]]
+) -> dict[str, ColumnElement[bool]]:
+    """Return what stored specimens must satisfy, by what it is called."""
+    tests: dict[str, ColumnElement[bool]] = {
+        f"deviation {request.deviation:g}": Row.deviation <= request.relative * (1 + SLACK)
+    }
+    tests |= {what: getattr(Row, what).in_(names) for what, names in named.items() if names}
+    if request.sweep is not None and "sweep" in collection.metrics:
+        reach = request.relative / PER_SWEEP
+        tests[f"radius {request.radius:g}"] = _stored("sweep").between(request.sweep - reach, request.sweep + reach)
+    for b in given:
+        low, high = b.low / b.scale, b.high / b.scale
+        slack = SLACK * max(abs(v) for v in (low, high) if abs(v) < float("inf")) if str(b) else 0.0
+        tests[str(b)] = _stored(b.name).between(max(low - slack, -1e300), min(high + slack, 1e300))
+    return tests
+
+
+@dataclass
+class _Search:
+    """A search, and what became of the specimens, of which its text tells.
+
+    Attributes
+    ----------
+    bounds, tests
+        What measured and what stored specimens must satisfy, the latter by what it is called.
+    verified, shown : int
+    removed, nearest
+        How many of the verified failed each test, and the best that one of them has there.
+    """
+
+    database: Database
+    collection: Collection
+    request: Request
+    bounds: list[Bound]
+    tests: dict[str, ColumnElement[bool]]
+    verified: int = 0
+    shown: int = 0
+    removed: Counter[str] = field(default_factory=Counter)
+    nearest: dict[str, float] = field(default_factory=dict)
+    seconds: float = 0.0
+
+    @property
+    def held(self) -> ColumnElement[bool]:
+        """What is true of all specimens of the collection that guide along such a nominal."""
+        return and_(Row.collection == self.collection.name, Row.kind == self.request.kind)
+
+    def run(self, limit: int, rank_by: str) -> Iterator[CollectionCandidate]:
+        """Yield specimens that serve, in batches of those that rank first as stored, until there are enough."""
+        ranked = (
+            select(Row.id, Row.parameters)
+            .where(self.held, *self.tests.values())
+            .order_by(_sign(self.collection, rank_by) * _stored(rank_by), Row.deviation, Row.family, Row.block, Row.id)
+            .limit(BATCH)
+        )
+        found = 0
+        for part in range(BATCHES):
+            rows = self.database.read(ranked.offset(BATCH * part))
+            measured = self.measured([json.loads(text) for text in rows["parameters"]])
+            for number, one in zip(rows["id"].tolist(), measured, strict=True):
+                if self.serves(one):
+                    found += 1
+                    yield self.candidate(number, one)
+            if not measured or found >= limit:
+                return
+
+    def measured(self, stored: list[Any]) -> list[Measured]:
+        """Return what a batch of specimens does on its finite motion."""
+        if not stored:
+            return []
+        name = self.collection.name
+        try:
+            found = list(self.collection.measure(stored, self.request))
+        except Exception as error:
+            raise PluginError(f"collection {name} cannot be measured: {one_line(error)}") from error
+        if len(found) != len(stored):
+            raise PluginError(f"collection {name}: {len(found)} of {len(stored)} mechanisms were measured")
+        self.verified += len(found)
+        return found
+
+    def serves(self, one: Measured) -> bool:
+        """Return whether a measured specimen is an answer; if not, count it with the first test that it fails."""
+        failed, near = None, None
+        if one.reason:
+            failed = one.reason
+        elif not self.on_radius(one.radius):
+            failed, near = f"radius {self.request.radius:g}", one.radius
+        elif not one.deviation <= self.request.deviation:
+            failed, near = f"deviation {self.request.deviation:g}", one.deviation
+        else:
+            failed = next((str(b) for b in self.bounds if not b.holds(one.metrics[b.name])), None)
+        if failed is None:
+            return True
+        self.removed[failed] += 1
+        if near is not None:
+            self.nearest[failed] = min(near, self.nearest.get(failed, near))
+        return False
+
+    def on_radius(self, radius: float | None) -> bool:
+        """Return whether a deviation is from an arc of exactly the radius that is asked for, if one is."""
+        wanted = self.request.radius
+        if self.request.kind == "line" or wanted is None:
+            return True
+        return radius is not None and abs(radius - wanted) <= SAME_RADIUS * wanted
+
+    def candidate(self, number: int, m: Measured) -> CollectionCandidate:
+        """Return the answer that a stored specimen is."""
+        tags = self.collection.classify(m.parameters)
+        metrics = {name: float(m.metrics[name]) for name in self.collection.metrics}
+        return CollectionCandidate(
+            number, self.collection, tags.family, tags.series, tags.configuration, tuple(tags.special),
+            float(self.request.stroke), float(m.deviation), m.radius, metrics, m.parameters,
+        )  # fmt: skip
+
+    def __str__(self) -> str:
+        """Return what each bound excludes, what was verified, and for an empty answer the nearest miss."""
+        columns: list[Any] = [func.count().label("all")]
+        for i, name in enumerate(self.tests):
+            others = and_(true(), *(t for n, t in self.tests.items() if n != name))
+            columns.append(func.coalesce(func.sum(case((self.tests[name], 0), else_=1)), 0).label(f"excluded {i}"))
+            columns.append(func.coalesce(func.sum(case((others, 1), else_=0)), 0).label(f"freed {i}"))
+        number = {k: int(v[0]) for k, v in self.database.read(select(*columns).where(self.held)).items()}
+        excluded = {name: number[f"excluded {i}"] for i, name in enumerate(self.tests)}
+        useful = {name: n for i, (name, n) in enumerate(excluded.items()) if n and number[f"freed {i}"]}
+        lines = [f"{self.collection.name}: {number['all']} specimens guide a point along a {self.request.kind}"]
+        lines += [f"  {name} alone excludes {n} of them" for name, n in excluded.items()]
+        lines.append(f"  {self.verified} of the rest were followed on their finite motion; {self.shown} are shown")
+        lines += [f"  there {name} removed {n}" for name, n in self.removed.items()]
+        if not self.shown:
+            lines.append("no piece found: " + self._advice(number["all"], useful))
+        return "\n".join([*lines, f"in {1000 * self.seconds:.0f} ms"])
+
+    def _advice(self, held: int, useful: dict[str, int]) -> str:
+        """Say what to relax; `useful` are tests without which something is left, with how many each excludes."""
+        name = self.collection.name
+        if self.verified:
+            [(worst, failed)] = self.removed.most_common(1)
+            near = f"; the nearest holds {self.nearest[worst]:.3g}" if worst in self.nearest else ""
+            return f"relax {worst}, which {failed} of {self.verified} failed on the finite motion{near}"
+        if not held:
+            return f"{name} holds nothing of this kind; run `catalogue build --collection {name}`"
+        if not useful:
+            return f"{' and '.join(self.tests)} exclude one another; relax more than one of them"
+        best = max(useful, key=lambda name: useful[name])
+        bound = next((b for b in self.bounds if str(b) == best), None)
+        near = ""
+        if bound is not None or best.startswith("deviation"):
+            value = _stored("deviation" if bound is None else bound.name)
+            scale = self.request.stroke if bound is None else bound.scale
+            others = [test for name, test in self.tests.items() if name != best]
+            seen = select(func.min(value).label("least"), func.max(value).label("most")).where(self.held, *others)
+            least, most = (scale * float(end[0]) for end in self.database.read(seen).values())
+            near = f"; the nearest has {most if bound is not None and most < bound.low else least:.4g}"
+        return f"relax {best}, which alone excludes {useful[best]} stored specimens{near}"
