@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from ..errors import InvalidRequest
-from .options import Db, Plugins
+from .options import Db, Plugins, SeriesCodes
 
 
 def build(
@@ -16,9 +16,7 @@ def build(
         int | None,
         typer.Option(metavar="N", help="Guides wanted.", show_default="12000, or as begun; 3000 of a collection"),
     ] = None,
-    series: Annotated[
-        list[str] | None, typer.Option("--series", metavar="CODE", help="Only this series; may be repeated.")
-    ] = None,
+    series: SeriesCodes = None,
     seed: Annotated[int | None, typer.Option(help="Seed of the sampling.", show_default="0, or as begun")] = None,
     processes: Annotated[
         int | None, typer.Option(metavar="N", help="Worker processes.", show_default="one per processor")

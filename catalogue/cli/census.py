@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import json
-import sys
 from dataclasses import asdict
 
 from ..progress import busy
 from .options import Db, Format, Output, Plugins
+from .tables import print_records
 
 
 def census(format: Output = Format.table, db: Db = None, plugins: Plugins = None) -> None:
@@ -19,26 +18,18 @@ def census(format: Output = Format.table, db: Db = None, plugins: Plugins = None
         with busy("counting"):
             cells = counting.census(catalogue.database, catalogue.registry)
         series = catalogue.registry.series
-    if format is Format.json:
-        print(json.dumps([asdict(c) for c in cells], indent=1))
-        return
     levels = sorted({level for c in cells for level in c.smallest}, reverse=True)
-    columns = [("series", "left"), ("family", "left"), ("conf.", "left"), ("dim.", "right"), ("mechanisms", "right"),
-               ("guides", "right"), *((f"1e{level}", "right") for level in levels), ("", "left")]  # fmt: skip
+    columns = ["series", "family", "conf.", ">dim.", ">mechanisms", ">guides", *(f">1e{k}" for k in levels), ""]
     rows = [
-        [c.series, c.family, c.configuration, str(c.dimension), str(c.mechanisms), str(c.guides),
+        [c.series, c.family, c.configuration, c.dimension, c.mechanisms, c.guides,
          *(f"{c.smallest[level]:.3g}" if level in c.smallest else "-" for level in levels), c.remark]
         for c in cells
     ]  # fmt: skip
-    if format is Format.csv:
-        import csv
-
-        csv.writer(sys.stdout, lineterminator="\n").writerows([[name for name, _ in columns], *rows])
+    title = "Census; under each deviation over stroke the least size over stroke"
+    print_records(format, [asdict(c) for c in cells], title, columns, rows)
+    if format is not Format.table:
         return
-    from .tables import print_table
-
     total = sum(c.guides for c in cells)
-    print_table("Census; under each deviation over stroke the least size over stroke", columns, rows)
     print(f"{len(cells)} cells, {sum(c.mechanisms for c in cells)} mechanisms, {total} guides")
     for one in series.values():
         missing = counting.impossible(one, cells)

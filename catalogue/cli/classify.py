@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import json
-import sys
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
@@ -12,6 +9,7 @@ import typer
 from ..curvature_theory.leading_error import EXACT
 from ..progress import busy
 from .options import Format, Output, Plugins
+from .tables import contact, print_csv, print_json, print_table
 
 if TYPE_CHECKING:
     from ..series.classification import Classification
@@ -60,11 +58,9 @@ def classify(
             for row, elements in zip(rows, _elements(found, radius), strict=True):
                 row["guided"] = elements
     if format is Format.json:
-        print(json.dumps(rows, indent=1, allow_nan=False))
+        print_json(rows)
     elif format is Format.csv:
-        writer = csv.DictWriter(sys.stdout, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows({k: _cell(v) for k, v in row.items()} for row in rows)
+        print_csv(list(rows[0]), (map(_cell, row.values()) for row in rows))
     else:
         _print(rows)
 
@@ -101,34 +97,28 @@ def _elements(found: Classification, radius: float | None) -> list[list[dict[str
 
 
 def _cell(value: Any) -> Any:
-    """Return what stands in a cell of CSV for a list or mapping."""
-    if isinstance(value, list) and all(isinstance(v, str) for v in value):
-        return " ".join(value)
-    return json.dumps(value, allow_nan=False) if isinstance(value, list | dict) else value
+    """Return what stands in a cell of CSV: codes of series with spaces between."""
+    return " ".join(value) if isinstance(value, list) and all(isinstance(v, str) for v in value) else value
 
 
 def _print(rows: list[dict[str, Any]]) -> None:
-    from .tables import print_table
-
-    columns = [("", "right"), ("family", "left"), ("conf.", "left"), ("series", "left"), ("nearest", "left"),
-               ("residual", "right"), ("margin", "right"), ("remark", "left")]  # fmt: skip
-    cells = []
+    columns = [">", "family", "conf.", "series", "nearest", ">residual", ">margin", "remark"]
+    cells: list[list[Any]] = []
     for i, row in enumerate(rows):
-        number = ["-" if row[k] is None else f"{row[k]:.3g}" for k in ("residual", "margin")]
-        names = [row["family"], row["configuration"], ", ".join(row["series"]) or "none", row["nearest"] or "-"]
-        cells.append([str(i), *names, *number, row["remark"]])
+        number = [None if row[k] is None else f"{row[k]:.3g}" for k in ("residual", "margin")]
+        series = ", ".join(row["series"]) or "none"
+        cells.append([i, row["family"], row["configuration"], series, row["nearest"], *number, row["remark"]])
     print_table("Classification", columns, cells)
     for i, row in enumerate(rows):
         if "singularity" in row:
             print(f"{i}: {_singularity(row['singularity'])}")
     if any("guided" in row for row in rows):
-        columns = [("", "right"), ("element", "left"), ("order", "right"), ("fixed point", "left"),
-                   ("moving point", "left")]  # fmt: skip
+        columns = [">", "element", ">order", "fixed point", "moving point"]
         cells = [
-            [str(i), g["label"], "exact" if g["order"] == EXACT else str(g["order"]),
-             *(_place(g[k]) for k in ("fixed", "moving"))]
-            for i, row in enumerate(rows) for g in row["guided"]
-        ]  # fmt: skip
+            [i, g["label"], contact(g["order"]), _place(g["fixed"]), _place(g["moving"])]
+            for i, row in enumerate(rows)
+            for g in row["guided"]
+        ]
         print_table("What they guide", columns, cells)
 
 

@@ -2,12 +2,8 @@
 
 from __future__ import annotations
 
-import csv
-import io
-import sys
-from collections.abc import Callable
-from inspect import Signature, signature
-from json import dumps
+from collections.abc import Sequence
+from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any
 
 import typer
@@ -16,11 +12,11 @@ from ..errors import InvalidRequest
 from ..problem.constraints import PRESCRIBED
 from ..problem.request import CircularArc, Request, StraightLine, ends
 from ..progress import busy
-from .find_options import Along, Deviation, From, Point, Radius, Stroke, To, find_options
-from .options import Format
+from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE, Point
+from .tables import contact, print_results, print_table
 
 if TYPE_CHECKING:
-    from ..find.results import Found
+    from ..find.results import Candidate, Found
 
 app = typer.Typer(
     help="Find guides: the point runs from (0, 0) to (stroke, 0) and every position is in that frame and unit.",
@@ -28,49 +24,36 @@ app = typer.Typer(
 )
 
 
-def _command(name: str) -> Callable[[Callable[..., Request]], Callable[..., Request]]:
-    """Make a command of a function that makes a request: its options, then those of `find_options`."""
+def _command(name: str, kind: type[StraightLine | CircularArc], own: Sequence[Parameter], about: str) -> None:
+    """Make a command of a kind of request, which has options of its own besides those of every path."""
+    every = [DEVIATION, STROKE, *own, *PLACE, *OPTIONS]
 
-    def register(request: Callable[..., Request]) -> Callable[..., Request]:
-        own = signature(request, eval_str=True).parameters
+    def command(**options: Any) -> None:
+        place = _place(*(options.pop(key) for key in ("stroke", "from_", "to", "along")))
+        _find(kind(**{key: options.pop(key) for key in ("deviation", *(o.name for o in own))}, **place), options)
 
-        def command(**options: Any) -> None:
-            _find(request(**{key: options.pop(key) for key in own}), options)
-
-        command.__doc__ = request.__doc__
-        options = [*own.values(), *signature(find_options, eval_str=True).parameters.values()]
-        command.__annotations__ = {one.name: one.annotation for one in options} | {"return": None}
-        command.__signature__ = Signature(options)  # type: ignore[attr-defined]  # mypy knows none
-        app.command(name)(command)
-        return request
-
-    return register
+    command.__doc__ = about
+    command.__annotations__ = {option.name: option.annotation for option in every}
+    command.__signature__ = Signature(every)  # type: ignore[attr-defined]  # mypy knows none
+    app.command(name)(command)
 
 
-@_command("straight-line")
-def straight_line(
-    deviation: Deviation, stroke: Stroke = None, from_: From = None, to: To = None, along: Along = 0.0
-) -> Request:
+_command(
+    "straight-line",
+    StraightLine,
+    (),
     """Guide a point along a straight line.
 
     catalogue find straight-line --stroke 150 --deviation 0.05 --pins-only --min-transmission 40
-    """
-    return StraightLine(deviation=deviation, **_where(stroke, from_, to, along))
-
-
-@_command("circular-arc")
-def circular_arc(
-    deviation: Deviation, stroke: Stroke = None, radius: Radius = None, from_: From = None, to: To = None,
-    along: Along = 0.0,
-) -> Request:  # fmt: skip
-    """Guide a point along a circular arc.
+    """,
+)
+_command("circular-arc", CircularArc, (RADIUS,), """Guide a point along a circular arc.
 
     catalogue find circular-arc --stroke 100 --radius 100 --deviation 0.05
-    """
-    return CircularArc(radius=radius, deviation=deviation, **_where(stroke, from_, to, along))
+    """)  # fmt: skip
 
 
-def _where(stroke: float | None, start: Point | None, end: Point | None, along: float) -> dict[str, Any]:
+def _place(stroke: float | None, start: Point | None, end: Point | None, along: float) -> dict[str, Any]:
     """Return stroke, start and direction of a path from the options that say where it lies."""
     if end is None:
         if stroke is None:
@@ -85,11 +68,11 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     if options["collection"] is not None:
         from .find_collection import find_in
 
-        find_in(request, options, {name: p.default for name, p in signature(find_options).parameters.items()})
+        find_in(request, options)
         return
-    if options["where"]:
+    del options["collection"]
+    if options.pop("where"):
         raise InvalidRequest("--where bounds a metric of a collection: name it with --collection")
-    options = {name: value for name, value in options.items() if name not in ("collection", "where")}
     from ..api import open
 
     plural = {"families": "family", "series": "series", "configurations": "configuration"}
@@ -103,22 +86,7 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     with open(options.pop("db"), plugins=options.pop("plugins") or (), build=not given) as catalogue:
         with busy("searching"):
             found = catalogue.find(request, **options)
-        if explain or not found:
-            told = found.explain()
-            print(told if explain else _advice(told), file=sys.stderr)
-        if output is Format.json:
-            print(found.to_json())
-        elif output is Format.csv:
-            print(_csv(found), end="")
-        elif found:
-            from .tables import print_candidates
-
-            print_candidates(found)
-    if plot is not None and found:
-        found[0].plot(plot)
-        print(f"drawn: {plot}", file=sys.stderr)
-    if not found:
-        raise typer.Exit(1)
+        print_results(found, print_candidates, output, explain=explain, plot=plot)
 
 
 def _zone(text: str) -> list[float] | list[tuple[float, float]]:
@@ -143,16 +111,36 @@ def _desire(text: str) -> tuple[str, list[float]]:
         raise InvalidRequest(f"--desire takes NAME=BEST:WORST or NAME=BEST:WORST:WEIGHT, not {text!r}") from None
 
 
-def _advice(told: str) -> str:
-    return "catalogue: " + next(line for line in told.splitlines() if line.startswith("no guide found"))
+def print_candidates(found: Found) -> None:
+    """Print the answers of a `find` as a table."""
+    first = found[0]
+    arc = first.radius is not None
+    radii = [c.radius or 0.0 for c in found]
+    same = max(radii) <= 1.004 * min(radii)
+    what = f"an arc of chord {first.stroke:g}" if arc else f"a straight line of {first.stroke:g}"
+    what += f" and radius {first.radius:.4g}" if arc and same else ""
+    columns = [">id", "series", "family", "conf.", ">order", ">deviation", ">allowance", ">size", ">links",
+               ">transmission", "turns", ">score"]  # fmt: skip
+    turning = any(c.min_transmission_turn for c in found)
+    rows = [_row(c, turning) for c in found]
+    if not same:
+        columns.append(">radius")
+        rows = [[*row, f"{radius:.4g}"] for row, radius in zip(rows, radii, strict=True)]
+    caption = "allowance: scatter of the pivots that the path forgives; transmission: over the stroke (over the turn)\n"
+    caption += "`catalogue show ID --plot FILE` draws one; --format json gives all pivots"
+    print_table(f"Guides for {what}", columns, rows, caption)
 
 
-def _csv(found: Found) -> str:
-    from ..find.results import COLUMNS
-
-    out = io.StringIO()
-    writer = csv.DictWriter(out, COLUMNS, lineterminator="\n")
-    writer.writeheader()
-    for c in found:
-        writer.writerow({k: dumps(v) if isinstance(v, list | dict) else v for k, v in c.to_dict().items()})
-    return out.getvalue()
+def _row(c: Candidate, turning: bool) -> list[Any]:
+    transmission = f"{c.min_transmission:.0f}\u00b0"
+    if turning and c.min_transmission_turn is not None:
+        transmission += f" ({c.min_transmission_turn:.0f}\u00b0)"
+    return [
+        c.id, c.series, c.family, c.configuration, contact(c.order), f"{c.deviation:.3g}",
+        None if c.allowance is None else f"{c.allowance:.3g}",
+        f"{c.size:.4g}",
+        None if c.max_link is None or c.min_link is None else f"{c.min_link:.3g}\u2013{c.max_link:.3g}",
+        transmission,
+        " ".join(f"crank {k}" for k in c.rotates) or None,
+        None if c.score is None else f"{c.score:.0f}",
+    ]  # fmt: skip

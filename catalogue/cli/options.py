@@ -11,11 +11,7 @@ import typer
 Db = Annotated[
     Path | None,
     typer.Option(
-        "--db",
-        envvar="CATALOGUE_DB",
-        metavar="FILE",
-        help="Database file.",
-        show_default="in the user's data directory",
+        envvar="CATALOGUE_DB", metavar="FILE", help="Database file.", show_default="in the user's data directory"
     ),
 ]
 Plugins = Annotated[
@@ -24,6 +20,16 @@ Plugins = Annotated[
         "--plugins", metavar="DIR", help="Folder with plugins, besides those of CATALOGUE_PLUGINS; may be repeated."
     ),
 ]
+Families = Annotated[
+    list[str] | None, typer.Option("--family", metavar="NAME", help="Only this family; may be repeated.")
+]
+SeriesCodes = Annotated[
+    list[str] | None, typer.Option("--series", metavar="CODE", help="Only this series; may be repeated.")
+]
+Order = Annotated[int, typer.Option(help="Least order of contact at the design position (99: exact).")]
+PinsOnly = Annotated[bool, typer.Option("--pins-only", help="No sliding joint.")]
+Effort = Annotated[int, typer.Option(metavar="N", help="How hard to search: starts, rounds and seconds grow with it.")]
+Limit = Annotated[int, typer.Option(metavar="N", help="How many guides to list.")]
 
 
 class Format(StrEnum):

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import warnings
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -11,6 +10,7 @@ import typer
 
 from ..folders import default_database
 from .options import Db, Format, Output, Plugins
+from .tables import print_records
 
 if TYPE_CHECKING:
     from ..plugin.registry import Record
@@ -30,27 +30,12 @@ def plugins(plugins: Plugins = None, format: Output = Format.table, db: Db = Non
         warnings.simplefilter("ignore", PluginWarning)  # the table says it
         registry = Registry(plugins or ())
         held = _stored(db or default_database(), list(registry.collections))
-    if format is Format.json:
-        print(
-            json.dumps(
-                [{**asdict(r), "specimens": {c: held[c] for c in r.collections}} for r in registry.records], indent=1
-            )
-        )
-    else:
-        columns = [("plugin", "left"), ("version", "left"), ("adds", "left"), ("from", "left")]
-        rows = [
-            [r.name, r.version, f"left out: {r.error}" if r.error else ", ".join(_adds(r, held)), r.origin]
-            for r in registry.records
-        ]
-        if format is Format.csv:
-            import csv
-            import sys
-
-            csv.writer(sys.stdout, lineterminator="\n").writerows([[c for c, _ in columns], *rows])
-        else:
-            from .tables import print_table
-
-            print_table("Plugins", columns, rows)
+    records = [{**asdict(r), "specimens": {c: held[c] for c in r.collections}} for r in registry.records]
+    rows = [
+        [r.name, r.version, f"left out: {r.error}" if r.error else ", ".join(_adds(r, held)), r.origin]
+        for r in registry.records
+    ]
+    print_records(format, records, "Plugins", ["plugin", "version", "adds", "from"], rows)
     if any(r.error for r in registry.records):
         raise typer.Exit(5)
 

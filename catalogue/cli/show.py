@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,6 +11,7 @@ import typer
 
 from ..curvature_theory.leading_error import EXACT
 from .options import Db, Format, Output, Plugins
+from .tables import print_json, print_table
 
 if TYPE_CHECKING:
     from ..find.results import Candidate
@@ -104,12 +104,10 @@ def show(
         laid.plot(plot)
         print(f"drawn: {plot}", file=sys.stderr)
     if format is not Format.table:
-        print(json.dumps({**laid.to_dict(), **(about.to_dict() if about else {})}, indent=1, allow_nan=False))
+        print_json({**laid.to_dict(), **(about.to_dict() if about else {})})
         return
     if about:
         print("\n".join(about.lines()))
-    from .tables import print_table
-
     order = "exact" if guide.order == EXACT else f"order {guide.order}"
     what = f"circle of radius {1 / abs(guide.curvature):.4g}" if guide.curvature else "straight line"
     if guide.is_slot:
@@ -127,18 +125,17 @@ def show(
     if p:
         print(f"plugin {p['plugin']} {p['plugin_version']}, plan {p['plan']}, seed {p['seed']}, block {p['number']}")
     r = guide.reaches
-    columns = [("deviation/stroke", "right"), ("longest stroke", "right"), ("size/stroke", "right"),
-               ("transmission", "right")]  # fmt: skip
+    columns = [">deviation/stroke", ">longest stroke", ">size/stroke", ">transmission"]
     rows = [
         [f"1e{int(k)}", f"{a:.4g}", f"{b:.4g}", f"{c:.1f}\u00b0"]
         for k, a, b, c in zip(r["level"], r["stroke"], r["size"], r["min_transmission"], strict=True)
     ]
     print_table("Reach, in units of rho0 or of the height of crank 1", columns, rows[::-1])
-    lines = [
-        [f"{i + 1}", kind, *(f"{v:.6g}" for v in pivot[:2]), "at infinity" if pivot[2] == 0 else ""]
+    lines: list[list[Any]] = [
+        [i + 1, kind, *(f"{v:.6g}" for v in pivot[:2]), "at infinity" if pivot[2] == 0 else ""]
         for i, dyad in enumerate(laid.pivots)
         for kind, pivot in zip(("fixed", "moving"), dyad, strict=True)
     ]
     lines.append(["", "guided", *(f"{v:.6g}" for v in laid.guided), ""])
-    columns = [("dyad", "right"), ("point", "left"), ("x", "right"), ("y", "right"), ("", "left")]
+    columns = [">dyad", "point", ">x", ">y", ""]
     print_table(f"Laid from (0, 0) to ({stroke:g}, 0), in mid-stroke; deviation {laid.deviation:.3g}", columns, lines)

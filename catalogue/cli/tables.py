@@ -1,73 +1,96 @@
-"""Tables on a terminal."""
+"""Answers printed: tables on a terminal, CSV and JSON."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import csv
+import json
+import re
+import sys
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
 
-from rich import box
-from rich.console import Console
-from rich.table import Table
+import typer
 
 from ..curvature_theory.leading_error import EXACT
-from ..find.results import Candidate, Found
+from .options import Format
+
+if TYPE_CHECKING:
+    from ..find.results import Results
+
+T = TypeVar("T", bound="Results[Any]")
 
 
-def print_table(
-    title: str, columns: Sequence[tuple[str, str]], rows: Iterable[Sequence[str]], caption: str = ""
-) -> None:
-    """Print a table; each column is a heading and ``left`` or ``right``."""
+def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> None:
+    """Print a table.
+
+    Parameters
+    ----------
+    columns : sequence of str
+        Headings; a column whose heading begins with ``>`` is set to the right.
+    rows : iterable of sequences
+        What stands in the cells; None is a dash.
+    """
+    from rich import box
+    from rich.console import Console
+    from rich.table import Table
+
     table = Table(title=title, caption=caption, box=box.SIMPLE_HEAD, title_justify="left", caption_justify="left")
-    for heading, side in columns:
-        table.add_column(heading, justify="right" if side == "right" else "left", overflow="fold")
+    for heading in columns:
+        table.add_column(heading.removeprefix(">"), justify="right" if heading[:1] == ">" else "left", overflow="fold")
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*("-" if cell is None else str(cell) for cell in row))
     console = Console()
     if not console.is_terminal:
         console = Console(width=max(100, 14 * len(columns)))
     console.print(table)
 
 
-def print_candidates(found: Found) -> None:
-    """Print the answers of a `find`."""
-    first = found[0]
-    arc = first.radius is not None
-    radii = [c.radius or 0.0 for c in found]
-    same = max(radii) <= 1.004 * min(radii)
-    what = f"an arc of chord {first.stroke:g}" if arc else f"a straight line of {first.stroke:g}"
-    what += f" and radius {first.radius:.4g}" if arc and same else ""
-    columns = [
-        ("id", "right"), ("series", "left"), ("family", "left"), ("conf.", "left"), ("order", "right"),
-        ("deviation", "right"), ("allowance", "right"), ("size", "right"), ("links", "right"),
-        ("transmission", "right"), ("turns", "left"), ("score", "right"),
-    ]  # fmt: skip
-    turning = any(c.min_transmission_turn for c in found)
-    rows = [_row(c, turning) for c in found]
-    if not same:
-        columns.append(("radius", "right"))
-        rows = [[*row, f"{radius:.4g}"] for row, radius in zip(rows, radii, strict=True)]
-    caption = "allowance: scatter of the pivots that the path forgives; transmission: over the stroke (over the turn)\n"
-    caption += "`catalogue show ID --plot FILE` draws one; --format json gives all pivots"
-    print_table(f"Guides for {what}", columns, rows, caption)
+def print_json(given: Any) -> None:
+    """Print JSON, which knows no NaN."""
+    print(json.dumps(given, indent=1, allow_nan=False))
 
 
-def _degrees(angle: float) -> str:
-    return f"{angle:.0f}\u00b0"
+def print_csv(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
+    """Print a heading and rows; lists and mappings stand in a cell as JSON."""
+    writer = csv.writer(sys.stdout, lineterminator="\n")
+    writer.writerow([heading.removeprefix(">") for heading in columns])
+    writer.writerows([json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else v for v in row] for row in rows)
 
 
-def _row(c: Candidate, turning: bool) -> list[str]:
-    return [
-        "-" if c.id is None else str(c.id),
-        c.series,
-        c.family,
-        c.configuration,
-        "exact" if c.order == EXACT else str(c.order),
-        f"{c.deviation:.3g}",
-        "-" if c.allowance is None else f"{c.allowance:.3g}",
-        f"{c.size:.4g}",
-        "-" if c.max_link is None or c.min_link is None else f"{c.min_link:.3g}\u2013{c.max_link:.3g}",
-        _degrees(c.min_transmission)
-        if c.min_transmission_turn is None or not turning
-        else f"{_degrees(c.min_transmission)} ({_degrees(c.min_transmission_turn)})",
-        " ".join(f"crank {k}" for k in c.rotates) or "-",
-        "-" if c.score is None else f"{c.score:.0f}",
-    ]
+def print_records(
+    output: Format, records: Any, title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]
+) -> None:
+    """Print records as JSON, or what a table shows of them."""
+    if output is Format.json:
+        print_json(records)
+    elif output is Format.csv:
+        print_csv(columns, rows)
+    else:
+        print_table(title, columns, rows)
+
+
+def print_results(
+    found: T, table: Callable[[T], None], output: Format, *, explain: bool = False, plot: Path | None = None
+) -> None:
+    """Print an answer, draw its best candidate if a file is named; tell why it is empty, and end with exit code 1."""
+    if explain or not found:
+        told = found.explain()
+        advice = re.search(r"^no \w+ found.*", told, re.MULTILINE)
+        print(told if explain or advice is None else f"catalogue: {advice[0]}", file=sys.stderr)
+    if output is Format.json:
+        print(found.to_json())
+    elif output is Format.csv:
+        print_csv(found.columns, (c.to_dict().values() for c in found))
+    elif found:
+        table(found)
+    if not found:
+        raise typer.Exit(1)
+    if plot is not None:
+        found[0].plot(plot)
+        print(f"drawn: {plot}", file=sys.stderr)
+
+
+def contact(order: int) -> str:
+    """Return an order of contact as it is printed."""
+    return "exact" if order == EXACT else str(order)
