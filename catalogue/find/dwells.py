@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 import numpy as np
 
+from ..candidates.select import ranks
 from ..candidates.stored import canonical
 from ..errors import InvalidRequest
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
@@ -74,12 +77,8 @@ def find_dwells(
     rows["joint"], pivots = _moved(rows["joint"], pivots[order], guides, driver, request)
     path, input_ = turned(guides, driver, FINE)
     final = dwells(path, rows["joint"], pivots[:, None], request.residual)[:, 0]
-    least = np.fmin(input_, final.transmission)
-    good = (
-        (final.angle >= request.angle)
-        & (final.swing >= request.swing)
-        & (least >= max(constraints.min_transmission, 1e-9))
-    )
+    least = _transmission(final, input_, request)
+    good = least >= max(constraints.min_transmission, 1e-9)
     order = np.flatnonzero(good)[np.argsort(-least[good], kind="stable")]
     chosen = _few_of_each(order, rows["series"], limit)
     told = f"{len(guides)} dyads were measured over the full turn, {good.sum()} serve"
@@ -127,20 +126,30 @@ def _turning(
     return rows, coupler_curve(linkage, point), works.driver[good]
 
 
+def _blocks(guides: CouplerCurve, driver: Array, joint: Complexes) -> Iterator[tuple[slice, Complexes, Floats, Floats]]:
+    """Yield blocks of guides: which, their paths and input transmission angles over a coarse turn, lengths of rods."""
+    for start in range(0, len(guides), BLOCK):
+        part = slice(start, start + BLOCK)
+        path, input_ = turned(guides[part], driver[part], COARSE)
+        yield part, path, input_, np.abs(0.5 * (path[COARSE // 2 - 1] + path[COARSE // 2]) - joint[part])
+
+
+def _transmission(found: Dwell, input_: Floats, request: StandStill) -> Floats:
+    """Return the transmission angles of dyads that stand still and swing as is asked, -1 for others."""
+    serves = (found.angle >= request.angle) & (found.swing >= request.swing)
+    return np.where(serves, np.fmin(found.transmission, input_), -1.0)
+
+
 def _tried(
     rows: dict[str, Array], guides: CouplerCurve, driver: Array, request: StandStill
 ) -> tuple[Complexes, Floats]:
     """Return the rocker pivot with the best transmission angle for each guide, and that angle; NaN if none serves."""
     pivots, best = np.full(len(guides), complex(np.nan, np.nan)), np.full(len(guides), np.nan)
-    for start in range(0, len(guides), BLOCK):
-        part = slice(start, start + BLOCK)
-        path, input_ = turned(guides[part], driver[part], COARSE)
+    for part, path, input_, rod in _blocks(guides, driver, rows["joint"]):
         joint = rows["joint"][part]
-        rod = np.abs(0.5 * (path[COARSE // 2 - 1] + path[COARSE // 2]) - joint)
         tries = joint[:, None] + rod[:, None] * (ROCKERS[:, None] * DIRECTIONS).reshape(-1)
         found = dwells(path, joint, tries, request.residual, request.swing)
-        serves = (found.angle >= request.angle) & (found.swing >= request.swing)
-        value = np.where(serves, np.fmin(found.transmission, input_[:, None]), -1.0)
+        value = _transmission(found, input_[:, None], request)
         first = np.argmax(value, axis=1)
         chosen = np.arange(len(first)), first
         pivots[part], best[part] = tries[chosen], np.where(value[chosen] > 0, value[chosen], np.nan)
@@ -149,11 +158,7 @@ def _tried(
 
 def _few_of_each(order: Indices, series: Array, limit: int) -> Indices:
     """Return `limit` of an order, the first of each series, a third of one at most while there are others."""
-    codes, seen = series[order], dict.fromkeys(series.tolist(), 0)
-    place = np.zeros(len(order), int)
-    for i, code in enumerate(codes.tolist()):
-        place[i], seen[code] = seen[code], seen[code] + 1
-    late = place >= -(-limit // 3)
+    late = ranks(series[order].astype(str)) >= -(-limit // 3)
     return np.asarray(order[np.sort(np.argsort(late, kind="stable")[:limit])])
 
 
@@ -162,18 +167,14 @@ def _moved(
 ) -> tuple[Complexes, Complexes]:
     """Return joints and rocker pivots moved to where the transmission angle is best nearby, the dwell being kept."""
     joint, pivots = joint.copy(), pivots.copy()
-    for start in range(0, len(guides), BLOCK):
-        part = slice(start, start + BLOCK)
-        path, input_ = turned(guides[part], driver[part], COARSE)
-        rod = np.abs(0.5 * (path[COARSE // 2 - 1] + path[COARSE // 2]) - joint[part])
+    for part, path, input_, rod in _blocks(guides, driver, joint):
         at = np.arange(len(rod))
         each = np.repeat(at, len(AROUND))
         for step in np.repeat(STEPS, ROUNDS):
             joints = joint[part, None] + step * np.radians(request.residual) * rod[:, None] * AROUND
             tried = pivots[part, None] + step * rod[:, None] * AROUND
             found = dwells(path[:, each], joints.ravel(), tried[each], request.residual, request.swing)
-            serves = (found.angle >= request.angle) & (found.swing >= request.swing)
-            value = np.where(serves, np.fmin(found.transmission, input_[each, None]), -1.0).reshape(len(rod), -1)
+            value = _transmission(found, input_[each, None], request).reshape(len(rod), -1)
             best = np.argmax(value, axis=1)  # the first of all leaves both where they are
             joint[part], pivots[part] = joints[at, best // len(AROUND)], tried[at, best % len(AROUND)]
     return joint, pivots
