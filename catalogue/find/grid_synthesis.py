@@ -8,13 +8,11 @@ are starts for the refinement, of no series.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
 from ..guide.fixed_nominal import Nominal
 from ..guide.minimum_zone import grid
-from ..kinematics.types import Complexes, Floats, Indices, Mask
+from ..kinematics.types import Complexes, Floats, Indices
 from ..problem.request import Request
 
 #: Stations along the path are the Chebyshev points of so many intervals, of which the middle is mid-stroke.
@@ -39,16 +37,16 @@ def completed(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, 
     nominal : Nominal
         The path.
     """
-    made, of = [np.zeros((0, 2, 2), complex)], [np.zeros(0, int)]
-    for i, pair in enumerate(pivots):
-        made.append(np.array(list(_best(given, pair, nominal))).reshape(-1, 2, 2))
-        of.append(np.full(len(made[-1]), i))
+    made = [_best(given, pair, nominal) for pair in pivots]
     z = np.concatenate(made)
-    return np.stack([z.real, z.imag, np.ones(z.shape)], axis=-1), np.concatenate(of)
+    of = np.repeat(np.arange(len(made)), [len(best) for best in made])
+    return np.stack([z.real, z.imag, np.ones(z.shape)], axis=-1), of
 
 
-def _best(given: str, pair: Complexes, nominal: Nominal) -> Iterator[Complexes]:
-    """Yield the best linkages for one pair, each ((A1, A1*), (A2, A2*))."""
+def _best(given: str, pair: Complexes, nominal: Nominal) -> Complexes:
+    """Return the best linkages for one pair, ((A1, A1*), (A2, A2*)) each."""
+    from scipy.ndimage import minimum_filter
+
     share = 0.5 * (1 + grid(INTERVALS).nodes)
     path = nominal.at(share)[0]
     middle, stroke = path[len(path) // 2], nominal.stroke
@@ -67,10 +65,11 @@ def _best(given: str, pair: Complexes, nominal: Nominal) -> Iterator[Complexes]:
         good = (crank > SHORTEST * stroke).all(0) & (crank < LONGEST * stroke).all(0)
         good &= (apart > SHORTEST * stroke).all(0) & np.isfinite(off)
     off = np.where(good, off, np.inf)
+    square = off.reshape(SIDE, SIDE)
+    least = square == minimum_filter(square, 3, mode="constant", cval=np.inf)  # no larger than any of those around
     order = np.argsort(off, kind="stable")
-    order = order[(_least_around(off.reshape(SIDE, SIDE)).ravel() & good)[order]][:STARTS]
-    for i in order:
-        yield np.array([[a[i], a_[i]], [b[i], b_[i]]])
+    order = order[(least.ravel() & good)[order]][:STARTS]
+    return np.asarray(np.stack([a, a_, b, b_], axis=-1)[order].reshape(-1, 2, 2))
 
 
 def reaches(crank: tuple[tuple[float, float], ...], request: Request) -> bool:
@@ -120,11 +119,3 @@ def circles(z: Complexes) -> tuple[Complexes, Floats]:
     centre = (px * yy - py * xy + 1j * (py * xx - px * xy)) / det
     distance = np.abs(z - origin - centre)
     return origin + centre, 0.5 * (distance.max(0) - distance.min(0))
-
-
-def _least_around(values: Floats) -> Mask:
-    """Return where a value on a square is no larger than those around it."""
-    wide = np.pad(values, 1, constant_values=np.inf)
-    n, m = values.shape
-    around = [wide[i : i + n, j : j + m] for i in range(3) for j in range(3) if (i, j) != (1, 1)]
-    return np.asarray((values <= np.min(around, axis=0)) & np.isfinite(values))

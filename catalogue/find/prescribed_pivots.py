@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin
+from ..candidates.batch import CandidateBatch, Origin, join, take
 from ..candidates.feasibility import feasibility
 from ..candidates.placement import SHOWN, described, near_path
 from ..candidates.select import select_top
@@ -63,13 +63,7 @@ class Built:
     exact: Mask
 
     def __getitem__(self, index: Array) -> Built:
-        return Built(self.linkage[index], self.point[index], self.series[index], self.exact[index])
-
-    def followed_by(self, other: Built) -> Built:
-        """Return these and then the others."""
-        linkage = Linkage.trusted(np.concatenate([self.linkage.pivots, other.linkage.pivots]))
-        rest = ((getattr(self, name), getattr(other, name)) for name in ("point", "series", "exact"))
-        return Built(linkage, *(np.concatenate(two) for two in rest))
+        return take(self, index)
 
 
 def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, report: SearchReport) -> Selection | None:
@@ -89,7 +83,7 @@ def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, repor
         with report.timed("complete"):
             more = _completed(problems, nominal)
             report.completed = len(more.point)
-            built = built.followed_by(more)
+            built = join(built, more)
     with report.timed("trace in place"):
         traced = in_place(coupler_curve(built.linkage, built.point), nominal)
         deviation = np.where(np.isnan(traced.fit.deviation), np.inf, traced.fit.deviation)
@@ -106,9 +100,7 @@ def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, repor
     if not len(found):
         return None
     found = found[np.argsort(found.deviation, kind="stable")]
-    exact = np.zeros(len(found), bool)
-    made = Built(found.linkage, found.point, found.origin.series, exact)
-    found = found[distinct(made, len(found))]
+    found = found[distinct(found, len(found))]
     return Selection(*select_top(problem, found, problem.limit))
 
 
@@ -145,8 +137,8 @@ def _nominal(problem: Problem) -> Nominal:
 
 def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) -> Built:
     """Return all linkages that the series give, of the families that are wanted."""
-    pivots, points, codes = [np.zeros((0, 2, 2, 3))], [np.zeros(0, complex)], [np.zeros(0, "<U9")]
-    exact, first = [np.zeros(0, bool)], (problems.pivots == problems.pivots[:1]).all(1)
+    found = [Built(Linkage.trusted(np.zeros((0, 2, 2, 3))), np.zeros(0, complex), np.zeros(0, str), np.zeros(0, bool))]
+    exact = (problems.pivots == problems.pivots[:1]).all(1)
     for one in series:
         answers = one.answers(problems)
         k = answers.shape[1]
@@ -155,11 +147,9 @@ def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) 
             chosen = np.isin(linkage.family, constraints.families)
             good[good] = chosen
             linkage = linkage[chosen]
-        pivots.append(linkage.pivots)
-        points.append(np.repeat(problems.point, k)[good])
-        codes.append(np.full(len(linkage), one.code))
-        exact.append(np.repeat(first, k)[good])
-    return Built(Linkage.trusted(np.concatenate(pivots)), *(np.concatenate(x) for x in (points, codes, exact)))
+        point, first = (np.repeat(values, k)[good] for values in (problems.point, exact))
+        found.append(Built(linkage, point, np.full(len(linkage), one.code), first))
+    return join(*found)
 
 
 def _completed(problems: Posed, nominal: Nominal) -> Built:
@@ -186,7 +176,7 @@ def _seeds(built: Built, order: Indices, count: int) -> Indices:
     return np.concatenate(some)
 
 
-def distinct(built: Built, count: int) -> Indices:
+def distinct(built: Built | CandidateBatch, count: int) -> Indices:
     """Return the numbers of the first `count` designs that are unlike those before them."""
     z = np.concatenate([built.linkage.points.reshape(-1, 4), built.point[:, None]], axis=1)
     kept: list[int] = []
