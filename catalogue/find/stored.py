@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 from sqlalchemy import func, select
 
+from ..candidates.batch import CandidateBatch
 from ..candidates.stored import as_stored, linkages
 from ..errors import InvalidRequest
 from ..guide.kinds import RETURNS, SLOTS
@@ -23,7 +25,7 @@ from ..problem.request import CircularArc, Request, StraightLine, positive
 from ..series.named_guides import named_guides
 from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
 from .find import Selection
-from .results import Candidate, candidates
+from .results import Candidate, candidates, known
 
 SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
 
@@ -116,8 +118,13 @@ class StoredGuide:
         request: Request = StraightLine(stroke, 0.1 * stroke)
         if self.curvature:
             request = CircularArc(stroke, stroke / float(row["sweep"][0]), 0.1 * stroke)
-        problem = Problem.of(request, Constraints(), Ranking())
-        return candidates(problem, request, Selection(as_stored(problem, row), np.zeros(1, int)))[0]
+        return laid(request, lambda problem: as_stored(problem, row))
+
+
+def laid(request: Request, place: Callable[[Problem], CandidateBatch]) -> Candidate:
+    """Return the one guide that `place` lays along the path of a request."""
+    problem = Problem.of(request, Constraints(), Ranking())
+    return candidates(problem, request, Selection(place(problem), np.zeros(1, int)))[0]
 
 
 def stored(database: Database, name: int | str) -> StoredGuide:
@@ -126,57 +133,36 @@ def stored(database: Database, name: int | str) -> StoredGuide:
         test = Guide.id == min(int(name), 2**63 - 1)
     except ValueError:
         test = Mechanism.name == str(name)
+    # a design entered by hand is of no batch
     extra = (
-        Reach.min_transmission, Guide.curvature, Guide.inflections, Mechanism.parameters,
-        Mechanism.id.label("mechanism"),
+        Reach.min_transmission, Guide.curvature, Guide.inflections, Mechanism.name, Mechanism.parameters,
+        Mechanism.rho0, Mechanism.kappa, Mechanism.kappa_star, Mechanism.s, Batch.plugin, Batch.plugin_version,
+        Batch.plan, func.coalesce(Batch.seed, 0).label("seed"), func.coalesce(Batch.number, 0).label("number"),
     )  # fmt: skip
-    found = database.read(joined(*COLUMNS, *extra).where(test).order_by(Guide.id, Reach.level))
+    every = joined(*COLUMNS, *extra).outerjoin(Batch, Batch.id == Mechanism.batch_id)
+    found = database.read(every.where(test).order_by(Guide.id, Reach.level))
     if not len(found["id"]):
         raise InvalidRequest(f"the database holds no guide {name}; {_instead(database, str(name))}")
     found = {k: v[found["id"] == found["id"][0]] for k, v in found.items()}
     one = {k: v[0].item() if isinstance(v[0], np.generic) else v[0] for k, v in found.items()}
-    reaches = {k: found[k] for k in SHOWN}
-    about = {
-        k: v[0]
-        for k, v in database.read(
-            select(
-                Mechanism.name, Mechanism.rho0, Mechanism.kappa, Mechanism.kappa_star, Mechanism.s,
-                func.coalesce(Mechanism.batch_id, 0).label("batch"),
-            ).where(Mechanism.id == one["mechanism"])
-        ).items()
-    }  # fmt: skip
-    drawn = database.read(
-        select(Batch.plugin, Batch.plugin_version, Batch.plan, Batch.seed, Batch.number)
-        .where(Batch.id == int(about["batch"]))
-    )  # fmt: skip
-
-    def number(key: str) -> float | None:
-        value = float(about[key])
-        return value if np.isfinite(value) else None
-
+    same = ("id", "name", "family", "series", "member", "configuration", "kind", "label", "inflections", "curvature")
+    batch = ("plugin", "plugin_version", "plan", "seed", "number")
+    curvature: dict[str, Any] = {k: known(one[k]) for k in ("rho0", "kappa", "kappa_star", "s")}
     return StoredGuide(
-        id=int(one["id"]),
-        name=about["name"],
-        family=one["family"],
-        series=one["series"],
-        member=one["member"],
-        configuration=one["configuration"],
-        kind=one["kind"],
-        label=one["label"],
-        order=int(one["contact_order"]),
-        inflections=int(one["inflections"]),
+        **{k: one[k] for k in same},
+        **curvature,
+        order=one["contact_order"],
         parameters=json.loads(one["parameters"]),
         linkage=linkages(found["pivots"][:1], found["kind"][:1]),
         point=complex(one["x"], one["y"]),
-        curvature=float(one["curvature"]),
-        **{k: number(k) for k in ("rho0", "kappa", "kappa_star", "s")},
-        provenance={k: v[0] if isinstance(v[0], str) else int(v[0]) for k, v in drawn.items() if len(v)},
-        reaches=reaches,
+        provenance={k: one[k] for k in batch} if one["plugin"] is not None else {},
+        reaches={k: found[k] for k in SHOWN},
         rows={
-            int(level): {k: found[k][i : i + 1] for k in found} for i, level in enumerate(found["level"])
+            int(level): {k: found[k][i : i + 1] for k in found}
+            for i, level in enumerate(found["level"])
             if level in LEVELS
         },
-    )  # fmt: skip
+    )
 
 
 def _instead(database: Database, name: str) -> str:
