@@ -74,9 +74,9 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     if options.pop("where"):
         raise InvalidRequest("--where bounds a metric of a collection: name it with --collection")
     from ..api import open
+    from ..find.names import SINGULAR
 
-    plural = {"families": "family", "series": "series", "configurations": "configuration"}
-    options |= {name: options.pop(option) or () for name, option in plural.items()}
+    options |= {name: options.pop(option) or () for name, option in SINGULAR.items()}
     options["keep_out"] = [_zone(text) for text in options["keep_out"] or ()]
     options["desires"] = dict(_desire(text) for text in options["desires"] or ())
     if pareto := options.pop("pareto"):

@@ -21,6 +21,7 @@ from ..refine.sqp import Refinement
 from ..search.search import Search, SearchReport
 from ..store import Database
 from .grid_synthesis import reaches
+from .names import SINGULAR
 
 #: Points from which each relaxation is sought, and rounds of refinement.
 STARTS, ROUNDS = 8, 8
@@ -174,22 +175,22 @@ class Explanation:
         """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or
         None if it would have to go."""
         problem, s, m = self.problem, self.problem.stroke, one.measures
-        if name == "deviation":
-            return rounded(s * float(one.deviation[0]) / INSIDE, room, up=True)
-        if name in LARGEST:
-            return rounded(s * float(getattr(m, LARGEST[name])[0]), room, up=True)
-        if name in LEAST:
-            return rounded(s * float((one.allowance if name == "min_allowance" else m.min_link)[0]), room, up=False)
-        if name == "min_transmission":
-            return rounded(float(m.min_transmission[0]), room, up=False)
-        if name == "min_transmission_turn":
-            return rounded(float(min_transmission_turn(machine(problem, one), m.driver)[0]), room, up=False)
-        if name in DRIVE:
-            works = drive_metrics(one.curve, one.traced, m, inverse=problem.constraints.slots)
-            return rounded(float(getattr(works, name.partition("_")[2])[0]), room, up=name.startswith("max"))
         if name in STANDING:
             return _widened(problem, getattr(problem.constraints, name), one, STANDING[name], room)
-        return None
+        if name == "deviation":
+            value = s * one.deviation / INSIDE
+        elif key := (LARGEST | LEAST).get(name):
+            value = s * (one.allowance if key == "allowance" else getattr(m, key))
+        elif name == "min_transmission":
+            value = m.min_transmission
+        elif name == "min_transmission_turn":
+            value = min_transmission_turn(machine(problem, one), m.driver)
+        elif name in DRIVE:
+            works = drive_metrics(one.curve, one.traced, m, inverse=problem.constraints.slots)
+            value = getattr(works, name.partition("_")[2])
+        else:
+            return None
+        return rounded(float(value[0]), room, up=not name.startswith("min"))
 
     def _option(self, name: str, one: CandidateBatch, room: float) -> str:
         """Return the option that a candidate would meet, in the user's unit, with what was asked."""
@@ -232,8 +233,7 @@ def _widened(problem: Problem, region: Region, one: CandidateBatch, planes: tupl
 
 def option(name: str) -> str:
     """Return the option of the command that sets a constraint."""
-    singular = {"families": "family", "configurations": "configuration"}
-    return "--" + singular.get(name, name).replace("_", "-") if " " not in name else name
+    return "--" + SINGULAR.get(name, name).replace("_", "-") if " " not in name else name
 
 
 def describe(request: Request) -> str:

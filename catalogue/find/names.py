@@ -14,18 +14,14 @@ SINGULAR = {"families": "family", "series": "series", "configurations": "configu
 
 def check_names(database: Database, constraints: Constraints) -> None:
     """Raise `InvalidRequest` if a family, series or configuration is asked for that the database does not hold."""
-    columns = {"families": Mechanism.family, "series": Mechanism.series, "configurations": Mechanism.configuration}
-    for name, column in columns.items():
-        asked = getattr(constraints, name)
-        if asked:
-            unknown = [
-                a for a in asked if not len(database.read(select(column).where(column == a).limit(1))[column.key])
-            ]
-            if unknown:
-                held = sorted(set(database.read(select(column.label("name")).distinct())["name"]))
+    for name, singular in SINGULAR.items():
+        column = getattr(Mechanism, singular)
+        for code in getattr(constraints, name):
+            if not len(database.read(select(column).where(column == code).limit(1))[singular]):
+                held = sorted(database.read(select(column).distinct())[singular])
                 raise InvalidRequest(
-                    f"the database holds no {SINGULAR[name]} {unknown[0]!r}; it holds "
-                    f"{', '.join(held)}. `catalogue build --series CODE` adds a series"
+                    f"the database holds no {singular} {code!r}; it holds {', '.join(held)}. "
+                    "`catalogue build --series CODE` adds a series"
                 )
 
 
