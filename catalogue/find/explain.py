@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from itertools import combinations
+from itertools import combinations, islice
 from typing import Any
 
 import numpy as np
@@ -30,17 +30,6 @@ STARTS, ROUNDS = 8, 8
 ROOMS = (0.03, 0.2)
 #: The tolerance inside which a search stays, of the one asked: what the grid of the search leaves open.
 INSIDE = 1 - 2e-4
-
-
-@dataclass(frozen=True)
-class Relaxation:
-    """Constraints to be relaxed, each by name with the option that would be met, in the user's unit."""
-
-    options: tuple[str, ...]
-    deviation: float
-
-    def __str__(self) -> str:
-        return " with ".join(self.options)
 
 
 @dataclass(frozen=True)
@@ -92,12 +81,12 @@ class Explanation:
         nearest = self.report.nearest
         if nearest is None or not np.isfinite(nearest.deviation).any():
             return self._nothing()
-        found = list(self.relaxations(nearest))
+        found = self.relaxations(nearest)
         if not found:
             counts = feasibility(self.problem, nearest).counts
             worst = max(counts, key=lambda name: counts[name], default="deviation")
             return f"no guide found, nor nearly: {option(worst)} excludes most of what was tried; relax more than one"
-        return "no guide found; what gives one: " + ", or ".join(str(one) for one in found)
+        return "no guide found; what gives one: " + ", or ".join(found)
 
     def _nothing(self) -> str:
         wanted = self.problem.constraints
@@ -116,27 +105,24 @@ class Explanation:
         what = " and ".join(names) or "this path"
         return f"no guide found: the catalogue holds no guide for {what}; leave one of them out"
 
-    def relaxations(self, nearest: CandidateBatch) -> Iterator[Relaxation]:
-        """Yield what each constraint alone, else each pair of them, would have to be for an answer to be found; each
-        was tried."""
-        names = [n for n, amount in feasibility(self.problem, nearest).amounts.items() if (amount > ROUNDING).any()]
-        relaxable = [name for name in names if not name.startswith("distance ")]
-        refined = []
-        for name in relaxable:
-            found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
-            refined.append((found, feasibility(self.problem, found)))
+    def relaxations(self, nearest: CandidateBatch) -> list[str]:
+        """Return what each constraint alone, else each pair of them, would have to be for an answer to be found, as
+        options of the command in the user's unit; each was tried."""
+        refined = {}
+        for name, amount in feasibility(self.problem, nearest).amounts.items():
+            if (amount > ROUNDING).any() and not name.startswith("distance "):
+                found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
+                refined[name] = found, feasibility(self.problem, found)
         for count in (1, 2):
-            several = False
-            for group in combinations(relaxable, count):
-                some = refined if count > 1 else [refined[relaxable.index(group[0])]]
-                options = [one for found, broken in some if (one := self._best(found, broken, group)) is not None]
-                if options:
-                    several = True
-                    yield options[0]
-            if several:
-                return
+            offered: list[str] = []
+            for names in combinations(refined, count):
+                tried = refined.values() if count > 1 else [refined[names[0]]]
+                offered += islice(filter(None, (self._best(*one, names) for one in tried)), 1)
+            if offered:
+                return offered
+        return []
 
-    def _best(self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...]) -> Relaxation | None:
+    def _best(self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...]) -> str | None:
         """Return the least relaxation of some constraints for which one of the candidates is an answer."""
         others = np.sum([a for n, a in broken.amounts.items() if n not in names] or [np.zeros(len(found))], axis=0)
         amount = np.sum([broken.amounts[n] for n in names], axis=0)
@@ -147,8 +133,7 @@ class Explanation:
         one = found[np.array([best])]
         for room in ROOMS if amount[best] > ROUNDING else ():
             if self._helps(names, one, room):
-                options = tuple(self._option(name, one, room) for name in names)
-                return Relaxation(options, float(one.deviation[0]) * self.problem.stroke)
+                return " with ".join(self._option(name, one, room) for name in names)
         return None
 
     def _helps(self, names: tuple[str, ...], one: CandidateBatch, room: float) -> bool:

@@ -119,8 +119,10 @@ def searched(
         return None
     found = join(*parts)
     report.nearest = found
-    if cognates and (others := _cognates(within, found, refine)) is not None:
-        found = join(found, others)
+    if cognates:
+        from .postprocess import with_cognates
+
+        found = with_cognates(within, found, refine=refine)
     if round_to is not None:
         from .postprocess import with_round_lengths
 
@@ -136,15 +138,3 @@ def searched(
         found, front = select_top(problem, found, problem.limit)
         seal = certified(problem, found) if refine and round_to is None else None
     return Selection(found, front, seal)
-
-
-def _cognates(problem: Problem, found: CandidateBatch, refine: bool) -> CandidateBatch | None:
-    """Return the cognates of candidates that follow the path, refined where these break a constraint."""
-    from ..refine.sqp import Refinement
-    from .postprocess import cognates_of
-
-    straight = np.flatnonzero(found.deviation <= problem.deviation)
-    others = cognates_of(problem, found[straight]) if len(straight) else None
-    if others is None or not refine:
-        return others
-    return Refinement.of(problem, others).run(3).best

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin, take
+from ..candidates.batch import CandidateBatch, Origin, join, take
 from ..candidates.placement import measured, place_on_path, unscaled
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.placement import at_stroke
@@ -14,17 +14,21 @@ from ..guide.trace import Traced
 from ..kinematics.cognates import cognates
 from ..kinematics.link_lengths import rounded
 from ..problem.problem import Problem
+from ..refine.sqp import Refinement
 
 
-def cognates_of(problem: Problem, found: CandidateBatch) -> CandidateBatch | None:
-    """Return the cognates of four-bars and slider-cranks, which lead the same path with other pivots; None if there are
-    none."""
-    linkage, which, number = cognates(found.linkage, found.point)
+def with_cognates(problem: Problem, found: CandidateBatch, *, refine: bool) -> CandidateBatch:
+    """Return candidates followed by the cognates of those that follow the path, four-bars and slider-cranks: these lead
+    the same path with other pivots, and are refined, if wanted, where they break a constraint."""
+    followed = found[np.flatnonzero(found.deviation <= problem.deviation)]
+    linkage, which, number = cognates(followed.linkage, followed.point)
     if not len(linkage):
-        return None
-    guides = coupler_curve(linkage, found.point[which], pole=found.pole[which])
-    origin = replace(take(found.origin, which), cognate=number, family=linkage.family.astype(object))
-    return _laid(problem, origin, guides, at_stroke(guides, 1.0, circle=problem.curved, nodes=16, extend=False))
+        return found
+    guides = coupler_curve(linkage, followed.point[which], pole=followed.pole[which])
+    origin = replace(take(followed.origin, which), cognate=number, family=linkage.family.astype(object))
+    traced = at_stroke(guides, 1.0, circle=problem.curved, nodes=16, extend=False)
+    others = _laid(problem, origin, guides, traced)
+    return join(found, Refinement.of(problem, others).run(3).best if refine else others)
 
 
 def with_round_lengths(problem: Problem, found: CandidateBatch, step: float) -> CandidateBatch:

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
 
     from ..guide.coupler_curve import CouplerCurve
     from ..guide.sensitivity import Sensitivity
+    from ..guide.trace import Traced
     from ..refine.certificate import Drifts
     from .find import Selection
 
@@ -177,12 +178,15 @@ class Candidate:
         pole = None if self.pole is None else np.array([complex(*self.pole)])
         return coupler_curve(self.linkage, np.array([complex(*self.guided)]), pole=pole)
 
-    def path(self, points: int = 101) -> Floats:
-        """Return points of the guided path over the stroke, shape (points, 2)."""
+    def _traced(self) -> tuple[CouplerCurve, Traced]:
         from ..guide.placement import at_stroke
 
         here = self.span()
-        traced = at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
+        return here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
+
+    def path(self, points: int = 101) -> Floats:
+        """Return points of the guided path over the stroke, shape (points, 2)."""
+        here, traced = self._traced()
         share = np.linspace(-1, 1, points)
         u, v = here.path.window(traced.low.astype(float), traced.high.astype(float), share)
         z = here.point + (u + 1j * v)[:, 0] * here.tangent
@@ -197,13 +201,10 @@ class Candidate:
         InvalidRequest
             If the guided point returns: at its rest it follows no error to first order.
         """
-        from ..guide.placement import at_stroke
-        from ..guide.sensitivity import sensitivity
-
-        here = self.span()
+        here, traced = self._traced()
         if here.cusp.any():
             raise InvalidRequest("the guided point returns: its sensitivity is not known")
-        return sensitivity(here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False))
+        return sensitivity(here, traced)
 
     @property
     def drift(self) -> float | None:
@@ -334,60 +335,50 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
     m, fit, guides, origin = found.measures, found.traced.fit, found.curve, found.origin
     works = drive_metrics(guides, found.traced, m, inverse=problem.constraints.slots)
     rms = np.where(guides.cusp, np.nan, sensitivity(guides, found.traced).rms)
-    marks = problem.ranking.score(scored(problem, found, rms))
-    allowance = (problem.deviation - found.deviation) / (2 * rms)
-    near = nearest(normal_form(found.linkage.pivots, 1.0), mirror=problem.curvature == 0)
     change = conditioning(found.linkage).max(0) < CHANGE
-    turn = min_transmission_turn(machine(problem, found), works.driver)
     placed = found.linkage.moved(problem.scale, problem.shift)
     point, pole = (problem.scale * z + problem.shift for z in (found.point, found.pole))
-    seal, out = chosen.certificate, []
-    for i in range(len(found)):
-        pivots = np.where(placed.pivots[i] == 0, 0.0, placed.pivots[i])  # no -0.0
-        deviation = s * float(fit.deviation[i])
-        sealed = seal is not None and bool(np.isfinite(seal.gap[i]))
-        out.append(
-            Candidate(
-                id=int(origin.id[i]) if origin.id[i] >= 0 else None,
-                family=str(found.linkage.family[i]),
-                series=str(origin.series[i]),
-                configuration=str(origin.configuration[i]),
-                order=int(origin.order[i]),
-                stroke=float(request.stroke),
-                deviation=deviation,
-                radius=_radius(request, s, float(fit.curvature[i])),
-                size=s * float(m.size[i]),
-                max_link=known(s * m.max_link[i]),
-                max_ground=known(s * m.max_ground[i]),
-                max_arm=known(s * m.max_arm[i]),
-                min_link=known(s * m.min_link[i]),
-                min_transmission=float(m.min_transmission[i]),
-                rotates=[k + 1 for k in (0, 1) if int(m.rotates[i]) >> k & 1],
-                driver=int(works.driver[i]) or None,
-                drive_angle=known(works.drive_angle[i]),
-                time_ratio=known(works.time_ratio[i]),
-                uniformity=known(works.uniformity[i]),
-                advantage=known(works.advantage[i]),
-                rotation=float(works.rotation[i]),
-                min_transmission_turn=known(turn[i]),
-                allowance=known(s * allowance[i]),
-                sensitivity_rms=known(rms[i]),
-                expected=known(deviation + 2 * s * problem.constraints.play * rms[i]),
-                pivots=pivots.tolist(),
-                guided=[float(point[i].real), float(point[i].imag)],
-                score=known(marks[i]),
-                front=int(chosen.front[i]) or None,
-                nearest=known(near[i]),
-                cognate=int(origin.cognate[i]) or None,
-                gap=float(seal.gap[i]) if seal is not None and sealed else None,
-                alternations=int(seal.alternations[i]) if seal is not None and sealed else None,
-                pole=[float(pole[i].real), float(pole[i].imag)] if change[i] and np.isfinite(pole[i]) else None,
-                start=[float(x) for x in request.start],
-                along=float(request.along),
-                _drift=(drifts, i) if drifts is not None else None,
-            )
+    deviation, seal = s * found.deviation, chosen.certificate
+    gap = np.full(len(found), np.nan) if seal is None else seal.gap
+    numbers: dict[str, Floats] = {
+        **{name: s * getattr(m, name) for name in ("max_link", "max_ground", "max_arm", "min_link")},
+        **{name: getattr(works, name) for name in ("drive_angle", "time_ratio", "uniformity", "advantage")},
+        "min_transmission_turn": min_transmission_turn(machine(problem, found), works.driver),
+        "allowance": s * ((problem.deviation - found.deviation) / (2 * rms)),
+        "sensitivity_rms": rms,
+        "expected": deviation + 2 * s * problem.constraints.play * rms,
+        "score": problem.ranking.score(scored(problem, found, rms)),
+        "nearest": nearest(normal_form(found.linkage.pivots, 1.0), mirror=problem.curvature == 0),
+        "gap": gap,
+    }
+    return [
+        Candidate(
+            id=int(origin.id[i]) if origin.id[i] >= 0 else None,
+            family=str(found.linkage.family[i]),
+            series=str(origin.series[i]),
+            configuration=str(origin.configuration[i]),
+            order=int(origin.order[i]),
+            stroke=float(request.stroke),
+            deviation=float(deviation[i]),
+            radius=_radius(request, s, float(fit.curvature[i])),
+            size=s * float(m.size[i]),
+            min_transmission=float(m.min_transmission[i]),
+            rotates=[k + 1 for k in (0, 1) if int(m.rotates[i]) >> k & 1],
+            driver=int(works.driver[i]) or None,
+            rotation=float(works.rotation[i]),
+            pivots=np.where(placed.pivots[i] == 0, 0.0, placed.pivots[i]).tolist(),  # no -0.0
+            guided=[float(point[i].real), float(point[i].imag)],
+            front=int(chosen.front[i]) or None,
+            cognate=int(origin.cognate[i]) or None,
+            pole=[float(pole[i].real), float(pole[i].imag)] if change[i] and np.isfinite(pole[i]) else None,
+            start=[float(x) for x in request.start],
+            along=float(request.along),
+            _drift=(drifts, i) if drifts is not None else None,
+            alternations=int(seal.alternations[i]) if seal is not None and np.isfinite(gap[i]) else None,
+            **{name: known(values[i]) for name, values in numbers.items()},
         )
-    return out
+        for i in range(len(found))
+    ]
 
 
 def scored(problem: Problem, found: CandidateBatch, rms: Floats) -> dict[str, Floats]:
