@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 class Catalogue:
     """A database of guides with what can be asked of it; made by `catalogue.open`.
 
+    Every question raises `InvalidRequest` if the request, a constraint, a bound or a name is impossible, and
+    `DatabaseError` if the database cannot be read or written.
+
     Attributes
     ----------
     database : Database
@@ -98,13 +101,6 @@ class Catalogue:
             from `best` on and not at all from `worst` on; lengths in the user's unit.
         **constraints
             See `catalogue.problem.constraints.Constraints`.
-
-        Raises
-        ------
-        InvalidRequest
-            If the request, a constraint or a name is impossible.
-        DatabaseError
-            If the database cannot be read.
         """
         from .find.find import find
 
@@ -128,13 +124,6 @@ class Catalogue:
         **constraints
             families, series, configurations, order, pins_only and min_transmission of
             `catalogue.problem.constraints.Constraints`.
-
-        Raises
-        ------
-        InvalidRequest
-            If the request, a constraint or a name is impossible.
-        DatabaseError
-            If the database cannot be read.
         """
         from .find.dwells import find_dwells
 
@@ -173,12 +162,8 @@ class Catalogue:
 
         Raises
         ------
-        InvalidRequest
-            If the request, a bound or a name is impossible.
         PluginError
             If there is no such collection, or it breaks its contract.
-        DatabaseError
-            If the database cannot be read or written.
         """
         from .find.specimens import find_in
         from .populate.collect import is_current
@@ -192,15 +177,9 @@ class Catalogue:
             with shown(quiet=quiet, label=f"drawing {name}") as report:
                 self.build_collection(name, report=report)
         return find_in(
-            self.database,
-            collection,
-            request,
-            limit=limit,
-            rank_by=rank_by,
-            families=families,
-            series=series,
+            self.database, collection, request, limit=limit, rank_by=rank_by, families=families, series=series,
             where=where,
-        )
+        )  # fmt: skip
 
     def build_collection(
         self,
@@ -218,13 +197,7 @@ class Catalogue:
         return collect(self.database, collection, version, count=count, seed=seed, report=report)
 
     def guide(self, name: int | str) -> StoredGuide:
-        """Return a stored guide by its id, or the first guide of a named design.
-
-        Raises
-        ------
-        InvalidRequest
-            If there is none.
-        """
+        """Return a stored guide by its id, or the first guide of a named design."""
         from .find.stored import stored
 
         return stored(self.database, name)

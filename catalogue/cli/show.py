@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -19,45 +18,29 @@ if TYPE_CHECKING:
     from ..series.named_guides import NamedGuide
 
 
-@dataclass(frozen=True)
-class About:
-    """What is said of a named design besides its guide."""
-
-    design: NamedGuide
-    memberships: Memberships
-    published: Candidate
-    best: Candidate | None
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the design's own words and its comparison, for JSON."""
-        words = {k: getattr(self.design, k) for k in ("name", "title", "source", "proportions", "place")}
-        best = None if self.best is None else {"id": self.best.id, "deviation": self.best.deviation}
-        return {"design": {**words, "deviation": self.published.deviation, "best_of_series": best}}
-
-    def lines(self) -> list[str]:
-        """Return the text for a terminal."""
-        d, p = self.design, self.published
-        near = self.memberships.nearest
-        member = "no registered series has its family"
-        if self.memberships.series:
-            member = "series " + ", ".join(f"{m.series} (residual {m.residual:.1g})" for m in self.memberships)
-        elif near:
-            member = f"in no registered series; the nearest is {near.series} (residual {near.residual:.2g})"
-        usual = f"over its usual stroke of {d.stroke:.4g}, {d.share:.0%} of what the path offers"
-        compared = f"the straightest {p.series} of no more than its size"
-        if self.best is not None:
-            times = p.deviation / self.best.deviation if self.best.deviation else float("inf")
-            compared += f": {self.best.deviation / p.stroke:.3g} (guide {self.best.id}), {times:.3g} times as straight"
-        else:
-            compared = "exact" if d.order == EXACT else f"{compared} in the catalogue is not straighter"
-        return [
-            f"{d.name}: {d.title}",
-            f"source: {d.source}",
-            f"proportions: {d.proportions}",
-            d.place,
-            f"classification: {member}; {p.family}, {p.configuration}",
-            f"deviation/stroke {usual}: {p.deviation / p.stroke:.3g}, size/stroke {p.size / p.stroke:.3g}; {compared}",
-        ]
+def _words(design: NamedGuide, memberships: Memberships, published: Candidate, best: Candidate | None) -> list[str]:
+    """Return what is said of a named design besides its guide, line by line."""
+    d, p = design, published
+    member = "no registered series has its family"
+    if memberships.series:
+        member = "series " + ", ".join(f"{m.series} (residual {m.residual:.1g})" for m in memberships)
+    elif near := memberships.nearest:
+        member = f"in no registered series; the nearest is {near.series} (residual {near.residual:.2g})"
+    usual = f"over its usual stroke of {d.stroke:.4g}, {d.share:.0%} of what the path offers"
+    compared = f"the straightest {p.series} of no more than its size"
+    if best is not None:
+        times = p.deviation / best.deviation if best.deviation else float("inf")
+        compared += f": {best.deviation / p.stroke:.3g} (guide {best.id}), {times:.3g} times as straight"
+    else:
+        compared = "exact" if d.order == EXACT else f"{compared} in the catalogue is not straighter"
+    return [
+        f"{d.name}: {d.title}",
+        f"source: {d.source}",
+        f"proportions: {d.proportions}",
+        d.place,
+        f"classification: {member}; {p.family}, {p.configuration}",
+        f"deviation/stroke {usual}: {p.deviation / p.stroke:.3g}, size/stroke {p.size / p.stroke:.3g}; {compared}",
+    ]
 
 
 def show(
@@ -88,8 +71,7 @@ def show(
 
     with open(db, plugins=plugins or ()) as catalogue:
         guide = catalogue.guide(name)
-        design = named_guides().get(guide.name or "")
-        about = None
+        design, told, words = named_guides().get(guide.name or ""), {}, []
         if design is None or level is not None:
             laid = guide.at(stroke, level)
         if design is not None:
@@ -97,17 +79,19 @@ def show(
 
             published = as_published(design, guide, stroke)
             laid = published if level is None else laid
-            about = About(
-                design, catalogue.classify(design.linkage)[0], published, best_of_series(catalogue, published)
-            )
+            best = best_of_series(catalogue, published)
+            words = _words(design, catalogue.classify(design.linkage)[0], published, best)
+            told = {k: getattr(design, k) for k in ("name", "title", "source", "proportions", "place")}
+            told["deviation"] = published.deviation
+            told["best_of_series"] = None if best is None else {"id": best.id, "deviation": best.deviation}
     if plot is not None:
         laid.plot(plot)
         print(f"drawn: {plot}", file=sys.stderr)
     if format is not Format.table:
-        print_json({**laid.to_dict(), **(about.to_dict() if about else {})})
+        print_json(laid.to_dict() | ({"design": told} if told else {}))
         return
-    if about:
-        print("\n".join(about.lines()))
+    for line in words:
+        print(line)
     order = "exact" if guide.order == EXACT else f"order {guide.order}"
     what = f"circle of radius {1 / abs(guide.curvature):.4g}" if guide.curvature else "straight line"
     if guide.is_slot:

@@ -46,15 +46,7 @@ BLOCK = 40
 def find_dwells(
     database: Database, request: StandStill, constraints: Constraints, *, limit: int, effort: int
 ) -> DwellResults:
-    """Return at most `limit` dwells, the best transmission angle first, one for each stored guide.
-
-    A third of them are of one series at most, while there are others.
-
-    Raises
-    ------
-    InvalidRequest
-        If the request is none, a number impossible, a name unknown, or a constraint set that is not in `GOVERNED`.
-    """
+    """Return dwells, one for each stored guide; see `catalogue.Catalogue.find_dwells`."""
     if not isinstance(request, StandStill):
         raise InvalidRequest(f"find_dwells wants a StandStill, not {request!r}")
     limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
