@@ -1,11 +1,11 @@
 """Refinement of placed guides on their finite motion: sequential quadratic programming with elastic constraints.
 
 Each round linearises the distance from the nominal at Chebyshev points, all constraints and all ranked measures
-(`subproblem`), asks for the steps that make the cost least within several radii (`step`), follows each by a second one
-from where it led, which corrects what was left out of the linearisation (so that long steps along curved valleys are
-possible), and lays and measures all of them on the finite motion.  A guide may start outside the constraints and break
-them on the way, at a price that rises; what counts as found meets all of them as measured.  Nothing is taken from the
-linear model.
+(`subproblem`), asks for the steps that make the cost least within several radii (`step`), follows the best by a second
+one from where it led, which corrects what was left out of the linearisation (so that long steps along curved valleys
+are possible), and lays and measures all of them on the finite motion.  A guide may start outside the constraints and
+break them on the way, at a price that rises; what counts as found meets all of them as measured.  Nothing is taken from
+the linear model.
 """
 
 from __future__ import annotations
@@ -36,6 +36,23 @@ EXACT = 1e-12
 #: Cost of a broken constraint per stroke or radian, at first, where all are met, and at most; what it is multiplied by
 #: where the violation does not fall to `FALLS` of what it was.  Held at 30, 100 or 300 answers are alike.
 PENALTY, HELD, STEEPEST, STEEPER, FALLS = 10.0, 100.0, 1e4, 4.0, 0.7
+
+
+@dataclass(frozen=True)
+class Trials:
+    """n measured trial points: of which guide each comes, by which factor of its radius; what it costs, and breaks."""
+
+    candidates: CandidateBatch
+    of: Indices
+    factor: Floats
+    cost: Floats
+    violation: Floats
+    met: Mask
+
+    def merit(self, penalty: Floats) -> Floats:
+        """Return what they cost with what they break, at the price (n,) of their guides; infinite if unknown."""
+        merit = self.cost + penalty[self.of] * self.violation
+        return np.where(np.isnan(merit), np.inf, merit)
 
 
 @dataclass
@@ -123,28 +140,25 @@ class Refinement:
         names = ("current", "best", "best_cost", "nearest", "violation", "radius", "penalty", "active", "stalled")
         return replace(self, rounds=0, evaluated=0, **{name: take(getattr(self, name), index) for name in names})
 
-    def run(self, rounds: int) -> Refinement:
+    def run(self, rounds: int, followed: int = len(RADIUS_FACTORS)) -> Refinement:
         """Take up to so many rounds."""
         for _ in range(rounds):
-            if not self.step():
+            if not self.step(followed):
                 break
         return self
 
-    def step(self) -> bool:
-        """Take one round; return whether any guide is still on its way."""
+    def step(self, followed: int = len(RADIUS_FACTORS)) -> bool:
+        """Take one round, in which so many steps of each guide, the best, are followed by a second one; return whether
+        any guide is still on its way."""
         at = np.flatnonzero(self.active)
         if not len(at):
             return False
         with np.errstate(all="ignore"):  # what cannot be stepped or traced is NaN, and is no trial
-            trials, of, factor = self._trials(at)
+            trials = self._trials(at, followed)
         self.rounds += 1
+        of, total, merit = trials.of, trials.violation, trials.merit(self.penalty[at])
         self.evaluated += len(of)
-        broken = feasibility(self.problem, trials)
-        total, met = broken.total, broken.all
-        value = cost(self.problem, trials)
-        self._keep(at[of], trials, value, total, met)
-        merit = np.where(np.isfinite(total), value + self.penalty[at[of]] * total, np.inf)
-        merit = np.where(np.isnan(merit), np.inf, merit)
+        self._keep(at[of], trials)
         here = self.current[at]
         before = cost(self.problem, here) + self.penalty[at] * self.violation[at]
         first = least(merit, of)
@@ -153,7 +167,7 @@ class Refinement:
         fell = np.ones(len(self.active), bool)
         fell[at] = self.violation[at] <= 0
         fell[to] |= total[gained] <= FALLS * self.violation[to]
-        accepted = trials[gained]
+        accepted = trials.candidates[gained]
         if self.nominal is None:
             accepted = in_best_charts(self.problem, accepted)
         self.current = self.current.replaced(to, accepted)
@@ -162,7 +176,7 @@ class Refinement:
         self.penalty[at] = np.minimum(self.penalty[at] * steeper, STEEPEST)
         self.penalty = np.where(self.violation <= 0, np.maximum(self.penalty, HELD), self.penalty)
         by = np.full(len(self.active), RADIUS_FACTORS[0] ** 2)
-        by[to] = factor[gained]
+        by[to] = trials.factor[gained]
         self.radius[at] = np.minimum(self.radius[at] * by[at], 1.0)
         gain = np.zeros(len(self.active))
         gain[to] = np.where(np.isfinite(before), before, np.inf)[of[gained]] - merit[gained]
@@ -171,38 +185,39 @@ class Refinement:
         self.active = self.active & (self.radius > SHORT) & (self.stalled < PATIENCE)
         return bool(self.active.any())
 
-    def _keep(self, at: Indices, trials: CandidateBatch, value: Floats, total: Floats, met: Mask) -> None:
+    def _keep(self, at: Indices, trials: Trials) -> None:
         """Remember the cheapest trials that meet all constraints, or the nearest to that."""
-        for key, held in ((np.where(met, value, np.inf), self.best_cost), (total, self.nearest)):
+        total, met = trials.violation, trials.met
+        for key, held in ((np.where(met, trials.cost, np.inf), self.best_cost), (total, self.nearest)):
             may = met if held is self.best_cost else ~np.isfinite(self.best_cost)[at] & np.isfinite(total)
             first = least(np.where(may, key, np.inf), at)
             first = first[may[first] & (key[first] < held[at[first]])]
             held[at[first]] = key[first]
-            self.best = self.best.replaced(at[first], trials[first])
+            self.best = self.best.replaced(at[first], trials.candidates[first])
 
-    def _trials(self, at: Indices) -> tuple[CandidateBatch, Indices, Floats]:
-        """Return what comes of one and of two steps of the guides `at`, within all radii; of which each comes, and by
-        which factor of the radius."""
-        factors = np.array(RADIUS_FACTORS)
+    def _trials(self, at: Indices, followed: int) -> Trials:
+        """Return what comes of the steps of the guides `at` within all radii, and of second steps from the best."""
         here, n = self.current[at], len(at)
-        each, factor = np.tile(np.arange(n), len(factors)), np.repeat(factors, n)
-        one, kept = self._stepped(here, each, factor * self.radius[at][each], self.penalty[at])
-        of, by = each[kept], factor[kept]
-        led = np.flatnonzero(np.isfinite(one.deviation))
+        each, factor = np.tile(np.arange(n), len(RADIUS_FACTORS)), np.repeat(RADIUS_FACTORS, n)
+        penalty, radius = self.penalty[at], self.radius[at]
+        one = self._stepped(here, each, factor, factor * radius[each], penalty)
+        rank, merit = np.empty(len(one.of), int), one.merit(penalty)
+        order = np.lexsort((merit, one.of))
+        rank[order] = np.arange(len(order)) - np.searchsorted(one.of[order], one.of[order])
+        led = np.flatnonzero((rank < followed) & np.isfinite(merit))
         if not len(led):
-            return one, of, by
-        missed = np.clip(one.deviation[led] / self.problem.deviation - 1, 0.0, MISSED)
-        two, kept = self._stepped(
-            one[led], np.arange(len(led)), SECOND * self.radius[at][of[led]] * by[led], self.penalty[at][of[led]],
-            1 - missed,
-        )  # fmt: skip
-        return join(one, two), np.concatenate([of, of[led][kept]]), np.concatenate([by, by[led][kept]])
+            return one
+        from_, of, factor = one.candidates[led], one.of[led], one.factor[led]
+        missed = np.clip(from_.deviation / self.problem.deviation - 1, 0.0, MISSED)
+        each = np.arange(len(led))
+        two = self._stepped(from_, each, factor, SECOND * factor * radius[of], penalty[of], 1 - missed)
+        return join(one, replace(two, of=of[two.of]))
 
     def _stepped(
-        self, here: CandidateBatch, each: Indices, radius: Floats, penalty: Floats, share: Floats | float = 1.0
-    ) -> tuple[CandidateBatch, Indices]:
-        """Return what comes of a step of the guides `each` of those here within radii, using a share of the deviation,
-        and of which of them."""
+        self, here: CandidateBatch, each: Indices, factor: Floats, radius: Floats, penalty: Floats,
+        share: Floats | float = 1.0,
+    ) -> Trials:  # fmt: skip
+        """Return what comes of a step of guides, `each` of those here, within radii, using a share of the deviation."""
         guides = here.curve
         linear = linearise(self.problem, here, guides, self.moves, self.nominal)
         found = take_step(linear[each], radius, penalty[each], share=share)
@@ -211,7 +226,9 @@ class Refinement:
         linkage, point, valid = self.moves.moved(many, step)
         kept = np.flatnonzero(valid)
         moved = coupler_curve(linkage, point, pole=many.pole[kept], chart=guides.motion.chart[each[kept]])
-        return near_path(self.problem, take(many.origin, kept), moved, self.nominal), kept
+        trials = near_path(self.problem, take(many.origin, kept), moved, self.nominal)
+        broken = feasibility(self.problem, trials)
+        return Trials(trials, each[kept], factor[kept], cost(self.problem, trials), broken.total, broken.all)
 
 
 def least(value: Floats, group: Indices) -> Indices:

@@ -70,6 +70,10 @@ class SearchReport:
 MEASURED, TRIED, KEPT = 60, 24, 12
 #: Most rounds of refinement for those that are kept, per unit of effort.
 MORE_ROUNDS = 6
+#: Steps of a guide that are followed by second ones, per unit of effort, once the best are told from the rest; before,
+#: one is.  Of fifty requests of `tests/benchmarks/recall.py` two are then answered worse, by a hundredth of the cost,
+#: than with all three followed, with one alone throughout seven.
+FOLLOWED = 2
 #: Candidates that break the constraints by less than this, all together, are refined once more, at
 #: this price.
 NEAR, LEADING = 0.1, 1e3
@@ -248,23 +252,24 @@ class Search:
     def _halved(self, refinement: Refinement) -> tuple[CandidateBatch, Floats]:
         """Return what comes of candidates, fewer of which are refined the farther it goes, and what they cost."""
         parts: list[tuple[CandidateBatch, Floats]] = []
-        for rounds, keep in ((1, TRIED), (1, max(KEPT, min(self.problem.limit, TRIED)))):
-            refinement.run(rounds)
+        for keep in (TRIED, max(KEPT, min(self.problem.limit, TRIED))):
+            refinement.step(followed=1)
             merit = np.where(np.isfinite(refinement.best_cost), refinement.best_cost, 1e3 + refinement.nearest)
             order = np.argsort(merit, kind="stable")
             rest = refinement[order[keep:]]
             parts.append((rest.best, rest.best_cost))
             self.report.refined += refinement.evaluated
             refinement = refinement[order[:keep]]
-        refinement.run(MORE_ROUNDS * self.problem.effort)
+        followed = FOLLOWED * self.problem.effort
+        refinement.run(MORE_ROUNDS * self.problem.effort, followed)
         self.report.refined += refinement.evaluated
         near = np.flatnonzero(~np.isfinite(refinement.best_cost) & (refinement.nearest < NEAR))
         if len(near):  # hardly outside the constraints: led in, whatever they cost, and refined from there
             inward = replace(self.problem, relaxed="ranking")
-            led = Refinement.of(inward, refinement.best[near], penalty=LEADING).run(MORE_ROUNDS)
+            led = Refinement.of(inward, refinement.best[near], penalty=LEADING).run(MORE_ROUNDS, followed)
             back = Refinement.of(self.problem, led.best, hasty=refinement.hasty)
             back.active &= np.isfinite(led.best_cost)
-            back.run(MORE_ROUNDS)
+            back.run(MORE_ROUNDS, followed)
             self.report.refined += led.evaluated + back.evaluated
             refinement.best = refinement.best.replaced(near, back.best)
             refinement.best_cost[near] = back.best_cost
