@@ -17,27 +17,18 @@ ROUNDS, REACHED = 6, 1e-6
 def at_sweep(
     guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, sweep: float, nodes: int = 16
 ) -> tuple[Floats, Traced]:
-    """Trace circular guides over windows whose chord is `sweep` times the radius.
+    """Return half windows (n,) [length] whose chords are `sweep` (below 2) times the radius, and what is traced there.
 
     The sweep does not grow in proportion to the window, since the circle changes with it and the point is moved for
-    each anew; of windows nearby that have it the widest is taken.
+    each anew; of windows nearby that have it the widest is taken, NaN where there is none.  Where `ROUNDS` do not
+    suffice, near a jump, the sweep is off by more than `REACHED`.
 
     Parameters
     ----------
-    guides : CouplerCurve of n
     half, known : ndarray, shape (n,)
         Half a window [length] and its sweep, to begin with.
     centre : ndarray, shape (n,)
         Middles of the windows, in half windows from the reference position.
-    sweep : float
-        Chord over radius, below 2.
-
-    Returns
-    -------
-    half : ndarray, shape (n,)
-        Half windows [length]; NaN where none nearby has the sweep.
-    traced : Traced of n
-        What was traced there; its sweep is off by more than `REACHED` where `ROUNDS` do not suffice, near a jump.
     """
     n = len(guides)
     guess = sweep / known

@@ -38,11 +38,10 @@ FAR = 100.0
 
 @dataclass(frozen=True)
 class CouplerCurve(Columns):
-    """Guides ready to be traced.
+    """n guides ready to be traced.
 
     Attributes
     ----------
-    motion : Motion of n
     point : complex ndarray, shape (n,)
         Guided point in the reference position.
     tangent : complex ndarray, shape (n,)
@@ -128,23 +127,11 @@ def false_position(
 def coupler_curve(
     linkage: Linkage, point: Complexes, dtype: Any = float, pole: Complexes | None = None, chart: Array | None = None
 ) -> CouplerCurve:
-    """Return the coupler curve of each guided point in the chart in which it runs farthest to both sides.
+    """Return the coupler curves of points (n,), given in the reference position, in the chart in which each runs
+    farthest to both sides: the smaller of the two extents counts, times the root of the conditioning.
 
-    Parameters
-    ----------
-    linkage : Linkage of n
-    point : complex ndarray, shape (n,)
-        Guided points in the reference position.
-    dtype : float or numpy.longdouble
-    pole : complex ndarray, shape (n,), optional
-        Pole in the reference position: the branch on which linkages at a change point move.
-    chart : ndarray of int, shape (n,), optional
-        Charts to be taken unseen, those of linkages nearby.
-
-    Notes
-    -----
-    The charts are weighed by the smaller of the two extents times the root of their conditioning.  A linkage at a
-    change point without a pole has extent 0.
+    The poles (n,) choose the branch of linkages at a change point; without them such a linkage has extent 0.  Charts
+    (n,) that are given, those of linkages nearby, are taken unseen.  `dtype` is float or numpy.longdouble.
     """
     point = np.asarray(point, dtype=complex)
     if chart is None:

@@ -53,15 +53,10 @@ class DriveMetrics(Rows):
 
 
 def drive_metrics(guides: CouplerCurve, traced: Traced, measures: Measures, *, inverse: bool = False) -> DriveMetrics:
-    """Return how traced guides, their points as they are, work over the stroke.
+    """Return how traced guides, their points as they are, work over the stroke; the measures tell the driver.
 
-    Parameters
-    ----------
-    measures : Measures of n
-        They tell the driver.
-    inverse : bool
-        The guides are inversions of machines with a slot, as in `catalogue.guide.metrics.measure`, and the measures
-        are those of the machines.
+    `inverse`: the guides are inversions of machines with a slot, as in `catalogue.guide.metrics.measure`, and the
+    measures are those of the machines.
     """
     moves = SampledPoses.of(guides, traced, inverse=inverse)
     driver, turns = measures.driver, measures.rotates
@@ -88,7 +83,7 @@ def drive_metrics(guides: CouplerCurve, traced: Traced, measures: Measures, *, i
 
 @dataclass(frozen=True)
 class SampledPoses:
-    """Positions of n guides over the stroke, at the fine points of a grid.
+    """Positions of n guides over the stroke, at the f fine points of a grid.
 
     Attributes
     ----------
@@ -98,10 +93,9 @@ class SampledPoses:
         The guided point.
     turn : ndarray, shape (f, n)
         Angle of the coupler [rad], 0 in the reference position.
-    crank : ndarray, shape (f, n, 2)
-        Angles of the cranks [rad]; NaN for sliders and slides.
-    lever : ndarray, shape (f, n, 2)
-        By how much either crank turns per length of the guided path [rad/length]; infinite where the point is at rest.
+    crank, lever : ndarray, shape (f, n, 2)
+        Angles of the cranks [rad], NaN for sliders and slides; by how much they turn per length of the guided path
+        [rad/length], infinite where the point is at rest.
     slot : complex ndarray, shape (f, n, 2), optional
         Both ends of the slot that the coupler carries.
     """
@@ -117,11 +111,9 @@ class SampledPoses:
     def of(cls, guides: CouplerCurve, traced: Traced, nodes: int = NODES, *, inverse: bool = False) -> SampledPoses:
         """Return the positions of traced guides.
 
-        Parameters
-        ----------
-        inverse : bool
-            The guides are inversions of machines with a slot: pivots, angles and `slot` are those of these machines, in
-            the plane of their frame, which is that of the reference position; `point` is the fixed point in the slot.
+        `inverse`: the guides are inversions of machines with a slot; pivots, angles and `slot` are those of the
+        machines, in the plane of their frame, which is that of the reference position; `point` is the fixed point in
+        the slot.
         """
         points, linkage, moving = grid(nodes), guides.linkage, guides.motion
         slopes = _slopes(nodes)

@@ -27,18 +27,18 @@ NODES = 96
 
 @dataclass(frozen=True)
 class Dwell(Rows):
-    """What rockers do over a full turn of the crank, arrays of one shape.
+    """What rockers do over a full turn of the crank, arrays of one shape [deg].
 
     Attributes
     ----------
     angle : ndarray
-        By how much the crank turns while the rocker keeps within the band about its reference position [deg].
+        By how much the crank turns while the rocker keeps within the band about its reference position.
     residual : ndarray
-        Range of the rocker's angles meanwhile [deg].
+        Range of the rocker's angles meanwhile.
     swing : ndarray
-        Range of the rocker's angles over the turn [deg]; NaN if rod and rocker do not reach all the way round.
+        Range of the rocker's angles over the turn; NaN if rod and rocker do not reach all the way round.
     transmission : ndarray
-        Least angle between rod and rocker over the turn, 0 ... 90 [deg].
+        Least angle between rod and rocker over the turn, 0 ... 90.
     """
 
     angle: Floats
@@ -66,7 +66,8 @@ def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Complexes, F
 
 
 def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing: float = 0.0) -> Dwell:
-    """Return what rockers do whose rods follow a path, arrays (n, m).
+    """Return what rockers do whose rods follow a path, arrays (n, m); NaN where rod and rocker do not reach all the way
+    round, or the rocker turns fully.
 
     Parameters
     ----------
@@ -76,15 +77,8 @@ def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing:
         Where the joint D stands in the middle of the dwell.
     pivot : complex ndarray, shape (n, m)
         Fixed pivots E of rockers to try.
-    residual : float
-        Width of the band in which a rocker is said to stand still [deg].
-    swing : float
-        Rockers that swing less are of no interest [deg].
-
-    Returns
-    -------
-    Dwell
-        NaN where rod and rocker do not reach all the way round, or the rocker turns fully.
+    residual, swing : float
+        Width of the band in which a rocker is said to stand still; rockers that swing less are of no interest [deg].
     """
     middle = len(path) // 2
     start = 0.5 * (path[middle - 1] + path[middle])

@@ -23,15 +23,8 @@ AWAY = 0.1
 
 @dataclass(frozen=True)
 class Nominal:
-    """A line from (0, 0) to (stroke, 0), or an arc between them that bulges to +y.
-
-    Attributes
-    ----------
-    stroke : float
-        Length of the line or chord of the arc.
-    radius : float
-        Of the arc; infinite for a line.
-    """
+    """A line from (0, 0) to (stroke, 0), or, of finite radius, an arc between them that bulges to +y; the stroke is the
+    length of the line or chord."""
 
     stroke: float
     radius: float = np.inf
@@ -65,24 +58,12 @@ class Nominal:
 
 
 def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
-    """Return the guides traced over the nominal itself.
+    """Return guides traced over the nominal itself, in whose frame they are and near which they stand in the reference
+    position; `nodes` are intervals between Chebyshev points.
 
-    Its deviation is the largest distance of the path from that line or arc, over the part of the path whose feet on it
-    run from one end to the other.
-
-    Parameters
-    ----------
-    guides : CouplerCurve of n
-        In the frame of the nominal, near which they stand in the reference position.
-    nominal : Nominal
-    nodes : int
-        Intervals between Chebyshev points.
-
-    Returns
-    -------
-    Traced
-        NaN where the point does not run from one end to the other, or runs backwards, or leaves the nominal by a tenth
-        of the stroke.
+    The deviation is the largest distance of the path from that line or arc, over the part of the path whose feet on it
+    run from one end to the other; NaN where the point does not run so far, or runs backwards, or leaves the nominal by
+    a tenth of the stroke.
     """
     stroke = nominal.stroke
     onward = guides.tangent.real >= 0

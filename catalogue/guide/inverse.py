@@ -13,21 +13,8 @@ from ..kinematics.motion import Pose
 
 
 def of_machine(linkage: Linkage, pose: Pose) -> tuple[Linkage, Pose]:
-    """Return the machines of n traced inversions, and their poses.
-
-    Parameters
-    ----------
-    linkage : Linkage of n
-        The inversions that are traced.
-    pose : Pose of n
-        Theirs.
-
-    Returns
-    -------
-    linkage : Linkage of n
-        The machines: what is fixed in the inversion is their coupler.
-    pose : Pose of n
-        About the same origin.
+    """Return the machines of traced inversions, what is fixed in these being their coupler, and their poses about the
+    same origin.
 
     Source: Allievi 1895, (the dual mechanism: meccanismo correlativo).
     """

@@ -52,10 +52,6 @@ def rotation_margin(linkage: Linkage) -> Floats:
     The least length by which the links that must reach a position of the turn are longer than needed: positive if the
     crank turns fully, 0 at a change point (to the rounding of the pivots, cut off at `CHANGE_POINT`), negative if it
     swings; NaN for a dyad that is no crank.
-
-    Parameters
-    ----------
-    linkage : Linkage of n
     """
     a, g, b, c, e, h = _lengths(linkage)
     kind = linkage.dyads[:, ::-1]
@@ -78,12 +74,7 @@ def rotates(linkage: Linkage) -> Array:
 def transmission_turn(linkage: Linkage) -> Floats:
     """Return the least transmission angle over the whole turn of either crank, this crank driving, shape (n, 2) [deg].
 
-    The angle is that of `catalogue.guide.metrics.transmissions`, 0 ... 90; 0 at a change point, NaN where the crank
-    does not turn fully.
-
-    Parameters
-    ----------
-    linkage : Linkage of n
+    The angle is that of `transmissions`, 0 ... 90; 0 at a change point, NaN where the crank does not turn fully.
     """
     a, g, b, c, e, h = _lengths(linkage)
     margin = rotation_margin(linkage)
@@ -105,17 +96,8 @@ def transmission_turn(linkage: Linkage) -> Floats:
 def min_transmission_turn(linkage: Linkage, driver: Array | None = None) -> Floats:
     """Return the least transmission angle over the whole turn of the driving crank, shape (n,) [deg].
 
-    Parameters
-    ----------
-    linkage : Linkage of n
-    driver : ndarray of int, shape (n,), optional
-        Number of the crank that drives, 1 or 2, or 0 for none, as in `Measures.driver`; if not given, of those that
-        turn fully the one that drives better.
-
-    Returns
-    -------
-    ndarray, shape (n,)
-        NaN where no crank turns fully, or not the one that is given.
+    `driver` is its number, as in `Measures.driver`; if not given, of the cranks that turn fully the one that drives
+    better.  NaN where no crank turns fully, or not the one that is given.
     """
     each = transmission_turn(linkage)
     if driver is None:
@@ -151,28 +133,28 @@ LEAST_ARM = 0.05
 
 @dataclass(frozen=True)
 class Measures(Rows):
-    """Measures of n guides over their strokes, in the length unit of the linkage.
+    """Measures of n guides over their strokes, in the length unit of the linkage; arrays of shape (n,) unless said.
 
     Attributes
     ----------
-    size : ndarray, shape (n,)
+    size : ndarray
         Diameter of the finite pivots, in mid-stroke, together with the guided path (`POSES` points of it).
-    max_link, min_link : ndarray, shape (n,)
+    max_link, min_link : ndarray
         Longest and shortest of the cranks and the coupler; NaN where there is none.
-    max_ground : ndarray, shape (n,)
+    max_ground : ndarray
         Distance of the fixed pivots; NaN unless both are finite.
-    max_arm : ndarray, shape (n,)
+    max_arm : ndarray
         Distance of the guided point from the nearer moving pivot; NaN if both are at infinity.
-    min_transmission : ndarray, shape (n,)
+    min_transmission : ndarray
         Least transmission angle over the stroke when that crank drives [deg]: the angle between the ray of the driven
         dyad and the line that joins the driving moving pivot to it, 0 ... 90.  Without a crank: the better dyad.
-    driver : ndarray of int, shape (n,)
+    driver : ndarray of int
         Number of the crank that drives, 1 or 2 (the rule: see the module); 0 where there is no crank.
-    drive_angle, rotation : ndarray, shape (n,)
+    drive_angle, rotation : ndarray
         By how much that crank turns from end to end, NaN without one; range of the coupler's angles, as far as `POSES`
         positions show it [deg].  More exactly: `catalogue.guide.drive`.
-    rotates : ndarray of int, shape (n,)
-        Bit i: the crank of dyad i turns fully; see `catalogue.guide.metrics`.
+    rotates : ndarray of int
+        Bit i: the crank of dyad i turns fully.
     fixed_box, box : ndarray, shape (n, 4)
         x0, y0, x1, y1 of the finite fixed pivots (of all finite pivots, in mid-stroke) in the frame whose origin is the
         middle of the stroke and whose x axis runs along it; NaN where there is none.
@@ -261,13 +243,8 @@ def transmission(
 ) -> tuple[Floats, Array]:
     """Return the least transmission angle over the poses with the driving crank, shape (n,) [deg]; and its number.
 
-    Parameters
-    ----------
-    at, x
-        As in `transmissions`.
-    turns : ndarray of int, shape (n,), optional
-        Which cranks turn fully, bit i for dyad i: of these the better one drives, where there are any; of both if not
-        given.
+    `turns` says which cranks turn fully, bit i for dyad i: of these the better one drives, where there are any; of both
+    if not given.  The rest is as of `transmissions`.
     """
     least, may = transmissions(linkage, at, x), linkage.dyads.T == RR
     if turns is not None:
@@ -283,13 +260,8 @@ def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats
     """Return the least transmission angle over the poses with either dyad driving, shape (2, n) [deg]; -1 for one that
     is no crank, if the other is.
 
-    Parameters
-    ----------
-    at : two complex ndarrays, shape (m, n)
-        Positions of the moving pivots (for a slide: anything finite) at Chebyshev points of the stroke, between which
-        the sine of the angle is interpolated.
-    x : complex ndarray, shape (m, n)
-        exp(i theta) - 1 of the coupler.
+    From the moving pivots (for a slide: anything finite) `at`, (m, n) each, and exp(i theta) - 1 of the coupler, (m,
+    n), at Chebyshev points of the stroke, between which the sine of the angle is interpolated.
     """
     z, kind = linkage.points, linkage.dyads
     fine = grid(len(x) - 1).fine

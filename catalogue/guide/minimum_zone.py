@@ -66,21 +66,21 @@ def grid(count: int, kind: Any = float) -> Grid:
 
 @dataclass(frozen=True)
 class Fit(Columns):
-    """Best lines or circles of n paths.
+    """Best lines or circles of n paths; arrays of shape (n,).
 
     Attributes
     ----------
-    deviation : ndarray, shape (n,)
+    deviation : ndarray
         Half the width of the narrowest strip or annulus [length].
-    stroke : ndarray, shape (n,)
+    stroke : ndarray
         Distance between the ends of the path, along the line or as a chord [length].
-    start : complex ndarray, shape (n,)
+    start : complex ndarray
         First end of the path; for a line its foot on the line.
-    along : complex ndarray, shape (n,)
+    along : complex ndarray
         Unit vector from the first end to the last.
-    curvature : ndarray, shape (n,)
+    curvature : ndarray
         Of the best circle, positive to the left of `along` [1/length]; 0 for a line.
-    unresolved : ndarray, shape (n,)
+    unresolved : ndarray
         Bound on what the interpolant misses [length].
     """
 

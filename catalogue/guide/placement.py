@@ -24,24 +24,10 @@ REACHED, CORRECTIONS = 1e-11, 2
 
 
 def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tuple[Linkage, Array, Traced]:
-    """Return the linkages in mid-stroke, laid so that their paths run from (0, 0) to (stroke, 0).
+    """Return the linkages in mid-stroke, laid so that their paths run from (0, 0) to (stroke, 0), float or (n,), which
+    sets the scale; the guided points (n,) there; and the same traces, in the same charts.
 
-    Guides whose paths have a cusp are given as they stand there, at (0, 0).
-
-    Parameters
-    ----------
-    guides : CouplerCurve of n
-    traced : Traced of n
-    stroke : float or ndarray, shape (n,)
-        Wanted stroke; it sets the scale.
-
-    Returns
-    -------
-    linkage : Linkage of n
-    point : complex ndarray, shape (n,)
-        Guided points in mid-stroke.  A guide that was not traced stays where it is.
-    traced : Traced of n
-        The same traces there, in the same charts.
+    Guides whose paths have a cusp are given as they stand there, at (0, 0).  One that was not traced stays where it is.
     """
     there = _there(traced)
     now, here, seen = mid_stroke(guides, traced)

@@ -23,14 +23,8 @@ USABLE = 0.95
 class Ladder(Columns):
     """Half strokes of n guides against relative deviation, longest first; each column is a scan of one guide.
 
-    Attributes
-    ----------
-    half : ndarray, shape (STROKES, n)
-        Half strokes tried [length].
-    traced : Traced of (STROKES, n)
-        What was found there.
-    centre : ndarray, shape (n,)
-        Middle of the window in half strokes.
+    The half strokes that were tried, (STROKES, n) [length]; what was traced there, (STROKES, n); the middle of the
+    window, in half strokes, (n,).
     """
 
     half: Array
@@ -44,16 +38,8 @@ class Ladder(Columns):
 
 
 def scan(guides: CouplerCurve, *, circle: bool, three: Mask, nodes: int = 16) -> Ladder:
-    """Trace each guide over a sequence of strokes.
-
-    Parameters
-    ----------
-    guides : CouplerCurve of n
-    circle : bool
-        The nominal.
-    three : ndarray of bool, shape (n,)
-        Whether the guided point has three merged inflections; its stroke is then also tried off centre, to either side.
-    """
+    """Trace each guide over a sequence of strokes; where a point has `three` merged inflections, (n,), a stroke is also
+    tried off centre, to either side, and the best of these centres is taken."""
     n = len(guides)
     centre = np.zeros(n)
     if three.any():
@@ -72,17 +58,11 @@ def scan(guides: CouplerCurve, *, circle: bool, three: Mask, nodes: int = 16) ->
 def reach(
     guides: CouplerCurve, ladder: Ladder, tolerance: Floats | float, *, circle: bool, steps: int = 2, nodes: int = 16
 ) -> tuple[Array, Traced]:
-    """Return the longest half strokes within a relative deviation, NaN where there is none, and what is traced there.
+    """Return the longest half strokes within a relative deviation, float or (n,), NaN where there is none, and what is
+    traced there.
 
-    Parameters
-    ----------
-    guides : CouplerCurve of n
-    ladder : Ladder of n
-    tolerance : float or ndarray, shape (n,)
-        Largest deviation over stroke.
-    steps : int
-        Secant steps, in logarithms, between the last stroke that fails and the first that holds.  Every stroke that is
-        returned was itself traced and holds.
+    Between the last stroke that fails and the first that holds `steps` secant steps are made, in logarithms.  Every
+    stroke that is returned was itself traced and holds.
     """
     tolerance = np.broadcast_to(np.asarray(tolerance, dtype=float), len(guides))
     column = np.arange(len(guides))

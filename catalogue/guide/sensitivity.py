@@ -60,18 +60,9 @@ class PoseJacobian:
 
 
 def pose_jacobian(moving: Motion, point: Complexes, t: Floats, tangent: Complexes) -> PoseJacobian:
-    """Return the derivatives of the poses in which a guided point is at fixed places along its nominal.
-
-    Parameters
-    ----------
-    moving : Motion of n
-    point : complex ndarray, shape (n,)
-        Guided points in the reference position.
-    t : ndarray, shape (m, n)
-        Parameters of the positions.
-    tangent : complex ndarray, shape (n,) or (m, n)
-        Unit vectors along the nominal at those positions.
-    """
+    """Return the derivatives of the poses in which guided points (n,), given in the reference position, are at fixed
+    places along their nominals: at the parameters t (m, n), where unit vectors along the nominal are `tangent`, (n,) or
+    (m, n)."""
     linkage = moving.linkage
     d, x, _ = moving.pose(t)
     d = d - x * moving.origin
@@ -150,10 +141,9 @@ class Sensitivity:
         at infinity for an angle of 1 rad [length].
     point : ndarray, shape (n,)
         The same for an error of the guided point in its coupler.
-    worst : ndarray, shape (n,)
-        For errors of 1 of all finite pivots and the guided point at once, each in its worst direction.
-    rms : ndarray, shape (n,)
-        Standard deviation for errors of all of them whose coordinates are independent, with standard deviation 1.
+    worst, rms : ndarray, shape (n,)
+        For errors of all finite pivots and the guided point at once: of 1, each in its worst direction; standard
+        deviation for errors whose coordinates are independent, with standard deviation 1.
     """
 
     pivots: Floats
@@ -163,16 +153,8 @@ class Sensitivity:
 
 
 def sensitivity(guides: CouplerCurve, traced: Traced, stations: int = NODES) -> Sensitivity:
-    """Return the sensitivities of traced guides whose points do not return.
-
-    Parameters
-    ----------
-    guides : CouplerCurve of n
-    traced : Traced of n
-        Of points as they are, not split.
-    stations : int
-        Intervals between the positions that are looked at.
-    """
+    """Return the sensitivities of traced guides whose points do not return and are as they were given; the positions
+    that are looked at have `stations` intervals between them."""
     nodes = grid(stations).nodes
     t, tangent = traced.parameters(nodes), _ways(guides, traced, nodes)
     by = across_nominal(guides.motion, guides.point, t, tangent).reshape(*t.shape, 5, 2)
@@ -188,20 +170,10 @@ def sensitivity(guides: CouplerCurve, traced: Traced, stations: int = NODES) -> 
 
 
 def rms_gradient(guides: CouplerCurve, traced: Traced, stations: int = 8, step: float = 1e-5) -> tuple[Floats, Floats]:
-    """Return `Sensitivity.rms` of traced guides and its derivatives by the pivots and the guided point.
+    """Return `Sensitivity.rms` of traced guides, (n,), and its derivatives by the pivots and the guided point, (n, 10),
+    as in `PoseJacobian`, 0 where they are not known.
 
-    Differences of the first derivatives, the poses and the way of the path held.
-
-    Parameters
-    ----------
-    step : float
-        Of the coordinates [length].
-
-    Returns
-    -------
-    rms : ndarray, shape (n,)
-    slope : ndarray, shape (n, 10)
-        In the coordinates of `catalogue.guide.sensitivity`; 0 where it is not known.
+    Differences of the first derivatives over a `step` [length], the poses and the way of the path held.
     """
     n, nodes = len(guides), grid(stations).nodes
     t, tangent = traced.parameters(nodes), _ways(guides, traced, nodes)

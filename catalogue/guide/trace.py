@@ -35,16 +35,8 @@ LEAST_SURE = (1e-2, 1e-13)
 
 @dataclass(frozen=True)
 class Traced(Columns):
-    """What was measured of n guides.
-
-    Attributes
-    ----------
-    fit : Fit of n
-        In the frame of the linkage.
-    shift : complex ndarray, shape (n,)
-        Displacement of the guided point from where it was given, in the reference position [length].
-    low, high : ndarray, shape (n,)
-        Window of the parameter.
+    """What was measured of n guides: the fit, in the frame of the linkage; the shift (n,), complex, of the guided point
+    from where it was given, in the reference position [length]; the window low ... high, (n,) each, of the parameter.
     """
 
     fit: Fit
@@ -81,18 +73,18 @@ def trace(
     nodes: int = 32,
     held: Array | None = None,
 ) -> Traced:
-    """Trace each guide over a window of its path and fit the nominal.
+    """Trace each guide over a window of its path and fit the nominal, a circle or a straight line.
+
+    NaN where the window leaves the extent of the guide, where the point runs backwards within it, and where the finest
+    grid leaves a hundredth of the deviation open.
 
     Parameters
     ----------
-    guides : CouplerCurve of n
     half : ndarray, shape (n,)
         Half the length of the window along the tangent of the given point, at a cusp all of it [length].
-    circle : bool
-        The nominal: circle or straight line.
     split : bool
         Move the guided point so that its inflections separate; a point at a cusp stays there.
-    centre : ndarray, shape (n,)
+    centre : float or ndarray, shape (n,)
         Where the middle of the window lies, in half strokes from the reference position.
     nodes : int
         Intervals between Chebyshev points; guides that they do not resolve are traced again with twice and four times
@@ -100,12 +92,6 @@ def trace(
     held : ndarray, shape (n,), optional
         Curvature of the nominal, positive to the left of the way on which the parameter rises [1/length]; sought if
         not given.  Only without `split`.
-
-    Returns
-    -------
-    Traced
-        NaN where the window leaves the extent of the guide, where the point runs backwards within it, and where the
-        finest grid leaves a hundredth of the deviation open.
     """
     if guides.cusp.any() and not guides.cusp.all():
         found = Traced.nothing(len(guides), half.dtype)
