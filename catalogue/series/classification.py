@@ -29,25 +29,13 @@ TOLERANCE = 1e-9
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Classification(Sequence[Memberships]):
-    """Memberships of n linkages.
+    """Memberships of n linkages in the k series that were `tested`, from residual and margin, (n, k).
 
-    Attributes
-    ----------
-    instant : Instant of n
-        The linkages.
-    tested : list of Series
-        Those tested, k of them.
-    residual, margin : ndarray, shape (n, k)
-        NaN where the family is none of the series', or the instant has no curvature (`reason`).
-    tolerance : float
-        Residual up to which a series holds.
-
-    Notes
-    -----
-    A series holds if its residual is at most the tolerance and its margin above it.  That leaves gaps: beside a series,
-    where its residual is just above the tolerance and the margin of what surrounds it just below, and where the instant
-    takes rays for parallel (up to an angle of 1e-8) or coincident (up to 1e-7) that are not so within the tolerance.
-    There the series with the least residual holds, of several within the tolerance the one with the largest margin.
+    These are NaN where the family is none of the series', or the instant has no curvature (`reason`).  A series holds
+    if its residual is at most the tolerance and its margin above it.  That leaves gaps: beside a series, where its
+    residual is just above the tolerance and the margin of what surrounds it just below, and where the instant takes
+    rays for parallel (up to an angle of 1e-8) or coincident (up to 1e-7) that are not so within the tolerance.  There
+    the series with the least residual holds, of several within the tolerance the one with the largest margin.
     """
 
     instant: Instant
@@ -125,12 +113,8 @@ class Classification(Sequence[Memberships]):
         return guided_elements(self.instant, radius)
 
     def singularity(self, point: npt.ArrayLike) -> tuple[Array, Array]:
-        """Return how many cusps and inflections coincide in the paths of coupler points: see `path_singularity`.
-
-        Parameters
-        ----------
-        point : complex or array_like of complex, shape (n,)
-            In the reference position.
+        """Return how many cusps and inflections coincide in the paths of coupler points, complex, () or (n,), given in
+        the reference position: see `path_singularity`.
 
         Raises
         ------
@@ -169,16 +153,11 @@ class Classification(Sequence[Memberships]):
 def classify(
     linkage: Linkage | npt.ArrayLike, series: Mapping[str, Series], tolerance: float | None = None
 ) -> Classification:
-    """Return the memberships of each linkage in the given series.
+    """Return the memberships of each linkage in the given series, by code.  A series that raises is left out, with a
+    `PluginWarning`.
 
-    Parameters
-    ----------
-    linkage : Linkage of n, or its pivots
-    series : mapping of Series
-        By code.  One that raises is left out, with a `PluginWarning`.
-    tolerance : float, optional
-        Residual up to which a series holds, if its margin is larger: what the rounding of the pivots makes of zero.
-        `TOLERANCE` if not given.
+    A series holds up to the residual `tolerance`, what the rounding of the pivots makes of zero (`TOLERANCE` if not
+    given), if its margin is larger.
 
     Raises
     ------

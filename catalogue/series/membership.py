@@ -13,11 +13,9 @@ class Membership:
 
     Attributes
     ----------
-    series, family, configuration : str
-    residual : float
-        Dimensionless distance from the series, 0 on it.
-    margin : float
-        Dimensionless distance from where the series meets another one; a residual beside a small margin decides little.
+    residual, margin : float
+        Dimensionless distance from the series, 0 on it; and from where the series meets another one: a residual beside
+        a small margin decides little.
     holds : bool
         Whether the linkage belongs to the series: residual at most the tolerance and margin above it.
     """

@@ -27,11 +27,10 @@ class NamedGuide:
     ----------
     name : str
         What ``catalogue show`` finds it by.
-    title, family : str
     pivots : nested tuple, shape (2, 2, 3)
         Dyad, (fixed, moving), (x, y, w) [the unit of the proportions].
-    guided : tuple of float
-        Guided point.
+    guided, centre : tuple of float
+        Guided point; centre of the circle, if the nominal is one.
     nominal : str
         ``line`` or ``circle``.
     stroke : float
@@ -41,8 +40,6 @@ class NamedGuide:
         the order of contact; 99 if exact.
     proportions, source, place : str
         Proportions in words; who described it, when and where; its place in the theory.
-    centre : tuple of float, optional
-        Of the circle.
 
     Raises
     ------
@@ -137,13 +134,7 @@ class NamedGuide:
 
 @cache
 def named_guides() -> dict[str, NamedGuide]:
-    """Return the named guides, by name.
-
-    Raises
-    ------
-    InvalidDesign
-        If one contradicts itself, or two have the same name.
-    """
+    """Return the named guides, by name; raise `InvalidDesign` if one contradicts itself, or two have the same name."""
     found: dict[str, NamedGuide] = {}
     for entry in json.loads((folder("data") / "named_guides.json").read_text("utf-8")):
         entry["pivots"] = tuple(tuple(tuple(pivot) for pivot in dyad) for dyad in entry["pivots"])

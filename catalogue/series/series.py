@@ -73,8 +73,6 @@ class Member:
     ----------
     name : str
         ``general``, or what makes it special (``symmetric``, ``pseudo-undulation`` ...).
-    family : str
-        Linkage family.
     parameters : sequence of Parameter
         The free ones; they are what is sampled and stored.
     pivots : callable
@@ -99,13 +97,7 @@ class Member:
         return f"{self.family} {self.name}"
 
     def complete(self, free: Parameters) -> dict[str, Array]:
-        """Return the free parameters, in order, with the derived ones added.
-
-        Raises
-        ------
-        PluginError
-            If a parameter is missing.
-        """
+        """Return the free parameters, in order, with the derived ones added; raise `PluginError` if one is missing."""
         missing = [p.name for p in self.parameters if p.name not in free]
         if missing:
             raise PluginError(f"{self.key}: parameter {', '.join(missing)} is missing")
@@ -146,19 +138,15 @@ class Guided:
 
 @dataclass(frozen=True, repr=False)
 class Series:
-    """A class of linkages whose cubics of stationary curvature degenerate in one way.
+    """A class of linkages whose cubics of stationary curvature degenerate in one way; raises `PluginError` if the data
+    contradict one another.
 
     Parameters
     ----------
-    code : str
-        As in ``II*.xy``.
-    title : str
-        One line for people.
+    code, title, source : str
+        As in ``II*.xy``; one line for people; where the theory stands.
     inverse : str
         Code of the inverse series; its own if it is self-inverse.
-    source : str
-        Where the theory stands.
-    members : sequence of Member
     classify : callable
         From an `Instant` of n linkages to residual (n,) and margin (n,).
     guided : callable
@@ -169,11 +157,6 @@ class Series:
     degenerate : bool
         False for a class that degenerate ones bound, such as all linkages with a finite pole: it is nearest to a
         linkage only where no degenerate series is known.
-
-    Raises
-    ------
-    PluginError
-        If the data contradict one another.
     """
 
     code: str
@@ -209,10 +192,10 @@ class Series:
 
     def member(self, key: str) -> Member:
         """Return the member with that key."""
-        for m in self.members:
-            if m.key == key:
-                return m
-        raise PluginError(f"series {self.code} has no member {key!r}; it has {', '.join(m.key for m in self.members)}")
+        named = {m.key: m for m in self.members}
+        if key not in named:
+            raise PluginError(f"series {self.code} has no member {key!r}; it has {', '.join(named)}")
+        return named[key]
 
     def answers(self, posed: Posed) -> Floats:
         """Return the linkages of posed problems, shape (n, k, 2, 2, 3), NaN where there are fewer than k."""
