@@ -23,8 +23,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidLinkage
-from .linkage import Linkage
-from .types import Array, Complexes, Floats, Mask
+from .linkage import Linkage, refuse
+from .types import Array, Complexes, Floats
 
 FOUR_BAR = ("ground", "crank", "coupler", "rocker")
 SLIDER_CRANK = ("crank", "coupler", "offset")
@@ -61,13 +61,13 @@ def from_lengths(links: Mapping[str, npt.ArrayLike]) -> Linkage:
     wide = np.broadcast_arrays(*(np.atleast_1d(v) for v in values.values()))
     values = dict(zip(values, wide, strict=True))
     for name in lengths - {"offset"}:
-        _refuse(~(values[name] > 0), f"its {name} must be above zero")
-    _refuse(np.asarray(np.abs(values["branch"]) != 1), "its branch must be 1 or -1")
-    _refuse(~np.isfinite(np.stack(list(values.values()))).all(0), "a number is NaN or infinite")
+        refuse(np.where(values[name] > 0, "", f"its {name} must be above zero"))
+    refuse(np.where(np.abs(values["branch"]) == 1, "", "its branch must be 1 or -1"))
+    refuse(np.where(np.isfinite(np.stack(list(values.values()))).all(0), "", "a number is NaN or infinite"))
     crank = values["crank"] * np.exp(1j * np.radians(values["angle"]))
     with np.errstate(invalid="ignore"):
         second = CLOSURES[fits[0]](crank, values)
-    _refuse(np.isnan(second).any(axis=(1, 2)), "its chain cannot be closed at this angle")
+    refuse(np.where(np.isnan(second).any(axis=(1, 2)), "its chain cannot be closed at this angle", ""))
     first = np.stack([_point(0 * crank), _point(crank)], axis=1)
     return Linkage(np.stack([first, second], axis=1))
 
@@ -99,10 +99,3 @@ CLOSURES = {FOUR_BAR: _four_bar, SLIDER_CRANK: _slider_crank, INVERTED: _inverte
 
 def _point(z: Array, w: float = 1.0) -> Floats:
     return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, w)], axis=-1)
-
-
-def _refuse(where: Mask, why: str) -> None:
-    bad = np.flatnonzero(where)
-    if bad.size:
-        more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
-        raise InvalidLinkage(f"linkage {bad[0]}: {why}{more}")

@@ -71,11 +71,7 @@ class Linkage:
         if given.shape[-3:] != (2, 2, 3) or given.ndim not in (3, 4):
             raise InvalidLinkage(f"pivots must have shape (2, 2, 3) or (n, 2, 2, 3), not {given.shape}")
         given = given.reshape(-1, 2, 2, 3)
-        wrong = faults(given)
-        bad = np.flatnonzero(wrong != "")
-        if bad.size:
-            more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
-            raise InvalidLinkage(f"linkage {bad[0]}: {wrong[bad[0]]}{more}")
+        refuse(faults(given))
         self.pivots = _normalised(given)
         self.pivots.setflags(write=False)
 
@@ -171,6 +167,14 @@ class Linkage:
         z = np.where(flip, self.points.conj(), self.points)
         z = np.where(self.finite, a * z + b, a / np.abs(a) * z)
         return self.trusted(np.stack([z.real, z.imag, self.pivots[..., 2]], axis=-1))
+
+
+def refuse(wrong: Array) -> None:
+    """Raise `InvalidLinkage` if anything is wrong with linkages (n,): empty strings where nothing is."""
+    bad = np.flatnonzero(wrong != "")
+    if bad.size:
+        more = f" (and {bad.size - 1} more)" if bad.size > 1 else ""
+        raise InvalidLinkage(f"linkage {bad[0]}: {wrong[bad[0]]}{more}")
 
 
 def faults(pivots: Floats) -> Array:
