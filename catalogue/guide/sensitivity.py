@@ -93,11 +93,6 @@ def pose_jacobian(moving: Motion, point: Complexes, t: Floats, tangent: Complexe
     return PoseJacobian(shift, angle, across)
 
 
-def across_nominal(moving: Motion, point: Complexes, t: Floats, tangent: Complexes) -> Floats:
-    """Return `PoseJacobian.across` alone."""
-    return pose_jacobian(moving, point, t, tangent).across
-
-
 def _solved(left: Floats, right: Floats) -> Floats:
     """Solve many equations in three unknowns, NaN where they are singular."""
     rows = [left[..., i, :] for i in range(3)]
@@ -157,7 +152,7 @@ def sensitivity(guides: CouplerCurve, traced: Traced, stations: int = NODES) -> 
     that are looked at have `stations` intervals between them."""
     nodes = grid(stations).nodes
     t, tangent = traced.parameters(nodes), _ways(guides, traced, nodes)
-    by = across_nominal(guides.motion, guides.point, t, tangent).reshape(*t.shape, 5, 2)
+    by = pose_jacobian(guides.motion, guides.point, t, tangent).across.reshape(*t.shape, 5, 2)
     length = np.hypot(by[..., 0], by[..., 1])  # (m, n, 5)
     finite = np.concatenate([guides.linkage.finite.reshape(-1, 4), np.ones((len(guides), 1), bool)], axis=1)
     given = np.where(finite, length, 0.0)
@@ -184,7 +179,7 @@ def rms_gradient(guides: CouplerCurve, traced: Traced, stations: int = 8, step: 
     pole = None if guides.pole is None else guides.pole[each]
     with np.errstate(all="ignore"):
         moving = motion(linkage, guides.motion.chart[each], point, pole=pole)
-        by = across_nominal(moving, point, t[:, each], tangent[:, each])
+        by = pose_jacobian(moving, point, t[:, each], tangent[:, each]).across
         finite = np.concatenate([linkage.finite.reshape(-1, 4), np.ones((len(point), 1), bool)], axis=1)
         rms = np.full((COUNT + 1) * n, np.nan)
         rms[good] = _largest(np.where(np.repeat(finite, 2, axis=1), by**2, 0.0), stations)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.sensitivity import COUNT, across_nominal, displaced
+from catalogue.guide.sensitivity import COUNT, displaced, pose_jacobian
 from catalogue.kinematics.linkage import FAMILIES, Linkage
 from catalogue.kinematics.motion import motion
 from catalogue.kinematics.types import Array
@@ -27,7 +27,7 @@ def test_derivatives_are_those_of_moved_linkages(family: str, random_linkages: M
     low, high = guides.window(-half, half)
     t = low + (high - low) * np.linspace(0, 1, 9)[:, None]
     u, _ = guides.path(t)
-    found = across_nominal(guides.motion, point, t, guides.tangent)
+    found = pose_jacobian(guides.motion, point, t, guides.tangent).across
 
     def across(step: Array) -> Array:
         moved, where, good = displaced(linkage, point, step)
@@ -53,7 +53,7 @@ def test_derivatives_are_those_of_moved_linkages(family: str, random_linkages: M
 def test_a_point_moves_with_the_coupler_and_a_direction_only_turns(random_linkages: Maker) -> None:
     linkage = random_linkages("slider-crank", N, 5)
     guides = coupler_curve(linkage, np.full(N, 0.3 + 0.2j))
-    found = across_nominal(guides.motion, guides.point, np.zeros((1, N)), guides.tangent)
+    found = pose_jacobian(guides.motion, guides.point, np.zeros((1, N)), guides.tangent).across
     normal = 1j * guides.tangent
     np.testing.assert_allclose(found[0, :, 8], normal.real, atol=1e-12)
     np.testing.assert_allclose(found[0, :, 9], normal.imag, atol=1e-12)
