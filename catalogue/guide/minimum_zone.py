@@ -122,21 +122,16 @@ def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | No
         for _ in range(5 if circle else 2):
             at, ahead = centre[open_], heading[open_]
             x, y = seen(u, v, at, ahead)
-            if held is not None:
-                bend = curvature[open_]
-                g, x, weight = concentric(x, y, bend)
-                c, error, index = exchange(x, g, index, weight)
-                moved = (np.abs(c[0]) + np.abs(c[1]) * reach[open_]) / (1e-1 * error + 1e-12 * reach[open_])
-            elif circle:
-                bend = curvature[open_]
-                g, x, weight = polar(x, y, bend)
-                c, error, index = exchange(x, g, index, weight)
-                curvature[open_] = bend + 2 * c[2] + 0.5 * c[0] * bend**2
-                far = reach[open_]
-                moved = (np.abs(c[0]) + (np.abs(c[1]) + np.abs(c[2]) * far) * far) / (1e-1 * error + 1e-12 * far)
-            else:
-                c, error, index = exchange(x, y, index)
-                moved = np.abs(c[1])  # a line is linear but for its tilt; a circle has to come to rest
+            bend, far = curvature[open_], reach[open_]
+            if circle:
+                y, x, weight = (polar if held is None else concentric)(x, y, bend)
+            c, error, index = exchange(x, y, index, weight if circle else None)
+            moved = np.abs(c[1])  # a line is linear but for its tilt; a circle has to come to rest
+            if circle:
+                if held is None:
+                    curvature[open_] = bend + 2 * c[2] + 0.5 * c[0] * bend**2
+                    moved = moved + np.abs(c[2]) * far
+                moved = (np.abs(c[0]) + moved * far) / (1e-1 * error + 1e-12 * far)
             centre[open_], heading[open_] = shifted(at, ahead, c[0], c[1])
             deviation[open_] = error
             more = moved > 1e-4
