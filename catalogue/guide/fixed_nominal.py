@@ -73,7 +73,8 @@ def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
         u = ((ends - guides.point) * guides.tangent.conj()).real
         for _ in range(ROUNDS):
             t = np.stack(guides.window(*np.clip(u, -guides.extent[0], guides.extent[1])))
-            now, heading = nominal.along(guides.point + _moved(guides, t))
+            x, y = guides.path(t)
+            now, heading = nominal.along(guides.point + (x + 1j * y) * guides.tangent)
             missing = wanted - now
             u = u + missing * (heading * guides.tangent.conj()).real
     deviation, unresolved, forward = _measured(guides, t, nominal, onward, nodes)
@@ -102,11 +103,6 @@ def _measured(
         run, off = nominal.along(z)[0], nominal.off(z)
         forward = (np.diff(np.where(onward, run, -run), axis=0) > 0).all(0)
         return _largest(points.fine @ off), np.abs(points.coefficients[-2:] @ off).sum(0), np.asarray(forward)
-
-
-def _moved(guides: CouplerCurve, t: Floats) -> Complexes:
-    u, v = guides.path(t)
-    return np.asarray((u + 1j * v) * guides.tangent)
 
 
 def _largest(values: Floats) -> Floats:

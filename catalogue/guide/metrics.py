@@ -206,13 +206,13 @@ def measure(
         path = pose.point(point)
         z = linkage.points
         at = [pose.point(z[:, i, 1]) for i in (0, 1)]
-        machine, pins = linkage, at
+        machine, carried = linkage, at
         if inverse:
             machine, pose = of_machine(linkage, pose)
-            pins = [pose.point(z[:, i, 0]) for i in (0, 1)]
+            carried = [pose.point(z[:, i, 0]) for i in (0, 1)]
         turns = rotates(machine)
-        angle, driver = transmission(machine, pins, pose.x, turns if turning else None)
-        drive_angle, rotation = _turned(machine, pins, pose.x, driver)
+        angle, driver = transmission(machine, carried, pose.x, turns if turning else None)
+        drive_angle, rotation = _turned(machine, carried, pose.x, driver)
         middle = _middle(path, traced)
         fixed = _finite(linkage, 0)
         now = np.stack([_at(m, middle) for m in at], axis=-1)
@@ -224,9 +224,10 @@ def measure(
         size = np.maximum(np.maximum(between, reach), np.abs(path[-1] - path[0]))
         if inverse:
             fixed, now, point = now, fixed, np.where(guides.cusp, point, _at(path, middle))
-        arm = np.fmin.reduce(np.abs(point[:, None] - _finite(machine, 1)), axis=1)
-        ground = np.abs(np.diff(_finite(machine, 0), axis=1)[:, 0])
-        links = np.abs(np.stack([*_cranks(machine).T, np.diff(_finite(machine, 1), axis=1)[:, 0]]))
+        ends, pins = _finite(machine, 0), _finite(machine, 1)
+        arm = np.fmin.reduce(np.abs(point[:, None] - pins), axis=1)
+        ground = np.abs(np.diff(ends, axis=1)[:, 0])
+        links = np.abs(np.stack([*(pins - ends).T, np.diff(pins, axis=1)[:, 0]]))
         centre = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
         local = [
             (p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, np.concatenate([fixed, now], 1))
@@ -287,11 +288,6 @@ def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats
 def _finite(linkage: Linkage, plane: int) -> Complexes:
     """Return the fixed (0) or moving (1) pivots, shape (n, 2); NaN for those at infinity."""
     return np.where(linkage.finite[:, :, plane], linkage.points[:, :, plane], complex(np.nan, np.nan))
-
-
-def _cranks(linkage: Linkage) -> Complexes:
-    """Return both dyads from fixed to moving pivot, shape (n, 2); NaN for those that are no crank."""
-    return np.asarray(_finite(linkage, 1) - _finite(linkage, 0))
 
 
 def _turned(linkage: Linkage, at: list[Complexes], x: Complexes, driver: Array) -> tuple[Floats, Floats]:

@@ -185,14 +185,13 @@ def _straightened(
     """Return the split paths (u, v), the shift along and across the tangent, and about how large the error was."""
     shift = np.zeros(len(half), dtype=(u[:1] + 0j).dtype)
     curvature = _bend(u, v) if circle else np.zeros_like(half)
-    before = None
+    errors = []
     for _ in range(ROUNDS):
         step, error = _step(u, v, cos, sin, half, curvature, points.coefficients, leash)
-        before = error if before is None else before
+        errors.append(error)
         shift = shift + step
         u, v = u + cos * step.real - sin * step.imag, v + cos * step.imag + sin * step.real
-    assert before is not None
-    return u, v, shift, before
+    return u, v, shift, errors[0]
 
 
 def _step(
