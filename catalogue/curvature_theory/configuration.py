@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kinematics.linkage import PR, RP, Linkage
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Array
 from .analysis import DEAD_SINE, PARALLEL, REGULAR, Curvature
 from .finite_pole import distances
 
@@ -30,7 +30,11 @@ def configuration(linkage: Linkage, instant: Curvature) -> Array:
         some = linkage[regular]
         pole = instant.pole[regular, 0] + 1j * instant.pole[regular, 1]
         normal = instant.axes[regular, 1, 0] + 1j * instant.axes[regular, 1, 1]
-        r, r_star = _along_rays(some, pole)
+        # at a dead point the pole is not where the rays meet, and is as sure as the pivots
+        plain = (some.rays[:, :, None].conj() * (some.points - pole[:, None, None])).real
+        plain = np.where(some.finite, plain, np.inf)
+        dead = np.abs(some.sine)[:, None] < DEAD_SINE
+        r, r_star = (np.where(dead, plain[..., i], along) for i, along in enumerate(distances(some, pole)[:2]))
         up = np.where((some.rays * normal[:, None].conj()).real < 0, -1.0, 1.0)
         letter = np.where(r * up > 0, "P", np.where(r_star * up > 0, "X", "N"))
         near = AT_POLE * some.size[:, None]
@@ -49,13 +53,3 @@ def configuration(linkage: Linkage, instant: Curvature) -> Array:
         cranks = (some.dyads == 0).all(1)
         names[parallel] = np.where(cranks, np.where(height[:, 0] * height[:, 1] > 0, "equal", "opposite"), "single")
     return names
-
-
-def _along_rays(linkage: Linkage, pole: Complexes) -> tuple[Floats, Floats]:
-    """Return the signed distances of fixed and moving pivots from the pole, (n, 2) each, infinite at infinity."""
-    r, r_star, _ = distances(linkage, pole)
-    # at a dead point the pole is not where the rays meet, and is as sure as the pivots
-    dead = np.abs(linkage.sine)[:, None] < DEAD_SINE
-    plain = (linkage.rays[:, :, None].conj() * (linkage.points - pole[:, None, None])).real
-    plain = np.where(linkage.finite, plain, np.inf)
-    return np.where(dead, plain[..., 0], r), np.where(dead, plain[..., 1], r_star)

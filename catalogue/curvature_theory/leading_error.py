@@ -155,8 +155,13 @@ def leading_error(
         positions = np.where(there.any(0), there.argmax(0), EXACT + 1)
         if order is not None:
             positions = np.broadcast_to(np.asarray(order) + 1, positions.shape)
-        else:
-            positions = _measured(linkage, point, positions, gap, z, unit, wanted_curvature, pole, tolerance)
+        else:  # where there are more than any point has that is not exact, the finite motion decides
+            many = np.flatnonzero((positions > MOST) & np.isfinite(gap).all(0) & np.isfinite(unit + wanted_curvature))
+            at = None if pole is None else np.asarray(pole)[many]
+            which = linkage[many], point[many], unit[many], wanted_curvature[many], at
+            first = first_term(gap[:, many], z[:, many], MOST, tolerance)
+            exact = stays(*which) | (first == 0) & stays(*which, NEARER)
+            positions[many] = np.where(exact, EXACT + 1, np.where(first == 0, UNDECIDED, first))
         exact = positions > EXACT
         row = np.clip(np.where(exact, 0, positions), 0, TERMS - 1)
         speed = np.where(cusp, np.sqrt(u[2]) * np.where(path.turn < 0, -1, 1), u[1])
@@ -164,28 +169,6 @@ def leading_error(
     undefined = ~np.isfinite(base)
     coefficient = np.where(undefined, np.nan, np.where(exact, 0.0, coefficient))
     return LeadingError(np.where(undefined, 0, positions), coefficient, -1j * unit, wanted_curvature, wanted, cusp)
-
-
-def _measured(
-    linkage: Linkage,
-    point: Complexes,
-    positions: Array,
-    gap: Floats,
-    path: Complexes,
-    unit: Complexes,
-    curvature: Floats,
-    pole: Complexes | None,
-    tolerance: float,
-) -> Array:
-    """Return the positions, where there are more than any point has that is not exact decided by the finite motion."""
-    many = np.flatnonzero((positions > MOST) & np.isfinite(gap).all(0) & np.isfinite(unit + curvature))
-    if many.size:
-        positions, at = positions.copy(), None if pole is None else np.asarray(pole)[many]
-        which = linkage[many], point[many], unit[many], curvature[many], at
-        first = first_term(gap[:, many], path[:, many], MOST, tolerance)
-        exact = stays(*which) | (first == 0) & stays(*which, NEARER)
-        positions[many] = np.where(exact, EXACT + 1, np.where(first == 0, UNDECIDED, first))
-    return positions
 
 
 def leading_error_of_pairs(
