@@ -146,10 +146,10 @@ def curvature(linkage: Linkage, branch: int | None = None) -> Curvature:
     if far.any():
         out["principal_pairs"][far] = polish_pairs(linkage[far], out["principal_pairs"][far])
     found = Curvature(**out)
-    if branch is not None and (state == DEAD_POINT).any():
+    if branch is not None:
         from .dead_points import branched  # which is built on this module
 
-        return branched(found, linkage, np.full(len(linkage), branch))
+        return branched(found, linkage, int(branch))
     return found
 
 

@@ -40,7 +40,7 @@ def configuration(linkage: Linkage, instant: Curvature) -> Array:
         near = AT_POLE * some.size[:, None]
         letter = np.where(np.abs(r_star) < near, "D", np.where(np.abs(r) < near, "V", letter))
         letter = np.where(some.dyads == PR, "T", np.where(some.dyads == RP, "C", letter))
-        place = np.array([[LETTERS.index(c) for c in row] for row in letter])
+        place = (letter[..., None] == np.array(list(LETTERS))).argmax(-1)
         letter = np.take_along_axis(letter, np.argsort(place, axis=1, kind="stable"), 1)
         names[regular] = np.char.add(letter[:, 0], letter[:, 1])
     parallel = np.flatnonzero(instant.state == PARALLEL)

@@ -15,29 +15,25 @@ from dataclasses import fields
 import numpy as np
 
 from ..kinematics.linkage import PR, RP, Linkage
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Array, Complexes, Floats, Indices
 from .analysis import DEAD_POINT, REGULAR, Curvature, blank, curvature
 from .finite_pole import VANISHING
 
 
-def on_branch(linkage: Linkage, pole: Complexes) -> Curvature:
-    """Return the instants of linkages, at dead points that of the branch whose pole is nearest to a given one, (n,)."""
-    found = curvature(linkage)
-    dead, branch = np.flatnonzero(found.state == DEAD_POINT), np.zeros(len(linkage), int)
-    if dead.size:
-        both = dead_points(linkage[dead])
-        off = np.abs(both.pole[:, 0] + 1j * both.pole[:, 1] - np.repeat(pole[dead], 2)).reshape(-1, 2)
-        branch[dead] = np.argmin(np.where(np.isnan(off), np.inf, off), axis=1)
-    return branched(found, linkage, branch)
-
-
-def branched(found: Curvature, linkage: Linkage, branch: Array) -> Curvature:
-    """Return instants with those of linkages at dead points replaced by the ones of a branch, 0 or 1, shape (n,)."""
+def branched(found: Curvature, linkage: Linkage, branch: int | Complexes) -> Curvature:
+    """Return instants with those of linkages at dead points replaced by the ones of a branch: 0, 1, or the one whose
+    pole is nearest to a given one, (n,)."""
     dead = np.flatnonzero(found.state == DEAD_POINT)
     if dead.size:
         both = dead_points(linkage[dead])
+        chosen: int | Indices
+        if isinstance(branch, int):
+            chosen = branch
+        else:
+            off = np.abs(both.pole[:, 0] + 1j * both.pole[:, 1] - np.repeat(branch[dead], 2)).reshape(-1, 2)
+            chosen = np.argmin(np.where(np.isnan(off), np.inf, off), axis=1)
         for f in fields(Curvature):
-            getattr(found, f.name)[dead] = getattr(both, f.name)[2 * np.arange(dead.size) + branch[dead]]
+            getattr(found, f.name)[dead] = getattr(both, f.name)[2 * np.arange(dead.size) + chosen]
     return found
 
 

@@ -11,7 +11,7 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats
 from .analysis import Curvature, curvature
 from .configuration import configuration
-from .dead_points import on_branch
+from .dead_points import branched
 
 
 @dataclass(frozen=True, eq=False)
@@ -28,7 +28,8 @@ class Instant:
     @cached_property
     def curvature(self) -> Curvature:
         """Pole, axes, cubics of stationary curvature, principal pairs."""
-        return curvature(self.linkage) if self.pole is None else on_branch(self.linkage, self.pole)
+        found = curvature(self.linkage)
+        return found if self.pole is None else branched(found, self.linkage, self.pole)
 
     @cached_property
     def configuration(self) -> Array:
