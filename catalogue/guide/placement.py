@@ -124,9 +124,7 @@ def along_path(guides: CouplerCurve, curvature: Floats | float) -> Floats:
     return np.asarray(np.where(guides.tangent.real < 0, -1.0, 1.0) * curvature)
 
 
-def near_stroke(
-    guides: CouplerCurve, stroke: float, *, circle: bool, nodes: int = 32, curvature: float | None = None
-) -> Traced:
+def near_stroke(guides: CouplerCurve, stroke: float, *, circle: bool, curvature: float | None = None) -> Traced:
     """Trace each of n guides, its point as it is, over the window about its reference position whose ends are so far
     apart [length of the guides]; NaN where it does not reach so far.
 
@@ -136,10 +134,10 @@ def near_stroke(
     held = None if curvature is None else along_path(guides, curvature)
     half, centre = np.where(guides.cusp, stroke, 0.5 * stroke), np.zeros(len(guides))
     half = np.where(guides.cusp, half, _of_chord(guides, half, centre, np.full_like(half, stroke)))
-    found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
+    found = trace(guides, half, circle=circle, split=False, centre=centre, held=held)
     if held is None:
         return found
-    return _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)[0]
+    return _corrected(found, guides, stroke, half, circle=circle, centre=centre, held=held)[0]
 
 
 def _corrected(
