@@ -62,13 +62,9 @@ def _newton(z: Complexes, finite: Mask, kinds: tuple[int, ...], step: float, siz
     for _ in range(ROUNDS):
         missing = wanted - lengths(z)
         columns = []
-        for k in free:
-            for direction in (1.0, 1j):
-                by = 1e-6 * size * direction
-                ahead, behind = z.copy(), z.copy()
-                ahead[:, k] += by
-                behind[:, k] -= by
-                columns.append((lengths(ahead) - lengths(behind)) / (2e-6 * size[:, None]))
+        for direction in np.kron(np.eye(5)[free], [[1], [1j]]):
+            by = 1e-6 * size[:, None] * direction
+            columns.append((lengths(z + by) - lengths(z - by)) / (2e-6 * size[:, None]))
         jacobian = np.stack(columns, axis=-1)
         with np.errstate(all="ignore"):
             ok = np.isfinite(jacobian).all((1, 2)) & np.isfinite(missing).all(1)
