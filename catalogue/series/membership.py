@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import overload
 
@@ -57,9 +57,6 @@ class Memberships(Sequence[Membership]):
 
     def __len__(self) -> int:
         return len(self.holding)
-
-    def __iter__(self) -> Iterator[Membership]:
-        return iter(self.holding)
 
     @overload
     def __getitem__(self, index: int) -> Membership: ...

@@ -209,19 +209,16 @@ class Series:
 
     def inversion(self, code: str, title: str) -> Series:
         """Return the inverse series: fixed and moving plane exchanged in everything."""
-
-        def classify(instant: Instant) -> tuple[Floats, Floats]:
-            return self.classify(instant.inverted)
-
-        def guided(p: Parameters) -> list[Guided]:
-            return [g.inverted() for g in self.guided(p)]
-
         members = [
             replace(m, name=inverse_words(m.name), family=inverse_family(m.family), pivots=_inverted(m.pivots))
             for m in self.members
         ]
-        solve = dual(self.solve) if self.solve else None
-        return Series(code, title, self.code, f"inversion of {self.code}", members, classify, guided, solve)
+        return Series(
+            code, title, self.code, f"inversion of {self.code}", members,
+            classify=lambda instant: self.classify(instant.inverted),
+            guided=lambda p: [g.inverted() for g in self.guided(p)],
+            solve=dual(self.solve) if self.solve else None,
+        )  # fmt: skip
 
 
 def _inverted(pivots: Callable[[Parameters], Array]) -> Callable[[Parameters], Array]:
