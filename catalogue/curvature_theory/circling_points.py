@@ -17,6 +17,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..errors import InvalidRequest
+from ..kinematics.linkage import homogeneous
 from ..kinematics.polynomials import product
 from ..kinematics.types import Floats
 from .analysis import Curvature
@@ -58,7 +59,7 @@ def circling_points(curvature: Curvature, radius: float) -> Floats:
             local.real * plane[:, None, None, 0] + local.imag * plane[:, None, None, 1]
         )
     z = np.where(good[..., None], z, complex(np.nan, np.nan))
-    return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, 1.0)], axis=-1)
+    return homogeneous(z)
 
 
 def _on_curve(kappa: Floats, star: Floats, s: Floats, size: Floats) -> tuple[Floats, Floats, Floats]:

@@ -14,7 +14,7 @@ from dataclasses import fields
 
 import numpy as np
 
-from ..kinematics.linkage import PR, RP, Linkage
+from ..kinematics.linkage import PR, RP, Linkage, homogeneous
 from ..kinematics.types import Array, Complexes, Floats, Indices
 from .analysis import DEAD_POINT, REGULAR, Curvature, blank, curvature
 from .finite_pole import VANISHING
@@ -84,7 +84,7 @@ def dead_points(linkage: Linkage) -> Curvature:
         "s": np.zeros_like(rho0),
         "undulation": np.where(np.abs(kappa) < VANISHING, np.nan, 1.0)[..., None] * normal + centre,
         "cuspidation": np.where(np.abs(star) < VANISHING, np.nan, -1.0)[..., None] * normal + centre,
-        "principal_pairs": np.stack([world.real, world.imag, np.where(np.isnan(world.real), np.nan, 1.0)], axis=-1),
+        "principal_pairs": homogeneous(world),
     }
     for value in out.values():
         value[~alive] = np.nan

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kinematics.linkage import RR, Linkage
+from ..kinematics.linkage import RR, Linkage, homogeneous
 from ..kinematics.types import Floats
 from .finite_pole import scaled
 
@@ -57,7 +57,6 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
     base = linkage.rays[:, 0]
     point = pairs[..., 0] + 1j * pairs[..., 1]
     point = np.where(pairs[..., 2] != 0, point + out[:, None, None], point) * base[:, None, None]
-    world = np.stack([point.real, point.imag, pairs[..., 2]], axis=-1)
     pole = out * base
     axes = np.stack([np.stack([base.real, base.imag], -1), np.stack([-base.imag, base.real], -1)], axis=1)
     found = {
@@ -69,7 +68,7 @@ def parallel_cranks(linkage: Linkage) -> dict[str, Floats]:
         "s": np.zeros(len(linkage)),
         "k": k,
         "k_star": k_star,
-        "principal_pairs": world,
+        "principal_pairs": homogeneous(point, pairs[..., 2]),
     }
     for value in found.values():
         value[bad] = np.nan

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from .linkage import PR, RR, Linkage
+from .linkage import PR, RR, Linkage, homogeneous
 from .types import Array, Complexes, Indices
 
 #: A guided point nearer to a moving pivot than this part of the coupler has no cognate: two pivots would coincide.
@@ -35,9 +35,8 @@ def cognates(linkage: Linkage, point: Complexes) -> tuple[Linkage, Indices, Arra
             third = np.where(finite[:, two, 0], fixed + q * (z[:, two, 0] - fixed), q / np.abs(q) * z[:, two, 0])
         rows = np.flatnonzero(good)
         places = np.stack([np.stack([fixed, first], 1), np.stack([third, second], 1)], axis=1)[rows]
-        weight = np.ones(places.shape)
-        weight[:, 1, 0] = finite[rows, two, 0]
-        found.append(np.stack([places.real, places.imag, weight], axis=-1))
+        found.append(homogeneous(places))
+        found[-1][:, 1, 0, 2] = finite[rows, two, 0]
         which.append(rows)
         number.append(np.full(len(rows), one + 1))
     made, valid = Linkage.valid(np.concatenate(found))

@@ -23,8 +23,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidLinkage
-from .linkage import Linkage, refuse
-from .types import Array, Complexes, Floats
+from .linkage import Linkage, homogeneous, refuse
+from .types import Complexes, Floats
 
 FOUR_BAR = ("ground", "crank", "coupler", "rocker")
 SLIDER_CRANK = ("crank", "coupler", "offset")
@@ -68,7 +68,7 @@ def from_lengths(links: Mapping[str, npt.ArrayLike]) -> Linkage:
     with np.errstate(invalid="ignore"):
         second = CLOSURES[fits[0]](crank, values)
     refuse(np.where(np.isnan(second).any(axis=(1, 2)), "its chain cannot be closed at this angle", ""))
-    first = np.stack([_point(0 * crank), _point(crank)], axis=1)
+    first = np.stack([homogeneous(0 * crank), homogeneous(crank)], axis=1)
     return Linkage(np.stack([first, second], axis=1))
 
 
@@ -77,13 +77,13 @@ def _four_bar(crank: Complexes, of: Mapping[str, Floats]) -> Floats:
     along = (np.abs(base) ** 2 + of["coupler"] ** 2 - of["rocker"] ** 2) / (2 * np.abs(base))
     across = np.sqrt(of["coupler"] ** 2 - along**2)
     moving = crank + (along + 1j * of["branch"] * across) * base / np.abs(base)
-    return np.stack([_point(of["ground"] + 0j), _point(moving)], axis=1)
+    return np.stack([homogeneous(of["ground"] + 0j), homogeneous(moving)], axis=1)
 
 
 def _slider_crank(crank: Complexes, of: Mapping[str, Floats]) -> Floats:
     run = np.sqrt(of["coupler"] ** 2 - (of["offset"] - crank.imag) ** 2)
     slider = crank.real + of["branch"] * run + 1j * of["offset"]
-    return np.stack([_point(1j + 0 * crank, 0.0), _point(slider)], axis=1)
+    return np.stack([homogeneous(1j + 0 * crank, 0.0), homogeneous(slider)], axis=1)
 
 
 def _inverted(crank: Complexes, of: Mapping[str, Floats]) -> Floats:
@@ -91,11 +91,7 @@ def _inverted(crank: Complexes, of: Mapping[str, Floats]) -> Floats:
     sine = of["offset"] / np.abs(base)
     run = of["branch"] * np.sqrt(1 - sine**2)
     normal = 1j * base / np.abs(base) * (run + 1j * sine)  # of the line, to the left of its run
-    return np.stack([_point(of["ground"] + 0j), _point(normal, 0.0)], axis=1)
+    return np.stack([homogeneous(of["ground"] + 0j), homogeneous(normal, 0.0)], axis=1)
 
 
 CLOSURES = {FOUR_BAR: _four_bar, SLIDER_CRANK: _slider_crank, INVERTED: _inverted}
-
-
-def _point(z: Array, w: float = 1.0) -> Floats:
-    return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, w)], axis=-1)

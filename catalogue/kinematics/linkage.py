@@ -166,7 +166,12 @@ class Linkage:
         a, b, flip = (np.broadcast_to(v, len(self))[:, None, None] for v in (a, b, np.asarray(mirror)))
         z = np.where(flip, self.points.conj(), self.points)
         z = np.where(self.finite, a * z + b, a / np.abs(a) * z)
-        return self.trusted(np.stack([z.real, z.imag, self.pivots[..., 2]], axis=-1))
+        return self.trusted(homogeneous(z, self.pivots[..., 2]))
+
+
+def homogeneous(z: Array, w: npt.ArrayLike = 1.0) -> Floats:
+    """Return (x, y, w) of complex numbers z, shape (..., 3); w is NaN where z is."""
+    return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, w)], axis=-1)
 
 
 def refuse(wrong: Array) -> None:

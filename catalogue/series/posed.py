@@ -13,6 +13,7 @@ from functools import wraps
 
 import numpy as np
 
+from ..kinematics.linkage import homogeneous
 from ..kinematics.types import Array, Complexes, Floats, Mask
 
 #: What may be given: both fixed pivots, both moving ones, or the fixed and the moving pivot of one crank.
@@ -87,7 +88,7 @@ def four_bars(fixed: Complexes, moving: list[tuple[Complexes, Complexes]]) -> Fl
     both = np.stack([np.stack(pair, axis=-1) for pair in moving], axis=1)  # (n, k, 2)
     z = np.stack(np.broadcast_arrays(fixed[:, None], both), axis=-1)
     z = np.where(np.isfinite(z).all(axis=(2, 3), keepdims=True), z, complex(np.nan, np.nan))
-    return np.stack([z.real, z.imag, np.where(np.isnan(z.real), np.nan, 1.0)], axis=-1)
+    return homogeneous(z)
 
 
 def circle_through(a: Complexes, b: Complexes, c: Complexes) -> Complexes:
