@@ -196,23 +196,21 @@ def leading_error_of_pairs(
     )
 
 
-def path_singularity(
-    linkage: Linkage, point: Complexes, *, pole: Complexes | None = None, tolerance: float = TOLERANCE
-) -> tuple[Array, Array]:
+def path_singularity(linkage: Linkage, point: Complexes, *, pole: Complexes | None = None) -> tuple[Array, Array]:
     """Return how singular the paths of coupler points are: p cusps and q inflections that coincide, shape (n,) each.
 
     (0, 0) an ordinary point, (0, 1) an inflection, (0, 2), (0, 3), (0, 4) undulation, pseudo- and double undulation,
     (1, 0) a cusp, (1, 1) a rhamphoid cusp, (1, 2) a hypercusp; q = `EXACT` on a straight line; -1 where the motion has
     no series.
 
-    A coefficient of the path counts as zero when it adds less than `tolerance` to the path at the distance (of
+    A coefficient of the path counts as zero when it adds less than `TOLERANCE` to the path at the distance (of
     the parameter) at which its largest terms equal the first one; so does the velocity beside the acceleration.
     Up to p + q = 3 a point rounded to double precision is decided surely, beyond that what the series says is surer.
 
     Source: Allievi 1895, Introduction: p derivatives of the arc and q of the tangent's angle vanish; the point
     has N = p + q + 2 positions in common with its tangent.
     """
-    found = leading_error(linkage, point, pole=pole, tolerance=tolerance)
+    found = leading_error(linkage, point, pole=pole)
     p = np.where(found.cusp, 1, 0)
     q = np.where(found.positions > EXACT, EXACT, found.positions - p - 2)
     return np.where(found.positions > 0, p, -1), np.where(found.positions > 0, q, -1)

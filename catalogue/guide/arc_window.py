@@ -6,6 +6,7 @@ import numpy as np
 
 from ..kinematics.types import Floats
 from .coupler_curve import CouplerCurve
+from .reach import NODES
 from .trace import Traced, trace
 
 #: Windows that are tried at first, in parts of that which would do if the sweep grew in proportion.
@@ -14,9 +15,7 @@ TRIED = np.array([0.75, 0.9, 1.0, 1.1])
 ROUNDS, REACHED = 6, 1e-6
 
 
-def at_sweep(
-    guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, sweep: float, nodes: int = 16
-) -> tuple[Floats, Traced]:
+def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, sweep: float) -> tuple[Floats, Traced]:
     """Return half windows (n,) [length] whose chords are `sweep` (below 2) times the radius, and what is traced there.
 
     The sweep does not grow in proportion to the window, since the circle changes with it and the point is moved for
@@ -34,7 +33,7 @@ def at_sweep(
     guess = sweep / known
     parts = np.stack([*(TRIED[:, None] * guess), np.sqrt(guess)])
     each = np.tile(np.arange(n), len(parts))
-    ladder = trace(guides[each], (half * parts).ravel(), circle=True, split=True, centre=centre[each], nodes=nodes)
+    ladder = trace(guides[each], (half * parts).ravel(), circle=True, split=True, centre=centre[each], nodes=NODES)
     with np.errstate(all="ignore"):
         x = np.log(np.concatenate([parts, np.ones_like(parts[:1])]))
         y = np.concatenate([_excess(ladder, sweep).reshape(parts.shape), -np.log(guess)[None]])
@@ -52,7 +51,7 @@ def at_sweep(
                 break
             at = _between(x[:, open_], y[:, open_])
             half[open_] = scale[open_] * np.exp(at)
-            now = trace(guides[open_], half[open_], circle=True, split=True, centre=centre[open_], nodes=nodes)
+            now = trace(guides[open_], half[open_], circle=True, split=True, centre=centre[open_], nodes=NODES)
             traced = traced.replaced(open_, now)
             error = _excess(now, sweep)
             for values, new in ((x, at), (y, error)):

@@ -15,6 +15,8 @@ from .trace import OFF_CENTRE, Traced, trace
 LEVELS = (-2, -3, -4, -5, -6, -7, -8, -9)
 #: Strokes tried: a geometric sequence down from the longest.
 STROKES, RATIO = 10, 0.62
+#: Intervals between the Chebyshev points of a window.
+NODES = 16
 #: Part of the extent that is used: at its very end the path turns back.
 USABLE = 0.95
 
@@ -37,7 +39,7 @@ class Ladder(Columns):
         return self.traced.relative
 
 
-def scan(guides: CouplerCurve, *, circle: bool, three: Mask, nodes: int = 16) -> Ladder:
+def scan(guides: CouplerCurve, *, circle: bool, three: Mask) -> Ladder:
     """Trace each guide over a sequence of strokes; where a point has `three` merged inflections, (n,), a stroke is also
     tried off centre, to either side, and the best of these centres is taken."""
     n = len(guides)
@@ -46,17 +48,17 @@ def scan(guides: CouplerCurve, *, circle: bool, three: Mask, nodes: int = 16) ->
         some = guides[three]
         shortest = 0.3 * _longest(some, OFF_CENTRE)
         options = np.array([0.0, OFF_CENTRE, -OFF_CENTRE])
-        tried = [trace(some, shortest, circle=circle, split=True, centre=c, nodes=nodes) for c in options]
+        tried = [trace(some, shortest, circle=circle, split=True, centre=c, nodes=NODES) for c in options]
         relative = np.stack([one.relative for one in tried])
         centre[three] = options[np.argmin(np.where(np.isnan(relative), np.inf, relative), axis=0)]
     half = _longest(guides, centre) * RATIO ** np.arange(STROKES)[:, None]
     each = np.tile(np.arange(n), STROKES)
-    found = trace(guides[each], half.ravel(), circle=circle, split=True, centre=centre[each], nodes=nodes)
+    found = trace(guides[each], half.ravel(), circle=circle, split=True, centre=centre[each], nodes=NODES)
     return Ladder(half, mapped(lambda values: values.reshape(half.shape), found), centre)
 
 
 def reach(
-    guides: CouplerCurve, ladder: Ladder, tolerance: Floats | float, *, circle: bool, steps: int = 2, nodes: int = 16
+    guides: CouplerCurve, ladder: Ladder, tolerance: Floats | float, *, circle: bool, steps: int = 2
 ) -> tuple[Array, Traced]:
     """Return the longest half strokes within a relative deviation, float or (n,), NaN where there is none, and what is
     traced there.
@@ -66,13 +68,6 @@ def reach(
     """
     tolerance = np.broadcast_to(np.asarray(tolerance, dtype=float), len(guides))
     column = np.arange(len(guides))
-
-    def traced(where: Mask, half: Array) -> tuple[Traced, Floats]:
-        now = trace(guides[where], half[where], circle=circle, split=True, centre=ladder.centre[where], nodes=nodes)
-        error = np.full(len(guides), np.nan)
-        error[where] = np.log(now.relative / tolerance[where])
-        return now, error
-
     with np.errstate(all="ignore"):
         holds = ladder.relative <= tolerance
         k = np.argmax(holds, axis=0)
@@ -90,7 +85,11 @@ def reach(
             share = np.clip((-0.02 - good_e) / (bad_e - good_e), 0.05, 0.95)
             share = np.where(np.isfinite(share), share, 0.5)
             tried = np.exp(np.log(good) + share * (np.log(bad) - np.log(good)))
-            now, e = traced(open_, tried)
+            now = trace(
+                guides[open_], tried[open_], circle=circle, split=True, centre=ladder.centre[open_], nodes=NODES
+            )
+            e = np.full(len(guides), np.nan)
+            e[open_] = np.log(now.relative / tolerance[open_])
             hit = open_ & (e <= 0)
             miss = open_ & ~hit
             found = found.replaced(hit, now[hit[open_]])

@@ -121,8 +121,8 @@ def displaced(linkage: Linkage, point: Complexes, step: Floats) -> tuple[Linkage
     return made, (point + step[:, 8] + 1j * step[:, 9])[good], good
 
 
-#: Intervals between the positions that are looked at.
-NODES = 32
+#: Intervals between the positions that are looked at, and where derivatives are wanted.
+NODES, COARSE = 32, 8
 
 
 @dataclass(frozen=True)
@@ -164,13 +164,13 @@ def sensitivity(guides: CouplerCurve, traced: Traced, stations: int = NODES) -> 
     )
 
 
-def rms_gradient(guides: CouplerCurve, traced: Traced, stations: int = 8, step: float = 1e-5) -> tuple[Floats, Floats]:
+def rms_gradient(guides: CouplerCurve, traced: Traced, step: float = 1e-5) -> tuple[Floats, Floats]:
     """Return `Sensitivity.rms` of traced guides, (n,), and its derivatives by the pivots and the guided point, (n, 10),
     as in `PoseJacobian`, 0 where they are not known.
 
     Differences of the first derivatives over a `step` [length], the poses and the way of the path held.
     """
-    n, nodes = len(guides), grid(stations).nodes
+    n, nodes = len(guides), grid(COARSE).nodes
     t, tangent = traced.parameters(nodes), _ways(guides, traced, nodes)
     steps = np.concatenate([np.zeros((1, COUNT)), step * np.eye(COUNT)])
     each, which = np.tile(np.arange(n), COUNT + 1), np.repeat(steps, n, axis=0)
@@ -182,7 +182,7 @@ def rms_gradient(guides: CouplerCurve, traced: Traced, stations: int = 8, step: 
         by = pose_jacobian(moving, point, t[:, each], tangent[:, each]).across
         finite = np.concatenate([linkage.finite.reshape(-1, 4), np.ones((len(point), 1), bool)], axis=1)
         rms = np.full((COUNT + 1) * n, np.nan)
-        rms[good] = _largest(np.where(np.repeat(finite, 2, axis=1), by**2, 0.0), stations)
+        rms[good] = _largest(np.where(np.repeat(finite, 2, axis=1), by**2, 0.0), COARSE)
         each_rms = rms.reshape(COUNT + 1, n)
         slope = ((each_rms[1:] - each_rms[0]) / step).T
     return each_rms[0], np.where(np.isfinite(slope), slope, 0.0)
