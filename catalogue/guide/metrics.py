@@ -120,7 +120,7 @@ def _lengths(linkage: Linkage) -> tuple[Floats, ...]:
     )
 
 
-def _of_kind(kind: Array, four_bar: Floats, slider: Floats, slide: Floats) -> Floats:
+def _of_kind(kind: Array, four_bar: Array, slider: Array, slide: Array) -> Array:
     """Return what belongs to the kind of the driven dyad."""
     return np.where(kind == RR, four_bar, np.where(kind == PR, slider, slide))
 
@@ -229,13 +229,10 @@ def measure(
         ground = np.abs(np.diff(ends, axis=1)[:, 0])
         links = np.abs(np.stack([*(pins - ends).T, np.diff(pins, axis=1)[:, 0]]))
         centre = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
-        local = [
-            (p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, np.concatenate([fixed, now], 1))
-        ]
-    boxes = [_box(p) for p in local]
+        fixed, now = ((p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, now))
     return Measures(
         size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, driver, drive_angle, rotation,
-        turns, *boxes,
+        turns, _box(fixed), _box(np.concatenate([fixed, now], axis=1)),
     )  # fmt: skip
 
 
@@ -269,11 +266,7 @@ def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats
     least = []
     for driver in (0, 1):
         other = 1 - driver
-        ray = np.where(
-            kind[:, other] == RR,
-            at[other] - z[:, other, 0],
-            np.where(kind[:, other] == RP, z[:, other, 1] * (1 + x), z[:, other, 0]),
-        )
+        ray = _of_kind(kind[:, other], at[other] - z[:, other, 0], z[:, other, 0], z[:, other, 1] * (1 + x))
         contact = np.where(kind[:, other] == RP, z[:, other, 0], at[other])
         arm = np.where(kind[:, driver] == RP, z[:, driver, 1] * (1 + x), contact - at[driver])
         with np.errstate(all="ignore"):

@@ -130,7 +130,7 @@ def _measure(
     circle: bool,
     split: bool,
     nodes: int,
-    held: Array | None = None,
+    held: Array | None,
 ) -> Traced:
     returning = bool(guides.cusp.any())
     points = grid(4 * nodes if returning else nodes, half.dtype)
