@@ -109,18 +109,19 @@ def finite_pole(linkage: Linkage) -> dict[str, Floats]:
         undulation = _singular_point(s, -kappa, 1.0)
         cuspidation = _singular_point(s, -star, -1.0)
     axes = np.stack([np.stack([x.real, x.imag], -1), np.stack([y.real, y.imag], -1)], axis=1)
-    place = np.where(pairs[..., 2:] != 0, np.stack([q.real, q.imag], -1)[:, None, None], 0.0)
+    pole = np.stack([q.real, q.imag], -1)
+    place = np.where(pairs[..., 2:] != 0, pole[:, None, None], 0.0)
     scale = np.where(pairs[..., 2] != 0, rho0[:, None, None], 1.0)[..., None]
     xy = np.einsum("nijk,nkl->nijl", pairs[..., :2] * scale, axes) + place
     return {
-        "pole": np.stack([q.real, q.imag], -1),
+        "pole": pole,
         "axes": axes,
         "rho0": rho0,
         "kappa": kappa / rho0,
         "kappa_star": star / rho0,
         "s": s / rho0,
-        "undulation": np.stack([q.real, q.imag], -1) + rho0[:, None] * np.einsum("nk,nkl->nl", undulation, axes),
-        "cuspidation": np.stack([q.real, q.imag], -1) + rho0[:, None] * np.einsum("nk,nkl->nl", cuspidation, axes),
+        "undulation": pole + rho0[:, None] * np.einsum("nk,nkl->nl", undulation, axes),
+        "cuspidation": pole + rho0[:, None] * np.einsum("nk,nkl->nl", cuspidation, axes),
         "principal_pairs": np.concatenate([xy, np.where(np.isnan(pairs[..., 2:]), np.nan, pairs[..., 2:])], axis=-1),
     }
 

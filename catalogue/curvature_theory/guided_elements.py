@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats, Mask
 from .analysis import DEAD_POINT
 from .circling_points import circling_points
@@ -96,8 +95,10 @@ def _of_branch(instant: Instant, radius: float | None) -> GuidedElements:
     pairs = np.stack(list(found.values()), axis=1)
     pole = instant.pole
     orders = [leading_error_of_pairs(instant.linkage, p, pole=pole, tolerance=DOUBLE).order for p in found.values()]
-    there = np.isfinite(pairs).all(axis=(2, 3)) & ~_driving(instant.linkage, pairs)
-    there[:, 3] &= ~_same(pairs[:, 3], pairs[:, 2], DOUBLE * instant.linkage.size[:, None])
+    pivots, size = instant.linkage.pivots, instant.linkage.size[:, None]
+    driving = [_same(pairs, pivots[:, None, i], COINCIDENT * size[..., None]) for i in (0, 1)]
+    there = np.isfinite(pairs).all(axis=(2, 3)) & ~(driving[0] | driving[1])
+    there[:, 3] &= ~_same(pairs[:, 3], pairs[:, 2], DOUBLE * size)
     return GuidedElements(
         list(found), np.where(there[..., None, None], pairs, np.nan), np.where(there, np.stack(orders, 1), 0)
     )
@@ -110,12 +111,6 @@ def _straight(point: Floats, pole: Floats) -> Floats:
     with np.errstate(invalid="ignore", divide="ignore"):
         fixed = np.concatenate([normal / length, 0 * length], axis=-1)
     return np.stack([fixed, np.concatenate([point, np.ones_like(length)], axis=-1)], axis=1)
-
-
-def _driving(linkage: Linkage, pairs: Floats) -> Mask:
-    """Return which of the pairs (n, k, 2, 3) are dyads of the linkages, shape (n, k)."""
-    near = COINCIDENT * linkage.size[:, None, None]
-    return _same(pairs, linkage.pivots[:, None, 0], near) | _same(pairs, linkage.pivots[:, None, 1], near)
 
 
 def _same(one: Floats, two: Floats, near: Floats) -> Mask:

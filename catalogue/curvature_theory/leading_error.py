@@ -71,9 +71,6 @@ class LeadingError(Rows):
     circle: Mask
     cusp: Mask
 
-    def __len__(self) -> int:
-        return len(self.positions)
-
     @property
     def order(self) -> Array:
         """Order of contact, shape (n,): `EXACT` if the point does not leave its nominal, 0 where there is no series."""
