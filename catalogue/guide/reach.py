@@ -33,11 +33,6 @@ class Ladder(Columns):
     traced: Traced
     centre: Floats
 
-    @property
-    def relative(self) -> Array:
-        """Deviation over stroke, NaN where the guide could not be traced, shape (STROKES, n)."""
-        return self.traced.relative
-
 
 def scan(guides: CouplerCurve, *, circle: bool, three: Mask) -> Ladder:
     """Trace each guide over a sequence of strokes; where a point has `three` merged inflections, (n,), a stroke is also
@@ -69,12 +64,13 @@ def reach(
     tolerance = np.broadcast_to(np.asarray(tolerance, dtype=float), len(guides))
     column = np.arange(len(guides))
     with np.errstate(all="ignore"):
-        holds = ladder.relative <= tolerance
+        relative = ladder.traced.relative
+        holds = relative <= tolerance
         k = np.argmax(holds, axis=0)
         some = np.asarray(holds.any(axis=0))
         ends = (k, np.maximum(k - 1, 0))
         good, bad = (ladder.half[end, column] for end in ends)
-        good_e, bad_e = (np.log(ladder.relative[end, column] / tolerance) for end in ends)
+        good_e, bad_e = (np.log(relative[end, column] / tolerance) for end in ends)
         good = np.where(some, good, np.nan)
         first: Traced = mapped(lambda values: values[k[some], column[some]], ladder.traced)
         found = Traced.nothing(len(guides), ladder.half.dtype).replaced(some, first)

@@ -22,6 +22,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ..kinematics.batch import Rows
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import Motion, motion
 from ..kinematics.types import Complexes, Floats, Mask
@@ -34,7 +35,7 @@ COUNT = 10
 
 
 @dataclass(frozen=True)
-class PoseJacobian:
+class PoseJacobian(Rows):
     """How the poses of n guides at m fixed places along their nominals change with the pivots, to first order.
 
     The last axis holds the derivatives by x and y of A1, A1*, A2, A2*, and the guided point, in the reference position;
@@ -53,10 +54,6 @@ class PoseJacobian:
     shift: Complexes
     angle: Floats
     across: Floats
-
-    def every(self, step: int) -> PoseJacobian:
-        """Return only every so many places."""
-        return PoseJacobian(self.shift[::step], self.angle[::step], self.across[::step])
 
 
 def pose_jacobian(moving: Motion, point: Complexes, t: Floats, tangent: Complexes) -> PoseJacobian:

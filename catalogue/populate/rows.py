@@ -89,7 +89,7 @@ def _of_one_nominal(
     ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle) & ~guides.cusp)
     steps = np.array(sorted(LEVELS))
     with np.errstate(all="ignore"):
-        step, k = np.nonzero((ladder.relative <= 10.0 ** steps[:, None, None]).any(1))
+        step, k = np.nonzero((ladder.traced.relative <= 10.0 ** steps[:, None, None]).any(1))
     tried, ladder = guides[k], ladder[k]
     half, traced = reach(tried, ladder, 10.0 ** steps[step], circle=circle, steps=SECANTS)
     reaches = _reaches(tried, traced, circle) | {"guide": k, "half": half, "centre": ladder.centre}

@@ -163,7 +163,7 @@ def linearise(
         error = _centred(error, z, bend)
     by = pose_jacobian(guides.motion, guides.point, t, tangent)
     basis = moves.basis(found)
-    read = Quantities(problem, found, guides, t[::2], by.every(2))
+    read = Quantities(problem, found, guides, t[::2], by[::2])
     limits, measures = _limits(problem, read), {}
     if not problem.relaxed:
         measures = {name: read(name) for name in problem.ranking.quantities - {"deviation", "allowance"}}
