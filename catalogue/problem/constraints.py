@@ -1,12 +1,11 @@
-"""What an answer must satisfy besides following its path, and the regions of the plane in which pivots and links may
-be, or may not.
-"""
+"""What an answer must satisfy besides following its path; regions in which pivots and links may be, or may not."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -29,7 +28,9 @@ class Region:
 
     @classmethod
     def of(cls, name: str, given: Any) -> Region:
-        """Return the region given as (x0, y0, x1, y1) or as a sequence of at least three points."""
+        """Return the region given as one, as (x0, y0, x1, y1) or as a sequence of at least three points."""
+        if isinstance(given, Region):
+            return given
         try:
             values = np.asarray(given, dtype=float)
         except (TypeError, ValueError):
@@ -58,10 +59,10 @@ class Region:
         (x0, y0), (x1, y1) = corners.min(0).tolist(), corners.max(0).tolist()
         return Region(corners, (x0, y0, x1, y1), self.is_box and complex(scale).imag == 0)
 
-    def rounded(self, decimals: int = 12) -> Region:
-        """Return the region with its coordinates rounded."""
-        x0, y0, x1, y1 = (round(x, decimals) for x in self.box)
-        return Region(self.corners.round(decimals), (x0, y0, x1, y1), self.is_box)
+    def rounded(self) -> Region:
+        """Return the region with its coordinates rounded to 12 decimals."""
+        x0, y0, x1, y1 = (round(x, 12) for x in self.box)
+        return Region(self.corners.round(12), (x0, y0, x1, y1), self.is_box)
 
     def outside(self, z: Complexes) -> Floats:
         """Return how far points z, complex, any shape, lie outside the region; negative inside, to the nearest side."""
@@ -94,20 +95,14 @@ class Region:
 
 
 def zones(name: str, given: Any) -> tuple[Region, ...]:
-    """Return regions given as a sequence of them, or one of them.
-
-    Raises
-    ------
-    InvalidRequest
-        If they are none.
-    """
+    """Return regions given as a sequence of them, or one of them; `InvalidRequest` if they are none."""
     try:
         found = list(given)
     except TypeError:
         raise InvalidRequest(f"{name} must be a sequence of regions: x0, y0, x1, y1 or points of each") from None
     if found and all(isinstance(value, int | float) for value in found):
         found = [found]
-    return tuple(z if isinstance(z, Region) else Region.of(name, z) for z in found)
+    return tuple(Region.of(name, z) for z in found)
 
 
 #: Bounds on lengths, and on what `catalogue.guide.drive` knows.
@@ -200,39 +195,27 @@ class Constraints:
     play: float = 0.0
 
     def __post_init__(self) -> None:
-        for name in ("families", "series", "configurations"):
-            value = getattr(self, name)
-            object.__setattr__(self, name, (value,) if isinstance(value, str) else tuple(value))
-        for name in (*LENGTHS, *DRIVE):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, positive(name, getattr(self, name)))
-        object.__setattr__(self, "keep_out", zones("keep_out", self.keep_out))
-        for name in ("fixed_pivots_in", "pivots_in", "swept_in"):
-            value = getattr(self, name)
-            if value is not None and not isinstance(value, Region):
-                object.__setattr__(self, name, Region.of(name, value))
-        object.__setattr__(self, "order", whole("order", self.order, 0))
-        for name in ("min_transmission", "min_transmission_turn"):
-            try:
-                angle = float(getattr(self, name))
-            except (TypeError, ValueError):
-                angle = math.nan
-            if not 0 <= angle < 90:
-                raise InvalidRequest(f"{name} must be between 0 and 90 degrees, not {getattr(self, name)}")
-            object.__setattr__(self, name, angle)
+        def convert(names: Iterable[str], to: Callable[[str, Any], Any]) -> None:
+            for name in names:
+                value = getattr(self, name)
+                if value is not getattr(Constraints, name):  # the default
+                    object.__setattr__(self, name, to(name, value))
+
+        convert(("families", "series", "configurations"), lambda _, v: (v,) if isinstance(v, str) else tuple(v))
+        convert((*LENGTHS, *DRIVE), positive)
+        convert(["keep_out"], zones)
+        convert(REGIONS, Region.of)
+        convert(["order"], partial(whole, least=0))
+        convert(["min_transmission", "min_transmission_turn"], _acute)
+        convert(["play", "within"], lambda name, v: positive(name, v) if v != 0 else v)
+        convert(PRESCRIBED, _two_points)
         if self.min_transmission_turn:
             object.__setattr__(self, "full_rotation", True)
         given = [name for name in PRESCRIBED if getattr(self, name) is not None]
-        for name in given:
-            object.__setattr__(self, name, _two_points(name, getattr(self, name)))
         if len(given) > 1:
             raise InvalidRequest(f"{given[0]} and {given[1]} exclude one another: give one of them")
-        if self.play != 0:
-            object.__setattr__(self, "play", positive("play", self.play))
-        if self.within != 0:
-            object.__setattr__(self, "within", positive("within", self.within))
-            if not given:
-                raise InvalidRequest(f"within says how far off given pivots may stand: give {', '.join(PRESCRIBED)}")
+        if self.within and not given:
+            raise InvalidRequest(f"within says how far off given pivots may stand: give {', '.join(PRESCRIBED)}")
         if given and (self.slots or self.returns):
             raise InvalidRequest(f"slots and returns cannot be asked for with {given[0]}")
         if self.slots and self.returns:
@@ -258,17 +241,14 @@ class Constraints:
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
         """Where the given pivots stand."""
-        places: tuple[tuple[float, float], ...] = next(
-            v for v in (getattr(self, n) for n in PRESCRIBED) if v is not None
-        )
+        places: tuple[tuple[float, float], ...] = self.fixed_pivots or self.moving_pivots or self.crank
         return places
 
     def carried(self, scale: complex, shift: complex) -> Constraints:
         """Return the same constraints after the similarity z -> scale z + shift into strokes, bounds to 12 digits and
         regions to 12 decimals, so that the unit leaves no trace in them."""
-        size = abs(scale)
-        to: dict[str, Any] = {name: getattr(self, name) for name in (*LENGTHS, "within", "play")}
-        to = {name: digits(value * size) for name, value in to.items() if value}
+        lengths = {name: getattr(self, name) for name in (*LENGTHS, "within", "play")}
+        to: dict[str, Any] = {name: digits(value * abs(scale)) for name, value in lengths.items() if value}
         to |= {n: region.carried(scale, shift).rounded() for n in REGIONS if (region := getattr(self, n)) is not None}
         to["keep_out"] = tuple(zone.carried(scale, shift).rounded() for zone in self.keep_out)
         for name in PRESCRIBED:
@@ -282,17 +262,25 @@ class Constraints:
         return [f.name for f in fields(self) if getattr(self, f.name) not in ((), None, 0, 0.0, False)]
 
 
+def _acute(name: str, given: Any) -> float:
+    try:
+        angle = float(given)
+    except (TypeError, ValueError):
+        angle = math.nan
+    if not 0 <= angle < 90:
+        raise InvalidRequest(f"{name} must be between 0 and 90 degrees, not {given}")
+    return angle
+
+
 def _two_points(name: str, given: Any) -> tuple[tuple[float, float], ...]:
     """Return two points given as ((x, y), (x, y)) or (x, y, x, y)."""
     try:
-        values = np.asarray(given, dtype=float)
+        values = np.asarray(given, dtype=float).reshape(2, 2)
     except (TypeError, ValueError):
         raise InvalidRequest(f"{name} must be two points, x and y of each") from None
-    if values.shape not in ((2, 2), (4,)):
-        raise InvalidRequest(f"{name} must be two points, x and y of each")
     if not np.isfinite(values).all():
         raise InvalidRequest(f"{name} has a coordinate that is not finite")
-    (a, b), (c, d) = values.reshape(2, 2).tolist()
+    (a, b), (c, d) = values.tolist()
     if (a, b) == (c, d):
         raise InvalidRequest(f"{name} coincide at ({a:g}, {b:g}): give two places")
     return (a, b), (c, d)

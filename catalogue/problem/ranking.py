@@ -1,7 +1,6 @@
 """In which order answers come: criteria, what they cost, and desirabilities joined to one score.
 
-Every criterion is a number of which less is better.  The cost of an answer is a smooth function of its criteria, which
-the refinement minimises and the selection sorts by.
+The cost of an answer is a smooth function of its criteria, which the refinement minimises and the selection sorts by.
 """
 
 from __future__ import annotations
@@ -41,13 +40,8 @@ class Desire:
 
     @classmethod
     def of(cls, name: str, given: Any, unit: float) -> Desire:
-        """Return the desire given as (best, worst) or (best, worst, weight), in the user's unit.
-
-        Raises
-        ------
-        InvalidRequest
-            If there is no such desire, or it is none.
-        """
+        """Return the desire given as (best, worst) or (best, worst, weight), in the user's unit; `InvalidRequest` if
+        there is no such desire, or it is none."""
         if name not in DESIRES:
             raise InvalidRequest(f"no desirability is made of {name!r}; there are {', '.join(DESIRES)}")
         try:
@@ -59,8 +53,7 @@ class Desire:
         if not np.isfinite([best, worst]).all() or best == worst or (best < worst) != downward:
             side = "below" if downward else "above"
             raise InvalidRequest(f"the best {name} must lie {side} the worst, not {best:g} and {worst:g}")
-        right = 90.0 if name == "transmission" else unit
-        return cls(digits(best / right), digits(worst / right), positive(f"the weight of {name}", weight))
+        return cls(digits(best / unit), digits(worst / unit), positive(f"the weight of {name}", weight))
 
     def of_value(self, value: Floats) -> Floats:
         """Return the desirability, 0 to 1."""
@@ -85,13 +78,8 @@ DESIRES: Mapping[str, Desire] = {
 
 
 def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, float]:
-    """Return criteria with weights from ``"size"``, ``"size=1,transmission=0.5"`` or a mapping.
-
-    Raises
-    ------
-    InvalidRequest
-        If a criterion is unknown or a weight is not positive.
-    """
+    """Return criteria with weights from ``"size"``, ``"size=1,transmission=0.5"`` or a mapping; `InvalidRequest` if a
+    criterion is unknown or a weight is not positive."""
     if isinstance(rank_by, str):
         parts = [part.partition("=") for part in rank_by.split(",")]
         given: Mapping[str, Any] = {name.strip(): value if equal else 1.0 for name, equal, value in parts}
@@ -144,32 +132,29 @@ class Ranking:
         limit: int = 12,
         desires: Mapping[str, Any] | None = None,
     ) -> Ranking:
-        """Return the ranking that is asked for; see `Catalogue.find`.
-
-        Raises
-        ------
-        InvalidRequest
-            If a criterion is unknown, or a number out of range.
-        """
+        """Return the ranking that is asked for, see `Catalogue.find`; `InvalidRequest` if a criterion is unknown, or a
+        number out of range."""
         front: tuple[str, ...] = ()
         if isinstance(rank_by, Sequence) and not isinstance(rank_by, str):
             front = tuple(dict.fromkeys(rank_by))
             if len(front) < 2:
                 raise InvalidRequest("a front needs two criteria or more: rank by one with its name")
             rank_by = dict.fromkeys(front, 1.0)
-        usual = 0 if front else -(-limit // 3)
-        share = usual if per_series is None else whole("per_series", per_series, 0)
+        share = (0 if front else -(-limit // 3)) if per_series is None else whole("per_series", per_series, 0)
         try:
             least = float(distinct)
         except (TypeError, ValueError):
             least = np.nan
         if not 0 <= least < 1:
             raise InvalidRequest(f"distinct must be a number from 0 to below 1, not {distinct!r}")
-        wishes = dict(DESIRES)
-        for name, given in (desires or {}).items():
-            unit = {"size": request.stroke, "min_link": request.stroke, "allowance": request.deviation}.get(name, 1.0)
-            wishes[name] = Desire.of(name, given, unit)
-        return cls(weights(rank_by), front, share, least, wishes)
+        units = {
+            "size": request.stroke,
+            "min_link": request.stroke,
+            "allowance": request.deviation,
+            "transmission": 90.0,
+        }
+        wishes = {name: Desire.of(name, given, units.get(name, 1.0)) for name, given in (desires or {}).items()}
+        return cls(weights(rank_by), front, share, least, {**DESIRES, **wishes})
 
     @property
     def only(self) -> str | None:
@@ -201,8 +186,7 @@ class Ranking:
         if name == "balance":
             return np.asarray(values["size"] - values["transmission"])
         if name == "score":
-            total = sum(d.weight for d in self.desires.values())
-            return np.asarray(sum(d.weight * d.cost(values[q]) for q, d in self.desires.items()) / total)
+            return self._mean({q: d.cost(values[q]) for q, d in self.desires.items()})
         if name in ("transmission", "min_link", "allowance"):
             return np.asarray((name == "transmission") - values[name])
         return np.asarray(np.nan_to_num(values[name]))
@@ -212,7 +196,10 @@ class Ranking:
 
         Derringer and Suich, J. Quality Technology 12 (1980) 214-219.
         """
-        total = sum(d.weight for d in self.desires.values())
         with np.errstate(divide="ignore"):
-            logs = sum(d.weight * np.log(d.of_value(values[q])) for q, d in self.desires.items())
-        return np.asarray(100 * np.exp(logs / total))
+            return 100 * np.exp(self._mean({q: np.log(d.of_value(values[q])) for q, d in self.desires.items()}))
+
+    def _mean(self, parts: Values) -> Floats:
+        """Return the mean of something of each desire, by their weights, shape (n,)."""
+        total = sum(d.weight for d in self.desires.values())
+        return np.asarray(sum(d.weight * parts[q] for q, d in self.desires.items()) / total)

@@ -15,13 +15,7 @@ FULLEST = 1.98
 
 
 def positive(name: str, value: Any) -> float:
-    """Return `value` as a float.
-
-    Raises
-    ------
-    InvalidRequest
-        Unless it is a finite number above zero.
-    """
+    """Return `value` as a float; `InvalidRequest` unless it is a finite number above zero."""
     try:
         number = float(value)
     except (TypeError, ValueError):
@@ -37,13 +31,7 @@ def digits(value: float) -> float:
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """Return `value` as an int.
-
-    Raises
-    ------
-    InvalidRequest
-        Unless it is a whole number of at least `least`.
-    """
+    """Return `value` as an int; `InvalidRequest` unless it is a whole number of at least `least`."""
     try:
         number = index(value)
     except TypeError:
@@ -54,12 +42,24 @@ def whole(name: str, value: Any, least: int) -> int:
 
 
 class _Placed:
-    """Where a path lies: shared by the requests."""
+    """What the requests share: the size of a path and where it lies."""
 
     stroke: float
     deviation: float
     start: tuple[float, float]
     along: float
+
+    def __post_init__(self) -> None:
+        positive("stroke", self.stroke)
+        object.__setattr__(self, "start", point("start", self.start))
+        try:
+            object.__setattr__(self, "along", float(self.along))
+        except (TypeError, ValueError):
+            raise InvalidRequest(f"along must be a number of degrees, not {self.along!r}") from None
+        if not math.isfinite(self.along):
+            raise InvalidRequest(f"along must be a finite number of degrees, not {self.along:g}")
+        if positive("deviation", self.deviation) > 0.1 * self.stroke:
+            raise InvalidRequest(f"a deviation of {self.deviation:g} over a stroke of {self.stroke:g} is no guidance")
 
     @property
     def relative(self) -> float:
@@ -81,13 +81,8 @@ class _Placed:
 
 
 def ends(start: Any, end: Any) -> dict[str, Any]:
-    """Return stroke, start and direction of a path between two points, as the requests take them.
-
-    Raises
-    ------
-    InvalidRequest
-        Unless both are two finite numbers, and apart.
-    """
+    """Return stroke, start and direction of a path between two points, as the requests take them; `InvalidRequest`
+    unless both are two finite numbers, and apart."""
     here, there = point("from", start), point("to", end)
     way = complex(*there) - complex(*here)
     if not way:
@@ -96,13 +91,7 @@ def ends(start: Any, end: Any) -> dict[str, Any]:
 
 
 def point(name: str, value: Any) -> tuple[float, float]:
-    """Return two finite coordinates.
-
-    Raises
-    ------
-    InvalidRequest
-        For anything else.
-    """
+    """Return two finite coordinates; `InvalidRequest` for anything else."""
     try:
         x, y = (float(part) for part in value)
     except (TypeError, ValueError):
@@ -142,9 +131,6 @@ class StraightLine(_Placed):
     radius = math.inf
     sweep: ClassVar[float | None] = None  #: a line has none
 
-    def __post_init__(self) -> None:
-        _check(self)
-
     @classmethod
     def between(cls, start: Any, end: Any, deviation: float) -> StraightLine:
         """Return the request for a path from one point (x, y) to another."""
@@ -164,10 +150,8 @@ class CircularArc(_Placed):
     deviation : float
         With a radius: the largest distance from the best-placed arc of exactly that radius.  Without: half the width of
         the narrowest annulus that holds the path.
-    start : (x, y)
-        Where the path starts; regions, pivots and answers are in the same frame.
-    along : float
-        Direction of the chord from the start to the end [deg].
+    start, along
+        As of a `StraightLine`; the direction is that of the chord.
 
     Raises
     ------
@@ -184,7 +168,7 @@ class CircularArc(_Placed):
     kind = "circle"
 
     def __post_init__(self) -> None:
-        _check(self)
+        super().__post_init__()
         if self.radius is not None and self.stroke > FULLEST * positive("radius", self.radius):
             raise InvalidRequest(
                 f"an arc of chord {self.stroke:g} and radius {self.radius:g} is a half circle or impossible; "
@@ -203,19 +187,6 @@ class CircularArc(_Placed):
 
 
 Request = StraightLine | CircularArc
-
-
-def _check(request: Request) -> None:
-    positive("stroke", request.stroke)
-    object.__setattr__(request, "start", point("start", request.start))
-    try:
-        object.__setattr__(request, "along", float(request.along))
-    except (TypeError, ValueError):
-        raise InvalidRequest(f"along must be a number of degrees, not {request.along!r}") from None
-    if not math.isfinite(request.along):
-        raise InvalidRequest(f"along must be a finite number of degrees, not {request.along:g}")
-    if positive("deviation", request.deviation) > 0.1 * request.stroke:
-        raise InvalidRequest(f"a deviation of {request.deviation:g} over a stroke of {request.stroke:g} is no guidance")
 
 
 def path_request(name: str, given: Any) -> Request:

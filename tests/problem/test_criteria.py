@@ -85,7 +85,7 @@ def test_the_cost_has_no_step_where_it_is_continued() -> None:
 def test_desires_are_read_in_the_unit_of_the_user() -> None:
     assert Desire.of("size", (150, 900), 150) == Desire(1, 6)
     assert Desire.of("size", ("150", "900", "2"), 150) == Desire(1, 6, 2)
-    assert Desire.of("transmission", (45, 18), 150) == Desire(0.5, 0.2)
+    assert Desire.of("transmission", (45, 18), 90) == Desire(0.5, 0.2)
     assert Desire.of("allowance", (0.02, 0.0), 0.04) == Desire(0.5, 0)
 
 
