@@ -37,55 +37,41 @@ class Contract:
         share = np.mean(sample.faults == "")
         assert share > 0.5, f"{member.key}: {1 - share:.0%} of the domain gives no linkage: {set(sample.faults)}"
         points = self.special.get(member.key)
-        lacking = rare(sample.valid)
-        return [
-            sample.valid,
-            *([lacking] if lacking else []),
-            *([chosen(self.series, member, points)] if points else []),
-        ]
+        special = chosen(self.series, member, points) if points else None
+        return [one for one in (sample.valid, rare(sample.valid), special) if one is not None]
 
     def registry(self) -> Registry:
         """Return what the catalogue loads from the built-in plugins and from `folders`."""
         return Registry([str(place) for place in self.folders])
 
 
+def holds(sample: Sample, good: object, text: str, *values: Sequence[object] | Array) -> None:
+    """Assert that something is true of all linkages, shape (n,); `text`, with the `values` of the first of which it is
+    not in its places, says what is wrong."""
+    wrong = np.flatnonzero(~np.asarray(good))
+    if wrong.size:
+        said = text.format(*(value[wrong[0]] for value in values)) if values else text
+        raise AssertionError(f"{sample.name(wrong[0])}: {said}")
+
+
 def belong(sample: Sample, residual: Array, margin: Array, where: str) -> None:
     """Assert that residuals and margins, shape (n,) each, are those of members."""
-    wrong = ~(residual <= MEMBER)
-    assert not wrong.any(), (
-        f"{sample.name(first(wrong))}: residual {residual[first(wrong)]:.2g} {where}; "
-        f"it must be 0 on the series, in the family {sample.member.family}"
-    )
-    wrong = ~(margin > 0)
-    assert not wrong.any(), (
-        f"{sample.name(first(wrong))}: margin {margin[first(wrong)]:.2g} {where}; "
-        "it must be positive: keep the domain off other series"
-    )
+    must = f"it must be 0 on the series, in the family {sample.member.family}"
+    holds(sample, residual <= MEMBER, f"residual {{:.2g}} {where}; {must}", residual)
+    must = "it must be positive: keep the domain off other series"
+    holds(sample, margin > 0, f"margin {{:.2g}} {where}; {must}", margin)
 
 
 def whole(sample: Sample, g: Guided) -> None:
     """Assert that a guided element is a pair, or NaN."""
     nowhere = np.isinf(g.pairs).any((1, 2)) | (g.pairs == 0).all(-1).any(-1) | (g.pairs[..., 2] == 0).all(-1)
-    i = first(nowhere)
-    assert not nowhere.any(), (
-        f"{sample.name(i)}: {g.label} is {g.pairs[i].tolist()}; at infinity means w = 0, "
-        "(0, 0, 0) is no point, and of a pair at most one point may be at infinity"
-    )
-
-
-def first(where: object) -> int:
-    """Return the number of the first true entry."""
-    return int(np.argmax(np.asarray(where)))
+    means = "at infinity means w = 0, (0, 0, 0) is no point, and of a pair at most one point may be at infinity"
+    holds(sample, ~nowhere, "{} is {}; " + means, [g.label] * len(nowhere), g.pairs.tolist())
 
 
 def real(g: Guided) -> Array:
     """Return where a guided element is real, shape (n,)."""
     return np.asarray(np.isfinite(g.pairs).all((1, 2)))
-
-
-def order_of(g: Guided) -> Array:
-    """Return the claimed orders as an array."""
-    return np.asarray(g.order)
 
 
 def apart(p: Array, q: Array) -> Array:

@@ -102,18 +102,9 @@ class CollectionContract:
         s = self.specimens(family)[0]
         (m,) = self.collection.measure([s.parameters], _wish(s.kind))
         tags = self.collection.classify(m.parameters)
+        where = tags.family, tags.series, tags.configuration, tags.special
         piece = CollectionCandidate(
-            1,
-            self.collection,
-            tags.family,
-            tags.series,
-            tags.configuration,
-            tags.special,
-            STROKE,
-            m.deviation,
-            m.radius,
-            dict(m.metrics),
-            m.parameters,
+            1, self.collection, *where, STROKE, m.deviation, m.radius, dict(m.metrics), m.parameters
         )
         piece.plot(tmp_path / "piece.png")
         assert (tmp_path / "piece.png").read_bytes().startswith(b"\x89PNG")

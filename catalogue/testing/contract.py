@@ -5,7 +5,6 @@ from __future__ import annotations
 from ..plugin.registry import Registry
 from ..series.series import Series
 from .guides import GuidesContract
-from .inverse import InverseContract
 from .membership import MembershipContract
 
 
@@ -14,7 +13,7 @@ def load(code: str, *folders: object) -> Series:
     return Registry([str(place) for place in folders]).get(code)
 
 
-class SeriesContract(MembershipContract, GuidesContract, InverseContract):
+class SeriesContract(MembershipContract, GuidesContract):
     """Tests that every series must pass.
 
     To test yours: 1. subclass this with a name that begins with ``Test``; 2. set `series`, for instance to

@@ -7,7 +7,7 @@ import numpy as np
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import EXACT
 from ..series.series import Guided, Member
-from .base import Contract, apart, first, order_of, real, whole
+from .base import Contract, apart, holds, real, whole
 from .contact import EXACT_GAP, contact_order, largest_gap, taylor
 from .sample import Sample, even
 
@@ -24,9 +24,9 @@ class GuidesContract(Contract):
         for sample in self.samples(member):
             for i, guides in _measured(sample).items():
                 terms = taylor(sample.pivots[i], [g.pairs[i] for g in guides])
-                gaps = largest_gap(sample.pivots[i], [g.pairs[i] for g in guides if order_of(g)[i] == EXACT])
+                gaps = largest_gap(sample.pivots[i], [g.pairs[i] for g in guides if np.asarray(g.order)[i] == EXACT])
                 for g, c in zip(guides, terms, strict=True):
-                    claimed, found = int(order_of(g)[i]), contact_order(c)
+                    claimed, found = int(np.asarray(g.order)[i]), contact_order(c)
                     text = f"{sample.name(i)}: {g.label} claims contact of order {claimed}"
                     if claimed == EXACT:
                         gap = gaps.pop(0)
@@ -41,8 +41,8 @@ class GuidesContract(Contract):
             for g in sample.guided:
                 whole(sample, g)
                 for text, pairs in known:
-                    same = apart(g.pairs, pairs) < 1e-9
-                    assert not same.any(), f"{sample.name(first(same))}: {g.label} is {text}; give one of them as NaN"
+                    unlike = ~(apart(g.pairs, pairs) < 1e-9)
+                    holds(sample, unlike, f"{g.label} is {text}; give one of them as NaN")
                 known.append((g.label, g.pairs))
 
     def test_each_guide_is_real_somewhere(self, member: Member) -> None:
@@ -54,20 +54,18 @@ class GuidesContract(Contract):
     def test_principal_pairs_are_those_of_the_instant(self, member: Member) -> None:
         for sample in self.samples(member):
             principal = Instant(sample.linkage).curvature.principal_pairs
-            high = [(g, (order_of(g) >= 4) & real(g)) for g in sample.guided]
+            high = [(g, (g.order >= 4) & real(g)) for g in sample.guided]
             clear = ~(apart(principal[:, 0], principal[:, 1]) < DOUBLE) & np.isfinite(principal).all((1, 2, 3))
             known = [np.where(there[:, None, None], g.pairs, np.nan) for g, there in high]
             for j in (0, 1):
                 near = [apart(principal[:, j], pairs) for pairs in (*known, sample.pivots[:, 0], sample.pivots[:, 1])]
-                missing = clear & ~(np.fmin.reduce(near) < SAME)
-                assert not missing.any(), (
-                    f"{sample.name(first(missing))}: the principal pair {principal[first(missing), j].tolist()} is "
-                    "real, but no guided element of order 4 or more stands there; check where you give NaN"
-                )
+                text = "no guided element of order 4 or more stands there; check where you give NaN"
+                found = ~clear | (np.fmin.reduce(near) < SAME)
+                holds(sample, found, "the principal pair {} is real, but " + text, principal[:, j].tolist())
             for g, there in high:
                 near = [apart(principal[:, j], g.pairs) for j in (0, 1)]
-                alien = clear & there & (order_of(g) != EXACT) & ~(np.fmin.reduce(near) < SAME)
-                assert not alien.any(), f"{sample.name(first(alien))}: {g.label} is no principal pair of the instant"
+                alien = clear & there & (g.order != EXACT) & ~(np.fmin.reduce(near) < SAME)
+                holds(sample, ~alien, f"{g.label} is no principal pair of the instant")
 
 
 def _measured(sample: Sample) -> dict[int, list[Guided]]:

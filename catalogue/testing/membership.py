@@ -1,15 +1,16 @@
-"""Synthesis and classification: arrays, canonical frame, round trip, edges of the domain."""
+"""Synthesis, classification and inversion: arrays, canonical frame, round trip, edges of the domain."""
 
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from ..curvature_theory.analysis import PARALLEL, REGULAR
 from ..curvature_theory.instant import Instant
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array
-from ..series.series import Member
-from .base import MEMBER, Contract, belong, first, order_of, whole
+from ..series.series import Member, inverse_family
+from .base import MEMBER, Contract, belong, holds, whole
 from .sample import Sample, corners, even
 
 #: Largest error of the canonical frame.
@@ -17,14 +18,13 @@ FRAME = 1e-6
 
 
 class MembershipContract(Contract):
-    """What is synthesised is classified as a member, in any frame and any batch."""
+    """What is synthesised is classified as a member, in any frame and any batch, inverted as one of the inverse."""
 
     def test_linkages_are_members(self, member: Member) -> None:
         for sample in self.samples(member):
             instant = Instant(sample.linkage)
             belong(sample, *self.series.classify(instant), "in the canonical frame")
-            wrong = sample.linkage.family != member.family
-            assert not wrong.any(), f"{sample.name(first(wrong))}: it is a {sample.linkage.family[first(wrong)]}"
+            holds(sample, sample.linkage.family == member.family, "it is a {}", sample.linkage.family)
 
     def test_membership_does_not_depend_on_the_frame(self, member: Member) -> None:
         draw = np.random.default_rng(67)
@@ -36,11 +36,8 @@ class MembershipContract(Contract):
             residual, margin = self.series.classify(Instant(moved))
             belong(sample, residual, margin, "after a similarity or a mirror image")
             _, before = self.series.classify(Instant(sample.linkage))
-            changed = ~np.isclose(margin, before, rtol=1e-4, atol=1e-9)
-            assert not changed.any(), (
-                f"{sample.name(first(changed))}: its margin is {before[first(changed)]:.6g}, but "
-                f"{margin[first(changed)]:.6g} after a similarity or mirror image; make it dimensionless"
-            )
+            text = "its margin is {:.6g}, but {:.6g} after a similarity or mirror image; make it dimensionless"
+            holds(sample, np.isclose(margin, before, rtol=1e-4, atol=1e-9), text, before, margin)
 
     def test_frame_is_canonical(self, member: Member) -> None:
         for sample in self.samples(member):
@@ -54,8 +51,7 @@ class MembershipContract(Contract):
                 "its x axis does not run along the parallel cranks": np.where(parallel, turned, 0),
             }
             for text, error in faults.items():
-                wrong = ~(error <= FRAME)
-                assert not wrong.any(), f"{sample.name(first(wrong))}: {text} (off by {error[first(wrong)]:.2g})"
+                holds(sample, error <= FRAME, text + " (off by {:.2g})", error)
 
     def test_arrays_have_the_shapes_and_types_of_the_contract(self, member: Member) -> None:
         sample = even(self.series, member)
@@ -90,15 +86,48 @@ class MembershipContract(Contract):
 
     def test_edges_of_the_domain_give_linkages_or_named_faults(self, member: Member) -> None:
         sample = corners(self.series, member)
-        lost = ~np.isfinite(sample.pivots).all(axis=(1, 2, 3))
-        assert not lost.any(), f"{sample.name(first(lost))}: NaN or infinite pivots; narrow the domain, or use w = 0"
+        finite = np.isfinite(sample.pivots).all(axis=(1, 2, 3))
+        holds(sample, finite, "NaN or infinite pivots; narrow the domain, or use w = 0")
         good = sample.valid
         assert len(good.pivots), f"{member.key}: no corner of the domain gives a linkage: {set(sample.faults)}"
         residual, _ = self.series.classify(Instant(good.linkage))
-        wrong = ~(residual <= MEMBER)
-        assert not wrong.any(), f"{good.name(first(wrong))}: residual {residual[first(wrong)]:.2g} at this corner"
+        holds(good, residual <= MEMBER, "residual {:.2g} at this corner", residual)
         for g in good.guided:
             whole(good, g)
+
+    def test_inverse_has_the_inverted_members(self, member: Member) -> None:
+        inverse = self.series.inversion(self.series.inverse, "inverse")
+        twin = inverse.members[self.series.members.index(member)]
+        assert twin.family == inverse_family(member.family)
+        sample = even(self.series, member).valid
+        inverted = Sample(inverse, twin, sample.free)
+        swapped = sample.pivots[:, :, ::-1] * [-1, -1, 1]
+        assert np.array_equal(inverted.pivots, swapped), f"{member.key}: the inverse is not the linkage inverted"
+        given, there = (self.series.classify(Instant(sample.linkage)), inverse.classify(Instant(inverted.linkage)))
+        for name, a, b in zip(("residual", "margin"), given, there, strict=True):
+            assert np.allclose(a, b, rtol=1e-6, atol=1e-9), f"{member.key}: inversion changes the {name}"
+        if self.series.inverse == self.series.code:
+            belong(sample, *self.series.classify(Instant(inverted.linkage)), "inverted (it is its own inverse)")
+
+    def test_inversion_twice_changes_nothing(self, member: Member) -> None:
+        twice = self.series.inversion(self.series.inverse, "inverse").inversion(self.series.code, self.series.title)
+        back = twice.members[self.series.members.index(member)]
+        assert (back.key, twice.inverse) == (member.key, self.series.inverse)
+        once = even(self.series, member).valid
+        again = Sample(twice, back, once.free)
+        assert np.array_equal(once.pivots, again.pivots)
+        for a, b in zip(once.guided, again.guided, strict=True):
+            assert a.label == b.label
+            assert np.array_equal(a.pairs, b.pairs, equal_nan=True), f"{member.key}: {a.label} inverted twice differs"
+
+    def test_registered_inverse_recognises_the_inversions(self, member: Member) -> None:
+        series = self.registry().series
+        if self.series.inverse not in series:
+            pytest.skip(f"no plugin provides {self.series.inverse}")
+        twin = series[self.series.inverse]
+        assert twin.inverse == self.series.code, f"the inverse of {twin.code} is {twin.inverse}, not {self.series.code}"
+        sample = even(self.series, member).valid
+        belong(sample, *twin.classify(Instant(sample.linkage.inverted())), f"inverted, as a member of {twin.code}")
 
 
 def array_is(name: str, values: object, shape: tuple[int, ...]) -> None:
@@ -111,6 +140,9 @@ def rows(many: Sample, one: Sample, i: int) -> list[tuple[str, Array, Array]]:
     """Return what a linkage gives alone and as row i of a batch."""
     found = [("its pivots", one.pivots[0], many.pivots[i])]
     for g, h in zip(many.guided, one.guided, strict=True):
-        found += [(g.label, h.pairs[0], g.pairs[i]), (f"order of {g.label}", order_of(h)[0], order_of(g)[i])]
+        found += [
+            (g.label, h.pairs[0], g.pairs[i]),
+            (f"order of {g.label}", np.asarray(h.order)[0], np.asarray(g.order)[i]),
+        ]
     batch, single = (s.series.classify(Instant(Linkage(s.pivots))) for s in (many, one))
     return [*found, ("its margin", single[1][0], batch[1][i])]
