@@ -76,41 +76,32 @@ class Registry:
 
     def __init__(self, folders: Sequence[str] = ()) -> None:
         self.folders = tuple(folders)
-        self.records: list[Record] = []
         self.families: dict[str, Family] = {}
         self.series: dict[str, Series] = {}
         self._provider: dict[str, Record] = {}
-        manager = pluggy.PluginManager("catalogue")
-        manager.add_hookspecs(hookspecs)
-        self._manager = manager
-        self._loaded = [self._register(manager, *found) for found in self._modules()]
-        self._ask("catalogue_families", Family)
-        self._ask("catalogue_series", Series)
+        self._manager = pluggy.PluginManager("catalogue")
+        self._manager.add_hookspecs(hookspecs)
+        self._loaded = self._modules()
+        self.records = [record for record, _ in self._loaded]
+        for record, module in self._loaded:
+            if module is not None:
+                self._register(record, module)
+        self._ask("families", Family, self.families)
+        self._ask("series", Series, self.series)
         self._warn(self.records)
 
     @cached_property
     def collections(self) -> dict[str, Collection]:
         """The collections by name; their plugins are asked, and load what they need, only now."""
         sound = [record for record in self.records if not record.error]
-        self._collections: dict[str, Collection] = {}
-        self._ask("catalogue_collections", Collection)
+        found: dict[str, Collection] = {}
+        self._ask("collections", Collection, found)
         self._warn(sound)
-        return self._collections
+        return found
 
     def collection(self, name: str) -> Collection:
-        """Return a collection by its name.
-
-        Raises
-        ------
-        PluginError
-            If there is none; the text lists those that there are.
-        """
+        """Return a collection by its name; `PluginError`, which lists those that there are, if there is none."""
         return _named(name, self.collections, "the collection")
-
-    def _ask(self, hook: str, kind: type[Family] | type[Series] | type[Collection]) -> None:
-        for record, module in self._loaded:
-            if not record.error:
-                self._collect(self._manager, record, module, hook, kind)
 
     def _warn(self, records: list[Record]) -> None:
         for record in records:
@@ -122,13 +113,7 @@ class Registry:
         return self._provider[code]
 
     def get(self, code: str) -> Series:
-        """Return a series by its code.
-
-        Raises
-        ------
-        PluginError
-            If there is none; the text lists those that there are.
-        """
+        """Return a series by its code; `PluginError`, which lists those that there are, if there is none."""
         return _named(code, self.series, "series")
 
     def _modules(self) -> list[tuple[Record, ModuleType | None]]:
@@ -142,75 +127,64 @@ class Registry:
                     seen.add(path.resolve())
                     found.append(_load(path))
         for entry in sorted(entry_points(group="catalogue"), key=lambda e: e.name):
-            record = Record(entry.name, entry.dist.name if entry.dist else entry.value)
+            record, module = Record(entry.name, entry.dist.name if entry.dist else entry.value), None
             try:
-                found.append((record, entry.load()))
+                module = entry.load()
                 record.version = entry.dist.version if entry.dist else ""
             except (Exception, SystemExit) as error:
                 record.error = one_line(error)
-                found.append((record, None))
+            found.append((record, module))
         return found
 
-    def _register(
-        self, manager: pluggy.PluginManager, record: Record, module: ModuleType | None
-    ) -> tuple[Record, ModuleType | None]:
-        self.records.append(record)
-        if module is not None:
-            name = f"{record.name} of {record.origin}"
-            try:
-                manager.register(module, name)
-                manager.check_pending()
-            except Exception as error:
-                record.error = one_line(error)
-                if manager.has_plugin(name):
-                    manager.unregister(module)
-        return record, module
-
-    def _collect(
-        self,
-        manager: pluggy.PluginManager,
-        record: Record,
-        module: Any,
-        hook: str,
-        kind: type[Family] | type[Series] | type[Collection],
-    ) -> None:
-        """Ask one plugin through one hook what it adds; all of it counts, or nothing."""
-        others = [plugin for plugin in manager.get_plugins() if plugin is not module]
+    def _register(self, record: Record, module: ModuleType) -> None:
+        name = f"{record.name} of {record.origin}"
         try:
-            answers = manager.subset_hook_caller(hook, others)()
-            if not answers and hasattr(module, hook):
-                raise PluginError(f"{hook} gave nothing: mark it with @hookimpl and return a list")
-            items = [item for answer in answers for item in answer]
-            for item in items:
-                if not isinstance(item, kind):
-                    raise PluginError(f"{hook} returned {type(item).__name__} where {kind.__name__} is wanted")
-                if isinstance(item, Series) and (unknown := [f for f in item.families if f not in self.families]):
-                    raise PluginError(f"series {item.code} is of family {unknown[0]}, which no plugin provides")
-        except (Exception, SystemExit) as error:
+            self._manager.register(module, name)
+            self._manager.check_pending()
+        except Exception as error:
             record.error = one_line(error)
-            manager.unregister(module)
-            for code in record.series:  # of a plugin that fails nothing counts
-                del self.series[code]
-            for name in record.families:
-                del self.families[name]
-            record.series, record.families = [], []
-            return
+            if self._manager.has_plugin(name):
+                self._manager.unregister(module)
+
+    def _ask(self, what: str, kind: type[Any], held: dict[str, Any]) -> None:
+        """Ask the plugins what ``families``, ``series`` or ``collections`` they add; of each all of it counts, or
+        nothing of the plugin."""
+        for record, module in self._loaded:
+            if record.error:
+                continue
+            try:
+                items = self._answers(f"catalogue_{what}", kind, module)
+            except (Exception, SystemExit) as error:
+                record.error = one_line(error)
+                self._manager.unregister(module)
+                for code in record.series:
+                    del self.series[code]
+                for name in record.families:
+                    del self.families[name]
+                record.series, record.families = [], []
+                continue
+            for item in items:
+                name = item.code if isinstance(item, Series) else item.name
+                if other := self._provider.get(name):
+                    raise DuplicateSeries(
+                        f"{name} is claimed by two plugins, {other.origin} and {record.origin}; remove one"
+                    )
+                self._provider[name], held[name] = record, item
+                getattr(record, what).append(name)
+
+    def _answers(self, hook: str, kind: type[Any], module: ModuleType | None) -> list[Any]:
+        """Return what one plugin says through one hook."""
+        others = [plugin for plugin in self._manager.get_plugins() if plugin is not module]
+        answers = self._manager.subset_hook_caller(hook, others)()
+        if not answers and hasattr(module, hook):
+            raise PluginError(f"{hook} gave nothing: mark it with @hookimpl and return a list")
+        items = [item for answer in answers for item in answer]
         for item in items:
-            name = item.code if isinstance(item, Series) else item.name
-            if other := self._provider.get(name):
-                raise DuplicateSeries(
-                    f"{name} is claimed by two plugins, {other.origin} and {record.origin}; remove one"
-                )
-            self._provider[name] = record
-            if isinstance(item, Family):
-                self.families[name] = item
-                record.families.append(name)
-            elif isinstance(item, Collection):
-                self._collections[name] = item
-                record.collections.append(name)
-            else:
-                self.series[name] = item
-                record.series.append(name)
+            if not isinstance(item, kind):
+                raise PluginError(f"{hook} returned {type(item).__name__} where {kind.__name__} is wanted")
+            if isinstance(item, Series) and (unknown := [f for f in item.families if f not in self.families]):
+                raise PluginError(f"series {item.code} is of family {unknown[0]}, which no plugin provides")
+        return items
 
 
 def _load(path: Path) -> tuple[Record, ModuleType | None]:
