@@ -48,9 +48,8 @@ class Feasibility:
     @cached_property
     def total(self) -> Floats:
         """All amounts together, each by its weight, shape (n,)."""
-        return np.asarray(
-            np.sum([amount * weight(name, self.relaxed) for name, amount in self.amounts.items()], axis=0)
-        )
+        weighed = [amount * weight(name, self.relaxed) for name, amount in self.amounts.items()]
+        return np.asarray(np.sum(weighed, axis=0))
 
     @cached_property
     def all(self) -> Mask:
@@ -60,8 +59,7 @@ class Feasibility:
     @property
     def counts(self) -> dict[str, int]:
         """How many candidates break each constraint."""
-        counts = {name: int((amount > ROUNDING).sum()) for name, amount in self.amounts.items()}
-        return {name: number for name, number in counts.items() if number}
+        return {name: number for name, a in self.amounts.items() if (number := int((a > ROUNDING).sum()))}
 
 
 def weight(name: str, relaxed: str = "") -> float:
@@ -86,11 +84,8 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     m = found.measures
     with np.errstate(all="ignore"):
         return {
-            "size": m.size,
-            "max_link": m.max_link,
+            **{name: getattr(m, name) for name in ("size", "max_link", "max_ground", "max_arm")},
             "min_link": np.nan_to_num(m.min_link, nan=np.inf),
-            "max_ground": m.max_ground,
-            "max_arm": m.max_arm,
             "transmission": transmission(problem, found) / 90,
             "deviation": (found.deviation + play_deviation(problem, found)) / problem.deviation,
             "allowance": np.where(np.isfinite(found.allowance), found.allowance, 0.0) / problem.deviation,
@@ -100,11 +95,10 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
 def transmission(problem: Problem, found: CandidateBatch) -> Floats:
     """Return the least transmission angles [deg] that a ranking looks at: over the whole turn if the crank is to turn
     fully, else over the stroke; shape (n,)."""
+    over_stroke, driver = found.measures.min_transmission, found.measures.driver
     if not problem.constraints.full_rotation:
-        return found.measures.min_transmission
-    return np.fmin(
-        found.measures.min_transmission, min_transmission_turn(machine(problem, found), found.measures.driver)
-    )
+        return over_stroke
+    return np.fmin(over_stroke, min_transmission_turn(machine(problem, found), driver))
 
 
 def play_deviation(problem: Problem, found: CandidateBatch) -> Floats | float:

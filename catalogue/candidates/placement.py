@@ -27,13 +27,8 @@ STATIONS = 8
 
 
 def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes, Complexes]:
-    """Carry traced guides by the similarity that lays their strokes onto the path, arcs bulging to +y.
-
-    Returns
-    -------
-    linkage : Linkage of n
-        In mid-stroke.  A guide that was not traced stays where it is.
-    point, pole : complex ndarray, shape (n,)
+    """Carry traced guides by the similarity that lays their strokes onto the path, arcs bulging to +y; one that was not
+    traced stays where it is.  Return linkages, guided points and poles, shape (n,), in mid-stroke.
     """
     there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
     linkage, point, _ = placed(guides, traced, 1.0)
@@ -61,13 +56,8 @@ def every_flip(problem: Problem, n: int) -> list[tuple[Mask, Mask]]:
 def measured(
     problem: Problem, origin: Origin, linkage: Linkage, point: Complexes, pole: Complexes, bend: Floats | None = None
 ) -> CandidateBatch:
-    """Return guides that stand along the path as candidates, measured over exactly the stroke.
-
-    Parameters
-    ----------
-    bend : ndarray, shape (n,), optional
-        Curvatures of the nominals that are to be expected, for arcs of free radius.
-    """
+    """Return guides that stand along the path as candidates, measured over exactly the stroke; for arcs of free radius
+    `bend` (n,) are the curvatures of the nominals that are to be expected."""
     guides = coupler_curve(linkage, point, pole=pole)
     if problem.fixed_curvature is not None:
         bend = np.full(len(point), problem.fixed_curvature)
@@ -83,11 +73,10 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Tr
     """Return traced guides in mid-stroke with what the problem needs to be measured of them."""
     wanted = problem.constraints
     found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
-    pole = np.full(len(guides), complex(np.nan, np.nan)) if guides.pole is None else guides.pole
-    allowance = np.full(len(guides), np.nan)
-    if "allowance" in problem.needed:
-        allowance = allowances(problem, guides, traced, STATIONS)
-    return CandidateBatch(origin, guides.linkage, guides.point, pole, guides.motion.chart, traced, found, allowance)
+    known = "allowance" in problem.needed
+    allowance = allowances(problem, guides, traced, STATIONS) if known else np.full(len(guides), np.nan)
+    linkage, point, chart = guides.linkage, guides.point, guides.motion.chart
+    return CandidateBatch(origin, linkage, point, _pole(guides), chart, traced, found, allowance)
 
 
 def allowances(problem: Problem, guides: CouplerCurve, traced: Traced, stations: int) -> Floats:
@@ -98,14 +87,8 @@ def allowances(problem: Problem, guides: CouplerCurve, traced: Traced, stations:
 
 
 def near_path(problem: Problem, origin: Origin, moved: CouplerCurve, nominal: Nominal | None = None) -> CandidateBatch:
-    """Return guides that stand nearly along the path, laid along it anew and measured.
-
-    Parameters
-    ----------
-    moved : CouplerCurve of n
-        About positions near mid-stroke; arcs bulge to +y already.
-    nominal : Nominal, optional
-        The path itself, from which distances are then measured: guides stay where they stand.
+    """Return guides that stand nearly along the path, about positions near mid-stroke, laid along it anew and measured;
+    arcs bulge to +y already.  With the path itself as `nominal` distances are from that: guides stay where they stand.
     """
     if nominal is not None:
         linkage, point, traced = mid_stroke(moved, in_place(moved, nominal))
@@ -118,8 +101,7 @@ def near_path(problem: Problem, origin: Origin, moved: CouplerCurve, nominal: No
         turned = traced.fit.curvature >= 0
         traced = replace(traced, fit=replace(traced.fit, deviation=np.where(turned, np.nan, traced.fit.deviation)))
     with np.errstate(all="ignore"):
-        before = np.full(len(moved), complex(np.nan, np.nan)) if moved.pole is None else moved.pole
-        pole = found.fit.along.conj() / found.fit.stroke * (before - found.fit.start)
+        pole = found.fit.along.conj() / found.fit.stroke * (_pole(moved) - found.fit.start)
     if moved.cusp.any():
         return measured(problem, origin, linkage, point, pole, traced.fit.curvature)
     here = coupler_curve(linkage, point, pole=pole, chart=moved.motion.chart)
@@ -142,16 +124,12 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     """Return candidates laid along the nominal that a finer grid gives, their deviation measured there, and with more
     digits where double lacks them.
 
-    Parameters
-    ----------
-    rigid : bool
-        Whether lengths stay to the last digit: the fitted stroke may then differ from the one asked for, by as much as
-        the grids do.
+    With `rigid` lengths stay to the last digit: the fitted stroke may then differ from the one asked for, by as much as
+    the grids do.
     """
     guides = found.curve
     if guides.cusp.any():
-        up = None if problem.fixed_curvature is None else np.full(len(found), problem.fixed_curvature)
-        return found.with_(traced=at_stroke(guides, 1.0, circle=problem.curved, curvature=up, exact=up is not None))
+        return found.with_(traced=_exactly(problem, guides))
     held = found.traced.fit.curvature if problem.fixed_curvature is not None else None
     traced = again(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
     if rigid:
@@ -164,11 +142,19 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     here = coupler_curve(linkage, point, pole=found.pole, chart=found.chart)
     fine = np.flatnonzero(traced.relative < FINE)
     if len(fine):
-        up = None if held is None else np.full(len(fine), problem.fixed_curvature)
-        better = at_stroke(here[fine], 1.0, circle=problem.curved, curvature=up, exact=held is not None)
-        traced = traced.replaced(np.isin(np.arange(len(found)), fine), better)
+        traced = traced.replaced(np.isin(np.arange(len(found)), fine), _exactly(problem, here[fine]))
     shown = described(problem, found.origin, here, traced)
     return shown.with_(allowance=allowances(problem, here, traced, SHOWN // 4))
+
+
+def _exactly(problem: Problem, guides: CouplerCurve) -> Traced:
+    """Return guides traced over exactly the stroke."""
+    up = None if problem.fixed_curvature is None else np.full(len(guides), problem.fixed_curvature)
+    return at_stroke(guides, 1.0, circle=problem.curved, curvature=up, exact=up is not None)
+
+
+def _pole(guides: CouplerCurve) -> Complexes:
+    return np.full(len(guides), complex(np.nan, np.nan)) if guides.pole is None else guides.pole
 
 
 def unscaled(traced: Traced) -> Traced:

@@ -23,13 +23,7 @@ BLOCK = 4096
 
 
 def normal_form(pivots: Floats, stroke: float) -> Floats:
-    """Return the pivots of laid linkages as unit vectors, shape (n, 4, 3): dyad by dyad, fixed and moving.
-
-    Parameters
-    ----------
-    pivots : ndarray, shape (n, 2, 2, 3)
-    stroke : float
-    """
+    """Return the pivots (n, 2, 2, 3) of laid linkages as unit vectors (n, 4, 3): dyad by dyad, fixed and moving."""
     unit = pivots.copy()
     unit[..., 0] -= 0.5 * stroke * unit[..., 2]
     unit[..., 2] *= stroke
@@ -47,20 +41,10 @@ def in_every_pose(designs: Floats, *, mirror: bool) -> Floats:
 
 
 def distances(some: Floats, others: Floats, *, mirror: bool) -> Floats:
-    """Return the distances of designs from others: the largest of a pivot, in the pose in which that is least.
+    """Return the distances of designs (m, 4, 3), see `normal_form`, from others (n, 4, 3): the largest of a pivot, in
+    the pose in which that is least; with `mirror`, for straight paths, they may be mirrored in the line of the path.
 
-    Parameters
-    ----------
-    some : ndarray, shape (m, 4, 3)
-        See `normal_form`.
-    others : ndarray, shape (n, 4, 3)
-    mirror : bool
-        Whether a design may be mirrored in the line of the path: a straight one.
-
-    Returns
-    -------
-    ndarray, shape (m, n)
-        Between 0 and 1; rounding makes up to 3e-8 of 0.
+    Shape (m, n), between 0 and 1; rounding makes up to 3e-8 of 0.
     """
     poses = in_every_pose(some, mirror=mirror)
     found = np.empty((len(some), len(others)))
@@ -82,47 +66,24 @@ def nearest(designs: Floats, *, mirror: bool) -> Floats:
 
 
 def fronts(values: Floats) -> Array:
-    """Return the number of the Pareto front of each row, from 1, shape (n,).
+    """Return the number of the Pareto front of each row of criteria (n, k), no NaN, less is better; from 1, shape (n,).
 
     A row dominates another if it is nowhere larger and somewhere smaller.  Front 1 are the rows that none dominates,
     front 2 those that only rows of front 1 dominate, and so on (Goldberg 1989, nondominated sorting).
-
-    Parameters
-    ----------
-    values : ndarray, shape (n, k)
-        Criteria of which less is better; no NaN.
     """
     number = np.zeros(len(values), int)
-    left = np.lexsort(values.T[::-1])  # no row is dominated by a later one
-    front = 0
-    while len(left):
-        front += 1
-        best: list[int] = []
-        held = np.empty((0, values.shape[1]))
-        rest: list[int] = []
-        for i in left.tolist():
-            row = values[i]
-            if ((held <= row).all(1) & (held < row).any(1)).any():
-                rest.append(i)
-            else:
-                best.append(i)
-                held = np.concatenate([held, row[None]])
-        number[best] = front
-        left = np.array(rest, dtype=int)
+    for i in np.lexsort(values.T[::-1]):  # no row is dominated by a later one
+        dominating = (values <= values[i]).all(1) & (values < values[i]).any(1)
+        number[i] = 1 + number[dominating].max(initial=0)
     return number
 
 
 def spread_order(values: Floats, key: Array) -> tuple[Indices, Array]:
-    """Return an order of the rows, front by front, and the front of each row.
+    """Return an order of the rows of criteria (n, k), front by front, and the front of each row.
 
     Within a front the first is the best by the first criterion; each next one is the farthest from those before it,
-    criteria measured by their range over the front, so that any beginning of the front covers all of it.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n, k)
-    key : ndarray, shape (n,)
-        Decides between equal rows: the order does not depend on how the rows come.
+    criteria measured by their range over the front, so that any beginning of the front covers all of it.  A `key` (n,)
+    decides between equal rows: the order does not depend on how the rows come.
     """
     number = fronts(values)
     order: list[int] = []
@@ -147,12 +108,7 @@ IDENTICAL = 1e-6
 
 
 def ranks(*keys: Array) -> Indices:
-    """Return how many things with the same keys, (n,) each, come before each, shape (n,).
-
-    Parameters
-    ----------
-    *keys : ndarray of int or str, shape (n,)
-    """
+    """Return how many things with the same keys, of int or str, shape (n,) each, come before each, shape (n,)."""
     if not len(keys[0]):
         return np.zeros(0, int)
     order = np.lexsort(keys)  # stable
@@ -163,14 +119,8 @@ def ranks(*keys: Array) -> Indices:
 
 
 def select_top(problem: Problem, found: CandidateBatch, limit: int) -> tuple[CandidateBatch, Array]:
-    """Return the best candidates in their order, at most `limit`, and the number of the Pareto front of each, from 1;
-    0 without fronts.
-
-    Parameters
-    ----------
-    found : CandidateBatch of n
-        All of which meet the constraints.
-    """
+    """Return the best of candidates that meet the constraints in their order, at most `limit`, and the number of the
+    Pareto front of each, from 1; 0 without fronts."""
     ranking, key = problem.ranking, found.origin.id
     number = np.zeros(len(found), int)
     if not ranking.front:
@@ -206,6 +156,4 @@ def _varied(problem: Problem, found: CandidateBatch, order: Indices, limit: int)
             kept.append(i)
             count[code] = count.get(code, 0) + 1
             like |= distances(designs[i : i + 1], designs, mirror=problem.curvature == 0)[0] < apart
-    place = np.empty(len(order), int)
-    place[order] = np.arange(len(order))
-    return np.array(sorted(kept, key=place.__getitem__), dtype=int)
+    return order[np.isin(order, kept)]
