@@ -57,7 +57,8 @@ def collect(
     DatabaseError
         If the disk is full or the file is locked.
     """
-    begun = state(database, collection.name)
+    name, families = collection.name, collection.families
+    begun = state(database, name)
     count = int(begun.get("count", COUNT)) if count is None else count
     seed = int(begun.get("seed", 0)) if seed is None else seed
     if count < 1 or seed < 0:
@@ -65,28 +66,26 @@ def collect(
     source = {"seed": seed, "plan": collection.plan, "version": version}
     if not source.items() <= begun.items():
         with database.begin() as connection:
-            connection.execute(delete(SpecimenRow).where(SpecimenRow.collection == collection.name))
-    _set_state(database, collection.name, {**source, "count": count, "complete": False})
-    share = -(-count // len(collection.families))
-    held, clock, rows = stored(database, collection.name), time.perf_counter(), 0
+            connection.execute(delete(SpecimenRow).where(SpecimenRow.collection == name))
+    _set_state(database, name, {**source, "count": count, "complete": False})
+    share = -(-count // len(families))
+    held, clock = dict.fromkeys(families, (0, 0)) | stored(database, name), time.perf_counter()
+    before = sum(number for number, _ in held.values())
 
     def progress(family: str) -> Progress:
-        made = sum(n for n, _ in held.values())
-        return Progress(made, share * len(collection.families), rows, time.perf_counter() - clock, family)
+        made = sum(number for number, _ in held.values())
+        return Progress(made, share * len(families), made - before, time.perf_counter() - clock, family)
 
-    for family in collection.families:
-        number, next_block = held.get(family, (0, 0))
+    for family in families:
         barren = 0
-        while number < share and barren < BARREN:
-            specimens = _block(collection, family, seed, next_block)
-            _write(database, collection.name, next_block, specimens)
-            next_block += 1
-            number += len(specimens)
-            rows += len(specimens)
+        while held[family][0] < share and barren < BARREN:
+            number, block = held[family]
+            specimens = _block(collection, family, seed, block)
+            _write(database, name, block, specimens)
+            held[family] = number + len(specimens), block + 1
             barren = 0 if specimens else barren + 1
-            held[family] = number, next_block
             report(progress(family))
-    _set_state(database, collection.name, {**source, "count": count, "complete": True})
+    _set_state(database, name, {**source, "count": count, "complete": True})
     report(done := progress(""))
     return done
 

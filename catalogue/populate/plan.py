@@ -6,6 +6,7 @@ from collections import Counter, defaultdict
 from collections.abc import Sequence
 from concurrent.futures import Future
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from sqlalchemy import func, select
 
@@ -21,8 +22,7 @@ BARREN = 8
 Key = tuple[str, str]
 
 
-@dataclass(frozen=True)
-class Held:
+class Held(NamedTuple):
     """A block that the file holds."""
 
     id: int

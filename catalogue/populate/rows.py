@@ -109,25 +109,19 @@ def _of_one_nominal(
     reaches["max_arm"] = np.nan_to_num(reaches["max_arm"])  # two slides: there is no arm
     used, reaches["guide"] = np.unique(reaches["guide"], return_inverse=True)
     columns = take(points, used)
-    tangent = guides.tangent[used]
+    guides, order = guides[used], columns["contact_order"]
+    tangent, exact = guides.tangent, order == EXACT
     centre, z = columns.pop("centre"), columns["x"] + 1j * columns["y"]
     radius = centre - z if circle else np.zeros_like(z)
+    leading = leading_error(guides.linkage, guides.point, circle=circle, order=order, pole=guides.pole).coefficient
     columns |= {
         "tangent_x": tangent.real,
         "tangent_y": tangent.imag,
         "curvature": np.copysign(1 / np.abs(radius), (radius * tangent.conj()).imag) if circle else radius.real,
-        "inflections": np.where(
-            (columns["contact_order"] == EXACT) | circle | guides.cusp[used], 0, columns["contact_order"] - 1
-        ),
-        "leading": _leading(guides[used], circle, columns["contact_order"]),
+        "inflections": np.where(exact | circle | guides.cusp, 0, order - 1),
+        "leading": np.where(exact, np.nan, np.abs(leading)),
     }
     return columns, take(reaches, np.lexsort((-reaches["level"], reaches["guide"])))
-
-
-def _leading(guides: CouplerCurve, circle: bool, order: Array) -> Floats:
-    """Return the leading coefficients at the design position, NaN for what is exact, shape (n,)."""
-    found = leading_error(guides.linkage, guides.point, circle=circle, order=order, pole=guides.pole)
-    return np.where(order == EXACT, np.nan, np.abs(found.coefficient))
 
 
 def at_design(linkage: Linkage) -> Floats:
@@ -138,9 +132,7 @@ def at_design(linkage: Linkage) -> Floats:
 
 def _longest(reaches: Columns, step: Indices, steps: Array, least: Floats, circle: bool) -> Array:
     """Return for each step of the ladder which row of a guide is the longest that holds it, shape (steps, guides); -1
-    where none does.
-
-    A tighter one serves where the longest window runs into a dead point, or where its path is shorter.
+    where none does.  A tighter one serves where the longest window runs into a dead point, or its path is shorter.
     """
     best = np.full((len(steps), len(least)), -1)
     guide = reaches["guide"]

@@ -17,7 +17,6 @@ from collections.abc import Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
-from types import TracebackType
 from typing import Any
 
 from ..errors import PluginError
@@ -28,15 +27,7 @@ GRACE = 5.0
 
 
 class Workers:
-    """A pool of processes.
-
-    Parameters
-    ----------
-    count : int
-        How many.
-    folders : sequence of str
-        Plugin folders besides those that every registry searches.
-    """
+    """A pool of `count` processes that load the plugins of `folders` besides those that every registry searches."""
 
     def __init__(self, count: int, folders: Sequence[str] = ()) -> None:
         self.count = count
@@ -81,19 +72,16 @@ class Workers:
     def __enter__(self) -> Workers:
         return self
 
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self._threads.shutdown(wait=False, cancel_futures=True)
-        if error is not None:
+        if kind is not None:
             for process in self._processes:
                 process.kill()
         self._threads.shutdown(wait=True)
         for process in self._processes:
-            for pipe in (process.stdin, process.stdout):
-                if pipe:
-                    with suppress(OSError):  # what it was sent and never read cannot be flushed
-                        pipe.close()
+            for pipe in filter(None, (process.stdin, process.stdout)):
+                with suppress(OSError):  # what it was sent and never read cannot be flushed
+                    pipe.close()
             process.wait()
 
 
@@ -104,6 +92,4 @@ def _end(process: subprocess.Popen[bytes]) -> str:
     except subprocess.TimeoutExpired:
         process.kill()
         return "closed its channel"
-    if code < 0:
-        return f"was killed by {signal.Signals(-code).name}"
-    return f"ended with exit code {code}"
+    return f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
