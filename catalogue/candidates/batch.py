@@ -6,7 +6,7 @@ them.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, TypeVar, cast
 
@@ -45,66 +45,40 @@ def put(batch: T, where: Array, by: T) -> T:
 
 @dataclass(frozen=True)
 class Origin:
-    """Where n candidates come from; arrays of shape (n,).
+    """Where n candidates come from: arrays of shape (n,), what they say is of the ancestor at its design position."""
 
-    Attributes
-    ----------
-    id : ndarray of int
-        Of the stored guide; -1 where there is none.
-    family, series, configuration : ndarray of str
-        Of the ancestor at its design position.
-    order : ndarray of int
-        Order of contact of the ancestor there, 99 if exact.
-    cognate : ndarray of int
-        0, or which of the two cognates of the ancestor it is.
-    """
-
-    id: Array
+    id: Array  # of the stored guide; -1 where there is none
     family: Array
     series: Array
     configuration: Array
-    order: Array
-    cognate: Array
+    order: Array  # of contact, 99 if exact
+    cognate: Array  # 0, or which of the two cognates of the ancestor it is
 
     @classmethod
     def made(cls, linkage: Linkage, series: str, order: Array | int = 2) -> Origin:
         """Return the origin of linkages that were made, not stored."""
         n = len(linkage)
-        none = np.full(n, -1)
-        code, blank = np.full(n, series, dtype=object), np.full(n, "", dtype=object)
-        return cls(none, linkage.family.astype(object), code, blank, np.broadcast_to(order, n).copy(), np.zeros(n, int))
+        code, blank = (np.full(n, text, dtype=object) for text in (series, ""))
+        orders, zero = np.broadcast_to(order, n).copy(), np.zeros(n, int)
+        return cls(zero - 1, linkage.family.astype(object), code, blank, orders, zero)
 
 
 @dataclass(frozen=True)
 class CandidateBatch:
-    """n guides laid along the path from 0 to 1, in mid-stroke; lengths in strokes.
+    """n guides laid along the path from 0 to 1, in mid-stroke; lengths in strokes, arrays of shape (n,).
 
-    Attributes
-    ----------
-    origin : Origin of n
-    linkage : Linkage of n
-    point : complex ndarray, shape (n,)
-        Guided points in mid-stroke.
-    pole : complex ndarray, shape (n,)
-        The pole there, which tells the branch of a linkage at a change point; NaN where it is not known.
-    chart : ndarray of int, shape (n,)
-        The chart of the motion whose parameter the traces are in.
-    traced : Traced of n
-        The path over the stroke and its nominal.
-    measures : Measures of n
-    allowance : ndarray, shape (n,)
-        Standard deviation of every coordinate of every pivot and of the guided point at which the path still stays
-        within the deviation asked: (asked - deviation) / (2 rms), rms the displacement across the path where it is
-        largest per unit of that scatter, to first order.  Negative where the deviation is too large, NaN for points
-        that return, and where nobody asked for it.
+    The allowance is the standard deviation of every coordinate of every pivot and of the guided point at which the path
+    still stays within the deviation asked: (asked - deviation) / (2 rms), rms the displacement across the path where it
+    is largest per unit of that scatter, to first order.  Negative where the deviation is too large, NaN for points that
+    return, and where nobody asked for it.
     """
 
     origin: Origin
     linkage: Linkage
-    point: Complexes
-    pole: Complexes
-    chart: Array
-    traced: Traced
+    point: Complexes  # guided points in mid-stroke
+    pole: Complexes  # there; tells the branch of a linkage at a change point, NaN where it is not known
+    chart: Array  # of the motion, whose parameter the traces are in
+    traced: Traced  # the path over the stroke and its nominal
     measures: Measures
     allowance: Floats
 
@@ -134,4 +108,4 @@ class CandidateBatch:
 
     def with_(self, **changes: Any) -> CandidateBatch:
         """Return these with some fields changed."""
-        return CandidateBatch(**{f.name: changes.get(f.name, getattr(self, f.name)) for f in fields(self)})
+        return replace(self, **changes)

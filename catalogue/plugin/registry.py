@@ -33,29 +33,15 @@ Item = TypeVar("Item", Series, Collection)
 
 @dataclass
 class Record:
-    """What became of one plugin.
+    """What became of one plugin, and the names of what it adds."""
 
-    Attributes
-    ----------
-    name : str
-        File name without suffix, or the name of the entry point.
-    origin : str
-        File, or the package that declares the entry point.
-    version : str
-        ``__version__`` of the module, else the catalogue's for built-in plugins, else empty.
-    families, series, collections : list of str
-        What it adds; collections once they were asked for.
-    error : str
-        Why it was left out; empty if it was not.
-    """
-
-    name: str
-    origin: str
-    version: str = ""
+    name: str  # file name without suffix, or the name of the entry point
+    origin: str  # file, or the package that declares the entry point
+    version: str = ""  # ``__version__`` of the module, else the catalogue's for built-in plugins
     families: list[str] = field(default_factory=list)
     series: list[str] = field(default_factory=list)
-    collections: list[str] = field(default_factory=list)
-    error: str = ""
+    collections: list[str] = field(default_factory=list)  # once they were asked for
+    error: str = ""  # why it was left out
 
 
 class Registry:

@@ -40,20 +40,11 @@ POWER = 4
 
 @dataclass(frozen=True)
 class Designs:
-    """What n guides are at the design position.
+    """What n guides are at the design position."""
 
-    Attributes
-    ----------
-    points : ndarray, shape (n, 5, 3)
-        Unit vectors to the fixed and moving pivot of either dyad and to the centre of the nominal.
-    kind : ndarray of str, shape (n,)
-    weight : ndarray, shape (n,)
-        How much being covered badly counts, up to 1.
-    """
-
-    points: Array
+    points: Array  # unit vectors to the pivots of both dyads and to the centre of the nominal, shape (n, 5, 3)
     kind: Array
-    weight: Floats
+    weight: Floats  # how much being covered badly counts, up to 1
 
 
 def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Array, pole: Mask) -> Designs:

@@ -38,28 +38,14 @@ AHEAD = 32
 
 @dataclass(frozen=True)
 class Progress:
-    """State of a build, as it is reported after each block.
+    """State of a build, as it is reported after each block."""
 
-    Attributes
-    ----------
-    guides, wanted : int
-        Guides of the chosen series in the file, and how many there should be.
-    rows : int
-        Rows written by this run.
-    seconds : float
-        Wall time of this run.
-    series : str
-        What is being made; empty when done.
-    failed : tuple of str
-        Plugins that raised, with the reason; their series are left out.
-    """
-
-    guides: int
-    wanted: int
-    rows: int = 0
-    seconds: float = 0.0
-    series: str = ""
-    failed: tuple[str, ...] = ()
+    guides: int  # of the chosen series, in the file
+    wanted: int  # how many there should be
+    rows: int = 0  # written by this run
+    seconds: float = 0.0  # of this run, by the clock on the wall
+    series: str = ""  # that is being made; empty when done
+    failed: tuple[str, ...] = ()  # plugins that raised, with the reason; their series are left out
 
     @property
     def rate(self) -> float:

@@ -17,30 +17,17 @@ class Problem:
 
     The user's unit, place and direction enter here once, by `of`, and leave once, by `to_user`; nothing between the two
     knows of them, so that a problem that is scaled or moved has the same answers.
-
-    Attributes
-    ----------
-    path : StraightLine or CircularArc
-        Of stroke 1.
-    constraints : Constraints
-        In strokes.
-    ranking : Ranking
-    limit, effort : int
-        How many answers at most, and how hard they are searched for.
-    scale, shift : complex
-        The similarity z -> scale z + shift that carries the path to where the user has it.
-    relaxed : str
-        Instead of the ranking: break this constraint, or ``deviation``, as little as the others allow; ``ranking``:
-        none of them, whatever it costs.
     """
 
-    path: Request
+    path: Request  # of stroke 1
     constraints: Constraints
     ranking: Ranking
-    limit: int = 12
-    effort: int = 1
-    scale: complex = 1 + 0j
+    limit: int = 12  # how many answers at most
+    effort: int = 1  # how hard they are searched for
+    scale: complex = 1 + 0j  # z -> scale z + shift carries the path to where the user has it
     shift: complex = 0j
+    #: Instead of the ranking: break this constraint, or ``deviation``, as little as the others allow; ``ranking``: none
+    #: of them, whatever it costs.
     relaxed: str = ""
 
     @classmethod
@@ -87,11 +74,10 @@ class Problem:
     def needed(self) -> frozenset[str]:
         """Which measures constraints and ranking are functions of, by the names of `catalogue.candidates.values`."""
         bounds = {"max_size": "size", "min_transmission": "transmission"}
-        active = (
-            bounds.get(name, name.removeprefix("min_").removeprefix("max_")) for name in self.constraints.active()
-        )
-        more = {"allowance"} if self.constraints.play else set()
-        return frozenset({*more, *active, *self.ranking.quantities, *self.ranking.front})
+        active = self.constraints.active()
+        bounded = (bounds.get(name, name.removeprefix("min_").removeprefix("max_")) for name in active)
+        more = {"allowance"} if "play" in active else set()
+        return frozenset({*more, *bounded, *self.ranking.quantities, *self.ranking.front})
 
     @property
     def stroke(self) -> float:

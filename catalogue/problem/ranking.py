@@ -100,20 +100,12 @@ Values = Mapping[str, Floats]
 
 @dataclass(frozen=True)
 class Ranking:
-    """An order of preference.
+    """An order of preference: by the sum of criteria with `weights`, or by Pareto fronts.
 
-    Attributes
-    ----------
-    weights : mapping
-        Criteria with weights, whose sum ranks; with a front all of them, for what needs one number.
-    front : tuple of str
-        Criteria that are not to be weighed against each other: answers come by Pareto fronts.
-    per_series : int
-        At most so many answers of a series as long as there are others; 0: no bound.
-    distinct : float
-        No two answers are nearer to each other, see `catalogue.candidates.select`; 0: no matter.
-    desires : mapping of str to Desire
-        What makes the score; lengths in strokes, the allowance in parts of the deviation asked.
+    `front` are the criteria that are not to be weighed against each other; weights hold all of them, for what needs one
+    number.  At most `per_series` answers of a series are given as long as there are others, and no two nearer to each
+    other than `distinct`, see `catalogue.candidates.select`; 0: no bound.  `desires` make the score: lengths in
+    strokes, the allowance in parts of the deviation asked.
     """
 
     weights: Mapping[str, float] = field(default_factory=lambda: {"score": 1.0})
@@ -168,14 +160,8 @@ class Ranking:
         return frozenset(q for name in self.weights for q in parts.get(name, (name,)))
 
     def cost(self, values: Values) -> Floats:
-        """Return what answers are ranked by, less is better, shape (n,).
-
-        Parameters
-        ----------
-        values : mapping
-            Of `quantities`: size, links, ground and arm in strokes; ``transmission`` in right angles; ``deviation`` and
-            ``allowance`` over the deviation asked.
-        """
+        """Return what answers are ranked by, less is better, shape (n,), from the values of `quantities`: size, links,
+        ground and arm in strokes; transmission in right angles; deviation and allowance over the deviation asked."""
         if self.only == "deviation":  # any monotonous function ranks alike; this one has no scale
             with np.errstate(divide="ignore"):
                 return np.asarray(np.log(values["deviation"]))
