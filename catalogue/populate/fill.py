@@ -94,13 +94,12 @@ def fill(
     unknown = [code for code in series if code not in registry.series]
     if unknown:
         raise InvalidRequest(f"unknown series {unknown[0]}; there are {', '.join(registry.series)}")
-    failed: list[str] = []
     start, rows = time.perf_counter(), 0
     sources = plan(database, registry, series or list(registry.series), count, seed)
 
     def progress(wanted: int | None = None, making: str = "") -> Progress:
-        done = sum(s.guides for s in sources)
-        return Progress(done, wanted or done, rows, time.perf_counter() - start, making, tuple(failed))
+        done, failed = sum(s.guides for s in sources), tuple(s.failure for s in sources if s.failure)
+        return Progress(done, wanted or done, rows, time.perf_counter() - start, making, failed)
 
     before = sum(s.guides for s in sources)
     prepare(database)
@@ -113,7 +112,7 @@ def fill(
         if any(not s.full for s in sources) and count > 2 * before:
             drop_indexes(connection)
         write_named_guides(database, connection, registry)
-        for source, block in _blocks(sources, registry, pool, seed, failed):
+        for source, block in _blocks(sources, pool, seed):
             try:
                 guides = _placed(block.guides, covered[source.key])
                 write_batch(connection, block.batch, block.mechanisms, guides, block.reaches)
@@ -122,7 +121,7 @@ def fill(
                     raise DatabaseError(
                         f"{database.path} is being filled by another process: wait until that has finished"
                     ) from error
-                _leave_out(source, registry, error, failed)  # the tables refuse what the plugin gave
+                _leave_out(source, error)  # the tables refuse what the plugin gave
                 continue
             source.count(block.count)
             rows += len(block.mechanisms["pivots"]) + block.count + len(block.reaches["guide"])
@@ -143,46 +142,38 @@ def _placed(guides: Columns, before: Counter[str]) -> Columns:
     return guides | {"cover": cover}
 
 
-def _blocks(
-    sources: list[Source], registry: Registry, pool: Workers, seed: int, failed: list[str]
-) -> Iterator[tuple[Source, Block]]:
+def _blocks(sources: list[Source], pool: Workers, seed: int) -> Iterator[tuple[Source, Block]]:
     """Yield the blocks that are wanted, in the order of sources and numbers, while the next are being made."""
     for position, source in enumerate(sources):
         while not source.full:
-            _ask_ahead(sources[position:], registry, pool, seed)
-            future = source.asked.pop(source.next)
+            _ask_ahead(sources[position:], pool, seed)
             try:
-                block = future.result()
+                block = source.asked.pop(0).result()
             except PluginError as error:
-                _leave_out(source, registry, error, failed)
+                _leave_out(source, error)
                 break
             yield source, block
             source.skip()
-        for future in source.asked.values():
+        for future in source.asked:
             future.cancel()
         source.asked.clear()
 
 
-def _leave_out(source: Source, registry: Registry, error: Exception, failed: list[str]) -> None:
-    source.broken = True
-    record = registry.provider(source.series.code)
+def _leave_out(source: Source, error: Exception) -> None:
+    plugin, what = source.plugin, f"{source.series.code} {source.member.key}"
     reason = str(error) if isinstance(error, PluginError) else one_line(error)
-    failed.append(f"{record.name}: {reason}")
-    warnings.warn(
-        f"plugin {record.name} ({record.origin}): {source.series.code} {source.member.key} is left out: {reason}",
-        PluginWarning,
-        stacklevel=2,
-    )
+    source.failure = f"{plugin.name}: {reason}"
+    warnings.warn(f"plugin {plugin.name} ({plugin.origin}): {what} is left out: {reason}", PluginWarning, stacklevel=2)
 
 
-def _ask_ahead(sources: list[Source], registry: Registry, pool: Workers, seed: int) -> None:
+def _ask_ahead(sources: list[Source], pool: Workers, seed: int) -> None:
     """Have the next block of the first source made, and others that will be needed while there is room for them."""
-    asked = sum(len(s.asked) for s in sources)
-    waiting = sum(not f.done() for s in sources for f in s.asked.values())
+    asked = [future for source in sources for future in source.asked]
+    room = min(2 * pool.count - sum(not future.done() for future in asked), AHEAD * pool.count - len(asked))
+    if not sources[0].asked:
+        room = max(room, 1)
     for source in sources:
-        record = registry.provider(source.series.code)
-        urgent = source is sources[0] and not source.asked
-        while (urgent or (waiting < 2 * pool.count and asked < AHEAD * pool.count)) and (ask := source.ask()):
-            number, wanted = ask
-            source.asked[number] = pool.submit(*source.key, seed, number, wanted, record.name, record.version)
-            waiting, asked, urgent = waiting + 1, asked + 1, False
+        while room > 0 and (wanted := source.lacking):
+            number, plugin = source.next + len(source.asked), source.plugin
+            source.asked.append(pool.submit(*source.key, seed, number, wanted, plugin.name, plugin.version))
+            room -= 1

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from sqlalchemy import func, select
 
-from ..plugin.registry import Registry
+from ..plugin.registry import Record, Registry
 from ..series.sampling import PLAN
 from ..series.series import Member, Series
 from ..store import Batch, Database, Guide, Mechanism
@@ -39,14 +39,15 @@ class Source:
     """
 
     series: Series
+    plugin: Record
     member: Member
     target: int
     held: dict[int, Held]
-    asked: dict[int, Future[Block]] = field(default_factory=dict)
+    asked: list[Future[Block]] = field(default_factory=list)  # the next ones, which are being made
     next: int = 0
     guides: int = 0
     barren: int = 0
-    broken: bool = False  # its plugin raised
+    failure: str = ""  # why it is left out
     short: list[int] = field(default_factory=list)
 
     @property
@@ -73,17 +74,17 @@ class Source:
     def full(self) -> bool:
         """Whether nothing more of it is wanted, or to be had."""
         single = not self.member.parameters and self.next > 0  # one design, which the first block holds
-        return self.broken or self.guides >= self.target or self.barren >= BARREN or single
+        return bool(self.failure) or self.guides >= self.target or self.barren >= BARREN or single
 
-    def ask(self) -> tuple[int, int] | None:
-        """Return the number of a block that will surely be needed and the guides wanted of it, None as long as that
-        depends on blocks that are being made."""
+    @property
+    def lacking(self) -> int:
+        """How many guides are wanted of the block after those that are asked for; 0 if none, or as long as that depends
+        on these."""
         if self.full:
-            return None
-        number = self.next + len(self.asked)
+            return 0
         if not self.asked:
-            return number, self._missing
-        return (number, MOST) if self.guides + (len(self.asked) + 1) * MOST <= self.target else None
+            return self._missing
+        return MOST if self.guides + (len(self.asked) + 1) * MOST <= self.target else 0
 
     @property
     def _missing(self) -> int:
@@ -105,7 +106,7 @@ def plan(database: Database, registry: Registry, codes: Sequence[str], count: in
         total = sum(m.weight for m in one.members if m.parameters) or 1.0
         for member in one.members:
             target = MOST if not member.parameters else max(round(share * member.weight / total), 1)
-            sources.append(Source(one, member, target, held.get((code, member.key), {})))
+            sources.append(Source(one, registry.provider(code), member, target, held.get((code, member.key), {})))
             sources[-1].skip()
     return sources
 
