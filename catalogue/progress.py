@@ -22,26 +22,26 @@ def busy(label: str) -> Iterator[None]:
         yield
         return
     done = threading.Event()
-    thread = threading.Thread(target=_pulse, args=(label, done), daemon=True)
+
+    def pulse() -> None:
+        if done.wait(PATIENCE):
+            return
+        from rich.console import Console
+        from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
+        from rich.progress import Progress as Bar
+
+        columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
+        with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
+            bar.add_task(label, total=None)
+            done.wait()
+
+    thread = threading.Thread(target=pulse, daemon=True)
     thread.start()
     try:
         yield
     finally:
         done.set()
         thread.join()
-
-
-def _pulse(label: str, done: threading.Event) -> None:
-    if done.wait(PATIENCE):
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
-    from rich.progress import Progress as Bar
-
-    columns = TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn()
-    with Bar(*columns, console=Console(stderr=True), transient=True) as bar:
-        bar.add_task(label, total=None)
-        done.wait()
 
 
 @contextmanager
@@ -56,14 +56,8 @@ def shown(*, quiet: bool, label: str) -> Iterator[Callable[[Progress], None]]:
 
     last: list[Progress] = []
     console = Console(stderr=True)
-    columns = (
-        TextColumn("{task.description}"),
-        BarColumn(),
-        MofNCompleteColumn(),
-        TextColumn("guides"),
-        TextColumn("{task.fields[series]}"),
-        TimeElapsedColumn(),
-    )
+    text, series = TextColumn("{task.description}"), TextColumn("guides {task.fields[series]}")
+    columns = text, BarColumn(), MofNCompleteColumn(), series, TimeElapsedColumn()
     with Bar(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
         task = bar.add_task(label, total=None, series="")
 

@@ -69,9 +69,8 @@ def weight(name: str, relaxed: str = "") -> float:
 
 def nearer_arm(found: CandidateBatch) -> Floats:
     """Return how far guided points are from the nearer moving pivot of the linkages as they are traced, shape (n,)."""
-    finite = found.linkage.finite[:, :, 1]
-    arms = np.where(finite, np.abs(found.linkage.points[:, :, 1] - found.point[:, None]), np.nan)
-    return np.asarray(np.fmin.reduce(arms, axis=1))
+    arms = np.abs(found.linkage.points[:, :, 1] - found.point[:, None])
+    return np.asarray(np.fmin.reduce(np.where(found.linkage.finite[:, :, 1], arms, np.nan), axis=1))
 
 
 def machine(problem: Problem, found: CandidateBatch) -> Linkage:
@@ -141,8 +140,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
         if wanted.min_transmission:
             amounts["min_transmission"] = over(np.radians(wanted.min_transmission - m.min_transmission))
         if wanted.full_rotation:
-            margin = rotation_margin(machine(problem, found))
-            amounts["full_rotation"] = over(-np.fmax(margin[:, 0], margin[:, 1]), missing=1.0)
+            amounts["full_rotation"] = over(-np.fmax(*rotation_margin(machine(problem, found)).T), missing=1.0)
         if wanted.min_transmission_turn:
             turn = min_transmission_turn(machine(problem, found), m.driver)
             amounts["min_transmission_turn"] = over(np.radians(wanted.min_transmission_turn - turn), missing=0.1)

@@ -11,7 +11,7 @@ from zlib import crc32
 import numpy as np
 from sqlalchemy import delete, func, insert, select
 
-from ..collections.spec import Collection, Specimen
+from ..collections.spec import Collection
 from ..errors import InvalidRequest, PluginError, one_line
 from ..store import Database, SpecimenRow
 from .fill import Progress
@@ -67,7 +67,7 @@ def collect(
     if not source.items() <= begun.items():
         with database.begin() as connection:
             connection.execute(delete(SpecimenRow).where(SpecimenRow.collection == name))
-    _set_state(database, name, {**source, "count": count, "complete": False})
+    database.set_setting(f"collection {name}", json.dumps({**source, "count": count, "complete": False}))
     share = -(-count // len(families))
     held, clock = dict.fromkeys(families, (0, 0)) | stored(database, name), time.perf_counter()
     before = sum(number for number, _ in held.values())
@@ -80,12 +80,11 @@ def collect(
         barren = 0
         while held[family][0] < share and barren < BARREN:
             number, block = held[family]
-            specimens = _block(collection, family, seed, block)
-            _write(database, name, block, specimens)
-            held[family] = number + len(specimens), block + 1
-            barren = 0 if specimens else barren + 1
+            made = _draw_block(database, collection, family, seed, block)
+            held[family] = number + made, block + 1
+            barren = 0 if made else barren + 1
             report(progress(family))
-    _set_state(database, name, {**source, "count": count, "complete": True})
+    database.set_setting(f"collection {name}", json.dumps({**source, "count": count, "complete": True}))
     report(done := progress(""))
     return done
 
@@ -102,10 +101,6 @@ def is_current(database: Database, collection: Collection, version: str) -> bool
     return bool(begun.get("complete")) and (begun["plan"], begun["version"]) == (collection.plan, version)
 
 
-def _set_state(database: Database, name: str, value: dict[str, Any]) -> None:
-    database.set_setting(f"collection {name}", json.dumps(value))
-
-
 def stored(database: Database, name: str) -> dict[str, tuple[int, int]]:
     """Return how many specimens are stored of each family of a collection, and the number of the next block."""
     row = SpecimenRow
@@ -117,24 +112,20 @@ def stored(database: Database, name: str) -> dict[str, tuple[int, int]]:
     return {f: (int(n), int(b) + 1) for f, n, b in zip(found["family"], found["number"], found["last"], strict=True)}
 
 
-def _block(collection: Collection, family: str, seed: int, number: int) -> list[Specimen]:
-    """Return the specimens of one block; each has a stream of random numbers of its own."""
+def _draw_block(database: Database, collection: Collection, family: str, seed: int, number: int) -> int:
+    """Draw one block, from a stream of random numbers of its own, store it, and return how many specimens it has."""
     rng = np.random.default_rng([seed, crc32(f"{collection.name} {family}".encode()), number])
+    compact = json.JSONEncoder(separators=(",", ":")).encode
     try:
         specimens = list(collection.draw(family, rng, BLOCK))
         for specimen in specimens:
             collection.owns(specimen)
     except Exception as error:
         raise PluginError(f"collection {collection.name} cannot be drawn: {one_line(error)}") from error
-    return specimens
-
-
-def _write(database: Database, name: str, number: int, specimens: list[Specimen]) -> None:
-    compact = json.JSONEncoder(separators=(",", ":")).encode
     rows = [
         {
             **{tag: getattr(s, tag) for tag in ("family", "series", "configuration", "kind")},
-            "collection": name,
+            "collection": collection.name,
             "block": number,
             "deviation": float(s.deviation),
             "parameters": compact(dict(s.parameters)),
@@ -145,3 +136,4 @@ def _write(database: Database, name: str, number: int, specimens: list[Specimen]
     if rows:
         with database.begin() as connection:
             connection.execute(insert(SpecimenRow), rows)
+    return len(rows)

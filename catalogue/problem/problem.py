@@ -15,7 +15,7 @@ from .request import CircularArc, Request, StraightLine, digits
 class Problem:
     """What is searched: the path runs from 0 to 1, every length is a multiple of the stroke.
 
-    The user's unit, place and direction enter here once, by `of`, and leave once, by `to_user`; nothing between the two
+    The user's unit, place and direction enter here once, by `of`, and leave once, in `find.results`; nothing between
     knows of them, so that a problem that is scaled or moved has the same answers.
     """
 
@@ -36,14 +36,11 @@ class Problem:
     ) -> Problem:
         """Return the problem of a request in the user's unit."""
         scale, shift = request.stroke * request.direction, request.origin
-        path: Request
+        path: Request = StraightLine(1.0, digits(request.relative))
         if isinstance(request, CircularArc):
             radius = None if request.radius is None else digits(request.radius / request.stroke)
             path = CircularArc(1.0, radius, digits(request.relative))
-        else:
-            path = StraightLine(1.0, digits(request.relative))
-        inside = constraints.carried(1 / scale, -shift / scale)
-        return cls(path, inside, ranking, limit, effort, scale, shift)
+        return cls(path, constraints.carried(1 / scale, -shift / scale), ranking, limit, effort, scale, shift)
 
     def with_constraints(self, **changes: Any) -> Problem:
         """Return the problem with some constraints changed [strokes]."""

@@ -89,9 +89,8 @@ def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, flo
         raise InvalidRequest(f"cannot rank by {rank_by!r}; choose from {', '.join(CRITERIA)}")
     unknown = [name for name in given if name not in CRITERIA]
     if unknown or not given:
-        raise InvalidRequest(
-            f"cannot rank by {unknown[0] if unknown else 'nothing'}; choose from {', '.join(CRITERIA)}"
-        )
+        wrong = unknown[0] if unknown else "nothing"
+        raise InvalidRequest(f"cannot rank by {wrong}; choose from {', '.join(CRITERIA)}")
     return {name: positive(f"the weight of {name}", weight) for name, weight in given.items()}
 
 

@@ -74,10 +74,8 @@ class _Placed:
     @property
     def direction(self) -> complex:
         """Unit vector from the start to the end; exact for right angles."""
-        quarters = self.along / 90.0
-        if quarters == round(quarters):
-            return (1 + 0j, 1j, -1 + 0j, -1j)[round(quarters) % 4]
-        return cmath.exp(1j * math.radians(self.along))
+        quarters, rest = divmod(self.along, 90.0)
+        return cmath.exp(1j * math.radians(self.along)) if rest else (1 + 0j, 1j, -1 + 0j, -1j)[int(quarters) % 4]
 
 
 def ends(start: Any, end: Any) -> dict[str, Any]:
