@@ -1,7 +1,5 @@
-"""Batches: records, or columns by name, whose arrays run over the same n things, taken apart and put together again.
-
-That of this room is the batch of candidates: guides that stand along the path of a problem, with what was measured of
-them.
+"""Batches: records, or columns by name, whose arrays run over the same n things, taken apart and put together again;
+among them that of candidates: guides that stand along the path of a problem, with what was measured of them.
 """
 
 from __future__ import annotations

@@ -45,12 +45,8 @@ class Record:
 
 
 class Registry:
-    """The plugins of one session: their families, series and collections by name.
-
-    Parameters
-    ----------
-    folders : sequence of str, optional
-        Folders to search besides the built-in one and those of ``CATALOGUE_PLUGINS``.
+    """The plugins of one session: their families, series and collections by name.  `folders` are searched besides the
+    built-in one and those of ``CATALOGUE_PLUGINS``.
 
     Raises
     ------

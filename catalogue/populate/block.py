@@ -45,13 +45,8 @@ class Block:
 
 
 def block(series: Series, key: str, seed: int, number: int, wanted: int, plugin: str, version: str) -> Block:
-    """Return the first guides, in their order of coverage, of block `number` of a member of a series.
-
-    Parameters
-    ----------
-    wanted : int
-        How many, if there are so many; see `MOST`.
-    """
+    """Return the first guides, in their order of coverage, of block `number` of a member of a series: as many as are
+    `wanted`, if there are so many; see `MOST`."""
     drawn = draw(series, series.member(key), seed, number)
     found = elements_worth_tracing(series, drawn)
     linkage = linkages(drawn.linkage.pivots[found["mechanism"]], found["kind"])
@@ -78,16 +73,7 @@ def _traced(linkage: Linkage, found: Columns, names: Array, wanted: int) -> tupl
     """Return the columns of guides and of reaches of the first candidates that hold a level, in their order.
 
     As many are traced as are likely to be needed, and more until there are enough, or no more worth it; and some of
-    each configuration and kind of which none has held a level.
-
-    Parameters
-    ----------
-    linkage : Linkage of n
-        Of each candidate, of a slot the inverse one.
-    found : mapping of columns
-    names : ndarray of str, shape (n,)
-        Configurations.
-    wanted : int
+    each configuration, in `names`, and kind of which none has held a level.  Linkages of slots are the inverse ones.
     """
     if not len(names):
         return together([])

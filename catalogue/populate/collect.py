@@ -37,16 +37,7 @@ def collect(
 
     The blocks that are there count: an interrupted build goes on where it stopped, and a larger count adds to a smaller
     one.  Same seed and count, same content, whole blocks; specimens of another seed, plan or version of the plugin are
-    removed first.
-
-    Parameters
-    ----------
-    version : str
-        Of the plugin that provides the collection.
-    count, seed : int, optional
-        As begun, or `COUNT` and 0, if not given.
-    report : callable
-        Called after each block.
+    removed first.  If not given, they are as begun, or `COUNT` and 0; `report` is called after each block.
 
     Raises
     ------

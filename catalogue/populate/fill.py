@@ -67,18 +67,9 @@ def fill(
 
     The blocks that are already there count, but the last of a member is made anew if more of it is wanted; a build that
     was interrupted goes on where it stopped and ends with the content of one that was not.  Same seed and count, same
-    content.  The named guides are there from the start, whichever series are chosen.
-
-    Parameters
-    ----------
-    count : int
-        Guides wanted; how they are shared is said in `catalogue.populate.plan`.
-    series : sequence of str
-        Codes; all that are registered if empty.
-    processes : int, optional
-        Worker processes; as many as there are processors if not given.
-    report : callable
-        Called with a `Progress` after each block.
+    content.  The named guides are there from the start, whichever series are chosen: without codes all that are
+    registered.  How `count` is shared is said in `catalogue.populate.plan`.  There are as many worker processes as
+    processors unless told; `report` is called after each block.
 
     Raises
     ------

@@ -50,21 +50,11 @@ def together(parts: list[tuple[Columns, Columns]]) -> tuple[Columns, Columns]:
 
 
 def guide_columns(linkage: Linkage, points: Columns, usual: Floats | None = None) -> list[tuple[Columns, Columns]]:
-    """Trace guided points of linkages in their canonical frame.
+    """Trace guided points of linkages in their canonical frame: ``kind``, ``x``, ``y``, ``contact_order``, ``centre``
+    (complex, of a circle), and what else there is to say of them; half strokes `usual` (n,) are tried as well.
 
-    Parameters
-    ----------
-    linkage : Linkage of n
-    points : mapping of columns
-        ``kind``, ``x``, ``y``, ``contact_order``, ``centre``, that of a circle as a complex number, and what else there
-        is to say of them.
-    usual : ndarray, shape (n,), optional
-        Half strokes about the reference position that are tried as well.
-
-    Returns
-    -------
-    list of (guides, reaches)
-        Those that hold a level, on lines and then on circles; see `together` and `catalogue.store.write_batch`.
+    Return the columns of guides and of their reaches that hold a level, on lines and then on circles; see `together`
+    and `catalogue.store.write_batch`.
     """
     circle = ~np.isin(points["kind"], STRAIGHT)
     parts = []

@@ -154,8 +154,7 @@ class Constraints:
     full_rotation : bool
         The driving crank must be able to turn fully.
     min_allowance : float, optional
-        Least scatter of the pivots, standard deviation of each coordinate, at which the path still stays within the
-        deviation asked; see `catalogue.candidates.batch.CandidateBatch`.
+        Least allowance; see `catalogue.candidates.batch.CandidateBatch`.
     min_drive_angle, max_drive_angle, max_rotation, min_uniformity, min_advantage : float, optional
         See `catalogue.guide.drive.DriveMetrics` [deg, deg, deg, 1, 1].
     play : float
@@ -220,10 +219,9 @@ class Constraints:
             raise InvalidRequest(f"slots and returns cannot be asked for with {given[0]}")
         if self.slots and self.returns:
             raise InvalidRequest("slots and returns exclude one another: ask for one of them")
-        if self.min_link is not None and self.max_link is not None and self.min_link > self.max_link:
-            raise InvalidRequest(
-                f"min_link {self.min_link:g} is above max_link {self.max_link:g}: nothing can be between"
-            )
+        least, largest = self.min_link, self.max_link
+        if least is not None and largest is not None and least > largest:
+            raise InvalidRequest(f"min_link {least:g} is above max_link {largest:g}: nothing can be between")
 
     @classmethod
     def of(cls, given: Mapping[str, Any]) -> Constraints:

@@ -73,19 +73,11 @@ def as_array(kind: TypeEngine[Any], values: Sequence[Any]) -> Array:
 
 
 class Database:
-    """A database file with current tables; leave it as a context manager, or `close` it.
-
-    Attributes
-    ----------
-    path : Path
-        The file, absolute.
-    engine : Engine
-        For connections; a connection begins a transaction with its first statement.
-    """
+    """A database file with current tables; leave it as a context manager, or `close` it."""
 
     def __init__(self, path: Path) -> None:
-        self.path = path
-        self.engine = engine_for(path)
+        self.path = path  # absolute
+        self.engine = engine_for(path)  # whose connections begin a transaction with their first statement
         self._kept = engine_for(path, keep=True)  # for what is read again and again
         weakref.finalize(self, self._kept.dispose)  # also of one that nobody closes
 

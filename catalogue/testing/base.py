@@ -46,8 +46,8 @@ class Contract:
 
 
 def holds(sample: Sample, good: object, text: str, *values: Sequence[object] | Array) -> None:
-    """Assert that something is true of all linkages, shape (n,); `text`, with the `values` of the first of which it is
-    not in its places, says what is wrong."""
+    """Assert that something is true of all linkages, shape (n,); `text`, with the values in its places of the first of
+    which it is not, says what is wrong."""
     wrong = np.flatnonzero(~np.asarray(good))
     if wrong.size:
         said = text.format(*(value[wrong[0]] for value in values)) if values else text
