@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -78,28 +77,15 @@ def cells(series: Series) -> list[Cell]:
     for family in series.families:
         mine = [one for one in sampled if one.member.family == family]
         names = {str(name) for one in mine for name in one.instant.configuration}
-        for name in sorted(names, key=_place):
+        for name in sorted(names, key=lambda name: [(ORDER.find(letter), letter) for letter in name]):
+            best = (_best(one, name) for one in mine if name in one.instant.configuration)
             # a member without a condition of its own stands for the configuration, if it has it
-            found.append(min((_best(one, name) for one in mine if name in one.instant.configuration), key=_general)[0])
+            found.append(min(best, key=lambda choice: (choice[0].member != "general", choice[1]))[0])
     shown = {(cell.family, cell.member) for cell in found}
     special = [one for one in sampled if (one.member.family, one.member.name) not in shown]
-    return found + [_best(one)[0] for one in _varied(special)][: max(0, ROOM - len(found))]
-
-
-def _general(choice: tuple[Cell, float]) -> tuple[bool, float]:
-    cell, cost = choice
-    return cell.member != "general", cost
-
-
-def _varied(special: list[_Sampled]) -> Iterator[_Sampled]:
-    """Give one member of each name before a second one of any."""
-    names = [one.member.name for one in special]
-    order = sorted(range(len(special)), key=lambda i: (names[:i].count(names[i]), i))
-    yield from (special[i] for i in order)
-
-
-def _place(name: str) -> list[tuple[int, str]]:
-    return [(ORDER.find(letter), letter) for letter in name]
+    called = [one.member.name for one in special]
+    varied = sorted(range(len(special)), key=lambda i: called[:i].count(called[i]))  # one of each name before a second
+    return found + [_best(special[i])[0] for i in varied[: max(0, ROOM - len(found))]]
 
 
 def _best(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]:

@@ -9,7 +9,6 @@ import numpy as np
 
 from ..curvature_theory.analysis import PARALLEL
 from ..curvature_theory.leading_error import EXACT
-from ..kinematics.types import Floats
 from ..series.series import Series
 from .cells import Cell
 from .paper import SANS, SERIF
@@ -30,25 +29,28 @@ ANGLES = ("phi", "psi", "chi", "alpha")
 
 def title(figure: Figure, series: Series, width: float, height: float) -> None:
     """Write code, title, inverse, dimension and source at the head of a sheet, its size in inches."""
+    from matplotlib.patches import Polygon
+
     line = height - MARGIN
-    style: dict[str, Any] = {"ha": "center", "va": "center"}
     inverse = "self-inverse" if series.inverse == series.code else f"inverse {series.inverse}"
     source = series.source
     if source == f"inversion of {series.inverse}":
         inverse, source = source, f"free parameters are those of {series.inverse}"
     told = "   ·   ".join([inverse, f"dimension {_dimension(series)}", source])
-    figure.text(
-        0.5, (line - 0.08) / height, series.code, gid="code", family=SERIF, weight="bold", size=30, color=INK, **style
+    rows: tuple[tuple[str, str, float, dict[str, Any]], ...] = (
+        ("code", series.code, 0.08, {"family": SERIF, "weight": "bold", "size": 30, "color": INK}),
+        ("title", series.title, 0.5, {"family": SERIF, "style": "italic", "size": 15, "color": INK}),
+        ("facts", told, 0.8, {"family": SANS, "size": 7.5, "color": GREY}),
     )
-    title = figure.text(
-        0.5, (line - 0.5) / height, series.title, gid="title", family=SERIF, style="italic", size=15, color=INK, **style
-    )
-    facts = figure.text(0.5, (line - 0.8) / height, told, gid="facts", family=SANS, size=7.5, color=GREY, **style)
-    for text in (title, facts):
-        _fit(text, width - 2 * MARGIN)
+    for gid, words, below, style in rows:
+        text = figure.text(0.5, (line - below) / height, words, gid=gid, ha="center", va="center", **style)
+        if gid != "code":
+            _fit(text, width - 2 * MARGIN)
     # a rule that swells in the middle, as engravers close a title
     x = np.linspace(-1, 1, 81)
-    _area(figure, 0.5 + 0.9 / width * x, (line - 1.02 + 0.016 * (1 - x**2)) / height, (line - 1.02) / height)
+    x, top, middle = 0.5 + 0.9 / width * x, (line - 1.02 + 0.016 * (1 - x**2)) / height, (line - 1.02) / height
+    border = np.stack([np.append(x, x[::-1]), np.append(top, 2 * middle - top[::-1])], axis=1)
+    figure.add_artist(Polygon(border, facecolor=INK, linewidth=0, gid="rule-title", transform=figure.transFigure))
 
 
 def _dimension(series: Series) -> str:
@@ -138,14 +140,6 @@ def frame(figure: Figure, width: float, height: float) -> None:
             Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], fill=False, edgecolor=INK, linewidth=weight,
                       joinstyle="miter", gid=gid, transform=figure.transFigure)
         )  # fmt: skip
-
-
-def _area(figure: Figure, x: Floats, top: Floats, bottom: float) -> None:
-    """Fill the figure between a curve and its mirror image."""
-    from matplotlib.patches import Polygon
-
-    border = np.stack([np.append(x, x[::-1]), np.append(top, 2 * bottom - top[::-1])], axis=1)
-    figure.add_artist(Polygon(border, facecolor=INK, linewidth=0, gid="rule-title", transform=figure.transFigure))
 
 
 def legend(figure: Figure, shown: list[Cell], width: float, height: float) -> None:

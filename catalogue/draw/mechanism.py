@@ -15,48 +15,56 @@ DOWN = (-1j, 1j, 1 + 0j, -1 + 0j)
 
 def drawn(pen: Pen, shown: Scene) -> None:
     """Draw the scene: the linkage in mid-stroke with its names, ghosts at the ends of the stroke, and the path."""
+    dotted = {"color": CRANK, "alpha": 0.45, "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 2}
     for i in (0, 1):
         if shown.kinds[i] == RR:
-            pen.line(
-                shown.moving[:, i],
-                f"sweep-{i + 1}",
-                color=CRANK,
-                alpha=0.45,
-                linewidth=0.8,
-                linestyle=(0, (1, 2)),
-                zorder=2,
-            )
-    for pose in (0, -1):
-        _linkage(pen, shown, pose, "start-" if pose == 0 else "end-")
-    _linkage(pen, shown, shown.middle, "")
+            pen.line(shown.moving[:, i], f"sweep-{i + 1}", **dotted)
+    for pose, prefix in ((0, "start-"), (-1, "end-"), (shown.middle, "")):
+        ghost, corners = bool(prefix), shown.coupler[pose]
+        pen.link(corners, prefix + "coupler", COUPLER, ghost=ghost, zorder=1 if ghost else 4)
+        for i, kind in enumerate(shown.kinds):
+            rod = _rod(pen, shown, i, pose) if kind == RP else None
+            dyad(pen, kind, shown.fixed[i], shown.moving[pose, i], rod, f"{prefix}%s-{i + 1}", ghost=ghost)
+        pen.dot(corners[-1], prefix + "guided", PATH, ghost=ghost, zorder=8 if ghost else 10)
     for i in (0, 1):
         _frame(pen, shown, i)
-    _path(pen, shown)
-    _names(pen, shown)
+    for z, gid in ((shown.before, "path-before"), (shown.after, "path-after")):
+        if len(z) > 1:
+            pen.line(z, gid, color=PATH, linewidth=0.9, zorder=6)
+    pen.line(shown.path, "path", color=PATH, linewidth=2.4, zorder=7)
+    for i in (0, 1):  # the finite pivots as in the candidate: A1, A1*, A2, A2*
+        if shown.kinds[i] != PR:
+            pen.name(shown.fixed[i], f"$A_{i + 1}$", f"name-fixed-{i + 1}", GREY)
+        if shown.kinds[i] != RP:
+            pen.name(shown.moving[shown.middle, i], f"$A_{i + 1}^{{*}}$", f"name-moving-{i + 1}", INK)
 
 
-def _linkage(pen: Pen, shown: Scene, pose: int, prefix: str) -> None:
-    """Draw the moving parts."""
-    ghost = bool(prefix)
+def dyad(
+    pen: Pen, kind: int, fixed: complex, moving: complex, rod: Complexes | None, gid: str, *, ghost: bool = False
+) -> None:
+    """Draw what moves of a dyad, but for the coupler.
+
+    Parameters
+    ----------
+    kind : `RR`, `PR` or `RP`
+    fixed, moving : complex
+        Pivots; the unit normal in place of one at infinity.
+    rod : complex ndarray, shape (2,)
+        Ends of the coupler line of a slide.
+    gid : str
+        Names of elements, with %s for the part.
+    """
     back = 1.0 if ghost else 4.0
-    corners = shown.coupler[pose]
-    pen.link(corners, prefix + "coupler", COUPLER, ghost=ghost, zorder=back)
-    for i, kind in enumerate(shown.kinds):
-        number = f"{i + 1}"
-        fixed, moving = shown.fixed[i], shown.moving[pose, i]
-        if kind == RR:
-            pen.link(np.array([fixed, moving]), f"{prefix}crank-{number}", CRANK, ghost=ghost, zorder=back + 1)
-        elif kind == PR:
-            pen.block(moving, f"{prefix}slider-{number}", 1j * fixed, CRANK, ghost=ghost, zorder=back + 0.5)
-        else:
-            pen.link(
-                _rod(pen, shown, i, pose), f"{prefix}line-{number}", COUPLER, ghost=ghost, width=ROD, zorder=back + 0.2
-            )
-            if not ghost:
-                pen.block(fixed, f"slide-{number}", 1j * moving, CRANK, zorder=back + 1.5)
-        if kind != RP:
-            pen.pivot(moving, f"{prefix}moving-pivot-{number}", ghost=ghost, zorder=back + 5)
-    pen.dot(corners[-1], f"{prefix}guided", PATH, ghost=ghost, zorder=8 if ghost else 10)
+    if kind == RR:
+        pen.link(np.array([fixed, moving]), gid % "crank", CRANK, ghost=ghost, zorder=back + 1)
+    elif kind == PR:
+        pen.block(moving, gid % "slider", 1j * fixed, CRANK, ghost=ghost, zorder=back + 0.5)
+    elif rod is not None:
+        pen.link(rod, gid % "line", COUPLER, ghost=ghost, width=ROD, zorder=back + 0.2)
+        if not ghost:
+            pen.block(fixed, gid % "slide", 1j * moving, CRANK, zorder=back + 1.5)
+    if kind != RP:
+        pen.pivot(moving, gid % "moving-pivot", ghost=ghost, zorder=back + 5)
 
 
 def _rod(pen: Pen, shown: Scene, i: int, pose: int) -> Complexes:
@@ -72,15 +80,11 @@ def _frame(pen: Pen, shown: Scene, i: int) -> None:
     """Draw what holds the dyad: a bracket, or the line of a slider."""
     fixed, number = shown.fixed[i], f"{i + 1}"
     if shown.kinds[i] == PR:
-        along, track = 1j * fixed, shown.moving[:, i]
-        run = ((track - track[0]) * along.conjugate()).real
+        track = shown.moving[:, i]
+        run = ((track - track[0]) * (1j * fixed).conjugate()).real
         spare = (BLOCK[0] + 7) * pen.point
-        # under the block, where the rest of the linkage is not
         others = np.concatenate([shown.fixed[shown.kinds != PR], shown.coupler[shown.middle]])
-        side = -1.0 if ((others - track[0]) * fixed.conjugate()).real.mean() > 0 else 1.0
-        foot = track[0] + side * BLOCK[1] * pen.point * fixed
-        ends = foot + np.array([run.min() - spare, run.max() + spare]) * along
-        pen.hatched(ends[0], ends[1], side * fixed, f"guide-{number}")
+        pen.track(track[0], fixed, (run.min() - spare, run.max() + spare), others, f"guide-{number}")
         return
     pen.ground(fixed, f"ground-{number}", _down(pen, shown, i))
     pen.pivot(fixed, f"fixed-pivot-{number}")
@@ -99,19 +103,3 @@ def _down(pen: Pen, shown: Scene, i: int) -> complex:
         return max(0.6, *map(float, among))
 
     return min(DOWN, key=hidden)
-
-
-def _path(pen: Pen, shown: Scene) -> None:
-    for z, gid in ((shown.before, "path-before"), (shown.after, "path-after")):
-        if len(z) > 1:
-            pen.line(z, gid, color=PATH, linewidth=0.9, zorder=6)
-    pen.line(shown.path, "path", color=PATH, linewidth=2.4, zorder=7)
-
-
-def _names(pen: Pen, shown: Scene) -> None:
-    """Name the finite pivots as in the candidate: A1, A1*, A2, A2*."""
-    for i in (0, 1):
-        if shown.kinds[i] != PR:
-            pen.name(shown.fixed[i], f"$A_{i + 1}$", f"name-fixed-{i + 1}", GREY)
-        if shown.kinds[i] != RP:
-            pen.name(shown.moving[shown.middle, i], f"$A_{i + 1}^{{*}}$", f"name-moving-{i + 1}", INK)

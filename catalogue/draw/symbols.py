@@ -129,6 +129,13 @@ class Pen:
         self.strokes(strokes, gid, color=GREY, linewidth=0.7, zorder=zorder)
         self.line(np.array([a, b]), gid + "-line", color=GREY, linewidth=1.3, zorder=zorder)
 
+    def track(self, at: complex, normal: complex, run: tuple[float, float], others: Complexes, gid: str) -> None:
+        """Draw the line of a slider at a point, from one place of its `run` to the other, on the side where the rest
+        of the linkage, `others`, is not."""
+        side = -1.0 if ((others - at) * normal.conjugate()).real.sum() > 0 else 1.0
+        foot, along = at + side * BLOCK[1] * self.point * normal, 1j * normal
+        self.hatched(foot + run[0] * along, foot + run[1] * along, side * normal, gid)
+
     def block(self, z: complex, gid: str, along: complex, colour: str, *, ghost: bool = False, zorder: float) -> None:
         """Draw a sliding block about z."""
         length, width = ((b - 1.5) * self.point * d for b, d in zip(BLOCK, (along, 1j * along), strict=True))

@@ -12,9 +12,9 @@ from ..kinematics.types import Array, Complexes
 from .cells import FAR, Cell
 from .cubics import circle, cubic, hyperbola
 from .labels import CURVE, SOLID, Labels
-from .mechanism import DOWN
+from .mechanism import DOWN, dyad
 from .paper import SERIF
-from .symbols import BLOCK, COUPLER, CRANK, GREY, INK, PAPER, PATH, ROD, Pen
+from .symbols import BLOCK, COUPLER, GREY, INK, PATH, Pen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -149,35 +149,23 @@ class Vignette:
 
     # -- linkage ------------------------------------------------------------------------------------------------
     def _linkage(self) -> None:
-        pen, joint = self.pen, self.joint
-        pen.link(joint, self.prefix + "coupler", COUPLER, zorder=4)
+        pen = self.pen
+        pen.link(self.joint, self.prefix + "coupler", COUPLER, zorder=4)
         for i, kind in enumerate(self.kinds):
-            (fixed, moving), name = self.z[i], f"{self.prefix}%s-{i + 1}"
-            if kind == RR:
-                pen.link(np.array([fixed, moving]), name % "crank", CRANK, zorder=5)
-            elif kind == PR:
-                pen.block(moving, name % "slider", 1j * fixed, CRANK, zorder=4.5)
-                self._track(moving, fixed, name % "guide")
+            (fixed, moving), name, rod = self.z[i], f"{self.prefix}%s-{i + 1}", None
+            if kind == PR:
+                others = np.append(self.z[self.cell.linkage.finite[0]], 0)
+                half = 2.1 * BLOCK[0] * pen.point
+                pen.track(moving, fixed, (-half, half), others, name % "guide")
             else:
-                along, foot = 1j * moving, joint[i]
-                ends = np.array([((fixed - foot) * along.conjugate()).real, 0])
-                spare = (BLOCK[0] + 10) * pen.point * np.array([-1, 1])
-                both = foot + along * (np.sort(ends) + spare)
-                pen.link(both, name % "line", COUPLER, width=ROD, zorder=4.2)
-                pen.block(fixed, name % "slide", along, CRANK, zorder=5.5)
-            if kind != PR:
                 pen.ground(fixed, name % "ground", self._down(i))
                 pen.pivot(fixed, name % "fixed-pivot")
-            if kind != RP:
-                pen.pivot(moving, name % "moving-pivot")
-
-    def _track(self, at: complex, normal: complex, gid: str) -> None:
-        """Draw the line of a slider, on the side where the rest of the linkage is not."""
-        others = np.append(self.z[self.cell.linkage.finite[0]], 0) - at
-        side = -1.0 if (others * normal.conjugate()).real.sum() > 0 else 1.0
-        foot = at + side * BLOCK[1] * self.pen.point * normal
-        run = 2.1 * BLOCK[0] * self.pen.point * 1j * normal
-        self.pen.hatched(foot - run, foot + run, side * normal, gid)
+            if kind == RP:
+                along, foot = 1j * moving, self.joint[i]
+                ends = np.array([((fixed - foot) * along.conjugate()).real, 0])
+                spare = (BLOCK[0] + 10) * pen.point * np.array([-1, 1])
+                rod = foot + along * (np.sort(ends) + spare)
+            dyad(pen, kind, fixed, moving, rod, name)
 
     def _down(self, i: int) -> complex:
         """Return the way for a bracket to point in which the least of the linkage lies."""
@@ -241,6 +229,3 @@ class Vignette:
         """Return the place in the frame next to a point outside, seen from the pole."""
         off = z - self.centre
         return self.centre + off * 0.93 * self.half / max(abs(off.real), abs(off.imag))
-
-
-__all__ = ["FIXED", "PAPER", "Vignette"]
