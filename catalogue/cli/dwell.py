@@ -13,17 +13,16 @@ from .tables import print_results, print_table
 if TYPE_CHECKING:
     from ..find.dwell_results import DwellResults
 
-Angle = Annotated[float, typer.Option(metavar="DEG", help="By how much the crank turns meanwhile, at least.")]
-Residual = Annotated[float, typer.Option(metavar="DEG", help="Band of angles in which the rocker may stray meanwhile.")]
-Swing = Annotated[float, typer.Option(metavar="DEG", help="How far the rocker swings over a turn, at least.")]
-Transmission = Annotated[float, typer.Option(metavar="DEG", help="Least transmission angle over the full turn.")]
-
 
 def dwell(
-    angle: Angle,
-    residual: Residual,
-    swing: Swing,
-    min_transmission: Transmission = 0.0,
+    angle: Annotated[float, typer.Option(metavar="DEG", help="By how much the crank turns meanwhile, at least.")],
+    residual: Annotated[
+        float, typer.Option(metavar="DEG", help="Band of angles in which the rocker may stray meanwhile.")
+    ],
+    swing: Annotated[float, typer.Option(metavar="DEG", help="How far the rocker swings over a turn, at least.")],
+    min_transmission: Annotated[
+        float, typer.Option(metavar="DEG", help="Least transmission angle over the full turn.")
+    ] = 0.0,
     family: Families = None,
     series: SeriesCodes = None,
     order: Order = 0,

@@ -37,16 +37,15 @@ def read_linkages(file: str) -> Linkage:
     given = _json(text, file) if text.lstrip()[:1] in ("[", "{") else _csv(text, file)
     if not given:
         raise InvalidRequest(f"{file} holds no linkage")
-    measured = [i for i, one in enumerate(given) if isinstance(one, dict)]
     pivots = np.full((len(given), 2, 2, 3), np.nan)
-    by_links: dict[tuple[str, ...], list[int]] = {}
-    for i in measured:
-        by_links.setdefault(tuple(sorted(given[i])), []).append(i)
-    for names, rows in by_links.items():
-        pivots[rows] = from_lengths({name: [_number(given[i][name], file) for i in rows] for name in names}).pivots
-    placed = sorted({*range(len(given))} - {*measured})
-    if placed:
-        pivots[placed] = _pivots([given[i] for i in placed], file)
+    alike: dict[tuple[str, ...], list[int]] = {}  # by the lengths that are given; none of them: pivots
+    for i, one in enumerate(given):
+        alike.setdefault(tuple(sorted(one)) if isinstance(one, dict) else (), []).append(i)
+    for names, rows in alike.items():
+        if names:
+            pivots[rows] = from_lengths({name: [_number(given[i][name], file) for i in rows] for name in names}).pivots
+        else:
+            pivots[rows] = _pivots([given[i] for i in rows], file)
     return Linkage(pivots)
 
 
@@ -79,19 +78,18 @@ def _csv(text: str, file: str) -> list[Any]:
         if short:
             raise InvalidRequest(f"{file}, line {short[0]}: it has not the {len(heading)} columns of the heading")
         return [{k: v for k, v in zip(heading, row, strict=True) if k in NAMES} for _, row in rows[1:]]
-    if rows and not _all_numbers(rows[0][1]):  # a heading
+    if rows and _floats(rows[0][1]) is None:  # a heading
         rows = rows[1:]
     return [_line(row, file, i) for i, row in rows]
 
 
 def _line(row: list[str], file: str, line: int) -> list[Any]:
-    if not _all_numbers(row):
+    numbers = _floats(row)
+    if numbers is None:
         raise InvalidRequest(f"{file}, line {line}: {','.join(row)!r} is not all numbers")
     if len(row) not in (8, 12):
         raise InvalidRequest(f"{file}, line {line}: {len(row)} numbers; 8 (x, y) or 12 (x, y, w) are wanted")
-    k, values = len(row) // 4, [float(cell) for cell in row]
-    p = [values[i * k : (i + 1) * k] for i in range(4)]
-    return [[p[0], p[1]], [p[2], p[3]]]
+    return np.reshape(numbers, (2, 2, -1)).tolist()
 
 
 def _pivots(given: list[Any], file: str) -> Array:
@@ -112,12 +110,12 @@ def _number(value: Any, file: str) -> float:
         raise InvalidRequest(f"{file}: {value!r} is no number") from None
 
 
-def _all_numbers(row: list[str]) -> bool:
+def _floats(row: list[str]) -> list[float] | None:
+    """Return the numbers of a row, None if something else is among them."""
     try:
-        [float(cell) for cell in row]
+        return [float(cell) for cell in row]
     except ValueError:
-        return False
-    return True
+        return None
 
 
 def _depth(given: Any) -> int:
