@@ -24,28 +24,15 @@ ORDER = "DVTCPXN"
 
 @dataclass(frozen=True)
 class Cell:
-    """A linkage at its instant in the canonical frame, with what it guides.
-
-    Attributes
-    ----------
-    family, configuration : str
-    member : str
-        Name of the member of the series.
-    parameters : dict
-        Free parameters, by name.
-    linkage : Linkage of 1
-    curvature : Curvature of 1
-    guided : list of Guided
-        Of one linkage, none imaginary; points with w = 1, or w = 0 and a unit direction.
-    """
+    """A linkage at its instant in the canonical frame, with what it guides."""
 
     family: str
     configuration: str
-    member: str
-    parameters: dict[str, float]
-    linkage: Linkage
-    curvature: Curvature
-    guided: list[Guided]
+    member: str  #: name of the member of the series
+    parameters: dict[str, float]  #: free ones, by name
+    linkage: Linkage  #: one
+    curvature: Curvature  #: of one
+    guided: list[Guided]  #: of one linkage, none imaginary; points with w = 1, or w = 0 and a unit direction
 
 
 @dataclass(frozen=True)

@@ -19,21 +19,12 @@ SPARE = 2.0
 
 @dataclass
 class Labels:
-    """Chooses places in a square figure.
-
-    Attributes
-    ----------
-    pen : Pen
-    centre, half : complex, float
-        The square.
-    point : float
-        Length in the drawing of a true point on paper, whatever the pen's symbols are scaled to.
-    """
+    """Chooses places in a square figure."""
 
     pen: Pen
     centre: complex
-    half: float
-    point: float
+    half: float  #: half the side of the square
+    point: float  #: length in the drawing of a true point on paper, whatever the pen's symbols are scaled to
     _places: list[Array] = field(default_factory=list)
     _weights: list[Floats] = field(default_factory=list)
 

@@ -30,37 +30,20 @@ NODES = 128
 
 @dataclass(frozen=True)
 class Scene:
-    """A candidate over its stroke; points are complex numbers, positions run from 0 to the stroke.
+    """A candidate over its stroke; points are complex numbers, positions run from 0 to the stroke."""
 
-    Attributes
-    ----------
-    kinds : ndarray, shape (2,)
-        Of the dyads: `RR`, `PR`, `RP`.
-    fixed : complex ndarray, shape (2,)
-        Fixed pivots; for a slider the unit normal of its line.
-    moving : complex ndarray, shape (POSES, 2)
-        Moving pivots; for a slide the unit normal of its coupler line.
-    coupler : complex ndarray, shape (POSES, 3)
-        Corners of the coupler: its finite moving pivots, the foot on its slide's line, last the guided point.
-    rods : dict
-        For each slide (0, 1): ends of its coupler line, shape (POSES, 2), just long enough for the stroke.
-    path : complex ndarray, shape (POINTS,)
-    before, after : complex ndarrays
-        The path beyond the ends of the stroke, outwards; it ends where the linkage or the path turns.
-    position, error : ndarray, shape (NODES + 1,)
-        Signed distance from the nominal [length], positive to +y, against the position along the stroke.
-    """
-
-    kinds: Array
-    fixed: Complexes
-    moving: Complexes
+    kinds: Array  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
+    fixed: Complexes  #: fixed pivots, shape (2,); for a slider the unit normal of its line
+    moving: Complexes  #: moving pivots, shape (POSES, 2); for a slide the unit normal of its coupler line
+    #: Corners of the coupler, shape (POSES, 3): its finite moving pivots, the foot on its slide's line, last the guided
+    #: point.
     coupler: Complexes
-    rods: dict[int, Complexes]
-    path: Complexes
-    before: Complexes
-    after: Complexes
-    position: Floats
-    error: Floats
+    rods: dict[int, Complexes]  #: of each slide, 0 or 1, ends of its coupler line over the stroke, shape (POSES, 2)
+    path: Complexes  #: shape (POINTS,)
+    before: Complexes  #: the path beyond the start, outwards, until the linkage or the path turns
+    after: Complexes  #: the same beyond the end
+    position: Floats  #: along the stroke, shape (NODES + 1,)
+    error: Floats  #: there, signed distance from the nominal [length], positive to +y
 
     @property
     def middle(self) -> int:

@@ -25,20 +25,11 @@ BLOCK = (13.0, 7.5)
 
 @dataclass(frozen=True)
 class Pen:
-    """Draws symbols in axes of equal aspect.
-
-    Attributes
-    ----------
-    axes : Axes
-    point : float
-        Length in the drawing of a point on paper.
-    taken : list of complex ndarray
-        Where something has been drawn that a name must not cover.
-    """
+    """Draws symbols in axes of equal aspect."""
 
     axes: Axes
-    point: float
-    taken: list[Complexes] = field(default_factory=list)
+    point: float  #: length in the drawing of a point on paper
+    taken: list[Complexes] = field(default_factory=list)  #: where something has been drawn that a name must not cover
 
     # -- strokes ------------------------------------------------------------------------------------------------
     def line(self, z: Array, gid: str, **style: Any) -> None:

@@ -34,29 +34,16 @@ ALLIEVI_COUNT, LETTER_COUNT = 54, 48
 
 @dataclass(frozen=True)
 class Cell:
-    """One series in one family and configuration.
-
-    Attributes
-    ----------
-    series, family, configuration : str
-    dimension : int
-        Free parameters of its largest member, modulo similarity.
-    mechanisms, guides : int
-        Stored.
-    smallest : dict of float
-        By level: least size over stroke of a stored guide.
-    remark : str
-        Why nothing is stored; empty if something is.
-    """
+    """One series in one family and configuration."""
 
     series: str
     family: str
     configuration: str
-    dimension: int
-    mechanisms: int
-    guides: int
-    smallest: dict[int, float]
-    remark: str
+    dimension: int  #: free parameters of its largest member, modulo similarity
+    mechanisms: int  #: stored
+    guides: int  #: stored
+    smallest: dict[int, float]  #: by level: least size over stroke of a stored guide
+    remark: str  #: why nothing is stored; empty if something is
 
 
 def census(database: Database, registry: Registry) -> list[Cell]:

@@ -44,43 +44,26 @@ class StandStill:
 
 @dataclass(frozen=True)
 class DwellCandidate:
-    """A crank-driven linkage with an output dyad, in the middle of the dwell; the driving crank has length 1.
+    """A crank-driven linkage with an output dyad, in the middle of the dwell; the driving crank has length 1, places
+    are [x, y]."""
 
-    Attributes
-    ----------
-    id, family, series, configuration, order
-        Of the stored guide that it comes from.
-    angle, residual, swing : float
-        Dwell in degrees of the crank, range of the rocker's angles meanwhile, and over the full turn [deg]; measured in
-        steps of an eighth of a degree.
-    min_transmission : float
-        Least transmission angle over the full turn, of the linkage and at the joint of the dyad [deg].
-    size : float
-        Diameter of all finite pivots in the middle of the dwell, the joint and the pivot of the output dyad among them,
-        together with the guided path over the whole turn [crank lengths].
-    driver : int
-        Number of the crank that turns.
-    pivots : list
-        [[A1, A1*], [A2, A2*]], each [x, y, w].
-    guided, joint, pivot : list of float
-        The coupler point that leads the rod; the joint of rod and rocker; the fixed pivot of the rocker.
-    """
-
-    id: int
+    id: int  #: of the stored guide that it comes from, like what follows
     family: str
     series: str
     configuration: str
     order: int
-    angle: float
-    residual: float
-    swing: float
-    min_transmission: float
+    angle: float  #: of the crank during the dwell [deg]; angles are measured in steps of an eighth of a degree
+    residual: float  #: range of the rocker's angles meanwhile [deg]
+    swing: float  #: the same over the full turn [deg]
+    min_transmission: float  #: least angle over the full turn, of the linkage and at the joint of the dyad [deg]
+    #: Diameter of all finite pivots in the middle of the dwell, the joint and the pivot of the output dyad among them,
+    #: together with the guided path over the whole turn [crank lengths].
     size: float
-    driver: int
-    pivots: list[list[list[float]]]
-    guided: list[float]
-    joint: list[float]
-    pivot: list[float]
+    driver: int  #: number of the crank that turns
+    pivots: list[list[list[float]]]  #: [[A1, A1*], [A2, A2*]], each [x, y, w]
+    guided: list[float]  #: the coupler point that leads the rod
+    joint: list[float]  #: of rod and rocker
+    pivot: list[float]  #: the fixed pivot of the rocker
 
     def to_dict(self) -> dict[str, Any]:
         """Return the dwell as plain Python numbers, lists and strings."""

@@ -31,18 +31,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Selection:
-    """Candidates that are given, best first.
-
-    Attributes
-    ----------
-    found : CandidateBatch of n
-    front : ndarray of int, shape (n,)
-        Number of the Pareto front of each; 0 without fronts.
-    certificate : Certificate of n, or None
-    """
+    """Candidates that are given, best first."""
 
     found: CandidateBatch
-    front: Array
+    front: Array  #: number of the Pareto front of each, shape (n,); 0 without fronts
     certificate: Certificate | None = None
 
 

@@ -110,26 +110,17 @@ def _tests(
 
 @dataclass
 class _Search:
-    """A search, and what became of the specimens, of which its text tells.
-
-    Attributes
-    ----------
-    bounds, tests
-        What measured and what stored specimens must satisfy, the latter by what it is called.
-    verified, shown : int
-    removed, nearest
-        How many of the verified failed each test, and the best that one of them has there.
-    """
+    """A search, and what became of the specimens, of which its text tells."""
 
     database: Database
     collection: Collection
     request: Request
     bounds: list[Bound]
-    tests: dict[str, ColumnElement[bool]]
+    tests: dict[str, ColumnElement[bool]]  #: what stored specimens must satisfy, by what it is called
     verified: int = 0
     shown: int = 0
-    removed: Counter[str] = field(default_factory=Counter)
-    nearest: dict[str, float] = field(default_factory=dict)
+    removed: Counter[str] = field(default_factory=Counter)  #: how many of the verified failed each test
+    nearest: dict[str, float] = field(default_factory=dict)  #: the best that one of these has there
     seconds: float = 0.0
 
     @property

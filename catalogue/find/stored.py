@@ -32,53 +32,28 @@ SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_groun
 
 @dataclass(frozen=True, eq=False)
 class StoredGuide:
-    """A guide in its canonical frame: pole at the origin, rho0 = 1 (parallel cranks: height of crank 1).
-
-    Attributes
-    ----------
-    id : int
-    name : str or None
-        Of a named design.
-    family, series, member, configuration, kind, label : str
-    order : int
-        Order of contact; 99 if exact.
-    inflections : int
-        Merged at the design position; the split guide has as many.
-    parameters : dict of float
-        Free parameters of the member.
-    linkage : Linkage of 1
-        Of a slot the inverse one, in whose motion the fixed point of the slot is the guided point.
-    point : complex
-        Guided point.
-    curvature : float
-        Of the nominal, positive to the left of the tangent; 0 for a line.
-    rho0, kappa, kappa_star, s : float or None
-        None if the pole is at infinity.
-    provenance : dict
-        Plugin, version, plan, seed and block; empty for a design entered by hand.
-    reaches : dict of ndarray
-        By level: stroke (canonical units), deviation, size, links and arm over stroke, transmission angle [deg].
-    """
+    """A guide in its canonical frame: pole at the origin, rho0 = 1 (parallel cranks: height of crank 1)."""
 
     id: int
-    name: str | None
+    name: str | None  #: of a named design
     family: str
     series: str
     member: str
     configuration: str
     kind: str
     label: str
-    order: int
-    inflections: int
-    parameters: dict[str, float]
-    linkage: Linkage
-    point: complex
-    curvature: float
-    rho0: float | None
+    order: int  #: of contact; 99 if exact
+    inflections: int  #: merged at the design position; the split guide has as many
+    parameters: dict[str, float]  #: free ones of the member
+    linkage: Linkage  #: one; of a slot the inverse one, in whose motion the fixed point of the slot is the guided point
+    point: complex  #: guided
+    curvature: float  #: of the nominal, positive to the left of the tangent; 0 for a line
+    rho0: float | None  #: this and the next three are None if the pole is at infinity
     kappa: float | None
     kappa_star: float | None
     s: float | None
-    provenance: dict[str, Any]
+    provenance: dict[str, Any]  #: plugin, version, plan, seed and block; empty for a design entered by hand
+    #: By level: stroke (canonical units), deviation, size, links and arm over stroke, transmission angle [deg].
     reaches: dict[str, Array]
     rows: dict[int, dict[str, Array]] = field(repr=False)
 
