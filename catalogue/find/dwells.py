@@ -188,18 +188,13 @@ def _dwelling(
     least: Floats,
     i: int,
 ) -> DwellCandidate:
-    z, finite = guides.linkage.points[i], guides.linkage.finite[i]
+    z, finite, joint, pivot = guides.linkage.points[i], guides.linkage.finite[i], rows["joint"][i], pivots[i]
     k = int(driver[i]) - 1
     scale = 1 / abs(z[k, 1] - z[k, 0])
-    origin, turn = z[k, 0], np.abs(pivots[i] - z[k, 0]) / (pivots[i] - z[k, 0])  # the frame from A to E along +x
-
-    def place(at: complex) -> list[float]:
-        moved = scale * turn * (at - origin)
-        return [float(moved.real), float(moved.imag)]
-
-    def direction(at: complex) -> list[float]:
-        return [float((turn * at).real), float((turn * at).imag)]
-
+    origin, turn = z[k, 0], np.abs(pivot - z[k, 0]) / (pivot - z[k, 0])  # the frame from A to E along +x
+    laid = np.where(finite, scale * turn * (z - origin), turn * z)
+    points = scale * turn * (np.array([guides.point[i], joint, pivot]) - origin)
+    guided, joint_, pivot_ = ([float(p.real), float(p.imag)] for p in points)
     return DwellCandidate(
         id=int(rows["id"][i]),
         family=str(rows["family"][i]),
@@ -210,13 +205,10 @@ def _dwelling(
         residual=float(found.residual[i]),
         swing=float(found.swing[i]),
         min_transmission=float(least[i]),
-        size=scale * diameter(np.array([*z[finite], rows["joint"][i], pivots[i]]), path[:, i]),
+        size=scale * diameter(np.array([*z[finite], joint, pivot]), path[:, i]),
         driver=k + 1,
-        pivots=[
-            [[*place(p), 1.0] if there else [*direction(p), 0.0] for p, there in zip(pair, known, strict=True)]
-            for pair, known in zip(z, finite, strict=True)
-        ],
-        guided=place(guides.point[i]),
-        joint=place(rows["joint"][i]),
-        pivot=place(pivots[i]),
+        pivots=np.stack([laid.real, laid.imag, finite], axis=-1).tolist(),
+        guided=guided,
+        joint=joint_,
+        pivot=pivot_,
     )
