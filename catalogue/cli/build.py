@@ -37,23 +37,20 @@ def build(
     from ..api import open
     from ..progress import shown
 
-    if collection is not None:
-        if series or processes is not None:
-            raise InvalidRequest("--series and --processes do not go with --collection: one process draws all of it")
-        with (
-            open(db, plugins=plugins or (), build=False) as catalogue,
-            shown(quiet=False, label=f"drawing {collection}") as report,
-        ):
-            made = catalogue.build_collection(collection, count=count, seed=seed, report=report)
-        if not made.rows:
-            print(f"nothing to do: {made.guides} specimens of {collection} are stored", file=sys.stderr)
-        return
+    if collection is not None and (series or processes is not None):
+        raise InvalidRequest("--series and --processes do not go with --collection: one process draws all of it")
+    label = "building the catalogue" if collection is None else f"drawing {collection}"
     with open(db, plugins=plugins or (), build=False) as catalogue:
-        with shown(quiet=False, label="building the catalogue") as report:
-            done = catalogue.build(count=count, series=series or (), seed=seed, processes=processes, report=report)
+        with shown(quiet=False, label=label) as report:
+            if collection is None:
+                done = catalogue.build(
+                    count=count, series=series or (), seed=seed, processes=processes, report=report
+                )  # fmt: skip
+                held = f"{catalogue.database.path} holds {done.guides} guides of these series"
+            else:
+                done = catalogue.build_collection(collection, count=count, seed=seed, report=report)
+                held = f"{done.guides} specimens of {collection} are stored"
         if not done.rows:
-            print(
-                f"nothing to do: {catalogue.database.path} holds {done.guides} guides of these series", file=sys.stderr
-            )
+            print(f"nothing to do: {held}", file=sys.stderr)
     if done.failed:
         raise typer.Exit(5)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 from html import escape
+from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 from urllib.parse import quote
@@ -76,12 +77,9 @@ def _files(every: list[Series]) -> list[str]:
 
     names: list[str] = []
     for series in every:
-        plain = file_name(series.code)
-        name, count = plain, 1
-        while name.casefold() in (other.casefold() for other in names):
-            count += 1
-            name = f"{plain}-{count}"
-        names.append(name)
+        plain, taken = file_name(series.code), {name.casefold() for name in names}
+        numbered = (f"{plain}-{number}" for number in count(2))
+        names.append(next(name for name in chain([plain], numbered) if name.casefold() not in taken))
     return [f"{name}.svg" for name in names]
 
 

@@ -4,16 +4,12 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import typer
 
 from ..folders import default_database
 from .options import Db, Format, Output, Plugins
 from .tables import print_records
-
-if TYPE_CHECKING:
-    from ..plugin.registry import Record
 
 
 def plugins(plugins: Plugins = None, format: Output = Format.table, db: Db = None) -> None:
@@ -31,17 +27,13 @@ def plugins(plugins: Plugins = None, format: Output = Format.table, db: Db = Non
         registry = Registry(plugins or ())
         held = _stored(db or default_database(), list(registry.collections))
     records = [{**asdict(r), "specimens": {c: held[c] for c in r.collections}} for r in registry.records]
-    rows = [
-        [r.name, r.version, f"left out: {r.error}" if r.error else ", ".join(_adds(r, held)), r.origin]
-        for r in registry.records
-    ]
+    rows = []
+    for r in registry.records:
+        adds = [*r.families, *r.series, *(f"{name} ({held[name]} specimens)" for name in r.collections)]
+        rows.append([r.name, r.version, f"left out: {r.error}" if r.error else ", ".join(adds), r.origin])
     print_records(format, records, "Plugins", ["plugin", "version", "adds", "from"], rows)
     if any(r.error for r in registry.records):
         raise typer.Exit(5)
-
-
-def _adds(record: Record, held: dict[str, int]) -> list[str]:
-    return [*record.families, *record.series, *(f"{name} ({held[name]} specimens)" for name in record.collections)]
 
 
 def _stored(file: Path, names: list[str]) -> dict[str, int]:

@@ -27,23 +27,7 @@ NARROWEST = 8.4
 def plate(series: Series, file: str | Path | None = None) -> Figure:
     """Draw a series: pole axes, circles, cubics, linkage and guided pairs of each family and configuration.
 
-    Parameters
-    ----------
-    series : Series
-    file : path, optional
-        PNG, SVG or PDF by its suffix.  The same series gives the same file.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Of its own: pyplot does not know it, and no display is needed.
-
-    Raises
-    ------
-    InvalidRequest
-        If the suffix is none of these, or the folder does not exist or cannot be written.
-    MissingExtra
-        Without matplotlib.
+    The file, what is returned and what is raised are as for `catalogue.Candidate.plot`.
     """
     kind = None if file is None else kind_of(Path(file))
     blank(1, 1)  # without matplotlib, say so before the sampling

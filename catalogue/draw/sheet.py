@@ -34,26 +34,8 @@ NAMES = {
 
 
 def draw(candidate: Candidate, file: str | Path | None = None) -> Figure:
-    """Draw a candidate in mid-stroke with ghosts at the ends of the stroke, its path and its deviation.
-
-    Parameters
-    ----------
-    candidate : Candidate
-    file : path, optional
-        PNG, SVG or PDF by its suffix.  The same candidate gives the same file.
-
-    Returns
-    -------
-    matplotlib.figure.Figure
-        Of its own: pyplot does not know it, and no display is needed.
-
-    Raises
-    ------
-    InvalidRequest
-        If the suffix is none of these, the folder does not exist or cannot be written, or the linkage does not lead
-        its guided point over the whole stroke.
-    MissingExtra
-        Without matplotlib.
+    """Draw a candidate in mid-stroke with ghosts at the ends of the stroke, its path and its deviation; see
+    `catalogue.Candidate.plot`.
     """
     kind = None if file is None else kind_of(Path(file))
     shown = scene(candidate)

@@ -132,19 +132,19 @@ class Explanation:
             return None
         one = found[np.array([best])]
         for room in ROOMS if amount[best] > ROUNDING else ():
-            if self._helps(names, one, room):
-                return " with ".join(self._option(name, one, room) for name in names)
+            bounds = {name: self._value(name, one, room) for name in names}
+            if self._helps(bounds):
+                return " with ".join(self._option(name, bound) for name, bound in bounds.items())
         return None
 
-    def _helps(self, names: tuple[str, ...], one: CandidateBatch, room: float) -> bool:
-        """Return whether a search finds an answer with these constraints relaxed to what a candidate meets."""
+    def _helps(self, bounds: dict[str, Any]) -> bool:
+        """Return whether a search finds an answer with constraints relaxed to these bounds."""
         problem = self.problem
         if problem.constraints.given:  # the candidate came of the very steps that would be taken
             return True
         changes: dict[str, Any] = {}
         path, stroke = problem.path, problem.stroke
-        for name in names:
-            value = self._value(name, one, room)
+        for name, value in bounds.items():
             if name == "deviation":
                 path = replace(path, deviation=min(float(value) / stroke, 0.1))
             elif isinstance(value, Region):
@@ -177,15 +177,14 @@ class Explanation:
             return None
         return rounded(float(value[0]), room, up=not name.startswith("min"))
 
-    def _option(self, name: str, one: CandidateBatch, room: float) -> str:
-        """Return the option that a candidate would meet, in the user's unit, with what was asked."""
-        value, s = self._value(name, one, room), self.problem.stroke
+    def _option(self, name: str, value: Any) -> str:
+        """Return the option that sets a bound, with what was asked."""
         if value is None:
             return f"without {option(name)}"
         if isinstance(value, Region):
             return f"{option(name)} {' '.join(f'{number:.5g}' for number in value.box)}"
         asked = self.request.deviation if name == "deviation" else getattr(self.problem.constraints, name)
-        asked = s * asked if name in LARGEST or name in LEAST else asked
+        asked = self.problem.stroke * asked if name in LARGEST or name in LEAST else asked
         return f"{option(name)} {value:.4g} (asked {asked:g})"
 
 

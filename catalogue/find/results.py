@@ -244,14 +244,18 @@ class Candidate:
         Parameters
         ----------
         file : path, optional
-            PNG, SVG or PDF by its suffix.
+            PNG, SVG or PDF by its suffix.  The same candidate gives the same file.
 
         Returns
         -------
         matplotlib.figure.Figure
+            Of its own: pyplot does not know it, and no display is needed.
 
         Raises
         ------
+        InvalidRequest
+            If the suffix is none of these, the folder does not exist or cannot be written, or the linkage does not lead
+            its guided point over the whole stroke.
         MissingExtra
             Without matplotlib: ``pip install "mechanism-catalogue[plot]"``.
         """
