@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, overload
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import machine, values
 from ..candidates.select import nearest, normal_form
 from ..errors import InvalidRequest
@@ -342,16 +341,18 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
     change = conditioning(found.linkage).max(0) < CHANGE
     placed = found.linkage.moved(problem.scale, problem.shift)
     point, pole = (problem.scale * z + problem.shift for z in (found.point, found.pole))
-    deviation, seal = s * found.deviation, chosen.certificate
-    gap = np.full(len(found), np.nan) if seal is None else seal.gap
+    allowance = (problem.deviation - found.deviation) / (2 * rms)
+    deviation, seal, n = s * found.deviation, chosen.certificate, len(found)
+    gap = np.full(n, np.nan) if seal is None else seal.gap
     numbers: dict[str, Floats] = {
+        "radius": s / np.abs(fit.curvature.astype(float)) if request.radius is None else np.full(n, request.radius),
         **{name: s * getattr(m, name) for name in ("max_link", "max_ground", "max_arm", "min_link")},
         **{name: getattr(works, name) for name in ("drive_angle", "time_ratio", "uniformity", "advantage")},
         "min_transmission_turn": min_transmission_turn(machine(problem, found), works.driver),
-        "allowance": s * ((problem.deviation - found.deviation) / (2 * rms)),
+        "allowance": s * allowance,
         "sensitivity_rms": rms,
         "expected": deviation + 2 * s * problem.constraints.play * rms,
-        "score": problem.ranking.score(scored(problem, found, rms)),
+        "score": problem.ranking.score(values(problem, found.with_(allowance=np.nan_to_num(allowance)))),
         "nearest": nearest(normal_form(found.linkage.pivots, 1.0), mirror=problem.curvature == 0),
         "gap": gap,
     }
@@ -364,7 +365,6 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
             order=int(origin.order[i]),
             stroke=float(request.stroke),
             deviation=float(deviation[i]),
-            radius=_radius(request, s, float(fit.curvature[i])),
             size=s * float(m.size[i]),
             min_transmission=float(m.min_transmission[i]),
             rotates=[k + 1 for k in (0, 1) if int(m.rotates[i]) >> k & 1],
@@ -379,20 +379,7 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
             along=float(request.along),
             _drift=(drifts, i) if drifts is not None else None,
             alternations=int(seal.alternations[i]) if seal is not None and np.isfinite(gap[i]) else None,
-            **{name: known(values[i]) for name, values in numbers.items()},
+            **{name: known(number[i]) for name, number in numbers.items()},
         )
-        for i in range(len(found))
+        for i in range(n)
     ]
-
-
-def scored(problem: Problem, found: CandidateBatch, rms: Floats) -> dict[str, Floats]:
-    """Return the values that a score is made of, the allowance among them."""
-    with np.errstate(invalid="ignore"):
-        allowance = np.nan_to_num((problem.deviation - found.deviation) / (2 * rms))
-    return values(problem, found.with_(allowance=allowance))
-
-
-def _radius(request: Request, stroke: float, curvature: float) -> float | None:
-    if request.kind == "line":
-        return None
-    return float(request.radius) if request.radius is not None else stroke / abs(curvature)
