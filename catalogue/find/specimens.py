@@ -63,11 +63,12 @@ def find_in(
     named = {"family": _known("family", families, collection.families),
              "series": _known("series", series, collection.series)}  # fmt: skip
     search = _Search(database, collection, request, given, _tests(collection, request, given, named))
-    sign = _sign(collection, rank_by)
+    more = rank_by != "deviation" and collection.metrics[rank_by].more
     # Stored numbers decide what is verified, measured ones what comes first; the sort is stable.
     found = sorted(
-        search.run(limit, rank_by),
-        key=lambda c: c.deviation if rank_by == "deviation" else sign * c.metrics[rank_by],
+        search.run(limit, _stored(rank_by).desc() if more else _stored(rank_by).asc()),
+        key=lambda c: c.deviation if rank_by == "deviation" else c.metrics[rank_by],
+        reverse=more,
     )[:limit]
     search.seconds, search.shown = time.perf_counter() - clock, len(found)
     return CollectionResults(found, search, collection=collection)
@@ -84,10 +85,6 @@ def _known(what: str, given: Sequence[str], known: Names[str]) -> tuple[str, ...
 def _stored(name: str) -> ColumnElement[float]:
     """Return the column of the deviation or of a metric."""
     return Row.deviation.expression if name == "deviation" else func.json_extract(Row.metrics, f"$.{name}")
-
-
-def _sign(collection: Collection, name: str) -> int:
-    return -1 if name != "deviation" and collection.metrics[name].more else 1
 
 
 def _tests(
@@ -128,12 +125,12 @@ class _Search:
         """What is true of all specimens of the collection that guide along such a nominal."""
         return and_(Row.collection == self.collection.name, Row.kind == self.request.kind)
 
-    def run(self, limit: int, rank_by: str) -> Iterator[CollectionCandidate]:
-        """Yield specimens that serve, in batches of those that rank first as stored, until there are enough."""
+    def run(self, limit: int, order: ColumnElement[float]) -> Iterator[CollectionCandidate]:
+        """Yield specimens that serve, in batches of those that come first as stored, until there are enough."""
         ranked = (
             select(Row.id, Row.parameters)
             .where(self.held, *self.tests.values())
-            .order_by(_sign(self.collection, rank_by) * _stored(rank_by), Row.deviation, Row.family, Row.block, Row.id)
+            .order_by(order, Row.deviation, Row.family, Row.block, Row.id)
             .limit(BATCH)
         )
         found = 0
