@@ -22,15 +22,7 @@ T = TypeVar("T", bound="Results[Any]")
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> None:
-    """Print a table.
-
-    Parameters
-    ----------
-    columns : sequence of str
-        Headings; a column whose heading begins with ``>`` is set to the right.
-    rows : iterable of sequences
-        What stands in the cells; None is a dash.
-    """
+    """Print a table; columns whose heading begins with ``>`` are set to the right, None in a cell is a dash."""
     from rich import box
     from rich.console import Console
     from rich.table import Table

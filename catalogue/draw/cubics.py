@@ -31,18 +31,12 @@ def line(direction: complex, reach: float) -> Array:
 
 
 def cubic(kappa: float, s: float, reach: float) -> list[Array]:
-    """Return the parts of the curve of stationary curvature as far as `reach` from the pole.
+    """Return the parts, complex, of the curve of stationary curvature; NaN farther than `reach` from the pole.
 
     Parameters
     ----------
     kappa, s : float
         rho0/R and rho0/S of the centring-point curve; rho0/R* and rho0/S give the circling-point curve.
-    reach : float
-        Points beyond are NaN.
-
-    Returns
-    -------
-    list of complex ndarrays
     """
     if not np.isfinite(kappa + s):
         return []

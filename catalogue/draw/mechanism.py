@@ -42,17 +42,10 @@ def drawn(pen: Pen, shown: Scene) -> None:
 def dyad(
     pen: Pen, kind: int, fixed: complex, moving: complex, rod: Complexes | None, gid: str, *, ghost: bool = False
 ) -> None:
-    """Draw what moves of a dyad, but for the coupler.
+    """Draw what moves of a dyad of a kind `RR`, `PR` or `RP`, but for the coupler.
 
-    Parameters
-    ----------
-    kind : `RR`, `PR` or `RP`
-    fixed, moving : complex
-        Pivots; the unit normal in place of one at infinity.
-    rod : complex ndarray, shape (2,)
-        Ends of the coupler line of a slide.
-    gid : str
-        Names of elements, with %s for the part.
+    In place of a pivot at infinity stands its unit normal; `rod` are the ends of the coupler line of a slide, shape
+    (2,); `gid` names the elements, with %s for the part.
     """
     back = 1.0 if ghost else 4.0
     if kind == RR:

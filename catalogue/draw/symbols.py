@@ -102,23 +102,23 @@ class Pen:
             facecolor=PAPER if ghost else colour, edgecolor=colour if ghost else PAPER, linewidth=1.0, zorder=zorder,
         )  # fmt: skip
 
-    def ground(self, z: complex, gid: str, down: complex, zorder: float = 3) -> None:
+    def ground(self, z: complex, gid: str, down: complex) -> None:
         """Draw the bracket that holds a fixed pivot, its foot in the unit direction `down`."""
         p, across = self.point * down, 1j * self.point * down
         foot = z + 15 * p
         corner = np.array([z - 2 * across, z + 2 * across, foot + 8 * across, foot - 8 * across])
-        self.area(rounded(corner, 2.2 * self.point), gid, facecolor=PAPER, edgecolor=GREY, linewidth=1.1, zorder=zorder)
+        self.area(rounded(corner, 2.2 * self.point), gid, facecolor=PAPER, edgecolor=GREY, linewidth=1.1, zorder=3)
         foot = foot + 2.2 * p
-        self.hatched(foot - 14 * across, foot + 14 * across, down, gid + "-hatching", zorder)
+        self.hatched(foot - 14 * across, foot + 14 * across, down, gid + "-hatching")
 
-    def hatched(self, a: complex, b: complex, towards: complex, gid: str, zorder: float = 3) -> None:
+    def hatched(self, a: complex, b: complex, towards: complex, gid: str) -> None:
         """Draw the fixed line from a to b with hatching on the side `towards`."""
         along = (b - a) / abs(b - a)
         count = max(2, round(abs(b - a) / (5 * self.point)))
         start = a + (np.arange(count) + 0.75) / count * (b - a)
         strokes = np.stack([start, start + 5 * self.point * (towards - along)], 1)
-        self.strokes(strokes, gid, color=GREY, linewidth=0.7, zorder=zorder)
-        self.line(np.array([a, b]), gid + "-line", color=GREY, linewidth=1.3, zorder=zorder)
+        self.strokes(strokes, gid, color=GREY, linewidth=0.7, zorder=3)
+        self.line(np.array([a, b]), gid + "-line", color=GREY, linewidth=1.3, zorder=3)
 
     def track(self, at: complex, normal: complex, run: tuple[float, float], others: Complexes, gid: str) -> None:
         """Draw the line of a slider at a point, from one place of its `run` to the other, on the side where the rest

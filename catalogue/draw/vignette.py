@@ -29,18 +29,8 @@ DASHED = (0, (4, 2.6))
 
 
 class Vignette:
-    """Draws a cell in axes of its own.
-
-    Parameters
-    ----------
-    axes : Axes
-        Square.
-    cell : Cell
-    points : float
-        Side of the square on paper [point].
-    prefix : str
-        Of the names of all elements.
-    """
+    """Draws a cell in square axes of its own, their sides so many points long on paper; `prefix` is that of the names
+    of all elements."""
 
     def __init__(self, axes: Axes, cell: Cell, points: float, prefix: str) -> None:
         self.cell, self.prefix = cell, prefix

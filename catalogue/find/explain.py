@@ -34,19 +34,13 @@ INSIDE = 1 - 2e-4
 
 @dataclass(frozen=True)
 class Explanation:
-    """What is told of a search; computed when it is printed.
-
-    Parameters
-    ----------
-    count : int
-        How many candidates are shown.
-    """
+    """What is told of a search; computed when it is printed."""
 
     database: Database
     problem: Problem
     request: Request
     report: SearchReport
-    count: int
+    count: int  #: how many candidates are shown
 
     def __str__(self) -> str:
         return "\n".join(self._lines())

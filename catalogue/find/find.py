@@ -56,11 +56,8 @@ def find(
 ) -> Found:
     """Return the candidates; see `catalogue.Catalogue.find`.
 
-    Parameters
-    ----------
-    series : callable
-        Returns the series that are registered, by code.  Called only where pivots are prescribed, or when somebody asks
-        how far a candidate has drifted.
+    The series that are registered, by code, are loaded only where pivots are prescribed, or when somebody asks how far
+    a candidate has drifted.
     """
     request = path_request("find", request)
     limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)

@@ -28,14 +28,8 @@ STARTS = 40
 def completed(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, Indices]:
     """Return pivots of linkages in mid-stroke, shape (n, 2, 2, 3), and which pair each is for, (n,).
 
-    Parameters
-    ----------
-    given : str
-        See `catalogue.series.posed.Posed`.
-    pivots : complex ndarray, shape (m, 2)
-        The given pairs, in mid-stroke, in the unit of the path.
-    nominal : Nominal
-        The path.
+    `given` is as in `catalogue.series.posed.Posed`; `pivots`, complex, shape (m, 2), are the given pairs in mid-stroke,
+    in the unit of the path.
     """
     made = [_best(given, pair, nominal) for pair in pivots]
     z = np.concatenate(made)

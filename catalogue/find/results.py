@@ -325,15 +325,7 @@ class Found(Results[Candidate]):
 
 
 def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Drifts | None = None) -> list[Candidate]:
-    """Return candidates one by one, in the user's unit and frame.
-
-    Parameters
-    ----------
-    request : StraightLine or CircularArc
-        That of the user.
-    drifts : Drifts, optional
-        Of the same candidates, if they are refined ones.
-    """
+    """Return candidates one by one in the unit and the frame of the user's request, with the drifts of refined ones."""
     found, s = chosen.found, problem.stroke
     m, fit, guides, origin = found.measures, found.traced.fit, found.curve, found.origin
     works = drive_metrics(guides, found.traced, m, inverse=problem.constraints.slots)

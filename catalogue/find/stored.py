@@ -68,14 +68,8 @@ class StoredGuide:
         return self.kind in RETURNS.values()
 
     def at(self, stroke: float, level: int | None = None) -> Candidate:
-        """Return the guide laid along a path of this stroke, split for the reach of a level.
-
-        Parameters
-        ----------
-        stroke : float
-            Length of the path; an arc of that chord.
-        level : int, optional
-            Decimal exponent of the relative deviation; the middle one of those that are stored if not given.
+        """Return the guide laid along a path of this stroke (an arc of that chord), split for the reach of a level: the
+        decimal exponent of the relative deviation, the middle one of those that are stored if not given.
 
         Raises
         ------
