@@ -36,7 +36,7 @@ class Labels:
             return
         shown = np.isfinite(z[:-1]) & np.isfinite(z[1:])
         a, b = z[:-1][shown], z[1:][shown]
-        near = np.maximum(self._out(a), self._out(b)) < 2 * self.half
+        near = np.maximum(self.out(a), self.out(b)) < 2 * self.half
         a, along = a[near], (b - a)[near]
         count = 2 + (np.abs(along) / (2 * self.point)).astype(int)
         each = np.repeat(np.arange(len(a)), count)
@@ -47,7 +47,8 @@ class Labels:
         self._places.append(z)
         self._weights.append(np.full(len(z), weight))
 
-    def _out(self, z: Array) -> Floats:
+    def out(self, z: Array) -> Floats:
+        """Return how far points z are outside the square, negative inside."""
         off = z - self.centre
         return np.maximum(np.abs(off.real), np.abs(off.imag)) - self.half
 

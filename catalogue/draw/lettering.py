@@ -129,7 +129,6 @@ def _orders(cell: Cell) -> str:
     return "   ".join(told) or "no real guided pair"
 
 
-# -- ornament -------------------------------------------------------------------------------------------------------
 def frame(figure: Figure, width: float, height: float) -> None:
     """Draw the double rule about the sheet."""
     from matplotlib.patches import Rectangle

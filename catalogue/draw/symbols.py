@@ -31,7 +31,6 @@ class Pen:
     point: float  #: length in the drawing of a point on paper
     taken: list[Complexes] = field(default_factory=list)  #: where something has been drawn that a name must not cover
 
-    # -- strokes ------------------------------------------------------------------------------------------------
     def line(self, z: Array, gid: str, **style: Any) -> None:
         """Draw a line through the points z."""
         from matplotlib.lines import Line2D
@@ -77,7 +76,6 @@ class Pen:
         )  # fmt: skip
         self.taken.append(at + extent)
 
-    # -- parts --------------------------------------------------------------------------------------------------
     def link(
         self, z: Complexes, gid: str, colour: str, *, ghost: bool = False, width: float = LINK, zorder: float
     ) -> None:

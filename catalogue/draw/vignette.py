@@ -46,7 +46,6 @@ class Vignette:
         axes.set_xlim(self.centre.real - self.half, self.centre.real + self.half)
         axes.set_ylim(self.centre.imag - self.half, self.centre.imag + self.half)
 
-    # -- what is to be seen -------------------------------------------------------------------------------------
     def _joints(self) -> Complexes:
         """Return the two ends of the coupler: moving pivots, and the feet on the lines of slides."""
         z, kinds = self.z, self.kinds
@@ -69,7 +68,6 @@ class Vignette:
         low, high = complex(z.real.min(), z.imag.min()), complex(z.real.max(), z.imag.max())
         return 0.5 * (low + high), 0.5 * max((high - low).real, (high - low).imag)
 
-    # -- drawing ------------------------------------------------------------------------------------------------
     def draw(self) -> None:
         """Draw everything, the names last."""
         self._axes()
@@ -137,7 +135,6 @@ class Vignette:
                 z = ray * np.array([ends.real.min(), ends.real.max()])
                 self._line(z, f"ray-{i + 1}", GREY, 0.6, 1.6, (0, (1, 2)))
 
-    # -- linkage ------------------------------------------------------------------------------------------------
     def _linkage(self) -> None:
         pen = self.pen
         pen.link(self.joint, self.prefix + "coupler", COUPLER, zorder=4)
@@ -172,23 +169,21 @@ class Vignette:
 
         return min(DOWN, key=hidden)
 
-    # -- guided pairs -------------------------------------------------------------------------------------------
     def _guided(self, number: int) -> tuple[complex, str, str]:
         """Draw a guided pair; return where its name belongs, the name and what the element is called."""
         guided = self.cell.guided[number]
         gid = f"guided-{number + 1}"
-        (fixed, moving), finite = guided.pairs[0, :, 0] + 1j * guided.pairs[0, :, 1], guided.pairs[0, :, 2] != 0
-        seen = [bool(f) and self._inside(z) for z, f in zip((fixed, moving), finite, strict=True)]
+        pair, finite = guided.pairs[0, :, 0] + 1j * guided.pairs[0, :, 1], guided.pairs[0, :, 2] != 0
+        (fixed, moving), seen = pair, finite & (self.labels.out(pair) < 0)
         # along the ray as far as both points, or the frame
-        ends = [z for z, f in zip((fixed, moving), finite, strict=True) if f]
-        ends += [] if self.parallel or not finite.all() else [0j]
+        ends = [*pair[finite], *([] if self.parallel or not finite.all() else [0j])]
         if len(ends) > 1:
             far = max(ends, key=lambda end: abs(end - ends[-1]))
             way = (far - ends[-1]) / abs(far - ends[-1])
             along = (np.array(ends) * way.conjugate()).real
             z = ends[0] + way * (np.array([along.min(), along.max()]) - along[0])
             self._line(z, gid + "-ray", PATH, 0.6, 1.8, (0, (5, 2)))
-        if finite[1] and seen[1]:
+        if seen[1]:
             self._path(moving, fixed if finite[0] else None, fixed, gid)
             self.pen.dot(moving, self.prefix + gid + "-moving", PATH, zorder=10.5)
         elif not finite[1]:
@@ -196,7 +191,7 @@ class Vignette:
             for side in (-1, 1):
                 z = fixed + side * 1.7 * self.point * moving + np.array([-across, across])
                 self._line(z, f"{gid}-slot-{side + 2}", PATH, 1.0, 7)
-        if finite[0] and seen[0]:
+        if seen[0]:
             self.pen.pivot(fixed, self.prefix + gid + "-fixed", PATH, zorder=10)
         at = moving if seen[1] else fixed if seen[0] else self._border(moving if finite[1] else fixed)
         return at, guided.label, self.prefix + gid
@@ -210,10 +205,6 @@ class Vignette:
             arm = moving - centre
             z = centre + arm * np.exp(1j * np.clip(run / abs(arm), -1.2, 1.2))
         self.pen.line(z, self.prefix + gid + "-path", color=PATH, linewidth=1.7, zorder=7)
-
-    def _inside(self, z: complex) -> bool:
-        off = z - self.centre
-        return max(abs(off.real), abs(off.imag)) < self.half
 
     def _border(self, z: complex) -> complex:
         """Return the place in the frame next to a point outside, seen from the pole."""

@@ -54,10 +54,8 @@ class Candidate:
     ----------
     id : int or None
         Of the stored guide it comes from; ``catalogue show ID`` shows it.  None if it was constructed for given pivots.
-    family, series, configuration : str
-        Of the ancestor at its design position.
-    order : int
-        Order of contact of the ancestor there; 99 if it is exact.
+    family, series, configuration, order
+        Of the ancestor at its design position; order of contact, 99 if it is exact.
     stroke, deviation : float
         Deviation: half the width of the narrowest strip (annulus) that holds the path over the stroke; with given
         pivots the largest distance from the nominal itself, which stays where it is (`catalogue.guide.in_place`).
@@ -76,10 +74,8 @@ class Candidate:
         Standard deviation of the path's displacement across it, where it is largest, if every coordinate of every pivot
         is off by a standard deviation of 1; deviation plus two of them for the play that was asked for.  None for a
         point that returns.
-    pivots : list
-        [[A1, A1*], [A2, A2*]], each [x, y, w], with the guided point in mid-stroke; one that returns at rest.
-    guided : list of float
-        The guided point at that moment.
+    pivots, guided : list
+        [[A1, A1*], [A2, A2*]], each [x, y, w], and the guided point, in mid-stroke; one that returns at rest.
     score : float or None
         Joint desirability of size, transmission, allowance and shortest link, 0 to 100; see
         `catalogue.problem.ranking.Ranking.score`.
@@ -97,10 +93,8 @@ class Candidate:
         1, 2: it is a cognate of the stored guide, the one that shares its first or second fixed pivot.
     pole : list of float or None
         Given where the linkage is at a change point at that moment: the pole of the branch on which it moves.
-    start : list of float
-        Where the path starts.
-    along : float
-        Direction of the path from there [deg].
+    start, along
+        Where the path starts, [x, y], and its direction from there [deg].
     """
 
     id: int | None

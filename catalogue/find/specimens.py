@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import time
 from collections import Counter
-from collections.abc import Collection as Names
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -60,9 +59,12 @@ def find_in(
         known = ", ".join(["deviation", *collection.metrics])
         raise InvalidRequest(f"cannot rank by {rank_by!r}; {collection.name} has {known}")
     given = bounds(collection, request.stroke, where or {})
-    named = {"family": _known("family", families, collection.families),
-             "series": _known("series", series, collection.series)}  # fmt: skip
-    search = _Search(database, collection, request, given, _tests(collection, request, given, named))
+    named = {"family": (families, collection.families), "series": (series, collection.series)}
+    allowed = {what: (names,) if isinstance(names, str) else tuple(names) for what, (names, _) in named.items()}
+    for what, (_, held) in named.items():
+        if unknown := [name for name in allowed[what] if name not in held]:
+            raise InvalidRequest(f"there is no {what} {unknown[0]!r}; there are {', '.join(held)}")
+    search = _Search(database, collection, request, given, _tests(collection, request, given, allowed))
     more = rank_by != "deviation" and collection.metrics[rank_by].more
     # Stored numbers decide what is verified, measured ones what comes first; the sort is stable.
     found = sorted(
@@ -74,27 +76,19 @@ def find_in(
     return CollectionResults(found, search, collection=collection)
 
 
-def _known(what: str, given: Sequence[str], known: Names[str]) -> tuple[str, ...]:
-    names = (given,) if isinstance(given, str) else tuple(given)
-    for name in names:
-        if name not in known:
-            raise InvalidRequest(f"there is no {what} {name!r}; there are {', '.join(known)}")
-    return names
-
-
 def _stored(name: str) -> ColumnElement[float]:
     """Return the column of the deviation or of a metric."""
     return Row.deviation.expression if name == "deviation" else func.json_extract(Row.metrics, f"$.{name}")
 
 
 def _tests(
-    collection: Collection, request: Request, given: list[Bound], named: dict[str, tuple[str, ...]]
+    collection: Collection, request: Request, given: list[Bound], allowed: dict[str, tuple[str, ...]]
 ) -> dict[str, ColumnElement[bool]]:
     """Return what stored specimens must satisfy, by what it is called."""
     tests: dict[str, ColumnElement[bool]] = {
         f"deviation {request.deviation:g}": Row.deviation <= request.relative * (1 + SLACK)
     }
-    tests |= {what: getattr(Row, what).in_(names) for what, names in named.items() if names}
+    tests |= {what: getattr(Row, what).in_(names) for what, names in allowed.items() if names}
     if request.sweep is not None and "sweep" in collection.metrics:
         reach = request.relative / PER_SWEEP
         tests[f"radius {request.radius:g}"] = _stored("sweep").between(request.sweep - reach, request.sweep + reach)
