@@ -11,7 +11,7 @@ import os
 import sys
 import warnings
 from functools import cache
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -83,11 +83,7 @@ def common(
 
 def run(command: typer.Typer) -> int:
     """Run a command; warnings of plugins become lines on standard error."""
-
-    def show_line(message: Warning | str, *_: Any, **__: Any) -> None:
-        print(f"catalogue: {message}", file=sys.stderr)
-
-    warnings.showwarning = show_line
+    warnings.showwarning = lambda message, *_, **__: print(f"catalogue: {message}", file=sys.stderr)
     try:
         command()
     except SystemExit as end:

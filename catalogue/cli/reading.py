@@ -57,16 +57,13 @@ def _json(text: str, file: str) -> list[Any]:
         raise InvalidRequest(f"{file} is no valid JSON: {error}") from None
     if isinstance(given, dict) or _depth(given) == 3:
         given = [given]
-    found = []
     for i, one in enumerate(given):
         if isinstance(one, dict):
             links = {name: one[name] for name in one if name in NAMES}
             if "pivots" not in one and not links:
                 raise InvalidRequest(f"{file}: object {i} has neither `pivots` nor link lengths")
-            found.append(one.get("pivots", links))
-        else:
-            found.append(one)
-    return found
+            given[i] = one.get("pivots", links)
+    return list(given)
 
 
 def _csv(text: str, file: str) -> list[Any]:

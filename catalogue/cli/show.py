@@ -75,7 +75,7 @@ def show(
         if design is None or level is not None:
             laid = guide.at(stroke, level)
         if design is not None:
-            from ..find.published import as_published, best_of_series
+            from ..find.stored import as_published, best_of_series
 
             published = as_published(design, guide, stroke)
             laid = published if level is None else laid

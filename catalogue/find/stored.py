@@ -1,4 +1,4 @@
-"""One stored guide, as it stands in the database."""
+"""One stored guide as it stands in the database; a named one as the literature has it, beside the best of its series."""
 
 from __future__ import annotations
 
@@ -6,12 +6,13 @@ import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from sqlalchemy import func, select
 
-from ..candidates.batch import CandidateBatch
+from ..candidates.batch import CandidateBatch, Origin
+from ..candidates.placement import measured, place_on_path
 from ..candidates.stored import as_stored, linkages
 from ..errors import InvalidRequest
 from ..guide.kinds import RETURNS, SLOTS
@@ -22,11 +23,16 @@ from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, StraightLine, positive
-from ..series.named_guides import named_guides
+from ..series.named_guides import NamedGuide, named_guides
 from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
 from .find import Selection
 from .results import Candidate, candidates, known
 
+if TYPE_CHECKING:
+    from ..api import Catalogue
+
+#: A deviation below this part of the stroke is rounding: nothing can be straighter.
+EXACT_DEVIATION = 1e-14
 SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
 
 
@@ -143,3 +149,29 @@ def _instead(database: Database, name: str) -> str:
     if near:
         return f"near names are {', '.join(near)}"
     return "`catalogue find` lists guides with their ids"
+
+
+def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0) -> Candidate:
+    """Return a design, of which the database holds `guide`, over its usual stroke, the guided point not split, laid
+    from (0, 0) to (stroke, 0)."""
+    stroke = positive("stroke", stroke)
+    tags = (guide.id, guide.family, guide.series, guide.configuration, guide.order, 0)
+    traced = design.traced
+    request: Request = StraightLine(stroke, 0.09 * stroke)
+    if design.circle:
+        request = CircularArc(stroke, None, 0.09 * stroke)
+    origin = Origin(*(np.array([tag]) for tag in tags))
+    bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
+    return laid(request, lambda problem: measured(problem, origin, *place_on_path(problem, design.guide, traced), bend))
+
+
+def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | None:
+    """Return the straightest stored guide of the series of a design `as_published`, on the same stroke and no larger;
+    None if none is straighter."""
+    if published.deviation <= EXACT_DEVIATION * published.stroke:
+        return None
+    size = published.size * (1 + 1e-9)
+    found = catalogue.find(
+        published.request, series=[published.series], max_size=size, rank_by="deviation", limit=1, per_series=0
+    )
+    return found[0] if len(found) else None
