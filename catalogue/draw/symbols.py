@@ -39,18 +39,18 @@ class Pen:
         self._taken(z, style["zorder"])
         self.axes.add_line(Line2D(z.real, z.imag, gid=gid, **style))
 
-    def strokes(self, pairs: Complexes, gid: str, **style: Any) -> None:
-        """Draw separate strokes, pairs of points (n, 2), as one element."""
-        gap = np.full(len(pairs), np.nan)
-        self.line(np.stack([pairs[:, 0], pairs[:, 1], gap], 1).ravel(), gid, **style)
-
-    def area(self, z: Complexes, gid: str, **style: Any) -> None:
-        """Draw a closed area with the border z."""
+    def _plate(
+        self, z: Complexes, radius: float, gid: str, face: object, edge: object, width: float, zorder: float
+    ) -> None:
+        """Fill what is within a radius [point] of the convex polygon with the corners z, with a border so wide."""
         from matplotlib.patches import Polygon
 
-        style = {"joinstyle": "round", **style}
-        self._taken(np.append(z, z[0]), style["zorder"])
-        self.axes.add_patch(Polygon(np.stack([z.real, z.imag], 1), closed=True, gid=gid, clip_on=False, **style))
+        z = rounded(z, radius * self.point)
+        self._taken(np.append(z, z[0]), zorder)
+        self.axes.add_patch(
+            Polygon(np.stack([z.real, z.imag], 1), closed=True, gid=gid, clip_on=False, joinstyle="round",
+                    facecolor=face, edgecolor=edge, linewidth=width, zorder=zorder)
+        )  # fmt: skip
 
     def _taken(self, z: Array, zorder: float) -> None:
         if zorder >= SOLID:
@@ -81,31 +81,24 @@ class Pen:
     ) -> None:
         """Draw the link whose corners are z: a plate with round ends about them."""
         face, edge = (0.05, 0.28) if ghost else (0.17, 1.0)
-        self.area(
-            rounded(z, width * self.point), gid, facecolor=(colour, face), edgecolor=(colour, edge),
-            linewidth=0.7 if ghost else 1.3, zorder=zorder,
-        )  # fmt: skip
+        self._plate(z, width, gid, (colour, face), (colour, edge), 0.7 if ghost else 1.3, zorder)
 
     def pivot(self, z: complex, gid: str, colour: str = INK, *, ghost: bool = False, zorder: float = 9) -> None:
         """Draw a turning joint."""
-        self.area(
-            rounded(np.array([z]), (0.7 if ghost else 1.0) * PIVOT * self.point), gid, facecolor=PAPER,
-            edgecolor=(colour, 0.35) if ghost else colour, linewidth=0.7 if ghost else 1.4, zorder=zorder,
-        )  # fmt: skip
+        radius, edge, width = (0.7 * PIVOT, (colour, 0.35), 0.7) if ghost else (PIVOT, colour, 1.4)
+        self._plate(np.array([z]), radius, gid, PAPER, edge, width, zorder)
 
     def dot(self, z: complex, gid: str, colour: str, *, ghost: bool = False, zorder: float = 10) -> None:
         """Draw a guided point."""
-        self.area(
-            rounded(np.array([z]), (2.2 if ghost else 3.4) * self.point), gid,
-            facecolor=PAPER if ghost else colour, edgecolor=colour if ghost else PAPER, linewidth=1.0, zorder=zorder,
-        )  # fmt: skip
+        radius, face, edge = (2.2, PAPER, colour) if ghost else (3.4, colour, PAPER)
+        self._plate(np.array([z]), radius, gid, face, edge, 1.0, zorder)
 
     def ground(self, z: complex, gid: str, down: complex) -> None:
         """Draw the bracket that holds a fixed pivot, its foot in the unit direction `down`."""
         p, across = self.point * down, 1j * self.point * down
         foot = z + 15 * p
         corner = np.array([z - 2 * across, z + 2 * across, foot + 8 * across, foot - 8 * across])
-        self.area(rounded(corner, 2.2 * self.point), gid, facecolor=PAPER, edgecolor=GREY, linewidth=1.1, zorder=3)
+        self._plate(corner, 2.2, gid, PAPER, GREY, 1.1, 3)
         foot = foot + 2.2 * p
         self.hatched(foot - 14 * across, foot + 14 * across, down, gid + "-hatching")
 
@@ -114,8 +107,8 @@ class Pen:
         along = (b - a) / abs(b - a)
         count = max(2, round(abs(b - a) / (5 * self.point)))
         start = a + (np.arange(count) + 0.75) / count * (b - a)
-        strokes = np.stack([start, start + 5 * self.point * (towards - along)], 1)
-        self.strokes(strokes, gid, color=GREY, linewidth=0.7, zorder=3)
+        strokes = np.stack([start, start + 5 * self.point * (towards - along), np.full(count, np.nan)], 1)
+        self.line(strokes.ravel(), gid, color=GREY, linewidth=0.7, zorder=3)
         self.line(np.array([a, b]), gid + "-line", color=GREY, linewidth=1.3, zorder=3)
 
     def track(self, at: complex, normal: complex, run: tuple[float, float], others: Complexes, gid: str) -> None:
@@ -129,10 +122,8 @@ class Pen:
         """Draw a sliding block about z."""
         length, width = ((b - 1.5) * self.point * d for b, d in zip(BLOCK, (along, 1j * along), strict=True))
         corner = z + np.array([length + width, width - length, -length - width, length - width])
-        self.area(
-            rounded(corner, 1.5 * self.point), gid, facecolor="none" if ghost else PAPER,
-            edgecolor=(colour, 0.28 if ghost else 1), linewidth=0.7 if ghost else 1.3, zorder=zorder,
-        )  # fmt: skip
+        face, edge, width = ("none", 0.28, 0.7) if ghost else (PAPER, 1, 1.3)
+        self._plate(corner, 1.5, gid, face, (colour, edge), width, zorder)
 
 
 def rounded(z: Complexes, radius: float) -> Complexes:

@@ -1,4 +1,4 @@
-"""One stored guide as it stands in the database; a named one as the literature has it, beside the best of its series."""
+"""One stored guide as it stands in the database; a named one as published, beside the best of its series."""
 
 from __future__ import annotations
 
