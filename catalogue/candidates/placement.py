@@ -129,7 +129,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     """
     guides = found.curve
     if guides.cusp.any():
-        return found.with_(traced=_exactly(problem, guides))
+        return replace(found, traced=_exactly(problem, guides))
     held = found.traced.fit.curvature if problem.fixed_curvature is not None else None
     traced = again(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
     if rigid:
@@ -144,7 +144,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     if len(fine):
         traced = traced.replaced(np.isin(np.arange(len(found)), fine), _exactly(problem, here[fine]))
     shown = described(problem, found.origin, here, traced)
-    return shown.with_(allowance=allowances(problem, here, traced, SHOWN // 4))
+    return replace(shown, allowance=allowances(problem, here, traced, SHOWN // 4))
 
 
 def _exactly(problem: Problem, guides: CouplerCurve) -> Traced:

@@ -8,11 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, join
+from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import feasibility
 from ..candidates.placement import final
 from ..candidates.select import select_top
 from ..errors import InvalidRequest
+from ..kinematics.batch import join
 from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin, join, take
+from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.placement import measured, place_on_path, unscaled
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.placement import at_stroke
 from ..guide.trace import Traced
+from ..kinematics.batch import join, take
 from ..kinematics.cognates import cognates
 from ..kinematics.link_lengths import rounded
 from ..problem.problem import Problem

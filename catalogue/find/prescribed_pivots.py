@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin, join, take
+from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.feasibility import feasibility
 from ..candidates.placement import SHOWN, described, near_path
 from ..candidates.select import select_top
@@ -21,6 +21,7 @@ from ..curvature_theory.leading_error import leading_error
 from ..errors import InvalidRequest
 from ..guide.coupler_curve import coupler_curve
 from ..guide.fixed_nominal import Nominal, in_place
+from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Indices, Mask
 from ..problem.constraints import Constraints

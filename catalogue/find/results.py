@@ -338,7 +338,7 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
         "allowance": s * allowance,
         "sensitivity_rms": rms,
         "expected": deviation + 2 * s * problem.constraints.play * rms,
-        "score": problem.ranking.score(values(problem, found.with_(allowance=np.nan_to_num(allowance)))),
+        "score": problem.ranking.score(values(problem, replace(found, allowance=np.nan_to_num(allowance)))),
         "nearest": nearest(normal_form(found.linkage.pivots, 1.0), mirror=problem.curvature == 0),
         "gap": gap,
     }

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
-from typing import Any, Self, cast
+from typing import Any, Self, TypeVar, cast
 
 import numpy as np
 
 from .linkage import Linkage
 from .types import Array, Mask
+
+T = TypeVar("T")
 
 
 def mapped(function: Any, *batches: Any) -> Any:
@@ -27,12 +29,32 @@ def mapped(function: Any, *batches: Any) -> Any:
     return function(*batches)
 
 
+def take(batch: T, index: Any) -> T:
+    """Return the chosen ones of a batch: an array, a `Linkage`, None, or a dataclass or dict of these."""
+    return cast(T, mapped(lambda values: values[index], batch))
+
+
+def join(*batches: T) -> T:
+    """Return the things of all batches, one after the other."""
+    return cast(T, mapped(lambda *values: np.concatenate(values), *batches))
+
+
+def put(batch: T, where: Array, by: T) -> T:
+    """Return a batch with the entries `where`, a mask or indices, taken from `by`, which holds just those."""
+
+    def replaced(values: Array, new: Array) -> Array:
+        out = values.astype(np.result_type(values, new)) if values.dtype != object else values.copy()
+        out[where] = new
+        return out
+
+    return cast(T, mapped(replaced, batch, by))
+
+
 class Rows:
     """A dataclass of arrays of shape (n, ...)."""
 
     def __getitem__(self, index: Any) -> Self:
-        chosen: Self = mapped(lambda values: values[index], self)
-        return chosen
+        return take(self, index)
 
 
 class Columns:

@@ -8,11 +8,11 @@ from itertools import islice
 
 import numpy as np
 
-from ..candidates.batch import take
 from ..candidates.select import ranks
 from ..candidates.stored import linkages
 from ..curvature_theory.analysis import PARALLEL_SINE
 from ..curvature_theory.instant import Instant
+from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Indices
 from ..series.sampling import BLOCK, PLAN, draw

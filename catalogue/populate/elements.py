@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..candidates.batch import join
 from ..curvature_theory.analysis import PARALLEL_SINE
 from ..guide.kinds import POINTS, RETURNS, SLOTS, STRAIGHT
+from ..kinematics.batch import join
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats, Mask
 from ..series.sampling import Drawn

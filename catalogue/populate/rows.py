@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from ..candidates.batch import join, take
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import EXACT, leading_error
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
@@ -14,6 +13,7 @@ from ..guide.kinds import STRAIGHT
 from ..guide.metrics import LEAST_ARM, measure, transmission
 from ..guide.reach import LEVELS, reach, scan
 from ..guide.trace import Traced, trace
+from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats, Indices
 

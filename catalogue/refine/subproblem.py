@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, take
+from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import LARGEST, STANDING, feasibility, values
 from ..candidates.placement import near_path
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
@@ -21,6 +21,7 @@ from ..guide.fixed_nominal import Nominal
 from ..guide.metrics import LEAST_ARM
 from ..guide.minimum_zone import concentric, exchange, grid
 from ..guide.sensitivity import COUNT, displaced, pose_jacobian, rms_gradient
+from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.constraints import DRIVE

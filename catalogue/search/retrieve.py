@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin, take
+from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.feasibility import LARGEST, LEAST, standing
 from ..candidates.placement import every_flip, flipped, measured, place_on_path
 from ..candidates.select import ranks
@@ -20,6 +20,7 @@ from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.kinds import POINTS, RETURNS, SLOTS
 from ..guide.reach import LEVELS, USABLE
 from ..guide.trace import trace
+from ..kinematics.batch import take
 from ..kinematics.linkage import SLIDING, Linkage
 from ..kinematics.types import Array, Floats, Indices, Mask
 from ..problem.problem import Problem

@@ -17,8 +17,7 @@ from sqlalchemy import Connection, Index, delete
 
 from ..errors import DatabaseError
 from .database import Database
-from .engine import connect
-from .errors import database_errors
+from .engine import connect, database_errors
 from .models import Base, Batch, Mechanism
 
 Columns = Mapping[str, Any]

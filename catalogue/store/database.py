@@ -17,8 +17,7 @@ from sqlalchemy.types import TypeEngine
 
 from ..errors import DatabaseError
 from ..kinematics.types import Array
-from .engine import bring_up_to_date, engine_for
-from .errors import database_errors
+from .engine import bring_up_to_date, database_errors, engine_for
 from .models import Guide, Mechanism, Reach, Setting
 
 _CHUNK = 50_000  # rows held as Python objects at a time

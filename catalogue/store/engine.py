@@ -1,5 +1,5 @@
-"""Connections to one file, and its tables: plain connections of sqlite3, the engine that hands them to SQLAlchemy;
-which revision of the tables a file holds, and how an older one is brought up to date.
+"""Connections to one file, and its tables: plain connections of sqlite3, the engine that hands them to SQLAlchemy, and
+what goes wrong with them; which revision of the tables a file holds, and how an older one is brought up to date.
 
 Alembic is imported only to create or upgrade: opening a file that is current costs two small queries.
 """
@@ -8,20 +8,19 @@ from __future__ import annotations
 
 import os
 import sqlite3
-from collections.abc import Callable
-from contextlib import closing
+from collections.abc import Callable, Iterator
+from contextlib import closing, contextmanager
 from functools import partial
 from itertools import chain, count
 from pathlib import Path
 from typing import Any
 
 from sqlalchemy import URL, Connection, Engine, create_engine, event
-from sqlalchemy.exc import DisconnectionError
+from sqlalchemy.exc import DBAPIError, DisconnectionError
 from sqlalchemy.pool import NullPool, QueuePool
 
 from ..errors import DatabaseError, DatabaseTooNew
 from ..folders import folder
-from .errors import database_errors
 from .models import Base
 
 PATIENCE = 10.0  # how long to wait for another process's lock [s]
@@ -32,6 +31,42 @@ PRAGMA synchronous = NORMAL;
 PRAGMA cache_size = -65536;
 PRAGMA mmap_size = 2147418112;
 """
+
+
+_RENEW = "delete it and run `catalogue build`, or name another with --db"
+
+_SAYINGS = {
+    sqlite3.SQLITE_NOTADB: f"is not a database: {_RENEW}",
+    sqlite3.SQLITE_CORRUPT: f"is damaged: {_RENEW}",
+    sqlite3.SQLITE_IOERR: f"cannot be read or written to the end, the disk may fail: {_RENEW}",
+    sqlite3.SQLITE_FULL: "cannot grow, the disk is full: free some space, or name a file elsewhere with --db",
+    sqlite3.SQLITE_BUSY: "is locked by another process: try again when that has finished",
+    sqlite3.SQLITE_LOCKED: "is locked by another connection: try again when that has finished",
+    sqlite3.SQLITE_READONLY: "may not be written: change the permissions of the file and its folder, "
+    "or name another with --db",
+    sqlite3.SQLITE_CANTOPEN: "cannot be opened: check that you may read and write it and its folder, "
+    "or name another with --db",
+    sqlite3.SQLITE_PERM: "may not be opened: change its permissions, or name another with --db",
+}
+
+
+@contextmanager
+def database_errors(path: Path) -> Iterator[None]:
+    """Turn what the disk, the permissions or another process do to `path` into a one-line `DatabaseError`.
+
+    A broken constraint or a wrong statement is a fault of the program, not of the file, and passes unchanged.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise DatabaseError(f"{path} cannot be used ({error.strerror}): name another with --db") from error
+    except (sqlite3.Error, DBAPIError) as error:
+        cause = error.orig if isinstance(error, DBAPIError) else error
+        # The low byte is the kind of failure, the rest a detail of it.
+        saying = _SAYINGS.get(getattr(cause, "sqlite_errorcode", 0) & 0xFF)
+        if saying is None:
+            raise
+        raise DatabaseError(f"{path} {saying}") from error
 
 
 def connect(path: Path, *, create: bool = False) -> sqlite3.Connection:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -91,7 +92,7 @@ def test_signed_amounts_tell_what_is_left_to_spare(batch: Any, request_: Any) ->
 
 def test_what_does_not_reach_over_the_stroke_breaks_everything_beyond_measure(batch: Any) -> None:
     problem, found = batch(LINE, count=20, max_size=5.0)
-    lost = found.with_(traced=found.traced.replaced(np.arange(len(found)) == 3, found.traced[np.array([3])]))
+    lost = replace(found, traced=found.traced.replaced(np.arange(len(found)) == 3, found.traced[np.array([3])]))
     lost.traced.fit.deviation[3] = np.nan
     broken = feasibility(problem, lost)
     assert all(np.isinf(amount[3]) for amount in broken.amounts.values())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,6 +14,7 @@ from catalogue.candidates.feasibility import standing
 from catalogue.candidates.placement import every_flip, final, flipped, in_best_charts, measured, near_path
 from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.sensitivity import displaced
+from catalogue.kinematics.batch import join
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3), CircularArc(1, None, 1e-3)
 FAMILIES = ["four-bar", "slider-crank", "inverted-slider-crank"]
@@ -80,7 +82,7 @@ def test_the_final_deviation_is_that_of_a_fine_path(batch: Any, shown: Any, agai
 def test_parts_of_a_batch_make_the_batch(batch: Any, request_: Any) -> None:
     _, found = batch(request_, count=12)
     index = np.array([7, 2, 9])
-    put_together = found[:5].followed_by(found[5:8], found[8:])
+    put_together = join(found[:5], found[5:8], found[8:])
     exchanged = found.replaced(index, found[index[::-1]])
     order = np.arange(len(found))
     order[index] = index[::-1]
@@ -136,7 +138,7 @@ def test_guides_are_measured_in_their_best_chart(batch: Any) -> None:
     problem, found = batch(LINE, count=20, families=["four-bar"])
     same = in_best_charts(problem, found)
     np.testing.assert_array_equal(same.deviation, found.deviation)
-    other = found.with_(chart=(found.chart + 1) % 3)
+    other = replace(found, chart=(found.chart + 1) % 3)
     back = in_best_charts(problem, other)
     np.testing.assert_array_equal(back.chart, found.chart)
     np.testing.assert_allclose(back.deviation, found.deviation, rtol=1e-6)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.feasibility import cost
 from catalogue.candidates.select import IDENTICAL, distances, normal_form, ranks, select_top
+from catalogue.kinematics.batch import join
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
 
@@ -64,8 +66,8 @@ def test_one_design_is_given_once(batch: Any) -> None:
     found = found[np.flatnonzero(np.isfinite(found.deviation))]
     pivots = found.linkage.pivots.copy()
     pivots[..., 1] *= -1
-    image = found.with_(linkage=type(found.linkage)(pivots * np.array([1 + 1e-12, 1, 1])))
-    twice, _ = select_top(problem, found.followed_by(image), 100)
+    image = replace(found, linkage=type(found.linkage)(pivots * np.array([1 + 1e-12, 1, 1])))
+    twice, _ = select_top(problem, join(found, image), 100)
     once, _ = select_top(problem, found, 100)
     assert len(twice) == len(once)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -60,7 +61,7 @@ class Stations:
         found = self.found
         linkage, point, good = displaced(found.linkage, found.point, np.tile(step, (len(found), 1)))
         assert good.all()
-        now = found.with_(linkage=linkage, point=point)
+        now = replace(found, linkage=linkage, point=point)
         t = self.t.copy()
         for _ in range(8):  # Newton by differences
             off, slope = self._run(now, t)[0] - self.place, self._run(now, t + 1e-6)[0] - self._run(now, t - 1e-6)[0]

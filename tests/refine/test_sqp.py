@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -226,7 +227,7 @@ def test_linear_errors_are_those_of_the_moved_linkage(small: Catalogue, request_
     step = np.minimum(1e-4, 0.3 * found.deviation)[:, None] * draw.normal(size=(n, 10))
     linkage, point, good = PivotCoordinates().moved(found, step)
     assert good.all()
-    after = found.with_(linkage=linkage, point=point)
+    after = replace(found, linkage=linkage, point=point)
     after = near_path(problem, found.origin, after.curve)
     error = linear.error + (linear.jacobian[..., :10] @ step[..., None])[..., 0]
     assert np.median(np.abs(after.deviation / found.deviation - 1)) > 1e-3, "the step does something"
@@ -246,14 +247,14 @@ def test_linear_errors_are_those_of_the_moved_linkage(small: Catalogue, request_
 def test_linear_errors_from_a_nominal_that_stays(small: Catalogue) -> None:
     problem = problem_of(LINE, "deviation", families=["four-bar"])
     found, nominal = started(small, problem_of(LINE, "size", families=["four-bar"]), 12), Nominal(1.0)
-    found = found.with_(traced=in_place(found.curve, nominal))
+    found = replace(found, traced=in_place(found.curve, nominal))
     found = found[np.flatnonzero(np.isfinite(found.deviation) & (found.deviation > 1e-5))]
     assert len(found) >= 3
     linear = linearise(problem, found, found.curve, PivotCoordinates(), nominal)
     np.testing.assert_allclose(np.abs(linear.error).max(1), found.deviation, rtol=0.02)
     step = 0.1 * found.deviation[:, None] * np.random.default_rng(5).normal(size=(len(found), 10))
     linkage, point, _ = PivotCoordinates().moved(found, step)
-    there = in_place(found.with_(linkage=linkage, point=point).curve, nominal).fit.deviation.astype(float)
+    there = in_place(replace(found, linkage=linkage, point=point).curve, nominal).fit.deviation.astype(float)
     left = np.abs(linear.error + (linear.jacobian @ step[..., None])[..., 0]).max(1)
     np.testing.assert_allclose(left, there, rtol=0.03)
 
