@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import os
+import re
 import sqlite3
 import time
 import warnings
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 
 import numpy as np
@@ -32,6 +34,8 @@ from .workers import Workers
 
 #: Guides in the default database.
 COUNT = 12_000
+#: What the file says of a block or a named guide that it holds already.
+TAKEN = re.compile(r"batch\.number|mechanism\.name")
 #: Blocks per process that are made before those that are written first.
 AHEAD = 32
 
@@ -97,7 +101,7 @@ def fill(
     for key, value in {"count": count, "seed": seed, "series": " ".join(series), "complete": "no"}.items():
         database.set_setting(key, str(value))
     workers = Workers(processes or os.cpu_count() or 1, registry.folders)
-    with database.engine.connect() as connection, workers as pool:
+    with _alone(database), database.engine.connect() as connection, workers as pool:
         remove_batches(connection, [batch for s in sources for batch in s.short])
         covered = places(database)
         if any(not s.full for s in sources) and count > 2 * before:
@@ -108,10 +112,8 @@ def fill(
                 guides = _placed(block.guides, covered[source.key])
                 write_batch(connection, block.batch, block.mechanisms, guides, block.reaches)
             except sqlite3.IntegrityError as error:
-                if "batch.number" in str(error):
-                    raise DatabaseError(
-                        f"{database.path} is being filled by another process: wait until that has finished"
-                    ) from error
+                if TAKEN.search(str(error)):
+                    raise
                 _leave_out(source, error)  # the tables refuse what the plugin gave
                 continue
             source.count(block.count)
@@ -123,6 +125,19 @@ def fill(
     finish(database)
     report(done := progress())
     return done
+
+
+@contextmanager
+def _alone(database: Database) -> Iterator[None]:
+    """Say plainly who has written a block, or a named guide, in between."""
+    try:
+        yield
+    except sqlite3.IntegrityError as error:
+        if not TAKEN.search(str(error)):
+            raise
+        raise DatabaseError(
+            f"{database.path} is being filled by another process: wait until that has finished"
+        ) from error
 
 
 def _placed(guides: Columns, before: Counter[str]) -> Columns:

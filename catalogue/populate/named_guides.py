@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import sqlite3
-
 import numpy as np
 from sqlalchemy import Connection, select
 
-from ..errors import DatabaseError
 from ..guide.kinds import POINTS
 from ..kinematics.linkage import Linkage
 from ..plugin.registry import Registry
@@ -24,13 +21,7 @@ UNKNOWN = "none"
 
 def write_named_guides(database: Database, connection: Connection, registry: Registry) -> None:
     """Write the designs that the database does not hold, or holds otherwise, each in the series that it belongs to,
-    else in the nearest one.
-
-    Raises
-    ------
-    DatabaseError
-        If the file cannot be written, or another process is filling it.
-    """
+    else in the nearest one."""
     designs = list(named_guides().values())
     placed = [design.canonical() for design in designs]
     linkage = Linkage(np.concatenate([one.pivots for one, *_ in placed]))
@@ -62,14 +53,7 @@ def write_named_guides(database: Database, connection: Connection, registry: Reg
         "name": [d.name for d in chosen],
         "parameters": "{}",
     }
-    try:
-        write_batch(connection, None, mechanisms, guides | {"cover": 0}, reaches)
-    except sqlite3.IntegrityError as error:
-        if "mechanism.name" not in str(error):
-            raise
-        raise DatabaseError(
-            f"{database.path} is being filled by another process: wait until that has finished"
-        ) from error
+    write_batch(connection, None, mechanisms, guides | {"cover": 0}, reaches)
 
 
 def _held(database: Database) -> dict[str, tuple[str, bytes, complex]]:

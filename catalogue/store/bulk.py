@@ -168,8 +168,6 @@ def _insert(connection: Connection, table: str, count: int, columns: Columns) ->
 
 def _values(column: Any, count: int) -> Sequence[Any]:
     """Return a column as Python's own numbers and texts: SQLite would take NumPy's integers for blobs."""
-    if isinstance(column, np.ndarray) and column.ndim:
-        column = column.tolist()
-    if isinstance(column, Sequence) and not isinstance(column, str | bytes):
-        return column
-    return [column.item() if isinstance(column, np.generic | np.ndarray) else column] * count
+    if isinstance(column, np.generic | np.ndarray):
+        column = column.tolist()  # of one value that value
+    return column if isinstance(column, Sequence) and not isinstance(column, str | bytes) else [column] * count

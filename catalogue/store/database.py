@@ -126,8 +126,8 @@ class Database:
 
     def get_setting(self, key: str) -> str | None:
         """Return the text kept under `key`, None if there is none."""
-        with database_errors(self.path), self.engine.connect() as connection:
-            return connection.scalar(select(Setting.value).where(Setting.key == key))
+        found = self.read(select(Setting.value).where(Setting.key == key))["value"]
+        return str(found[0]) if len(found) else None
 
     def set_setting(self, key: str, value: str) -> None:
         """Keep the text `value` under `key`, in place of what was there."""

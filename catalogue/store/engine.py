@@ -192,8 +192,8 @@ def bring_up_to_date(path: Path) -> None:
 def _back_up(path: Path, found: str) -> Path:
     """Copy the database to the first free backup name, and return that."""
     endings = chain([""], (f"-{number}" for number in count(2)))
-    names = (path.with_name(f"{path.name}.backup-{found}{ending}") for ending in endings)
-    copy = next(name for name in names if not name.exists())
+    copies = (path.with_name(f"{path.name}.backup-{found}{ending}") for ending in endings)
+    copy = next(name for name in copies if not name.exists())
     try:
         with closing(connect(path)) as source, closing(connect(copy, create=True)) as target:
             source.backup(target)

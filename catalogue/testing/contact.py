@@ -99,16 +99,16 @@ def contact_order(coefficients: Array) -> int | None:
     return int(there[0]) - 1 if there.size else None
 
 
-def largest_gap(pivots: Array, pairs: list[Array], reach: float = 0.3, steps: int = 6) -> list[float]:
-    """Return the largest gap of each pair over the finite motion from -reach to reach, as far as the loop closes."""
+def largest_gap(pivots: Array, pairs: list[Array]) -> list[float]:
+    """Return the largest gap of each pair over the finite motion from -0.3 to 0.3, as far as the loop closes."""
     with mp.workdps(DIGITS):
         dyads = [Dyad(dyad) for dyad in pivots]
         poses = []
         for side in (-1, 1):
             at = None
-            for j in range(1, steps + 1):
+            for j in range(1, 7):
                 try:
-                    at = pose(dyads, mp.mpf(side * reach) * j / steps, at)
+                    at = pose(dyads, mp.mpf(side * 0.3) * j / 6, at)
                 except ArithmeticError:
                     break
                 poses.append(at)

@@ -69,9 +69,9 @@ class Sample:
         return f"{self.series.code}, {self.member.key}" + f" at {at}" * bool(at)
 
 
-def even(series: Series, member: Member, size: int = SIZE, seed: int = 1895) -> Sample:
-    """Return a Latin hypercube over the domain of a member; the same seed gives the same points."""
-    draw = np.random.default_rng(seed)
+def even(series: Series, member: Member, size: int = SIZE) -> Sample:
+    """Return a Latin hypercube over the domain of a member, always the same points."""
+    draw = np.random.default_rng(1895)
     share = {p.name: (draw.permutation(size) + draw.random(size)) / size for p in member.parameters}
     return Sample(series, member, {p.name: p.spread(share[p.name]) for p in member.parameters})
 
