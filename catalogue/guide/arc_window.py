@@ -22,12 +22,8 @@ def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, 
     each anew; of windows nearby that have it the widest is taken, NaN where there is none.  Where `ROUNDS` do not
     suffice, near a jump, the sweep is off by more than `REACHED`.
 
-    Parameters
-    ----------
-    half, known : ndarray, shape (n,)
-        Half a window [length] and its sweep, to begin with.
-    centre : ndarray, shape (n,)
-        Middles of the windows, in half windows from the reference position.
+    To begin with, half windows (n,) [length] are given with the sweeps that are known of them, and their middles, in
+    half windows from the reference position.
     """
     n = len(guides)
     guess = sweep / known

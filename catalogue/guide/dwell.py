@@ -69,16 +69,9 @@ def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing:
     """Return what rockers do whose rods follow a path, arrays (n, m); NaN where rod and rocker do not reach all the way
     round, or the rocker turns fully.
 
-    Parameters
-    ----------
-    path : complex ndarray, shape (f, n)
-        Guided points over a full turn in even steps, the dwell in its middle.
-    centre : complex ndarray, shape (n,)
-        Where the joint D stands in the middle of the dwell.
-    pivot : complex ndarray, shape (n, m)
-        Fixed pivots E of rockers to try.
-    residual, swing : float
-        Width of the band in which a rocker is said to stand still; rockers that swing less are of no interest [deg].
+    The path, (f, n), is that of guided points over a full turn in even steps, the dwell in its middle; there the joint
+    D stands at `centre`, (n,).  Tried are rockers about fixed pivots E, (n, m).  They are said to stand still within a
+    band of the width `residual`; those that do not swing by `swing` are of no interest [deg].
     """
     middle = len(path) // 2
     start = 0.5 * (path[middle - 1] + path[middle])

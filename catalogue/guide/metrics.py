@@ -185,17 +185,11 @@ def measure(
 ) -> Measures:
     """Return the measures of traced guides.
 
-    Parameters
-    ----------
-    in_middle : bool
-        The reference position is that of mid-stroke; else the pivots are interpolated there between the poses, which
-        leaves a few thousandths of the size open.
-    turning : bool
-        A crank must turn fully: it is the driver, where there is one.
-    inverse : bool
-        The guides are inversions of machines whose coupler carries a slot over a fixed point: everything is that of
-        these machines, along the same motion.  `max_arm` is then the distance of the middle of the slot from the nearer
-        moving pivot, and the boxes are those of the frame in which the slot stands in mid-stroke.
+    `in_middle`: the reference position is that of mid-stroke; else the pivots are interpolated there between the poses,
+    which leaves a few thousandths of the size open.  `turning`: a crank must turn fully; it is the driver, where there
+    is one.  `inverse`: the guides are inversions of machines whose coupler carries a slot over a fixed point;
+    everything is that of these machines, along the same motion.  `max_arm` is then the distance of the middle of the
+    slot from the nearer moving pivot, and the boxes are those of the frame in which the slot stands in mid-stroke.
     """
     linkage, moving = guides.linkage, guides.motion
     point = guides.point + traced.shift

@@ -34,17 +34,9 @@ EXCHANGES = 12
 
 @dataclass(frozen=True)
 class Grid:
-    """Chebyshev points of a window and the matrices that belong to them.
-
-    Attributes
-    ----------
-    nodes : ndarray, shape (m,)
-        Chebyshev-Lobatto points from -1 to 1.
-    fine : ndarray, shape (f, m)
-        Carries values at the nodes to the fine points cos(pi j/(f-1)) from -1 to 1; f = 4 (m - 1) + 1.
-    coefficients : ndarray, shape (m, m)
-        Carries values at the nodes to Chebyshev coefficients.
-    """
+    """Chebyshev points of a window and the matrices that belong to them: the nodes (m,), Chebyshev-Lobatto points from
+    -1 to 1; `fine` (f, m) carries values at the nodes to the fine points cos(pi j/(f-1)) from -1 to 1, f = 4 (m - 1) +
+    1; `coefficients` (m, m) carries them to Chebyshev coefficients."""
 
     nodes: Array
     fine: Array

@@ -90,7 +90,6 @@ class Linkage:
         made.pivots.setflags(write=False)
         return made
 
-    # -- a batch ------------------------------------------------------------------------------------------------
     def __len__(self) -> int:
         return len(self.pivots)
 
@@ -105,7 +104,6 @@ class Linkage:
         names = ", ".join(f"{np.sum(self.family == name)} {name}" for name in np.unique(self.family))
         return f"<Linkage: {names or 'empty'}>"
 
-    # -- what they are ------------------------------------------------------------------------------------------
     @cached_property
     def dyads(self) -> Array:
         """Kind of each dyad (`RR`, `PR`, `RP`), shape (n, 2), from the zeros of w."""
@@ -146,7 +144,6 @@ class Linkage:
         z = np.where(self.finite, self.points, np.nan).reshape(-1, 4)
         return np.asarray(np.nanmax(np.abs(z[:, :, None] - z[:, None, :]), axis=(1, 2)))
 
-    # -- what can be made of them -------------------------------------------------------------------------------
     def inverted(self) -> Linkage:
         """Return the kinematic inversions: fixed and moving plane exchanged, in the same reference position."""
         return self.trusted(np.ascontiguousarray(self.pivots[:, :, ::-1]))
