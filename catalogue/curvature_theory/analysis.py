@@ -118,13 +118,20 @@ class Curvature:
 
 
 def curvature(linkage: Linkage, branch: int | None = None) -> Curvature:
-    """Return the curvature law and the stationary curvature of n linkages.
+    """Return the curvature law and the stationary curvature of each linkage.
 
-    Of linkages at a dead point, where two branches of the motion meet, `branch` says which one is wanted; without it
-    they have no curvature.  Both at once: `dead_points`.
+    Parameters
+    ----------
+    linkage : Linkage of n
+    branch : 0 or 1, optional
+        Of linkages at a dead point, where two branches of the motion meet, the one that is wanted; without it they have
+        no curvature.  Both at once: `dead_points`.
 
-    Measured digits: see `finite_pole`.  Towards a dead point three decimal digits of kappa are lost per decade of the
-    angle between the rays, because the pivots do not carry the information; where none is left NaN is returned.
+    Returns
+    -------
+    Curvature
+        Measured digits: see `finite_pole`.  Towards a dead point three decimal digits of kappa are lost per decade of
+        the angle between the rays, because the pivots do not carry the information; where none is left NaN is returned.
 
     Raises
     ------

@@ -38,11 +38,18 @@ def branched(found: Curvature, linkage: Linkage, branch: int | Complexes) -> Cur
 
 
 def dead_points(linkage: Linkage) -> Curvature:
-    """Return the instants of both branches of n linkages whose pivots and rays lie on one line: branches 0 and 1 of
-    linkage i at 2 i and 2 i + 1.
+    """Return the instants of both branches of linkages at a dead point.
 
-    NaN where a linkage is not at a dead point, is immobile, or has that pole at infinity (cranks of equal signed
-    length).
+    Parameters
+    ----------
+    linkage : Linkage of n
+        Linkages with all pivots on one line and the rays along it.
+
+    Returns
+    -------
+    Curvature of 2 n
+        Branches 0 and 1 of linkage i at 2 i and 2 i + 1; NaN where a linkage is not at a dead point, is immobile, or
+        has that pole at infinity (cranks of equal signed length).
     """
     there = curvature(linkage).state == DEAD_POINT
     line = linkage.rays[:, 0]

@@ -16,8 +16,14 @@ from .dead_points import branched
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """n linkages in their reference position: what a series is given to classify.  The poles, complex (n,), choose the
-    branch of those at a dead point, which without them have no curvature."""
+    """Linkages in their reference position: what a series is given to classify.
+
+    Attributes
+    ----------
+    linkage : Linkage of n
+    pole : complex ndarray, shape (n,), optional
+        Chooses the branch of linkages at a dead point, which without it have no curvature.
+    """
 
     linkage: Linkage
     pole: Complexes | None = None

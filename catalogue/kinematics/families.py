@@ -9,8 +9,19 @@ from ..errors import PluginError
 
 @dataclass(frozen=True)
 class Family:
-    """A family of linkages: its name, as in ``slider-crank``; a title, one line for people; the name of the family into
-    which inversion carries it; its dyads, as in ``RR.PR``."""
+    """A family of linkages.
+
+    Attributes
+    ----------
+    name : str
+        As in ``slider-crank``.
+    title : str
+        One line for people.
+    inverse : str
+        Name of the family into which inversion carries it.
+    dyads : str
+        As in ``RR.PR``.
+    """
 
     name: str
     title: str

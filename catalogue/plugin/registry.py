@@ -82,7 +82,13 @@ class Registry:
         return found
 
     def collection(self, name: str) -> Collection:
-        """Return a collection by its name; `PluginError`, which lists those that there are, if there is none."""
+        """Return a collection by its name.
+
+        Raises
+        ------
+        PluginError
+            If there is none; the text lists those that there are.
+        """
         return _named(name, self.collections, "the collection")
 
     def _warn(self, records: list[Record]) -> None:

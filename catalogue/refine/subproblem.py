@@ -167,7 +167,7 @@ def linearise(
     read = Quantities(problem, found, guides, t[::2], by[::2])
     limits, measures = _limits(problem, read), {}
     if not problem.relaxed:
-        measures = {name: read(name) for name in problem.ranking.quantities - {"deviation", "allowance"}}
+        measures = {name: read(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}
     rough = [name for name in DIFFERENCED if getattr(problem.constraints, name)]
     if problem.constraints.slots:  # written down for points only
         rough += [name for name in ("full_rotation", "max_arm") if name in limits]
@@ -285,7 +285,7 @@ def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     if ranking.only == "deviation":
         return {"deviation": 1 / np.maximum(here["deviation"], 1e-300)}
     base, out = ranking.cost(here), {}
-    for name in ranking.quantities:
+    for name in sorted(ranking.quantities):
         better_up = name in ("transmission", "min_link", "allowance")
         worse = here[name] + (-WORSE if better_up else WORSE)
         with np.errstate(invalid="ignore"):

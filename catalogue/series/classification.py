@@ -153,11 +153,16 @@ class Classification(Sequence[Memberships]):
 def classify(
     linkage: Linkage | npt.ArrayLike, series: Mapping[str, Series], tolerance: float | None = None
 ) -> Classification:
-    """Return the memberships of each linkage in the given series, by code.  A series that raises is left out, with a
-    `PluginWarning`.
+    """Return the memberships of each linkage in the given series.
 
-    A series holds up to the residual `tolerance`, what the rounding of the pivots makes of zero (`TOLERANCE` if not
-    given), if its margin is larger.
+    Parameters
+    ----------
+    linkage : Linkage of n, or its pivots
+    series : mapping of Series
+        By code.  One that raises is left out, with a `PluginWarning`.
+    tolerance : float, optional
+        Residual up to which a series holds, if its margin is larger: what the rounding of the pivots makes of zero.
+        `TOLERANCE` if not given.
 
     Raises
     ------

@@ -26,9 +26,16 @@ AT_POLE = 1e-9
 class Posed:
     """n problems of one kind: guide a coupler point, in one position, along a line or circle.
 
-    What is `given` is one of `GIVEN`, by the pivots (n, 2) in that position.  The guided point and the centre of its
-    path, (n,), are NaN where at infinity, for the whole batch alike; the axis, (n,), are unit vectors across the path,
-    from the centre to the point.
+    Attributes
+    ----------
+    given : str
+        One of `GIVEN`.
+    pivots : complex ndarray, shape (n, 2)
+        The given pivots in that position.
+    point, centre : complex ndarray, shape (n,)
+        The guided point, and the centre of its path; NaN where at infinity, for the whole batch alike.
+    axis : complex ndarray, shape (n,)
+        Unit vectors across the path, from the centre to the point.
     """
 
     given: str

@@ -138,15 +138,19 @@ class Guided:
 
 @dataclass(frozen=True, repr=False)
 class Series:
-    """A class of linkages whose cubics of stationary curvature degenerate in one way; raises `PluginError` if the data
-    contradict one another.
+    """A class of linkages whose cubics of stationary curvature degenerate in one way.
 
     Parameters
     ----------
-    code, title, source : str
-        As in ``II*.xy``; one line for people; where the theory stands.
+    code : str
+        As in ``II*.xy``.
+    title : str
+        One line for people.
     inverse : str
         Code of the inverse series; its own if it is self-inverse.
+    source : str
+        Where the theory stands.
+    members : sequence of Member
     classify : callable
         From an `Instant` of n linkages to residual (n,) and margin (n,).
     guided : callable
@@ -157,6 +161,11 @@ class Series:
     degenerate : bool
         False for a class that degenerate ones bound, such as all linkages with a finite pole: it is nearest to a
         linkage only where no degenerate series is known.
+
+    Raises
+    ------
+    PluginError
+        If the data contradict one another.
     """
 
     code: str
