@@ -33,6 +33,18 @@ def test_json_is_what_the_library_finds(run: Run, small_db: Path, small: Catalog
 
 
 @pytest.mark.slow
+def test_processes_find_the_same_to_the_last_digit(small_db: Path, environment: dict[str, str]) -> None:
+    """The hash of strings, and with it the order of sets, is another one in each process."""
+    command = [sys.executable, "-m", "catalogue", *map(str, LINE), "--min-transmission", "40", "--rank-by",
+               "size=1,balance=2,transmission", "--format", "json", "--db", str(small_db)]  # fmt: skip
+    found = [
+        subprocess.run(command, env={**environment, "PYTHONHASHSEED": seed}, capture_output=True, check=True).stdout
+        for seed in "123"
+    ]
+    assert found[0] == found[1] == found[2]
+
+
+@pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
 def test_every_option_reaches_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
     done = run(
