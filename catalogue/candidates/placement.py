@@ -127,9 +127,10 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     With `rigid` lengths stay to the last digit: the fitted stroke may then differ from the one asked for, by as much as
     the grids do.
     """
+    if found.curve.cusp.any():
+        return replace(found, traced=_exactly(problem, found.curve))
+    found = in_best_charts(problem, found)
     guides = found.curve
-    if guides.cusp.any():
-        return replace(found, traced=_exactly(problem, guides))
     held = found.traced.fit.curvature if problem.fixed_curvature is not None else None
     traced = again(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
     if rigid:

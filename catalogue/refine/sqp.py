@@ -27,6 +27,8 @@ from .subproblem import Parametrisation, PivotCoordinates, linearise
 
 #: First trust-region radius, in the units of `Parametrisation`; what it is multiplied by; that of the second step.
 RADIUS, RADIUS_FACTORS, SECOND = 0.1, (0.2, 0.7, 2.5), 0.5
+#: After how many rounds charts are chosen anew: guides go little farther than a radius in each.
+CHARTED = 4
 #: By which part of the deviation allowed the second step stays inside it, at most: by what the first one missed it.
 MISSED = 0.1
 #: A guide rests when its radius is shorter than this, or when so many rounds in a row have made its merit less by less
@@ -168,10 +170,9 @@ class Refinement:
         fell = np.ones(len(self.active), bool)
         fell[at] = self.violation[at] <= 0
         fell[to] |= total[gained] <= FALLS * self.violation[to]
-        accepted = trials.candidates[gained]
-        if self.nominal is None:
-            accepted = in_best_charts(self.problem, accepted)
-        self.current = self.current.replaced(to, accepted)
+        self.current = self.current.replaced(to, trials.candidates[gained])
+        if self.nominal is None and self.rounds % CHARTED == 0:
+            self.current = self.current.replaced(at, in_best_charts(self.problem, self.current[at]))
         self.violation[to] = total[gained]
         steeper = np.where(fell[at], 1.0, STEEPER)
         self.penalty[at] = np.minimum(self.penalty[at] * steeper, STEEPEST)
