@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from catalogue.cli import app, run
+from catalogue.cli import run
 from catalogue.cli.plate import _files
 from catalogue.curvature_theory.analysis import PARALLEL
 from catalogue.curvature_theory.instant import Instant
@@ -248,7 +248,7 @@ def test_every_series_has_a_file_of_its_own() -> None:
 # -- command ------------------------------------------------------------------------------------------------------
 def command(monkeypatch: pytest.MonkeyPatch, *words: object) -> int:
     monkeypatch.setattr(sys, "argv", ["catalogue", *map(str, words)])
-    return run(app())
+    return run()
 
 
 @pytest.mark.slow
@@ -311,7 +311,7 @@ def test_folder_that_cannot_be_written_is_refused_in_one_line(monkeypatch: pytes
 
 def test_commands_import_matplotlib_only_to_draw() -> None:
     code = (
-        "import catalogue.cli, catalogue.draw.plate, sys; catalogue.cli.app(); "
+        "import catalogue.cli.plate, catalogue.draw.plate, sys; "
         "assert not [m for m in sys.modules if 'matplotlib' in m]"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1], env={**os.environ})

@@ -3,30 +3,31 @@
 from __future__ import annotations
 
 import sys
-from typing import Annotated
+from collections.abc import Sequence
+from pathlib import Path
 
-import typer
+import click
+from click.exceptions import Exit
 
 from ..errors import InvalidRequest
-from .options import Db, Plugins, SeriesCodes
+from .options import DB, PLUGINS, SERIES, option
 
 
+@click.command(
+    params=[
+        option("--count", "N", "Guides wanted.", int, show_default="12000, or as begun; 3000 of a collection"),
+        SERIES,
+        option("--seed", None, "Seed of the sampling.", int, show_default="0, or as begun"),
+        option("--processes", "N", "Worker processes.", int, show_default="one per processor"),
+        option("--collection", "NAME", "Draw the specimens of this collection instead."),
+        DB,
+        PLUGINS,
+    ]
+)
 def build(
-    count: Annotated[
-        int | None,
-        typer.Option(metavar="N", help="Guides wanted.", show_default="12000, or as begun; 3000 of a collection"),
-    ] = None,
-    series: SeriesCodes = None,
-    seed: Annotated[int | None, typer.Option(help="Seed of the sampling.", show_default="0, or as begun")] = None,
-    processes: Annotated[
-        int | None, typer.Option(metavar="N", help="Worker processes.", show_default="one per processor")
-    ] = None,
-    collection: Annotated[
-        str | None, typer.Option("--collection", metavar="NAME", help="Draw the specimens of this collection instead.")
-    ] = None,
-    db: Db = None,
-    plugins: Plugins = None,
-) -> None:
+    count: int | None, series: Sequence[str], seed: int | None, processes: int | None, collection: str | None,
+    db: Path | None, plugins: Sequence[str],
+) -> None:  # fmt: skip
     """Draw linkages of each series, trace what they guide and store what is in proportion.
 
     Of linkages that are alike one is stored: a search refines what it finds. A larger count makes a finer net.
@@ -40,12 +41,10 @@ def build(
     if collection is not None and (series or processes is not None):
         raise InvalidRequest("--series and --processes do not go with --collection: one process draws all of it")
     label = "building the catalogue" if collection is None else f"drawing {collection}"
-    with open(db, plugins=plugins or (), build=False) as catalogue:
+    with open(db, plugins=plugins, build=False) as catalogue:
         with shown(quiet=False, label=label) as report:
             if collection is None:
-                done = catalogue.build(
-                    count=count, series=series or (), seed=seed, processes=processes, report=report
-                )  # fmt: skip
+                done = catalogue.build(count=count, series=series, seed=seed, processes=processes, report=report)
                 held = f"{catalogue.database.path} holds {done.guides} guides of these series"
             else:
                 done = catalogue.build_collection(collection, count=count, seed=seed, report=report)
@@ -53,4 +52,4 @@ def build(
         if not done.rows:
             print(f"nothing to do: {held}", file=sys.stderr)
     if done.failed:
-        raise typer.Exit(5)
+        raise Exit(5)

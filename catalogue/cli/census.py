@@ -2,19 +2,24 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import asdict
+from pathlib import Path
+
+import click
 
 from ..progress import busy
-from .options import Db, Format, Output, Plugins
+from .options import COMMON
 from .tables import print_records
 
 
-def census(format: Output = Format.table, db: Db = None, plugins: Plugins = None) -> None:
+@click.command(params=[*COMMON])
+def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
     """Count the stored mechanisms: series by family by configuration, and say why a cell is empty."""
     from ..api import open
     from ..find import census as counting
 
-    with open(db, plugins=plugins or ()) as catalogue:
+    with open(db, plugins=plugins) as catalogue:
         with busy("counting"):
             cells = counting.census(catalogue.database, catalogue.registry)
         series = catalogue.registry.series
@@ -27,7 +32,7 @@ def census(format: Output = Format.table, db: Db = None, plugins: Plugins = None
     ]  # fmt: skip
     title = "Census; under each deviation over stroke the least size over stroke"
     print_records(format, [asdict(c) for c in cells], title, columns, rows)
-    if format is not Format.table:
+    if format != "table":
         return
     total = sum(c.guides for c in cells)
     print(f"{len(cells)} cells, {sum(c.mechanisms for c in cells)} mechanisms, {total} guides")

@@ -2,37 +2,34 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
 
-from ..curvature_theory.leading_error import EXACT
 from ..progress import busy
-from .options import Format, Output, Plugins
+from .options import FORMAT, PLUGINS, Argument, number, switch
 from .tables import contact, print_csv, print_json, print_table
 
 if TYPE_CHECKING:
     from ..series.classification import Classification
 
 
+@click.command(
+    params=[
+        Argument("file", "FILE|-", "Linkages in JSON or CSV; - reads standard input."),
+        switch("--guided", "List what each linkage guides, with its order."),
+        number("--radius", "R", "List points on circles of this radius too, four positions in common."),
+        number("--point", "X Y", "Say how singular the path of this coupler point is: cusps, inflections.", nargs=2),
+        number("--tolerance", "T", "Residual up to which a series holds; more for rounded proportions.",
+               show_default="1e-9"),
+        FORMAT,
+        PLUGINS,
+    ]
+)  # fmt: skip
 def classify(
-    file: Annotated[str, typer.Argument(metavar="FILE|-", help="Linkages in JSON or CSV; - reads standard input.")],
-    guided: Annotated[bool, typer.Option("--guided", help="List what each linkage guides, with its order.")] = False,
-    radius: Annotated[
-        float | None,
-        typer.Option(metavar="R", help="List points on circles of this radius too, four positions in common."),
-    ] = None,
-    point: Annotated[
-        tuple[float, float] | None,
-        typer.Option(metavar="X Y", help="Say how singular the path of this coupler point is: cusps, inflections."),
-    ] = None,
-    tolerance: Annotated[
-        float | None,
-        typer.Option(metavar="T", help="Residual up to which a series holds; more for rounded proportions.",
-                     show_default="1e-9"),
-    ] = None,
-    format: Output = Format.table,
-    plugins: Plugins = None,
+    file: str, guided: bool, radius: float | None, point: tuple[float, float] | None, tolerance: float | None,
+    format: str, plugins: Sequence[str],
 ) -> None:  # fmt: skip
     """Classify linkages given by their pivots, or link lengths and crank angle, in one position.
 
@@ -49,7 +46,7 @@ def classify(
 
     linkages = read_linkages(file)
     with busy("classifying"):
-        found = run(linkages, tolerance=tolerance, plugins=plugins or ())
+        found = run(linkages, tolerance=tolerance, plugins=plugins)
         rows = _rows(found)
         if point is not None:
             for row, p, q in zip(rows, *found.singularity(complex(*point)), strict=True):
@@ -57,9 +54,9 @@ def classify(
         if guided or radius is not None:
             for row, elements in zip(rows, _elements(found, radius), strict=True):
                 row["guided"] = elements
-    if format is Format.json:
+    if format == "json":
         print_json(rows)
-    elif format is Format.csv:
+    elif format == "csv":
         print_csv(list(rows[0]), (map(_cell, row.values()) for row in rows))
     else:
         _print(rows)
@@ -129,6 +126,8 @@ def _place(point: list[float]) -> str:
 
 def _singularity(at: dict[str, int] | None) -> str:
     """Say what a path is like at a point with so many cusps and inflections in one."""
+    from ..curvature_theory.leading_error import EXACT
+
     if at is None:
         return "the motion has no series here (change point)"
     p, q = at["cusps"], at["inflections"]

@@ -2,39 +2,36 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
 
 from ..progress import busy
-from .options import Db, Effort, Families, Format, Limit, Order, Output, PinsOnly, Plugins, SeriesCodes
+from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, number
 from .tables import print_results, print_table
 
 if TYPE_CHECKING:
     from ..find.dwell_results import DwellResults
 
 
+@click.command(
+    params=[
+        number("--angle", "DEG", "By how much the crank turns meanwhile, at least.", required=True),
+        number("--residual", "DEG", "Band of angles in which the rocker may stray meanwhile.", required=True),
+        number("--swing", "DEG", "How far the rocker swings over a turn, at least.", required=True),
+        number("--min-transmission", "DEG", "Least transmission angle over the full turn.", default=0.0),
+        FAMILY, SERIES, ORDER, PINS_ONLY, EFFORT, LIMIT, *COMMON,
+    ]
+)  # fmt: skip
 def dwell(
-    angle: Annotated[float, typer.Option(metavar="DEG", help="By how much the crank turns meanwhile, at least.")],
-    residual: Annotated[
-        float, typer.Option(metavar="DEG", help="Band of angles in which the rocker may stray meanwhile.")
-    ],
-    swing: Annotated[float, typer.Option(metavar="DEG", help="How far the rocker swings over a turn, at least.")],
-    min_transmission: Annotated[
-        float, typer.Option(metavar="DEG", help="Least transmission angle over the full turn.")
-    ] = 0.0,
-    family: Families = None,
-    series: SeriesCodes = None,
-    order: Order = 0,
-    pins_only: PinsOnly = False,
-    effort: Effort = 1,
-    limit: Limit = 12,
-    format: Output = Format.table,
-    db: Db = None,
-    plugins: Plugins = None,
-) -> None:
+    angle: float, residual: float, swing: float, format: str, db: Path | None, plugins: Sequence[str],
+    family: Sequence[str], **options: Any,
+) -> None:  # fmt: skip
     """Let a rocker stand still while a crank turns on: a circular guide and the dyad at its centre.
 
+    \b
     catalogue find dwell --angle 90 --residual 0.5 --swing 30
     """
     from ..api import open
@@ -50,9 +47,6 @@ def dwell(
         caption = "sizes in crank lengths; --format json gives all pivots"
         print_table(f"Dwells of {angle:g}\u00b0", columns, rows, caption)
 
-    with open(db, plugins=plugins or ()) as catalogue, busy("trying rockers"):
-        found = catalogue.find_dwells(
-            StandStill(angle, residual, swing), limit=limit, effort=effort, families=family or (),
-            series=series or (), order=order, pins_only=pins_only, min_transmission=min_transmission,
-        )  # fmt: skip
+    with open(db, plugins=plugins) as catalogue, busy("trying rockers"):
+        found = catalogue.find_dwells(StandStill(angle, residual, swing), families=family, **options)
     print_results(found, table, format)

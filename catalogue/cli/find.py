@@ -2,59 +2,44 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from inspect import Parameter, Signature
 from typing import TYPE_CHECKING, Any
 
-import typer
+import click
 
 from ..errors import InvalidRequest
 from ..problem.constraints import PRESCRIBED
 from ..problem.request import CircularArc, Request, StraightLine, ends
 from ..progress import busy
-from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE, Point
+from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
 from .tables import contact, print_results, print_table
 
 if TYPE_CHECKING:
     from ..find.results import Candidate, Found
 
-app = typer.Typer(
-    help="Find guides: the point runs from (0, 0) to (stroke, 0) and every position is in that frame and unit.",
-    no_args_is_help=True,
-)
 
-
-def _command(name: str, kind: type[StraightLine | CircularArc], own: Sequence[Parameter], about: str) -> None:
-    """Make a command of a kind of request, which has options of its own besides those of every path."""
-    every = [DEVIATION, STROKE, *own, *PLACE, *OPTIONS]
-
-    def command(**options: Any) -> None:
-        place = _place(*(options.pop(key) for key in ("stroke", "from_", "to", "along")))
-        _find(kind(**{key: options.pop(key) for key in ("deviation", *(o.name for o in own))}, **place), options)
-
-    command.__doc__ = about
-    command.__annotations__ = {option.name: option.annotation for option in every}
-    command.__signature__ = Signature(every)  # type: ignore[attr-defined]  # mypy knows none
-    app.command(name)(command)
-
-
-_command(
-    "straight-line",
-    StraightLine,
-    (),
+@click.command(params=[DEVIATION, STROKE, *PLACE, *OPTIONS])
+def straight_line(deviation: float, **options: Any) -> None:
     """Guide a point along a straight line.
 
+    \b
     catalogue find straight-line --stroke 150 --deviation 0.05 --pins-only --min-transmission 40
-    """,
-)
-_command("circular-arc", CircularArc, (RADIUS,), """Guide a point along a circular arc.
+    """
+    _find(StraightLine(deviation=deviation, **_place(options)), options)
 
+
+@click.command(params=[DEVIATION, STROKE, RADIUS, *PLACE, *OPTIONS])
+def circular_arc(deviation: float, radius: float | None, **options: Any) -> None:
+    """Guide a point along a circular arc.
+
+    \b
     catalogue find circular-arc --stroke 100 --radius 100 --deviation 0.05
-    """)  # fmt: skip
+    """
+    _find(CircularArc(deviation=deviation, radius=radius, **_place(options)), options)
 
 
-def _place(stroke: float | None, start: Point | None, end: Point | None, along: float) -> dict[str, Any]:
-    """Return stroke, start and direction of a path from the options that say where it lies."""
+def _place(options: dict[str, Any]) -> dict[str, Any]:
+    """Return stroke, start and direction of a path from the options that say where it lies, and take these out."""
+    stroke, start, end, along = (options.pop(name) for name in ("stroke", "from", "to", "along"))
     if end is None:
         if stroke is None:
             raise InvalidRequest("say how long the path is, --stroke L, or where it runs, --from X Y --to X Y")
@@ -76,14 +61,14 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     from ..api import open
     from ..find.names import SINGULAR
 
-    options |= {name: options.pop(option) or () for name, option in SINGULAR.items()}
-    options["keep_out"] = [_zone(text) for text in options["keep_out"] or ()]
-    options["desires"] = dict(_desire(text) for text in options["desires"] or ())
+    options |= {name: options.pop(option) for name, option in SINGULAR.items()}
+    options["keep_out"] = [_zone(text) for text in options["keep_out"]]
+    options["desires"] = dict(_desire(text) for text in options["desires"])
     if pareto := options.pop("pareto"):
         options["rank_by"] = [name.strip() for name in pareto.split(",")]
     output, explain, plot = options.pop("format"), options.pop("explain"), options.pop("plot")
     given = any(options[name] for name in PRESCRIBED)  # such guides are made, not looked up
-    with open(options.pop("db"), plugins=options.pop("plugins") or (), build=not given) as catalogue:
+    with open(options.pop("db"), plugins=options.pop("plugins"), build=not given) as catalogue:
         with busy("searching"):
             found = catalogue.find(request, **options)
         print_results(found, print_candidates, output, explain=explain, plot=plot)

@@ -5,9 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
+import click
+
 from ..errors import InvalidRequest
 from ..problem.request import Request
-from .find_options import DEFAULTS
+from .find_options import OPTIONS
 from .tables import print_results, print_table
 
 if TYPE_CHECKING:
@@ -23,18 +25,19 @@ def find_in(request: Request, options: Mapping[str, Any]) -> None:
     """Answer a request from the collection that the options name."""
     from ..api import open
 
+    default = click.Command("find", params=[*OPTIONS]).make_context("find", []).params
     for name, value in options.items():
-        if name not in KNOWN and value != DEFAULTS[name]:
+        if name not in KNOWN and value != default[name]:
             known = ", ".join(f"--{k.replace('_', '-')}" for k in KNOWN[1:6])
             raise InvalidRequest(f"--{name.replace('_', '-')} does not go with --collection, which knows {known}")
     from ..collections.bounds import parsed
 
-    where = parsed(options["where"] or ())
-    rank_by = "deviation" if options["rank_by"] == DEFAULTS["rank_by"] else options["rank_by"]
-    with open(options["db"], plugins=options["plugins"] or (), build=False) as catalogue:
+    where = parsed(options["where"])
+    rank_by = "deviation" if options["rank_by"] == default["rank_by"] else options["rank_by"]
+    with open(options["db"], plugins=options["plugins"], build=False) as catalogue:
         found = catalogue.find_in(
             options["collection"], request, limit=options["limit"], rank_by=rank_by,
-            families=options["family"] or (), series=options["series"] or (), where=where,
+            families=options["family"], series=options["series"], where=where,
         )  # fmt: skip
         print_results(
             found, lambda found: _table(found, request), options["format"], explain=options["explain"],

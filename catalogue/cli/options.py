@@ -1,43 +1,59 @@
-"""Options that several commands share."""
+"""Options: how they are made, and those that several commands share."""
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Any
 
-import typer
+import click
 
-Db = Annotated[
-    Path | None,
-    typer.Option(
-        envvar="CATALOGUE_DB", metavar="FILE", help="Database file.", show_default="in the user's data directory"
-    ),
-]
-Plugins = Annotated[
-    list[str] | None,
-    typer.Option(
-        "--plugins", metavar="DIR", help="Folder with plugins, besides those of CATALOGUE_PLUGINS; may be repeated."
-    ),
-]
-Families = Annotated[
-    list[str] | None, typer.Option("--family", metavar="NAME", help="Only this family; may be repeated.")
-]
-SeriesCodes = Annotated[
-    list[str] | None, typer.Option("--series", metavar="CODE", help="Only this series; may be repeated.")
-]
-Order = Annotated[int, typer.Option(help="Least order of contact at the design position (99: exact).")]
-PinsOnly = Annotated[bool, typer.Option("--pins-only", help="No sliding joint.")]
-Effort = Annotated[int, typer.Option(metavar="N", help="How hard to search: starts, rounds and seconds grow with it.")]
-Limit = Annotated[int, typer.Option(metavar="N", help="How many guides to list.")]
+#: A file or a folder, which need not be there.
+PATH: Any = click.Path(path_type=Path)
 
 
-class Format(StrEnum):
-    """How an answer is printed."""
+class Argument(click.Argument):
+    """An argument of which the help says what it is."""
 
-    table = "table"
-    json = "json"
-    csv = "csv"
+    def __init__(self, name: str, metavar: str, help: str) -> None:
+        super().__init__([name], metavar=metavar)
+        self.help = help
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str]:  # noqa: ARG002  # click gives it
+        return str(self.metavar), self.help or ""
 
 
-Output = Annotated[Format, typer.Option("--format", help="How to print; messages go to standard error in any case.")]
+def option(flag: str, metavar: str | None, help: str, type: Any = str, **more: Any) -> click.Option:
+    """Return an option; its flag may be followed by a space and the name of the parameter."""
+    return click.Option(flag.split(), metavar=metavar, help=help, type=type, **more)
+
+
+def number(flag: str, metavar: str | None, help: str, **more: Any) -> click.Option:
+    return option(flag, metavar, help, float, **more)
+
+
+def several(flag: str, metavar: str, help: str) -> click.Option:
+    """Return an option that may be repeated."""
+    return option(flag, metavar, help, multiple=True)
+
+
+def switch(flag: str, help: str, **more: Any) -> click.Option:
+    return click.Option([flag], is_flag=True, help=help, **more)
+
+
+DB = option(
+    "--db", "FILE", "Database file.", PATH, envvar="CATALOGUE_DB", show_envvar=True,
+    show_default="in the user's data directory",
+)  # fmt: skip
+PLUGINS = several("--plugins", "DIR", "Folder with plugins, besides those of CATALOGUE_PLUGINS; may be repeated.")
+FAMILY = several("--family", "NAME", "Only this family; may be repeated.")
+SERIES = several("--series", "CODE", "Only this series; may be repeated.")
+ORDER = option("--order", None, "Least order of contact at the design position (99: exact).", int, default=0)
+PINS_ONLY = switch("--pins-only", "No sliding joint.")
+EFFORT = option("--effort", "N", "How hard to search: starts, rounds and seconds grow with it.", int, default=1)
+LIMIT = option("--limit", "N", "How many guides to list.", int, default=12)
+FORMAT = option(
+    "--format", None, "How to print; messages go to standard error in any case.",
+    click.Choice(["table", "json", "csv"]), default="table",
+)  # fmt: skip
+#: Of commands that answer from a database.
+COMMON = (FORMAT, DB, PLUGINS)

@@ -3,44 +3,45 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from html import escape
 from itertools import chain, count
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING
 from urllib.parse import quote
 
-import typer
+import click
 
 from ..errors import InvalidRequest
-from .options import Plugins
+from .options import PATH, PLUGINS, Argument, option
 
 if TYPE_CHECKING:
     from ..series.series import Series
 
 
-def plate(
-    series: Annotated[str, typer.Argument(metavar="SERIES", help="Code of a series, such as II.xy or 'III*.KK'.")],
-    out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="PNG, SVG or PDF by the suffix.", show_default="CODE.svg, here"),
-    ] = None,
-    plugins: Plugins = None,
-) -> None:
+@click.command(
+    params=[
+        Argument("series", "SERIES", "Code of a series, such as II.xy or 'III*.KK'."),
+        option("--out", "FILE", "PNG, SVG or PDF by the suffix.", PATH, show_default="CODE.svg, here"),
+        PLUGINS,
+    ]
+)
+def plate(series: str, out: Path | None, plugins: Sequence[str]) -> None:
     """Draw a series: each family and configuration with its circles, cubics, linkage and guided pairs."""
     from ..draw.plate import file_name
     from ..draw.plate import plate as draw
     from ..plugin.registry import Registry
 
-    chosen = Registry(plugins or ()).get(series)
+    chosen = Registry(plugins).get(series)
     file = Path(f"{file_name(chosen.code)}.svg") if out is None else out
     draw(chosen, file)
     print(f"drawn: {file}", file=sys.stderr)
 
 
-def atlas(
-    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for the plates, made if it is not there.")],
-    plugins: Plugins = None,
-) -> None:
+@click.command(
+    params=[option("--out", "DIR", "Folder for the plates, made if it is not there.", PATH, required=True), PLUGINS]
+)
+def atlas(out: Path, plugins: Sequence[str]) -> None:
     """Draw the plates of all series as SVG, with index.html to leaf through them."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
@@ -48,7 +49,7 @@ def atlas(
     from ..draw.plate import plate as draw
     from ..plugin.registry import Registry
 
-    every = list(Registry(plugins or ()).series.values())
+    every = list(Registry(plugins).series.values())
     files = _files(every)
     try:
         out.mkdir(parents=True, exist_ok=True)

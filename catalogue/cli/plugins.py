@@ -3,16 +3,19 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from pathlib import Path
 
-import typer
+import click
+from click.exceptions import Exit
 
 from ..folders import default_database
-from .options import Db, Format, Output, Plugins
+from .options import DB, FORMAT, PLUGINS
 from .tables import print_records
 
 
-def plugins(plugins: Plugins = None, format: Output = Format.table, db: Db = None) -> None:
+@click.command(params=[PLUGINS, FORMAT, DB])
+def plugins(plugins: Sequence[str], format: str, db: Path | None) -> None:
     """List the plugins with what they add, and those that were left out with the reason.
 
     Of each collection it is said how many specimens the database holds.
@@ -24,7 +27,7 @@ def plugins(plugins: Plugins = None, format: Output = Format.table, db: Db = Non
 
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", PluginWarning)  # the table says it
-        registry = Registry(plugins or ())
+        registry = Registry(plugins)
         held = _stored(db or default_database(), list(registry.collections))
     records = [{**asdict(r), "specimens": {c: held[c] for c in r.collections}} for r in registry.records]
     rows = []
@@ -33,7 +36,7 @@ def plugins(plugins: Plugins = None, format: Output = Format.table, db: Db = Non
         rows.append([r.name, r.version, f"left out: {r.error}" if r.error else ", ".join(adds), r.origin])
     print_records(format, records, "Plugins", ["plugin", "version", "adds", "from"], rows)
     if any(r.error for r in registry.records):
-        raise typer.Exit(5)
+        raise Exit(5)
 
 
 def _stored(file: Path, names: list[str]) -> dict[str, int]:

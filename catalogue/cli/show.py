@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Any
 
-import typer
+import click
 
-from ..curvature_theory.leading_error import EXACT
-from .options import Db, Format, Output, Plugins
+from .options import COMMON, PATH, Argument, number, option
 from .tables import print_json, print_table
 
 if TYPE_CHECKING:
@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 
 def _words(design: NamedGuide, memberships: Memberships, published: Candidate, best: Candidate | None) -> list[str]:
     """Return what is said of a named design besides its guide, line by line."""
+    from ..curvature_theory.leading_error import EXACT
+
     d, p = design, published
     member = "no registered series has its family"
     if memberships.series:
@@ -43,23 +45,18 @@ def _words(design: NamedGuide, memberships: Memberships, published: Candidate, b
     ]
 
 
+@click.command(
+    params=[
+        Argument("name", "ID|NAME", "Number of a guide, or name of a design."),
+        number("--stroke", None, "Lay the guide along a path of this stroke.", default=1.0),
+        option("--level", "N", "Split it for a deviation of 10^N of the stroke.", int,
+               show_default="the middle one of those it holds"),
+        option("--plot", "FILE", "Draw it there: PNG, SVG or PDF by the suffix.", PATH),
+        *COMMON,
+    ]
+)  # fmt: skip
 def show(
-    name: Annotated[str, typer.Argument(metavar="ID|NAME", help="Number of a guide, or name of a design.")],
-    stroke: Annotated[float, typer.Option(help="Lay the guide along a path of this stroke.")] = 1.0,
-    level: Annotated[
-        int | None,
-        typer.Option(
-            metavar="N",
-            help="Split it for a deviation of 10^N of the stroke.",
-            show_default="the middle one of those it holds",
-        ),
-    ] = None,
-    plot: Annotated[
-        Path | None, typer.Option(metavar="FILE", help="Draw it there: PNG, SVG or PDF by the suffix.")
-    ] = None,
-    format: Output = Format.table,
-    db: Db = None,
-    plugins: Plugins = None,
+    name: str, stroke: float, level: int | None, plot: Path | None, format: str, db: Path | None, plugins: Sequence[str]
 ) -> None:
     """Show a stored guide or a named design: parameters, pivots, how far it holds which deviation; draw it with --plot.
 
@@ -67,9 +64,10 @@ def show(
     series on the same stroke, no larger, is named beside it.
     """
     from ..api import open
+    from ..curvature_theory.leading_error import EXACT
     from ..series.named_guides import named_guides
 
-    with open(db, plugins=plugins or ()) as catalogue:
+    with open(db, plugins=plugins) as catalogue:
         guide = catalogue.guide(name)
         design, told, words = named_guides().get(guide.name or ""), {}, []
         if design is None or level is not None:
@@ -87,7 +85,7 @@ def show(
     if plot is not None:
         laid.plot(plot)
         print(f"drawn: {plot}", file=sys.stderr)
-    if format is not Format.table:
+    if format != "table":
         print_json(laid.to_dict() | ({"design": told} if told else {}))
         return
     for line in words:

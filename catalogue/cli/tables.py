@@ -10,10 +10,7 @@ from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
-import typer
-
-from ..curvature_theory.leading_error import EXACT
-from .options import Format
+from click.exceptions import Exit
 
 if TYPE_CHECKING:
     from ..find.results import Results
@@ -50,34 +47,32 @@ def print_csv(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
     writer.writerows([json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else v for v in row] for row in rows)
 
 
-def print_records(
-    output: Format, records: Any, title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]
-) -> None:
+def print_records(output: str, records: Any, title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
     """Print records as JSON, or what a table shows of them."""
-    if output is Format.json:
+    if output == "json":
         print_json(records)
-    elif output is Format.csv:
+    elif output == "csv":
         print_csv(columns, rows)
     else:
         print_table(title, columns, rows)
 
 
 def print_results(
-    found: T, table: Callable[[T], None], output: Format, *, explain: bool = False, plot: Path | None = None
+    found: T, table: Callable[[T], None], output: str, *, explain: bool = False, plot: Path | None = None
 ) -> None:
     """Print an answer, draw its best candidate if a file is named; tell why it is empty, and end with exit code 1."""
     if explain or not found:
         told = found.explain()
         advice = re.search(r"^no \w+ found.*", told, re.MULTILINE)
         print(told if explain or advice is None else f"catalogue: {advice[0]}", file=sys.stderr)
-    if output is Format.json:
+    if output == "json":
         print(found.to_json())
-    elif output is Format.csv:
+    elif output == "csv":
         print_csv(found.columns, (c.to_dict().values() for c in found))
     elif found:
         table(found)
     if not found:
-        raise typer.Exit(1)
+        raise Exit(1)
     if plot is not None:
         found[0].plot(plot)
         print(f"drawn: {plot}", file=sys.stderr)
@@ -85,4 +80,6 @@ def print_results(
 
 def contact(order: int) -> str:
     """Return an order of contact as it is printed."""
+    from ..curvature_theory.leading_error import EXACT
+
     return "exact" if order == EXACT else str(order)

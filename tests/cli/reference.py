@@ -9,7 +9,7 @@ import inspect
 from collections.abc import Iterator
 from typing import Any
 
-from typer.main import get_command
+import click
 
 from catalogue.cli import app
 
@@ -22,8 +22,8 @@ What `catalogue COMMAND --help` says, in one page. `tests/cli/reference.py` make
 
 def reference() -> str:
     """Return the page: every command with its text, arguments and options; what both paths share stands once."""
-    commands = get_command(app()).commands  # type: ignore[attr-defined]  # a group has them
-    find = commands.pop("find").commands
+    commands = _commands(app)
+    find = _commands(commands.pop("find"))
     shared = [option for option in find["straight-line"].params if option.name in _names(find["circular-arc"])]
     parts = [HEAD]
     for name, command in find.items():
@@ -34,16 +34,22 @@ def reference() -> str:
     return "\n".join(parts)
 
 
+def _commands(group: Any) -> dict[str, Any]:
+    context = click.Context(group)
+    return {name: group.get_command(context, name) for name in group.list_commands(context)}
+
+
 def _names(command: Any) -> set[str]:
     return {option.name for option in command.params}
 
 
 def _section(name: str, text: str, options: Any) -> str:
-    return "\n".join([f"## {name}\n", inspect.cleandoc(text), "", *_rows(options)])
+    plain = inspect.cleandoc(text).replace("\b\n", "")  # a mark of click's: the lines that follow are not wrapped
+    return "\n".join([f"## {name}\n", plain, "", *_rows(options)])
 
 
 def _rows(options: Any) -> Iterator[str]:
-    shown = [option for option in options if option.name != "help"]
+    shown = [*options]
     if shown:
         yield from ("| option | what it does |", "| --- | --- |")
     for option in shown:

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from typer.testing import CliRunner
+from click.testing import CliRunner
 
 import catalogue
 from catalogue.cli import app
@@ -303,7 +303,7 @@ def test_an_old_file_without_them_says_how_to_add_them(tmp_path: Path) -> None:
 
 # -- shown ------------------------------------------------------------------------------------------------------------
 def shown(small_db: Path, *options: str) -> str:
-    found = CliRunner().invoke(app(), ["show", *options, "--db", str(small_db)], catch_exceptions=False)
+    found = CliRunner().invoke(app, ["show", *options, "--db", str(small_db)], catch_exceptions=False)
     assert found.exit_code == 0
     return found.stdout
 
