@@ -45,7 +45,7 @@ SLOW = {
         "test_what_is_stored_is_measured_again_at_any_stroke",
     ),
     **dict.fromkeys(
-        ("test_general", "test_i_gy", "test_i_yy", "test_ii_x", "test_ii_y", "test_iii_", "test_iv_", "test_parallel"),
+        ("test_general", "test_i_", "test_ii_ooo", "test_ii_x", "test_ii_y", "test_iii_", "test_iv_", "test_parallel"),
         ("test_guides_touch_the_finite_motion_to_their_order",),
     ),
 }

@@ -45,6 +45,7 @@ def test_the_folders_of_the_tests_are_the_ones_that_are_described() -> None:
     assert told == {path.name for path in here.iterdir() if path.is_dir() and not path.name.startswith("_")}
 
 
+@pytest.mark.slow
 def test_a_find_passes_few_modules_and_never_climbs(small_db: Path) -> None:
     command = ["find", "straight-line", "--stroke", "150", "--deviation", "0.5", "--db", str(small_db)]
     walk = Path(__file__).with_name("walk.py")

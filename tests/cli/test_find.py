@@ -112,6 +112,7 @@ def test_csv_holds_the_same_rows(run: Run, small_db: Path) -> None:
     assert "\r" not in done.out
 
 
+@pytest.mark.slow
 def test_table_is_readable_and_complete(process: Run, small_db: Path) -> None:
     done = process(*LINE, "--db", small_db)
     assert done.code == 0
@@ -297,6 +298,7 @@ def test_a_reader_that_goes_away_is_no_error(environment: dict[str, str], small_
     assert code in (1, 141)
 
 
+@pytest.mark.slow
 def test_find_imports_only_what_it_needs(environment: dict[str, str], small_db: Path) -> None:
     arguments = [*map(str, LINE), "--no-refine", "--db", str(small_db)]
     code = (

@@ -235,6 +235,7 @@ def test_classify_refuses_files_that_cannot_be_read(run: Run, tmp_path: Path) ->
 
 
 # -- show ---------------------------------------------------------------------------------------------------------
+@pytest.mark.slow
 def test_show_a_guide(run: Run, small_db: Path, small: Catalogue, tmp_path: Path) -> None:
     found = small.find(StraightLine(150, 0.05), families=["four-bar"], limit=1)[0]
     done = run("show", found.id, "--db", small_db)

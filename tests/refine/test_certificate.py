@@ -115,6 +115,7 @@ def test_refined_guides_are_nearer_to_stationary(small: Catalogue) -> None:
         assert np.nanmedian(before) > 3 * np.nanmedian(after)
 
 
+@pytest.mark.slow
 def test_refined_deviations_alternate(small: Catalogue) -> None:
     """Refinement adds touches of the strip; ten coordinates less a similarity leave no more than ten."""
     problem = problem_of(StraightLine(1, 5e-3), "deviation", families=["four-bar"], max_size=4.0)

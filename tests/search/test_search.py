@@ -23,6 +23,7 @@ def asked(request: Any, rank_by: Any = "score", **wanted: Any) -> Problem:
     return Problem.of(request, Constraints(**wanted), Ranking.of(request, rank_by))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 def test_what_a_search_says_to_be_good_is(small: Catalogue, request_: Any) -> None:
     problem = asked(request_, families=["four-bar"], max_size=4.0, min_transmission=40)
