@@ -41,21 +41,16 @@ PENALTY = 30.0
 
 @dataclass(frozen=True)
 class Certificate:
-    """How good n guides are.
+    """How good n guides are; arrays of shape (n,).
 
-    Attributes
-    ----------
-    gap : ndarray, shape (n,)
-        What moves within `REGION` could at most still take away from the cost, to first order: of a deviation as a
-        part of it, of a score as a part of the desirability, else in strokes and right angles.  0 where the guide is
-        stationary; NaN where the path returns, where it is exact but for rounding and the
-        deviation is ranked, and where nothing was proved.
-    alternations : ndarray of int, shape (n,)
-        Peaks of the error of alternating sign, ends of the stroke included; 0 without a gap.
+    The gap is what moves within `REGION` could at most still take away from the cost, to first order: of a deviation as
+    a part of it, of a score as a part of the desirability, else in strokes and right angles.  0 where the guide is
+    stationary; NaN where the path returns, where it is exact but for rounding and the deviation is ranked, and where
+    nothing was proved.
     """
 
     gap: Floats
-    alternations: Array
+    alternations: Array  #: peaks of the error of alternating sign, ends of the stroke included; 0 without a gap
 
 
 def certified(
@@ -93,16 +88,8 @@ INSTANTS = 64
 
 
 class Drifts:
-    """How far refined answers have drifted from their series; measured when first asked for, as it takes the plugins.
-
-    Parameters
-    ----------
-    found : CandidateBatch of n
-    series : callable
-        Returns the series that are registered, by code.
-    slots : bool
-        The guides are slots.
-    """
+    """How far refined answers have drifted from their series, which a function returns by code; measured when first
+    asked for, as it takes the plugins."""
 
     def __init__(self, found: CandidateBatch, series: Callable[[], Mapping[str, Series]], slots: bool = False) -> None:
         self._asked = found, series, slots
@@ -119,20 +106,12 @@ class Drifts:
 
 
 def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = False) -> Floats:
-    """Return the least residual of each guide's own series over its stroke, shape (n,).
+    """Return the least residual of each guide's own series over its stroke, shape (n,), the linkages of slots inverted.
 
     NaN where the series is not registered, and for cognates, which are of another one.
-
-    Parameters
-    ----------
-    slots : bool
-        The guides are slots: their linkages are the inverse ones.
     """
-    n, nodes = len(found), grid(INSTANTS).nodes
-    moving = found.curve.motion
-    low, high = found.traced.low.astype(float), found.traced.high.astype(float)
-    t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
-    pose = moving.pose(t)
+    n, t = len(found), found.traced.parameters(grid(INSTANTS).nodes)
+    pose = found.curve.motion.pose(t)
     pivots = np.empty((len(t), n, 2, 2, 3))
     pivots[...] = found.linkage.pivots
     for i in (0, 1):

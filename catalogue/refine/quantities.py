@@ -28,16 +28,10 @@ NONE = -1e3
 
 
 class Pieces(NamedTuple):
-    """Pieces of one measure of n guides, more is worse.
+    """Pieces of one measure of n guides, more is worse."""
 
-    Attributes
-    ----------
-    value : ndarray, shape (n, k)
-    slope : ndarray, shape (n, k, 10)
-    """
-
-    value: Floats
-    slope: Floats
+    value: Floats  #: (n, k)
+    slope: Floats  #: (n, k, 10)
 
     @classmethod
     def of(cls, rows: Iterable[tuple[Floats, Floats]], sign: float = 1.0) -> Pieces:
@@ -56,25 +50,13 @@ Row = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class Quantities:
-    """Measures of n candidates as pieces.
-
-    Attributes
-    ----------
-    problem : Problem
-    found : CandidateBatch of n
-    guides : CouplerCurve of n
-        Of the same candidates.
-    t : ndarray, shape (m, n)
-        Parameters of the stations at which transmission angles are read.
-    by : PoseJacobian
-        Of those stations.
-    """
+    """Measures of n candidates as pieces."""
 
     problem: Problem
     found: CandidateBatch
-    guides: CouplerCurve
-    t: Floats
-    by: PoseJacobian
+    guides: CouplerCurve  #: of the same candidates
+    t: Floats  #: (m, n), parameters of the stations at which transmission angles are read
+    by: PoseJacobian  #: of those stations
 
     def __call__(self, name: str) -> Pieces:
         """Return the pieces of a measure, by the names of `catalogue.candidates.feasibility.values`, or of a region."""

@@ -60,45 +60,23 @@ class Trials:
 
 @dataclass
 class Refinement:
-    """Candidates on their way to where their cost is least; driven by `step`.
-
-    Attributes
-    ----------
-    problem : Problem
-    current : CandidateBatch of n
-        Where each is now.
-    best : CandidateBatch of n
-        The cheapest of each that met all constraints; where none did, the one that was nearest to that.
-    best_cost : ndarray, shape (n,)
-        Infinite where none met them.
-    violation : ndarray, shape (n,)
-        Of the current ones, all constraints together.
-    radius, penalty : ndarray, shape (n,)
-    active : ndarray of bool, shape (n,)
-        Which are still refined.
-    stalled : ndarray of int, shape (n,)
-        For how many rounds the merit has hardly fallen.
-    hasty : bool
-        Whether they rest after the first round that gains little.
-    rounds, evaluated : int
-        Rounds taken, and candidates measured in them.
-    """
+    """n candidates on their way to where their cost is least, driven by `step`; arrays of shape (n,)."""
 
     problem: Problem
-    current: CandidateBatch
+    current: CandidateBatch  #: where each is now
     moves: Parametrisation
     nominal: Nominal | None
-    best: CandidateBatch
-    best_cost: Floats
-    nearest: Floats
-    violation: Floats
+    best: CandidateBatch  #: the cheapest of each that met all constraints; where none did, the nearest to that
+    best_cost: Floats  #: infinite where none met them
+    nearest: Floats  #: least violation there was
+    violation: Floats  #: of the current ones, all constraints together
     radius: Floats
     penalty: Floats
-    active: Mask
-    stalled: Array
-    hasty: bool = False
+    active: Mask  #: which are still refined
+    stalled: Array  #: for how many rounds the merit has hardly fallen
+    hasty: bool = False  #: whether they rest after the first round that gains little
     rounds: int = 0
-    evaluated: int = 0
+    evaluated: int = 0  #: candidates measured in these rounds
 
     @classmethod
     def of(

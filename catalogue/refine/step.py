@@ -118,22 +118,10 @@ BALANCED = 1e-4
 
 @dataclass(frozen=True)
 class Step:
-    """Steps of n guides.
+    """Steps of n guides, and what the linearised cost, with the penalties, can fall by at most, by duality."""
 
-    Attributes
-    ----------
-    step : ndarray, shape (n, p)
-        NaN where the problem is not finite.
-    alternation : ndarray, shape (n, m)
-        Multipliers of the errors, signed as the errors that are left.
-    bound : ndarray, shape (n,)
-        What the linearised cost, with the penalties, can fall by at most, by duality; NaN where the multipliers do not
-        balance the cost, as after too few iterations, and prove nothing.
-    """
-
-    step: Floats
-    alternation: Floats
-    bound: Floats
+    step: Floats  #: (n, p), NaN where the problem is not finite
+    bound: Floats  #: (n,), NaN where the multipliers do not balance the cost, as after too few iterations
 
 
 def take_step(
@@ -155,7 +143,7 @@ def take_step(
     share : float or ndarray, shape (n,)
         Part of the deviation allowed that the steps may use: less where the linear problem promises too much.
     """
-    n, m, p = problem.jacobian.shape
+    n, _, p = problem.jacobian.shape
     worst = np.abs(problem.error).max(1)
     scale = np.maximum(worst, 1e-300) if set(problem.marginal) == {"deviation"} else np.maximum(worst, problem.allowed)
     good = np.isfinite(problem.jacobian).all((1, 2)) & np.isfinite(problem.error).all(1) & (scale > 0)
@@ -236,7 +224,7 @@ def take_step(
     # what the multipliers leave unbalanced counts in full: errors, measures and slacks are of order 1
     unbalanced = np.abs(cost[:, p:] + (proof[:, None] @ rows[:, :count, p:])[:, 0]).sum(1)
     bound = np.where(unbalanced <= BALANCED, bound + 2 * unbalanced, np.nan)
-    return Step(np.where(good[:, None], step, np.nan), dual[:, :m] - dual[:, m : 2 * m], bound)
+    return Step(np.where(good[:, None], step, np.nan), bound)
 
 
 def _violation(problem: Subproblem, scale: Floats, margin: float) -> Floats:

@@ -49,14 +49,11 @@ class Parametrisation(Protocol):
 class PivotCoordinates:
     """The coordinates of the pivots and the guided point [strokes], in their distances from the guided point.
 
-    Attributes
-    ----------
-    frozen : ndarray of bool, shape (10,), optional
-        Which coordinates stay: x and y of A1, A1*, A2, A2*, and the guided point.  Every answer is laid along its path
-        anew, which moves frozen pivots by what the path turns or shifts, less and less as the steps become short.
+    Every answer is laid along its path anew, which moves frozen pivots by what the path turns or shifts, less and less
+    as the steps become short.
     """
 
-    frozen: Mask | None = None
+    frozen: Mask | None = None  #: (10,), which coordinates stay: x and y of A1, A1*, A2, A2*, and the guided point
 
     def basis(self, found: CandidateBatch) -> Floats:
         linkage = found.linkage
@@ -90,36 +87,17 @@ BOUNDS = {**LARGEST, "min_link": "min_link", "min_transmission": "transmission"}
 
 @dataclass(frozen=True)
 class Subproblem:
-    """Distances, constraints and measures of n guides, linearised in p coordinates, of which a step of 1 is large.
+    """Distances, constraints and measures of n guides, linearised in p coordinates, of which a step of 1 is large."""
 
-    Attributes
-    ----------
-    error : ndarray, shape (n, m)
-        Distances from the nominal along the path [strokes].
-    jacobian : ndarray, shape (n, m, p)
-    limits : mapping of str to Pieces
-        Constraints: value + slope s <= 0.
-    measures : mapping of str to Pieces
-        What the cost is a function of: each the largest of value + slope s.
-    marginal : mapping of str to ndarray, shape (n,)
-        What the cost rises by per unit of each measure that becomes worse.
-    allowed : ndarray, shape (n,)
-        Largest distance that is allowed.
-    rms, rms_slope : ndarray, shape (n,) and (n, p)
-        Sensitivity and its derivatives, NaN where nobody asks for the allowance.
-    relaxed : str
-        The constraint that is to be broken as little as the others allow.
-    """
-
-    error: Floats
-    jacobian: Floats
-    limits: Mapping[str, Pieces]
-    measures: Mapping[str, Pieces]
-    marginal: Mapping[str, Floats]
-    allowed: Floats
-    rms: Floats
-    rms_slope: Floats
-    relaxed: str = ""
+    error: Floats  #: (n, m), distances from the nominal along the path [strokes]
+    jacobian: Floats  #: (n, m, p)
+    limits: Mapping[str, Pieces]  #: constraints: value + slope s <= 0
+    measures: Mapping[str, Pieces]  #: what the cost is a function of: each the largest of value + slope s
+    marginal: Mapping[str, Floats]  #: (n,), what the cost rises by per unit of each measure that becomes worse
+    allowed: Floats  #: (n,), largest distance that is allowed
+    rms: Floats  #: (n,), sensitivity, NaN where nobody asks for the allowance
+    rms_slope: Floats  #: (n, p)
+    relaxed: str = ""  #: the constraint that is to be broken as little as the others allow
 
     def __getitem__(self, index: Indices) -> Subproblem:
         """Return the problems of some guides, or all again and again."""
@@ -141,17 +119,8 @@ def linearise(
     moves: Parametrisation,
     nominal: Nominal | None = None,
 ) -> Subproblem:
-    """Return the linear problem of placed guides.
-
-    Parameters
-    ----------
-    guides : CouplerCurve of n
-        Of the same guides.
-    moves : Parametrisation
-        Its coordinates are those of the problem; of an arc of any radius the curvature is one more.
-    nominal : Nominal, optional
-        The path itself, from which distances are then measured.
-    """
+    """Return the linear problem of placed guides, in the coordinates of `moves` and, of an arc of any radius, the
+    curvature as one more; distances are measured from a nominal in place if one is given."""
     intervals = NODES if problem.ranking.only == "deviation" or problem.relaxed == "deviation" else FEWER
     nodes = grid(intervals).nodes
     low, high = found.traced.low.astype(float), found.traced.high.astype(float)

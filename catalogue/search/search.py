@@ -30,31 +30,17 @@ from . import retrieve, synthesis
 
 @dataclass
 class SearchReport:
-    """Statistics of a search.
+    """Statistics of a search."""
 
-    Attributes
-    ----------
-    seconds : dict of str to float
-        Wall time of each step, which do not overlap.
-    eligible : int
-        Stored reaches that are of a family, series, configuration and order asked for.
-    measured : int
-        Starts that were laid along the path and measured.
-    refined : int
-        Trial points that the refinement measured.
-    solved, completed : int
-        Where pivots are prescribed: linkages that the series have in closed form, and others completed along the path.
-    nearest : CandidateBatch or None
-        All that was found, whether it meets the constraints or not.
-    """
-
-    seconds: dict[str, float] = field(default_factory=dict)
-    eligible: int = 0
-    measured: int = 0
-    refined: int = 0
-    solved: int = 0
-    completed: int = 0
-    nearest: CandidateBatch | None = field(default=None, repr=False)
+    seconds: dict[str, float] = field(default_factory=dict)  #: wall time of each step, which do not overlap
+    eligible: int = 0  #: stored reaches that are of a family, series, configuration and order asked for
+    measured: int = 0  #: starts that were laid along the path and measured
+    refined: int = 0  #: trial points that the refinement measured
+    solved: int = 0  #: where pivots are prescribed: linkages that the series have in closed form
+    completed: int = 0  #: there: others, completed along the path
+    nearest: CandidateBatch | None = field(
+        default=None, repr=False
+    )  #: all found, whether it meets the constraints or not
 
     @contextmanager
     def timed(self, step: str) -> Iterator[None]:
@@ -95,34 +81,18 @@ STAGES, AMPLE = 10, 6
 
 @dataclass
 class Search:
-    """A search for a problem.
-
-    Attributes
-    ----------
-    problem : Problem
-    database : Database
-    report : SearchReport
-    found : CandidateBatch or None
-        All that were refined, the cheapest of each that met the constraints, or the nearest to that.
-    cost : ndarray, shape (n,)
-        Infinite where the constraints are not met.
-    status : str
-        ``searching``, ``found`` or ``exhausted``.
-    refines : bool
-        Whether starts are refined; else they are given as they are stored.
-    enough : int
-        How many answers end the search.
-    """
+    """A search for a problem, and what it found: of all that were refined the cheapest that met the constraints, or the
+    nearest to that."""
 
     problem: Problem
     database: Database
     report: SearchReport = field(default_factory=SearchReport)
     found: CandidateBatch | None = None
-    cost: Floats = field(default_factory=lambda: np.zeros(0))
-    status: str = "searching"
+    cost: Floats = field(default_factory=lambda: np.zeros(0))  #: of the found ones; infinite outside the constraints
+    status: str = "searching"  #: then ``found`` or ``exhausted``
     stage: int = 0
-    refines: bool = True
-    enough: int = AMPLE
+    refines: bool = True  #: whether starts are refined; else they are given as they are stored
+    enough: int = AMPLE  #: how many answers end the search
 
     def __post_init__(self) -> None:
         self._random = np.random.default_rng(20)
