@@ -121,10 +121,10 @@ class Refinement:
         names = ("current", "best", "best_cost", "nearest", "violation", "radius", "penalty", "active", "stalled")
         return replace(self, rounds=0, evaluated=0, **{name: take(getattr(self, name), index) for name in names})
 
-    def run(self, rounds: int, followed: int = len(RADIUS_FACTORS)) -> Refinement:
+    def run(self, rounds: int) -> Refinement:
         """Take up to so many rounds."""
         for _ in range(rounds):
-            if not self.step(followed):
+            if not self.step():
                 break
         return self
 

@@ -57,10 +57,6 @@ class SearchReport:
 MEASURED, TRIED, KEPT = 60, 24, 12
 #: Most rounds of refinement for those that are kept, per unit of effort.
 MORE_ROUNDS = 6
-#: Steps of a guide that are followed by second ones, per unit of effort, once the best are told from the rest; before,
-#: one is.  Of fifty requests of `tests/benchmarks/recall.py` two are then answered worse, by a hundredth of the cost,
-#: than with all three followed, with one alone throughout seven.
-FOLLOWED = 2
 #: Candidates that break the constraints by less than this, all together, are refined once more, at
 #: this price.
 NEAR, LEADING = 0.1, 1e3
@@ -73,7 +69,7 @@ PENALTY = 4.0
 DRAWN, PARALLELOGRAMS = 600, 60
 #: Points that a search may measure in refinement, per unit of effort: a bound in time would make answers depend on the
 #: machine.
-POINTS = 2500
+POINTS = 2000
 #: Stages per unit of effort at most, and how many answers are enough to look no farther.  Fewer would make the first
 #: answer worse where fewer are shown.
 STAGES, AMPLE = 10, 6
@@ -224,23 +220,26 @@ class Search:
         """Return what comes of candidates, fewer of which are refined the farther it goes, and what they cost."""
         parts: list[tuple[CandidateBatch, Floats]] = []
         for keep in (TRIED, max(KEPT, min(self.problem.limit, TRIED))):
-            refinement.step(followed=1)
+            refinement.step(followed=1)  # which is enough to tell the best from the rest
             merit = np.where(np.isfinite(refinement.best_cost), refinement.best_cost, 1e3 + refinement.nearest)
             order = np.argsort(merit, kind="stable")
             rest = refinement[order[keep:]]
             parts.append((rest.best, rest.best_cost))
             self.report.refined += refinement.evaluated
             refinement = refinement[order[:keep]]
-        followed = FOLLOWED * self.problem.effort
-        refinement.run(MORE_ROUNDS * self.problem.effort, followed)
-        self.report.refined += refinement.evaluated
+        answered = self.enough == 1 and np.isfinite(refinement.best_cost).any()
+        if not answered:
+            refinement.run(MORE_ROUNDS * self.problem.effort)
+            self.report.refined += refinement.evaluated
         near = np.flatnonzero(~np.isfinite(refinement.best_cost) & (refinement.nearest < NEAR))
-        if len(near):  # hardly outside the constraints: led in, whatever they cost, and refined from there
+        if (
+            len(near) and not answered
+        ):  # hardly outside the constraints: led in, whatever they cost, and refined from there
             inward = replace(self.problem, relaxed="ranking")
-            led = Refinement.of(inward, refinement.best[near], penalty=LEADING).run(MORE_ROUNDS, followed)
+            led = Refinement.of(inward, refinement.best[near], penalty=LEADING).run(MORE_ROUNDS)
             back = Refinement.of(self.problem, led.best, hasty=refinement.hasty)
             back.active &= np.isfinite(led.best_cost)
-            back.run(MORE_ROUNDS, followed)
+            back.run(MORE_ROUNDS)
             self.report.refined += led.evaluated + back.evaluated
             refinement.best = refinement.best.replaced(near, back.best)
             refinement.best_cost[near] = back.best_cost
