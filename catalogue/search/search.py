@@ -23,7 +23,7 @@ from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats
 from ..problem.problem import Problem
-from ..refine.sqp import Refinement
+from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..store import Database
 from . import retrieve, synthesis
 
@@ -219,8 +219,10 @@ class Search:
     def _halved(self, refinement: Refinement) -> tuple[CandidateBatch, Floats]:
         """Return what comes of candidates, fewer of which are refined the farther it goes, and what they cost."""
         parts: list[tuple[CandidateBatch, Floats]] = []
+        # one is enough to tell the best from the rest, but of deviations, which fall by orders of magnitude at first
+        followed = len(RADIUS_FACTORS) if self.problem.ranking.only == "deviation" else 1
         for keep in (TRIED, max(KEPT, min(self.problem.limit, TRIED))):
-            refinement.step(followed=1)  # which is enough to tell the best from the rest
+            refinement.step(followed)
             merit = np.where(np.isfinite(refinement.best_cost), refinement.best_cost, 1e3 + refinement.nearest)
             order = np.argsort(merit, kind="stable")
             rest = refinement[order[keep:]]
