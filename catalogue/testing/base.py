@@ -17,6 +17,10 @@ from .sample import Sample, chosen, even, rare
 MEMBER = 1e-9
 
 
+#: Samples that were drawn, by the class of tests and the member.
+_DRAWN: dict[tuple[type, str], list[Sample]] = {}
+
+
 class Contract:
     """The series under test; see `SeriesContract`."""
 
@@ -32,13 +36,18 @@ class Contract:
 
     def samples(self, member: Member) -> list[Sample]:
         """Return the linkages of a member to test: an even sample, one of each configuration that it lacks, and the
-        special points."""
+        special points; drawn once."""
+        known = _DRAWN.get((type(self), member.key))
+        if known is not None and known[0].series is self.series and known[0].member is member:
+            return known
         sample = even(self.series, member)
         share = np.mean(sample.faults == "")
         assert share > 0.5, f"{member.key}: {1 - share:.0%} of the domain gives no linkage: {set(sample.faults)}"
         points = self.special.get(member.key)
         special = chosen(self.series, member, points) if points else None
-        return [one for one in (sample.valid, rare(sample.valid), special) if one is not None]
+        found = [one for one in (sample.valid, rare(sample.valid), special) if one is not None]
+        _DRAWN[type(self), member.key] = found
+        return found
 
     def registry(self) -> Registry:
         """Return what the catalogue loads from the built-in plugins and from `folders`."""
