@@ -35,9 +35,9 @@ def sampled(region: Region, swept: Array, count: int = 401) -> Array:
 
 @pytest.fixture(scope="module")
 def swept() -> Array:
-    """Segments of 400 linkages at 3 positions, 2 each, about as long as the regions, some far inside or outside."""
+    """Segments of 400 linkages at 2 positions, 2 each, about as long as the regions, some far inside or outside."""
     draw = np.random.default_rng(4)
-    shape = (3, 400, 2, 2)
+    shape = (2, 400, 2, 2)
     spread = draw.uniform(0.05, 1.2, (1, 400, 1, 1))
     ends = spread * (draw.normal(size=shape) + 1j * draw.normal(size=shape))
     shift = draw.normal(size=(1, 400, 1, 1)) + 1j * draw.normal(size=(1, 400, 1, 1))
@@ -71,6 +71,20 @@ def _bounded(found: Array, brute: Array, swept: Array) -> None:
     assert (found <= np.maximum(brute + 0.5 * longest / 400, GRAZED * size) + 1e-12).all()
     between = 0.5 * longest / (STATIONS - 1)
     assert (brute <= np.maximum(found, 0) + between + 1e-12)[brute > 0].all()
+
+
+@pytest.mark.parametrize("when", [-0.37, 0.0, 0.013, 0.21])
+def test_what_happens_between_positions_counts(when: float) -> None:
+    """A bar that rises and falls like a parabola; the positions are a tenth apart and miss its summit."""
+    t = np.linspace(-1, 1, 21)
+    height = 1 - (t - when) ** 2
+    swept = (np.array([-0.2, 0.1]) + 1j * height[:, None])[:, None, None]
+    box, zone = Region.of("box", (-2, -2, 2, 0.5)), Region.of("zone", (-1, 0.9, 1, 3.0))
+    assert protrusion(box, swept) == pytest.approx(0.5, abs=1e-12)
+    assert intrusion(zone, swept) == pytest.approx(0.1, abs=1e-12)
+    assert protrusion(box, swept[:, [0, 0]])[1] >= height.max() - 0.5
+    lost = np.where(np.arange(21)[:, None, None, None] == 4, np.nan, swept)
+    assert not np.isfinite(protrusion(box, lost)).any()
 
 
 def test_a_bar_across_a_zone_enters_it_though_its_stations_are_outside() -> None:
