@@ -273,12 +273,14 @@ def _acute(name: str, given: Any) -> float:
 def _two_points(name: str, given: Any) -> tuple[tuple[float, float], ...]:
     """Return two points given as ((x, y), (x, y)) or (x, y, x, y)."""
     try:
-        values = np.asarray(given, dtype=float).reshape(2, 2)
+        values = np.asarray(given, dtype=float)
     except (TypeError, ValueError):
-        raise InvalidRequest(f"{name} must be two points, x and y of each") from None
+        values = np.empty(0)
+    if values.shape not in ((2, 2), (4,)):
+        raise InvalidRequest(f"{name} must be two points, x and y of each")
     if not np.isfinite(values).all():
         raise InvalidRequest(f"{name} has a coordinate that is not finite")
-    (a, b), (c, d) = values.tolist()
+    (a, b), (c, d) = values.reshape(2, 2).tolist()
     if (a, b) == (c, d):
         raise InvalidRequest(f"{name} coincide at ({a:g}, {b:g}): give two places")
     return (a, b), (c, d)

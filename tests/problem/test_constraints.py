@@ -58,6 +58,7 @@ def test_order_refuses(order: Any) -> None:
         ({"fixed_pivots": ((0, 0), (0, 0))}, "coincide"),
         ({"fixed_pivots": ((0, 0), (0, np.nan))}, "not finite"),
         ({"fixed_pivots": (0, 1, 2)}, "two points"),
+        ({"fixed_pivots": ((0,), (1,), (2,), (3,))}, "two points"),
         ({"crank": "here"}, "two points"),
         ({"fixed_pivots": (0, 0, 1, 1), "moving_pivots": (0, 0, 1, 1)}, "exclude one another"),
         ({"within": 1.0}, "within says"),
