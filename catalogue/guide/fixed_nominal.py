@@ -8,7 +8,7 @@ import numpy as np
 
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
-from .minimum_zone import Fit, grid
+from .minimum_zone import Fit, grid, largest
 from .trace import Traced
 
 #: Corrections of a window until its ends are those of the nominal.
@@ -102,15 +102,4 @@ def _measured(
         z = guides.point + (u + 1j * v) * guides.tangent
         run, off = nominal.along(z)[0], nominal.off(z)
         forward = (np.diff(np.where(onward, run, -run), axis=0) > 0).all(0)
-        return _largest(points.fine @ off), np.abs(points.coefficients[-2:] @ off).sum(0), np.asarray(forward)
-
-
-def _largest(values: Floats) -> Floats:
-    """Largest absolute value of interpolated ones, extremes between the points read off a parabola."""
-    size = np.abs(values)
-    k = np.argmax(size, axis=0)[None]
-    inner = np.clip(k, 1, len(values) - 2)
-    at, low, high = (np.take_along_axis(size, inner + i, 0)[0] for i in (0, -1, 1))
-    bend = low - 2 * at + high
-    gain = np.where((bend < 0) & (inner == k)[0], -((high - low) ** 2) / (8 * np.where(bend == 0, 1, bend)), 0)
-    return np.asarray(np.take_along_axis(size, k, 0)[0] + gain)
+        return largest(np.abs(points.fine @ off)), np.abs(points.coefficients[-2:] @ off).sum(0), np.asarray(forward)

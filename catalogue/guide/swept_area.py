@@ -14,6 +14,7 @@ import numpy as np
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.types import Complexes, Floats
 from .drive import SampledPoses
+from .minimum_zone import largest
 
 #: Places along each link that are looked at, and along what lies between two edges that it crosses; what such a
 #: crossing counts for, of the size, where none of them tells.
@@ -65,22 +66,11 @@ def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
     segment crosses among them."""
     share = np.linspace(0, 1, STATIONS)
     along = swept[..., :1] + (swept[..., 1:] - swept[..., :1]) * share
-    amount = peaks((side * area.outside(along)).max(axis=(2, 3)))
+    amount = largest((side * area.outside(along)).max(axis=(2, 3)))
     more = np.fmax.reduce((side * area.outside(_between(area, swept))).max(axis=-1), axis=(0, 2))
     missed = (amount <= 0) & np.isfinite(more)  # between the places that are looked at
     more = np.where(more > 0, more, GRAZED * np.abs(swept).max((0, 2, 3)))
     return np.asarray(np.where(missed, more, amount))
-
-
-def peaks(amount: Floats) -> Floats:
-    """Return the largest of amounts (f, n) over positions, between these read off the parabola through three, (n,)."""
-    if len(amount) < 3:
-        return np.asarray(amount.max(0))
-    at = np.argmax(amount, axis=0)
-    low, top, high = (np.take_along_axis(amount, (np.clip(at, 1, len(amount) - 2) + k)[None], 0)[0] for k in (-1, 0, 1))
-    bend = low - 2 * top + high
-    gain = np.where(bend < 0, (high - low) ** 2 / np.where(bend < 0, -8 * bend, 1.0), 0.0)
-    return np.asarray(np.maximum(amount.max(0), np.where((top >= low) & (top >= high), top + gain, -np.inf)))
 
 
 def _between(area: Area, swept: Complexes) -> Complexes:

@@ -110,9 +110,8 @@ def cells_of(*columns: Array) -> Array:
 def _distances(one: Array, others: Array, straight: bool) -> Array:
     """Return how far one design, shape (5, 3), is from others, shape (5, n, 3): the largest distance of a point, in the
     pose in which that is least."""
-    cosine = (
-        np.abs(others @ in_every_pose(one[None], mirror=straight)).min(axis=0).max(axis=1)
-    )  # of the point farthest off
+    poses = in_every_pose(one[None], mirror=straight)
+    cosine = np.abs(others @ poses).min(axis=0).max(axis=1)  # of the point farthest off
     return np.asarray(np.sqrt(np.maximum(1 - cosine**2, 0.0)))
 
 

@@ -38,9 +38,8 @@ class SearchReport:
     refined: int = 0  #: trial points that the refinement measured
     solved: int = 0  #: where pivots are prescribed: linkages that the series have in closed form
     completed: int = 0  #: there: others, completed along the path
-    nearest: CandidateBatch | None = field(
-        default=None, repr=False
-    )  #: all found, whether it meets the constraints or not
+    #: all that was found, whether it meets the constraints or not
+    nearest: CandidateBatch | None = field(default=None, repr=False)
 
     @contextmanager
     def timed(self, step: str) -> Iterator[None]:
@@ -229,21 +228,23 @@ class Search:
             parts.append((rest.best, rest.best_cost))
             self.report.refined += refinement.evaluated
             refinement = refinement[order[:keep]]
-        answered = self.enough == 1 and np.isfinite(refinement.best_cost).any()
-        if not answered:
+        if self.enough > 1 or not np.isfinite(refinement.best_cost).any():
             refinement.run(MORE_ROUNDS * self.problem.effort)
             self.report.refined += refinement.evaluated
-        near = np.flatnonzero(~np.isfinite(refinement.best_cost) & (refinement.nearest < NEAR))
-        if (
-            len(near) and not answered
-        ):  # hardly outside the constraints: led in, whatever they cost, and refined from there
-            inward = replace(self.problem, relaxed="ranking")
-            led = Refinement.of(inward, refinement.best[near], penalty=LEADING).run(MORE_ROUNDS)
-            back = Refinement.of(self.problem, led.best, hasty=refinement.hasty)
-            back.active &= np.isfinite(led.best_cost)
-            back.run(MORE_ROUNDS)
-            self.report.refined += led.evaluated + back.evaluated
-            refinement.best = refinement.best.replaced(near, back.best)
-            refinement.best_cost[near] = back.best_cost
+            self._lead_in(refinement)
         parts.append((refinement.best, refinement.best_cost))
         return join(*(found for found, _ in parts)), np.concatenate([value for _, value in parts])
+
+    def _lead_in(self, refinement: Refinement) -> None:
+        """Lead those that are hardly outside the constraints in, whatever they cost, and refine them from there."""
+        near = np.flatnonzero(~np.isfinite(refinement.best_cost) & (refinement.nearest < NEAR))
+        if not len(near):
+            return
+        inward = replace(self.problem, relaxed="ranking")
+        led = Refinement.of(inward, refinement.best[near], penalty=LEADING).run(MORE_ROUNDS)
+        back = Refinement.of(self.problem, led.best, hasty=refinement.hasty)
+        back.active &= np.isfinite(led.best_cost)
+        back.run(MORE_ROUNDS)
+        self.report.refined += led.evaluated + back.evaluated
+        refinement.best = refinement.best.replaced(near, back.best)
+        refinement.best_cost[near] = back.best_cost
