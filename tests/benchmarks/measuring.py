@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import subprocess
 import sys
 import time
 from collections.abc import Callable, Sequence
@@ -26,14 +27,16 @@ def seconds(run: Callable[..., Any], times: int) -> float:
 
 
 def title(text: str) -> None:
-    """Print a heading, the command, and where and when it ran."""
+    """Print a heading, the command, and where, when and with which revision it ran."""
     spec = sys.modules["__main__"].__spec__
     how = f"-m {spec.name}" if spec else f"tests/benchmarks/{Path(sys.argv[0]).name}"
     given = ("DATABASE" if a.endswith(".db") else "FOLDER" if a.startswith("/") else a for a in sys.argv[1:])
     words = " ".join([f"python {how}", *given])
     machine = f"{os.cpu_count()} cores, {platform.machine()}, load {os.getloadavg()[0]:.1f}"
     python = f"Python {platform.python_version()}, numpy {version('numpy')}"
-    print(f"# {text}\n\n`{words}`\n\n{date.today()}; {machine}; {python}.\n", flush=True)
+    git = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty"]
+    revision = subprocess.run(git, capture_output=True, text=True, check=False).stdout.strip() or "unknown"
+    print(f"# {text}\n\n`{words}`\n\n{date.today()}; {machine}; {python}; revision {revision}.\n", flush=True)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
