@@ -9,6 +9,7 @@ import numpy as np
 
 from ..errors import InvalidRequest
 from ..guide.coupler_curve import CouplerCurve
+from ..guide.deviation_curve import from_circle
 from ..guide.minimum_zone import grid
 from ..guide.placement import FINE, at_stroke
 from ..guide.trace import Traced, extended
@@ -148,34 +149,7 @@ def _deviation(candidate: Candidate, here: CouplerCurve, traced: Traced) -> tupl
         ends = (guides.point[0], 0.5 * (z[0] + z[-1])) if here.cusp[0] else (z[0], z[-1])
         w = (z - ends[0]) * traced.fit.along[0].conj()
         position = candidate.stroke - w.real if traced.fit.along[0].real < 0 else w.real
-        error = _from_circle(z, ends, candidate.radius, max(float(traced.fit.deviation[0]), 1e-18 * candidate.stroke))
+        error = from_circle(z, ends, candidate.radius, max(float(traced.fit.deviation[0]), 1e-18 * candidate.stroke))
+        error = error * np.sign((ends[1] - ends[0]).real)
     order = np.arange(len(z)) if here.cusp[0] else np.argsort(position)  # a path that returns is drawn as it runs
     return position[order].astype(float), error[order].astype(float)
-
-
-def _from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float) -> Array:
-    """Return the distances to +y of an arc's points from the circle near this radius that keeps nearest to them all."""
-    from scipy.optimize import linprog
-
-    half = 0.5 * np.abs(ends[1] - ends[0])
-    along = 0.5 * (ends[1] - ends[0]) / half
-    w = (z - 0.5 * (ends[0] + ends[1])) * along.conj()
-    side = -np.sign(w.imag[np.argmin(np.abs(w.real))])
-    # the circle through the ends of the path, seen from the top of its arc; the distance as in `minimum_zone`, which
-    # loses no digits on a flat arc
-    x, y, c = w.real, w.imag + side * half**2 / (radius + np.sqrt(radius**2 - half**2)), side / radius
-    arm = np.hypot(c * x, 1 - c * y)
-    far = (2 * y - c * (x * x + y * y)) / (1 + arm)
-    # a shift of the centre and a change of the radius add a constant, a sine and a versed sine
-    sine = c * x / arm
-    versed = sine**2 / (1 + (1 - c * y) / arm)
-    terms = np.stack([np.ones_like(x), sine / np.abs(sine).max(), versed / versed.max()], 1).astype(float)
-    known = (far / deviation).astype(float)
-    found = linprog(
-        [0, 0, 0, 1],
-        A_ub=np.block([[sign * terms, -np.ones((len(z), 1))] for sign in (1, -1)]),
-        b_ub=np.concatenate([known, -known]),
-        bounds=[(None, None)] * 4,
-    )
-    rest = far - deviation * (terms @ np.asarray(found.x)[:3])
-    return np.asarray(rest * np.sign(along.real))

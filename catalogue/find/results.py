@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -12,24 +12,29 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeVar, overload
 
 import numpy as np
 
-from ..candidates.feasibility import machine, values
+from ..candidates.feasibility import values
 from ..candidates.select import nearest, normal_form
 from ..errors import InvalidRequest
 from ..guide.drive import drive_metrics
 from ..guide.metrics import min_transmission_turn
 from ..guide.sensitivity import sensitivity
-from ..kinematics.linkage import Linkage
+from ..kinematics.batch import Rows
 from ..kinematics.motion import CHANGE, conditioning
-from ..kinematics.types import Floats
+from ..kinematics.types import Array, Complexes, Floats
 from ..problem.problem import Problem
 from ..problem.request import CircularArc, Request, StraightLine
+from ..problem.request import whole as count
+from .placed import SAMPLES, GuideMotion, PlacedGuide
 
 if TYPE_CHECKING:
     import pandas as pd
 
+    from ..guide.circuit_curve import CircuitCurve
     from ..guide.coupler_curve import CouplerCurve
+    from ..guide.metrics import Measures
     from ..guide.sensitivity import Sensitivity
     from ..guide.trace import Traced
+    from ..kinematics.linkage import Linkage
     from ..refine.certificate import Drifts
     from .find import Selection
 
@@ -47,7 +52,7 @@ DERIVED = ("drift", "band", "percent", "lengths")
 
 
 @dataclass(frozen=True, eq=False)
-class Candidate:
+class Candidate(PlacedGuide):
     """A verified guide, laid so that its path runs from (0, 0) to (stroke, 0); lengths in the user's unit.
 
     Attributes
@@ -136,11 +141,6 @@ class Candidate:
     _drift: tuple[Drifts, int] | None = field(default=None, repr=False)
 
     @property
-    def linkage(self) -> Linkage:
-        """The linkage, in mid-stroke."""
-        return Linkage(self.pivots)
-
-    @property
     def request(self) -> Request:
         """The nominal that this candidate follows, with its own deviation as tolerance."""
         tolerance = max(self.deviation, 1e-300)
@@ -171,7 +171,57 @@ class Candidate:
         pole = None if self.pole is None else np.array([complex(*self.pole)])
         return coupler_curve(self.linkage, np.array([complex(*self.guided)]), pole=pole)
 
-    def _traced(self) -> tuple[CouplerCurve, Traced]:
+    def motion(
+        self,
+        samples: int = SAMPLES,
+        *,
+        points: Mapping[str, Any] | None = None,
+        driver: int | None = None,
+        whole: bool = False,
+    ) -> GuideMotion:
+        """Return the motion over the stroke, from the start of the path to its end; `whole`: over the whole circuit.
+
+        Raises
+        ------
+        InvalidRequest
+            As of `PlacedGuide.motion`; and if the guided point returns, over the stroke.
+        """
+        driver = self.driver if driver is None else driver
+        if whole:
+            return super().motion(samples, points=points, driver=driver)
+        from ..kinematics.circuits import circuits
+
+        s = np.linspace(*self._phases(), count("samples", samples, 2))[:, None]
+        moved = GuideMotion.of(self, circuits(self.linkage)[:1], s, points or {}, driver)
+        return replace(moved, deviation=self.off_nominal(moved.points["guided"]))
+
+    def _phases(self) -> tuple[float, float]:
+        """Return the phases, see `kinematics.circuits`, between which the point runs from the start of its path to the
+        end."""
+        from ..kinematics.circuits import circuits
+
+        here, traced = self._traced()
+        if here.cusp.any():
+            raise InvalidRequest("the guided point returns: ask for the motion over the whole circuit")
+        pose = here.motion.pose(np.stack([traced.low, traced.high]).astype(float))
+        phases = circuits(here.linkage)[:1].phases(pose)
+        z = pose.point(here.point)[:, 0]
+        forward = ((z[1] - z[0]) * self.request.direction.conjugate()).real > 0
+        return (phases[0], phases[1]) if forward else (phases[1], phases[0])
+
+    def off_nominal(self, z: Complexes) -> Floats:
+        """Return the distances of places of the guided point (m,), from the start to the end of its stroke, from the
+        nominal, positive to the left."""
+        from ..guide.deviation_curve import from_circle
+
+        _, traced = self._traced()
+        fit = traced.fit
+        if self.radius is None:
+            side = 1.0 if (fit.along[0].conjugate() * self.request.direction).real > 0 else -1.0
+            return np.asarray(side * ((z - fit.start[0]) * fit.along[0].conjugate()).imag)
+        return from_circle(z, (z[0], z[-1]), self.radius, max(self.deviation, 1e-18 * self.stroke))
+
+    def _traced(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
         from ..guide.placement import at_stroke
 
         here = self.span()
@@ -219,17 +269,14 @@ class Candidate:
         """The band in percent of the stroke."""
         return 100 * self.band / self.stroke
 
-    @property
-    def lengths(self) -> dict[str, float]:
-        """Lengths of the links and place of the guided point in the coupler, by name; see `kinematics.link_lengths`."""
-        from ..kinematics.link_lengths import link_lengths
-
-        found = link_lengths(self.linkage, np.array([complex(*self.guided)]))
-        return {name: float(value[0]) for name, value in found.items()}
-
     def to_dict(self) -> dict[str, Any]:
         """Return the candidate as plain Python numbers, lists and strings, what is derived included."""
-        return {name: deepcopy(getattr(self, name)) for name in COLUMNS}
+        return {name: deepcopy(getattr(self, name)) for name in self.columns()}
+
+    @classmethod
+    def columns(cls) -> list[str]:
+        """Names of what a candidate is printed as."""
+        return [*(f.name for f in fields(cls) if f.repr), *DERIVED]
 
     def plot(self, file: str | Path | None = None) -> Any:
         """Draw the linkage in mid-stroke with ghosts at the ends, its path and the deviation.
@@ -257,8 +304,8 @@ class Candidate:
         return draw(self, file)
 
 
-#: What a candidate is printed as.
-COLUMNS = (*(f.name for f in fields(Candidate) if f.repr), *DERIVED)
+#: What a candidate of a `find` is printed as.
+COLUMNS = tuple(Candidate.columns())
 
 
 def known(value: float) -> float | None:
@@ -318,54 +365,109 @@ class Found(Results[Candidate]):
         return list(COLUMNS)
 
 
+@dataclass(frozen=True)
+class Frames(Rows):
+    """Where n guides stand in the user's unit and frame: their paths from `start` on, complex, over a `stroke` in the
+    direction `along` [deg]; arrays of shape (n,)."""
+
+    stroke: Floats
+    start: Complexes
+    along: Floats
+    direction: Complexes  # unit vector
+
+    @classmethod
+    def of(cls, request: Request, n: int) -> Frames:
+        """Return the frame of a request, n times."""
+        place = (float(request.stroke), complex(request.origin), float(request.along), complex(request.direction))
+        return cls(*(np.full(n, value) for value in place))
+
+
 def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Drifts | None = None) -> list[Candidate]:
     """Return candidates one by one in the unit and the frame of the user's request, with the drifts of refined ones."""
-    found, s = chosen.found, problem.stroke
-    m, fit, guides, origin = found.measures, found.traced.fit, found.curve, found.origin
-    works = drive_metrics(guides, found.traced, m, inverse=problem.constraints.slots)
-    rms = np.where(guides.cusp, np.nan, sensitivity(guides, found.traced).rms)
-    change = conditioning(found.linkage).max(0) < CHANGE
-    placed = found.linkage.moved(problem.scale, problem.shift)
-    point, pole = (problem.scale * z + problem.shift for z in (found.point, found.pole))
+    found, frames = chosen.found, Frames.of(request, len(chosen.found))
+    slots = problem.constraints.slots
+    columns = measured_columns(found.curve, found.traced, found.measures, frames, slots=slots)
+    rms, seal, n = columns["sensitivity_rms"], chosen.certificate, len(found)
     allowance = (problem.deviation - found.deviation) / (2 * rms)
-    deviation, seal, n = s * found.deviation, chosen.certificate, len(found)
     gap = np.full(n, np.nan) if seal is None else seal.gap
-    numbers: dict[str, Floats] = {
-        "radius": s / np.abs(fit.curvature.astype(float)) if request.radius is None else np.full(n, request.radius),
-        **{name: s * getattr(m, name) for name in ("max_link", "max_ground", "max_arm", "min_link")},
-        **{name: getattr(works, name) for name in ("drive_angle", "time_ratio", "uniformity", "advantage")},
-        "min_transmission_turn": min_transmission_turn(machine(problem, found), works.driver),
-        "allowance": s * allowance,
-        "sensitivity_rms": rms,
-        "expected": deviation + 2 * s * problem.constraints.play * rms,
+    columns |= {
+        "radius": columns["radius"] if request.radius is None else np.full(n, request.radius),
+        "allowance": problem.stroke * allowance,
+        "expected": columns["deviation"] + 2 * problem.stroke * problem.constraints.play * rms,
         "score": problem.ranking.score(values(problem, replace(found, allowance=np.nan_to_num(allowance)))),
         "nearest": nearest(normal_form(found.linkage.pivots, 1.0), mirror=problem.curvature == 0),
         "gap": gap,
+        **{name: getattr(found.origin, name) for name in ("family", "series", "configuration", "order")},
+        "id": np.where(found.origin.id >= 0, found.origin.id, np.nan),
+        "cognate": np.where(found.origin.cognate > 0, found.origin.cognate, np.nan),
+        "front": np.where(chosen.front > 0, chosen.front, np.nan),
+        "alternations": np.full(n, np.nan) if seal is None else np.where(np.isfinite(gap), seal.alternations, np.nan),
     }
+    more = [{"_drift": (drifts, i)} for i in range(n)] if drifts is not None else None
+    return listed(Candidate, found.linkage, found.point, found.pole, frames, columns, more)
+
+
+def measured_columns(
+    guides: CouplerCurve | CircuitCurve, traced: Traced, measures: Measures, frames: Frames, *, slots: bool = False
+) -> dict[str, Array]:
+    """Return what is measured of guides laid from 0 to 1, by the names of fields of `Candidate` [the user's unit]."""
+    s = frames.stroke
+    works = drive_metrics(guides, traced, measures, inverse=slots)
+    machines = guides.linkage.inverted() if slots else guides.linkage
+    rotates = measures.rotates
+    turning = np.empty(len(s), object)
+    turning[:] = [[k + 1 for k in (0, 1) if int(bits) >> k & 1] for bits in rotates]
+    with np.errstate(divide="ignore"):
+        radius = s / np.abs(traced.fit.curvature.astype(float))
+    return {
+        "stroke": s,
+        "deviation": s * traced.fit.deviation.astype(float),
+        "radius": radius,
+        "size": s * measures.size,
+        "min_transmission": measures.min_transmission,
+        **{name: s * getattr(measures, name) for name in ("max_link", "max_ground", "max_arm", "min_link")},
+        **{name: getattr(works, name) for name in ("drive_angle", "time_ratio", "uniformity", "advantage", "rotation")},
+        "driver": np.where(works.driver > 0, works.driver, np.nan),
+        "min_transmission_turn": min_transmission_turn(machines, works.driver),
+        "sensitivity_rms": np.where(guides.cusp, np.nan, sensitivity(guides, traced).rms),
+        "rotates": turning,
+        "along": frames.along,
+    }
+
+
+#: Fields that are whole numbers.
+WHOLE = ("id", "order", "driver", "front", "cognate", "alternations", "circuit", "number")
+C = TypeVar("C", bound=Candidate)
+
+
+def listed(
+    make: type[C], linkage: Linkage, point: Complexes, pole: Complexes, frames: Frames, columns: Mapping[str, Array],
+    more: Sequence[Mapping[str, Any]] | None = None,
+) -> list[C]:  # fmt: skip
+    """Return candidates one by one: linkages laid from 0 to 1 carried to where they stand, columns (n,), of whose
+    numbers those that are not finite become None, and what else there is of each."""
+    scale = frames.stroke * frames.direction
+    pivots = linkage.moved(scale, frames.start).pivots
+    z, poles = (scale * part + frames.start for part in (point, pole))
+    change = (conditioning(linkage).max(0) < CHANGE) & np.isfinite(poles)
+    rows = zip(*(_plain(name, values) for name, values in columns.items()), strict=True)
+    placed = np.where(pivots == 0, 0.0, pivots).tolist()  # no -0.0
     return [
-        Candidate(
-            id=int(origin.id[i]) if origin.id[i] >= 0 else None,
-            family=str(found.linkage.family[i]),
-            series=str(origin.series[i]),
-            configuration=str(origin.configuration[i]),
-            order=int(origin.order[i]),
-            stroke=float(request.stroke),
-            deviation=float(deviation[i]),
-            size=s * float(m.size[i]),
-            min_transmission=float(m.min_transmission[i]),
-            rotates=[k + 1 for k in (0, 1) if int(m.rotates[i]) >> k & 1],
-            driver=int(works.driver[i]) or None,
-            rotation=float(works.rotation[i]),
-            pivots=np.where(placed.pivots[i] == 0, 0.0, placed.pivots[i]).tolist(),  # no -0.0
-            guided=[float(point[i].real), float(point[i].imag)],
-            front=int(chosen.front[i]) or None,
-            cognate=int(origin.cognate[i]) or None,
-            pole=[float(pole[i].real), float(pole[i].imag)] if change[i] and np.isfinite(pole[i]) else None,
-            start=[float(x) for x in request.start],
-            along=float(request.along),
-            _drift=(drifts, i) if drifts is not None else None,
-            alternations=int(seal.alternations[i]) if seal is not None and np.isfinite(gap[i]) else None,
-            **{name: known(number[i]) for name, number in numbers.items()},
+        make(
+            **dict(zip(columns, row, strict=True)),
+            pivots=placed[i],
+            guided=[float(z[i].real), float(z[i].imag)],
+            pole=[float(poles[i].real), float(poles[i].imag)] if change[i] else None,
+            start=[float(frames.start[i].real), float(frames.start[i].imag)],
+            **({} if more is None else more[i]),
         )
-        for i in range(n)
+        for i, row in enumerate(rows)
     ]
+
+
+def _plain(name: str, values: Array) -> list[Any]:
+    """Return values as plain Python ones; None for numbers that are not finite."""
+    if values.dtype.kind not in "fiu":
+        return [str(v) if isinstance(v, str) else v for v in values.tolist()]
+    kind = int if name in WHOLE else float
+    return [kind(v) if math.isfinite(v) else None for v in values.tolist()]

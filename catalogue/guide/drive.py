@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from .inverse import of_machine
 from .metrics import Measures
 from .minimum_zone import grid
 from .trace import Traced
+
+if TYPE_CHECKING:
+    from .circuit_curve import CircuitCurve
 
 #: Intervals between the Chebyshev points of the stroke at which motions are read and differentiated.
 NODES = 32
@@ -52,7 +56,9 @@ class DriveMetrics(Rows):
     rotation: Floats
 
 
-def drive_metrics(guides: CouplerCurve, traced: Traced, measures: Measures, *, inverse: bool = False) -> DriveMetrics:
+def drive_metrics(
+    guides: CouplerCurve | CircuitCurve, traced: Traced, measures: Measures, *, inverse: bool = False
+) -> DriveMetrics:
     """Return how traced guides, their points as they are, work over the stroke; the measures tell the driver.
 
     `inverse`: the guides are inversions of machines with a slot, as in `catalogue.guide.metrics.measure`, and the
@@ -108,7 +114,9 @@ class SampledPoses:
     slot: Complexes | None = None
 
     @classmethod
-    def of(cls, guides: CouplerCurve, traced: Traced, nodes: int = NODES, *, inverse: bool = False) -> SampledPoses:
+    def of(
+        cls, guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: int = NODES, *, inverse: bool = False
+    ) -> SampledPoses:
         """Return the positions of traced guides.
 
         `inverse`: the guides are inversions of machines with a slot; pivots, angles and `slot` are those of the

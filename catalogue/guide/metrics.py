@@ -29,6 +29,7 @@ Source: Grashof, Theoretische Maschinenlehre 2, 1883, for the four-bar; Alt, Der
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -40,6 +41,9 @@ from .coupler_curve import CouplerCurve, false_position
 from .inverse import of_machine
 from .minimum_zone import grid
 from .trace import Traced
+
+if TYPE_CHECKING:
+    from .circuit_curve import CircuitCurve
 
 #: Margins up to this part of the longest of the lengths that they are made of count as 0: the residual up to which a
 #: linkage belongs to a series.  Stored members of the series with change points stay below 4e-16.
@@ -175,7 +179,7 @@ class Measures(Rows):
 
 
 def measure(
-    guides: CouplerCurve,
+    guides: CouplerCurve | CircuitCurve,
     traced: Traced,
     poses: int = POSES,
     *,
@@ -255,21 +259,31 @@ def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats
     From the moving pivots (for a slide: anything finite) `at`, (m, n) each, and exp(i theta) - 1 of the coupler, (m,
     n), at Chebyshev points of the stroke, between which the sine of the angle is interpolated.
     """
-    z, kind = linkage.points, linkage.dyads
+    kind = linkage.dyads
     fine = grid(len(x) - 1).fine
     least = []
+    for driver, sine in enumerate(transmission_sines(linkage, at, x)):
+        sine = fine @ sine
+        through = (sine.min(axis=0) < 0) & (sine.max(axis=0) > 0)  # a dead point lies on the way
+        angle = np.where(through, 0.0, np.degrees(np.arcsin(np.clip(np.abs(sine), 0, 1))).min(axis=0))
+        no_crank = (kind != RR).all(1)
+        least.append(np.where((kind[:, driver] == RR) | no_crank, angle, -1.0))
+    return np.stack(least)
+
+
+def transmission_sines(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats:
+    """Return the sines of the transmission angles in the poses with either dyad driving, shape (2, m, n), from the
+    same as `transmissions`."""
+    z, kind = linkage.points, linkage.dyads
+    sines = []
     for driver in (0, 1):
         other = 1 - driver
         ray = _of_kind(kind[:, other], at[other] - z[:, other, 0], z[:, other, 0], z[:, other, 1] * (1 + x))
         contact = np.where(kind[:, other] == RP, z[:, other, 0], at[other])
         arm = np.where(kind[:, driver] == RP, z[:, driver, 1] * (1 + x), contact - at[driver])
         with np.errstate(all="ignore"):
-            sine = fine @ ((arm.conj() * ray).imag / (np.abs(arm) * np.abs(ray)))
-        through = (sine.min(axis=0) < 0) & (sine.max(axis=0) > 0)  # a dead point lies on the way
-        angle = np.where(through, 0.0, np.degrees(np.arcsin(np.clip(np.abs(sine), 0, 1))).min(axis=0))
-        no_crank = (kind != RR).all(1)
-        least.append(np.where((kind[:, driver] == RR) | no_crank, angle, -1.0))
-    return np.stack(least)
+            sines.append((arm.conj() * ray).imag / (np.abs(arm) * np.abs(ray)))
+    return np.stack(sines)
 
 
 def _finite(linkage: Linkage, plane: int) -> Complexes:

@@ -19,6 +19,7 @@ they are largest.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -29,6 +30,9 @@ from ..kinematics.types import Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .minimum_zone import grid
 from .trace import Traced
+
+if TYPE_CHECKING:
+    from .circuit_curve import CircuitCurve, CircuitMotion
 
 #: Coordinates that vary: x and y of A1, A1*, A2, A2* and of the guided point.
 COUNT = 10
@@ -56,7 +60,7 @@ class PoseJacobian(Rows):
     across: Floats
 
 
-def pose_jacobian(moving: Motion, point: Complexes, t: Floats, tangent: Complexes) -> PoseJacobian:
+def pose_jacobian(moving: Motion | CircuitMotion, point: Complexes, t: Floats, tangent: Complexes) -> PoseJacobian:
     """Return the derivatives of the poses in which guided points (n,), given in the reference position, are at fixed
     places along their nominals: at the parameters t (m, n), where unit vectors along the nominal are `tangent`, (n,) or
     (m, n)."""
@@ -144,7 +148,7 @@ class Sensitivity:
     rms: Floats
 
 
-def sensitivity(guides: CouplerCurve, traced: Traced, stations: int = NODES) -> Sensitivity:
+def sensitivity(guides: CouplerCurve | CircuitCurve, traced: Traced, stations: int = NODES) -> Sensitivity:
     """Return the sensitivities of traced guides whose points do not return and are as they were given; the positions
     that are looked at have `stations` intervals between them."""
     nodes = grid(stations).nodes
@@ -190,7 +194,7 @@ def _largest(squares: Floats, stations: int) -> Floats:
     return np.asarray(np.sqrt((grid(stations).fine @ squares.sum(-1)).max(0)))
 
 
-def _ways(guides: CouplerCurve, traced: Traced, nodes: Floats) -> Complexes:
+def _ways(guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: Floats) -> Complexes:
     """Return unit vectors along the nominals where the guided points are, shape (m, n)."""
     fit = traced.fit
     along, curvature = fit.along.astype(complex), fit.curvature.astype(float)

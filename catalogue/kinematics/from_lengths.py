@@ -10,7 +10,16 @@ rocker
 crank coupler offset  slider-crank; the slider runs on the line y = offset
 ground crank offset   inverted slider-crank; a line of the coupler, at the distance `offset` from crank 1's moving
                       pivot, to its left seen from there, runs through (ground, 0)
+height offset         swinging-block slider; the slider runs on the line y = height, and a line of the coupler, at the
+                      distance `offset` from the slider's pivot, runs through (0, 0)
+coupler between       elliptic trammel; one slider runs on the x axis, the other on a line through (0, 0) at the angle
+                      `between` [deg] from it
+ground between        Oldham linkage; two lines of the coupler, at the angle `between` [deg], run through (0, 0) and
+                      (ground, 0)
 ====================  ==========================================================================================
+
+The angle is that of crank 1 from the x axis, without a crank that of the coupler: of the line from slider to slider, or
+of the (first) slide's line.
 
 Source: the usual closures by two circles, or a circle and a line.
 """
@@ -23,75 +32,174 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidLinkage
+from .link_lengths import in_coupler
 from .linkage import Linkage, homogeneous, refuse
-from .types import Complexes, Floats
+from .types import Array, Complexes, Floats
 
 FOUR_BAR = ("ground", "crank", "coupler", "rocker")
 SLIDER_CRANK = ("crank", "coupler", "offset")
 INVERTED = ("ground", "crank", "offset")
+SWINGING_BLOCK = ("height", "offset")
+TRAMMEL = ("coupler", "between")
+OLDHAM = ("ground", "between")
 #: What may stand beside the lengths.
 POSITION = ("angle", "branch")
+#: And where the guided point is: in the position given, or along and across the coupler, see `link_lengths`.
+POINT = ("x", "y", "along", "across")
 
 
 def from_lengths(links: Mapping[str, npt.ArrayLike]) -> Linkage:
     """Return linkages from the lengths of their links, arrays of shape () or (n,): one row of the table above.
 
-    ``offset`` may be left out (0) or negative.  ``angle``: of the first crank from the x axis [deg].  ``branch``: 1 (if
-    left out) or -1, the two ways to close the chain: the rocker's end to the left or right of the line from crank to
-    rocker pivot, the slider to the right or left, the coupler's line running to the slide or away from it.
+    ``offset`` may be left out (0) or negative.  ``angle``: of the first crank from the x axis [deg]; of the coupler
+    where there is none.  ``branch``: 1 (if left out) or -1, the two ways to close the chain: the rocker's end to the
+    left or right of the line from crank to rocker pivot, the slider to the right or left, the coupler's line running to
+    the slide or away from it.
 
     Raises
     ------
     InvalidLinkage
         If the names are none of the rows, a length is not above zero, or a chain cannot be closed at its angle.
     """
-    given = {name: np.asarray(value, dtype=float) for name, value in links.items()}
-    lengths = {*given} - {*POSITION}
-    if "angle" not in given:
+    if "angle" not in links:
         raise InvalidLinkage(
             "link lengths need the `angle` of the first crank, in degrees: a series is of one position"
         )
-    fits = [names for names in CLOSURES if lengths in ({*names}, {*names} - {"offset"})]
+    return _closed(links)
+
+
+def guide_from_lengths(links: Mapping[str, npt.ArrayLike]) -> tuple[Linkage, Complexes]:
+    """Return linkages from the lengths of their links, and their guided points (n,), given beside them by ``x`` and
+    ``y`` or by ``along`` and ``across``, NaN if not; without ``angle`` in a position in the middle of what the first
+    crank can reach.
+
+    Raises
+    ------
+    InvalidLinkage
+        As of `from_lengths`, or where a chain cannot be closed at all.
+    """
+    given = {name: value for name, value in links.items() if name not in POINT}
+    if "angle" not in given:
+        given["angle"] = _closable(given)
+    linkage = _closed(given)
+    pairs = [[np.asarray(links[name], dtype=float) for name in p if name in links] for p in (POINT[:2], POINT[2:])]
+    if any(len(pair) == 1 for pair in pairs) or all(pairs):
+        raise InvalidLinkage("a guided point is given by `x` and `y`, or by `along` and `across`")
+    if pairs[1]:
+        return linkage, in_coupler(linkage, pairs[1][0] + 1j * pairs[1][1])
+    place = pairs[0][0] + 1j * pairs[0][1] if pairs[0] else complex(np.nan, np.nan)
+    return linkage, np.broadcast_to(place, len(linkage)).astype(complex)
+
+
+def _closable(links: Mapping[str, npt.ArrayLike]) -> Floats:
+    """Return an angle of the first crank at which each chain can be closed, far from its dead points [deg]."""
+    given = {name: np.atleast_1d(np.asarray(value, dtype=float)) for name, value in links.items()}
+    names = _row({*given})
+    of = {name: np.broadcast_arrays(*given.values())[list(given).index(name)] for name in given}
+    if names not in (FOUR_BAR, SLIDER_CRANK, INVERTED):
+        return np.full(1, 30.0)
+    r, zero = of["crank"], np.zeros_like(of["crank"])
+    offset = of.get("offset", zero)
+    with np.errstate(all="ignore"):
+        if names == SLIDER_CRANK:
+            low, high = (offset - of["coupler"]) / r, (offset + of["coupler"]) / r
+        else:
+            f = of["ground"]
+            inner, outer = np.abs(offset), np.full_like(r, np.inf)
+            if names == FOUR_BAR:
+                inner, outer = np.abs(of["coupler"] - of["rocker"]), of["coupler"] + of["rocker"]
+            low, high = ((r**2 + f**2 - far**2) / (2 * r * f) for far in (outer, inner))
+    middle = 0.5 * (np.maximum(low, -1) + np.minimum(high, 1))
+    refuse(np.where((low <= 1) & (high >= -1) & (low <= high), "", "its chain cannot be closed in any position"))
+    return np.asarray(np.degrees(np.arcsin(middle) if names == SLIDER_CRANK else np.arccos(middle)))
+
+
+def _row(names: set[str]) -> tuple[str, ...]:
+    """Return the row of the table that lengths belong to."""
+    lengths = names - {*POSITION}
+    fits = [row for row in CLOSURES if lengths in ({*row}, {*row} - {"offset"})]
     if not fits:
         raise InvalidLinkage(
             f"link lengths {', '.join(sorted(lengths))} make no linkage: give "
-            + ", or ".join(" ".join(names) for names in CLOSURES)
+            + ", or ".join(" ".join(row) for row in CLOSURES)
         )
+    return fits[0]
+
+
+def _closed(links: Mapping[str, npt.ArrayLike]) -> Linkage:
+    given = {name: np.asarray(value, dtype=float) for name, value in links.items()}
+    names = _row({*given})
     values = {"offset": np.zeros(()), "branch": np.ones(()), **given}
     wide = np.broadcast_arrays(*(np.atleast_1d(v) for v in values.values()))
     values = dict(zip(values, wide, strict=True))
-    for name in lengths - {"offset"}:
+    for name in {*given} - {*POSITION, "offset", "between", "height"}:
         refuse(np.where(values[name] > 0, "", f"its {name} must be above zero"))
     refuse(np.where(np.abs(values["branch"]) == 1, "", "its branch must be 1 or -1"))
     refuse(np.where(np.isfinite(np.stack(list(values.values()))).all(0), "", "a number is NaN or infinite"))
-    crank = values["crank"] * np.exp(1j * np.radians(values["angle"]))
+    turn = np.exp(1j * np.radians(values["angle"]))
     with np.errstate(invalid="ignore"):
-        second = CLOSURES[fits[0]](crank, values)
-    refuse(np.where(np.isnan(second).any(axis=(1, 2)), "its chain cannot be closed at this angle", ""))
-    first = np.stack([homogeneous(0 * crank), homogeneous(crank)], axis=1)
-    return Linkage(np.stack([first, second], axis=1))
+        pivots = CLOSURES[names](turn, values)
+    refuse(np.where(np.isnan(pivots).any(axis=(1, 2, 3)), "its chain cannot be closed at this angle", ""))
+    return Linkage(pivots)
 
 
-def _four_bar(crank: Complexes, of: Mapping[str, Floats]) -> Floats:
+def _dyads(*places: tuple[Array, float]) -> Floats:
+    """Return pivots (n, 2, 2, 3) of A1, A1*, A2, A2*, each with its w."""
+    return np.stack([homogeneous(z, w) for z, w in places], axis=1).reshape(-1, 2, 2, 3)
+
+
+def _four_bar(turn: Complexes, of: Mapping[str, Floats]) -> Floats:
+    crank = of["crank"] * turn
     base = of["ground"] - crank
     along = (np.abs(base) ** 2 + of["coupler"] ** 2 - of["rocker"] ** 2) / (2 * np.abs(base))
     across = np.sqrt(of["coupler"] ** 2 - along**2)
     moving = crank + (along + 1j * of["branch"] * across) * base / np.abs(base)
-    return np.stack([homogeneous(of["ground"] + 0j), homogeneous(moving)], axis=1)
+    return _dyads((0 * turn, 1.0), (crank, 1.0), (of["ground"] + 0j, 1.0), (moving, 1.0))
 
 
-def _slider_crank(crank: Complexes, of: Mapping[str, Floats]) -> Floats:
+def _slider_crank(turn: Complexes, of: Mapping[str, Floats]) -> Floats:
+    crank = of["crank"] * turn
     run = np.sqrt(of["coupler"] ** 2 - (of["offset"] - crank.imag) ** 2)
     slider = crank.real + of["branch"] * run + 1j * of["offset"]
-    return np.stack([homogeneous(1j + 0 * crank, 0.0), homogeneous(slider)], axis=1)
+    return _dyads((0 * turn, 1.0), (crank, 1.0), (1j + 0 * turn, 0.0), (slider, 1.0))
 
 
-def _inverted(crank: Complexes, of: Mapping[str, Floats]) -> Floats:
+def _inverted(turn: Complexes, of: Mapping[str, Floats]) -> Floats:
+    crank = of["crank"] * turn
     base = of["ground"] - crank
     sine = of["offset"] / np.abs(base)
     run = of["branch"] * np.sqrt(1 - sine**2)
     normal = 1j * base / np.abs(base) * (run + 1j * sine)  # of the line, to the left of its run
-    return np.stack([homogeneous(of["ground"] + 0j), homogeneous(normal, 0.0)], axis=1)
+    return _dyads((0 * turn, 1.0), (crank, 1.0), (of["ground"] + 0j, 1.0), (normal, 0.0))
 
 
-CLOSURES = {FOUR_BAR: _four_bar, SLIDER_CRANK: _slider_crank, INVERTED: _inverted}
+def _swinging_block(turn: Complexes, of: Mapping[str, Floats]) -> Floats:
+    normal = 1j * turn
+    # the slider's pivot x + i height is `offset` from the line through (0, 0) along the turn
+    with np.errstate(all="ignore"):
+        x = np.where(turn.imag != 0, (of["height"] * turn.real + of["offset"]) / turn.imag, np.nan)
+    return _dyads((1j + 0 * turn, 0.0), (x + 1j * of["height"], 1.0), (0 * turn, 1.0), (normal, 0.0))
+
+
+def _trammel(turn: Complexes, of: Mapping[str, Floats]) -> Floats:
+    line = np.exp(1j * np.radians(of["between"]))
+    with np.errstate(all="ignore"):
+        reach = np.where(np.abs(line.imag) > 1e-12, of["coupler"] * turn.imag / line.imag, np.nan)
+    second = reach * line
+    first = (second - of["coupler"] * turn).real + 0j
+    return _dyads((1j + 0 * turn, 0.0), (first, 1.0), (1j * line, 0.0), (second, 1.0))
+
+
+def _oldham(turn: Complexes, of: Mapping[str, Floats]) -> Floats:
+    other = turn * np.exp(1j * np.radians(of["between"]))
+    return _dyads((0 * turn, 1.0), (1j * turn, 0.0), (of["ground"] + 0j, 1.0), (1j * other, 0.0))
+
+
+CLOSURES = {
+    FOUR_BAR: _four_bar,
+    SLIDER_CRANK: _slider_crank,
+    INVERTED: _inverted,
+    SWINGING_BLOCK: _swinging_block,
+    TRAMMEL: _trammel,
+    OLDHAM: _oldham,
+}

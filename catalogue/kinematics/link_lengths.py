@@ -94,15 +94,33 @@ def _lengths(z: Complexes, kinds: tuple[int, ...]) -> dict[str, Floats]:
             out[f"offset of slider {i + 1}"] = _dot(fixed[:, i], moving[:, i] - fixed[:, other])
         if kinds[i] == RP and kinds[other] != RP:
             out[f"offset of slide {i + 1}"] = _dot(moving[:, i], fixed[:, i] - moving[:, other])
+    origin, along = _frame(fixed, moving, kinds)
+    share = (point - origin) * along.conj()
+    out["point along"], out["point across"] = share.real, share.imag
+    return out
+
+
+def _frame(fixed: Complexes, moving: Complexes, kinds: tuple[int, ...]) -> tuple[Complexes, Complexes]:
+    """Return where the coupler's coordinates begin and the unit vector along which the first one is counted."""
     if RP not in kinds:
         origin, along = moving[:, 0], moving[:, 1] - moving[:, 0]
     else:  # the line of a slide; where both are slides, the origin is where their lines meet
         i = kinds.index(RP)
         along = -1j * moving[:, i]
         origin = moving[:, 1 - i] if kinds[1 - i] != RP else _meet(moving, fixed)
-    share = (point - origin) * along.conj() / np.abs(along)
-    out["point along"], out["point across"] = share.real, share.imag
-    return out
+    return origin, along / np.abs(along)
+
+
+def in_coupler(linkage: Linkage, place: Complexes) -> Complexes:
+    """Return where the points are that are `place`, along + i across, (n,) in the couplers of linkages, shape (n,)."""
+    z, dyads = linkage.points, linkage.dyads
+    place = np.broadcast_to(place, len(linkage))
+    point = np.empty(len(linkage), complex)
+    for kinds in np.unique(dyads, axis=0):
+        some = (dyads == kinds).all(1)
+        origin, along = _frame(z[some, :, 0], z[some, :, 1], tuple(kinds))
+        point[some] = origin + place[some] * along
+    return point
 
 
 def _meet(normal: Complexes, through: Complexes) -> Complexes:

@@ -33,7 +33,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .batch import Columns
-from .linkage import PR, RP, RR, Linkage
+from .linkage import PR, RP, RR, Linkage, homogeneous
 from .types import Array, Floats, Mask
 
 #: Rows of `Motion.forms`, each a polynomial c0 + c1 t + c2 t^2: the line's offset H/t, the circle's constant g/t,
@@ -198,6 +198,15 @@ class Pose(NamedTuple):
         """Return where moving pivot i is, or its direction where it is at infinity, shape (m, n)."""
         z = linkage.points[:, i, 1]
         return np.where(linkage.finite[:, i, 1], self.point(z), self.direction(z))
+
+    def linkages(self, linkage: Linkage) -> Linkage:
+        """Return the linkages in these poses, m times n of them, position by position."""
+        z = np.empty((*self.d.shape, 2, 2), complex)
+        z[...] = linkage.points
+        for i in (0, 1):
+            z[..., i, 1] = self.pivot(linkage, i)
+        w = np.broadcast_to(linkage.pivots[..., 2], z.shape)
+        return Linkage.trusted(homogeneous(z, w).reshape(-1, 2, 2, 3))
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,282 @@
+"""Linkages of your own measured: where they run straightest over a stroke, or how far they do so within a deviation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..guide.circuit_curve import CircuitCurve, ends, on_path
+from ..guide.metrics import measure as measures_of
+from ..guide.minimum_zone import grid
+from ..guide.stretches import Stretches, longest, straightest
+from ..guide.trace import Traced
+from ..kinematics.batch import Columns, join
+from ..kinematics.circuits import Circuits, circuits
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array, Complexes, Floats, Indices
+from ..problem.request import CircularArc, positive, whole
+from ..series.classification import classify
+from .results import Candidate, Frames, Results, listed, measured_columns
+
+if TYPE_CHECKING:
+    from ..series.series import Series
+    from .placed import PlacedGuide
+
+#: Positions of a stroke in which the series are looked at.
+INSTANTS = 9
+#: Corrections of a stretch until its stroke, as the finer grid has it, is that asked for, and by which part it, and a
+#: deviation, may be off.
+CORRECTIONS, CLOSE = 4, 1e-9
+#: Parts of the deviation allowed within which stretches are sought anew where the finer grid finds one too large; of
+#: how many on each circuit.
+STRICTER, MORE = (0.995, 0.97), 4
+
+
+@dataclass(frozen=True, eq=False)
+class Stretch(Candidate):
+    """A stretch of the motion of a given linkage, in its middle.
+
+    Attributes
+    ----------
+    number : int
+        Which of the linkages that were given, from 1.
+    circuit, given : int, bool
+        Number of the circuit, see `PlacedGuide.circuits`; whether it is that of the position given.  To reach another
+        one the linkage has to be taken apart.
+    drive_from, drive_to : float or None
+        Angle of the driving crank from the x axis at the start and the end of the path [deg]; None without a crank.
+    nearest_series, residual : str or None, float or None
+        The degenerate series to which the linkage comes nearest on the stretch, and how near, see `Membership`.
+    """
+
+    number: int = 1
+    circuit: int = 1
+    given: bool = True
+    drive_from: float | None = None
+    drive_to: float | None = None
+    nearest_series: str | None = None
+    residual: float | None = None
+    _window: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
+
+    def _traced(self) -> tuple[CircuitCurve, Traced]:
+        """Return the guide on its circuit, as it stands, and what is traced over the stretch."""
+        found = circuits(self.linkage)[:1]
+        low, high = (found.phase + t for t in self._window)
+        curve, traced, scale, shift, _ = on_path(
+            found, np.array([complex(*self.guided)]), low, high, circle=self.radius is not None, radius=self.radius
+        )
+        return curve, traced
+
+
+@dataclass(frozen=True, eq=False)
+class Measured(Results[Stretch]):
+    """What was measured: stretches, of each linkage the best first; `failed` says by number why one has none."""
+
+    failed: Mapping[int, str] | None = None
+
+    @property
+    def columns(self) -> list[str]:
+        return Stretch.columns()
+
+
+def measure(
+    guides: PlacedGuide | Sequence[PlacedGuide],
+    *,
+    stroke: float | None = None,
+    deviation: float | None = None,
+    radius: float | None = None,
+    arc: bool = False,
+    limit: int = 4,
+    series: Callable[[], Mapping[str, Series]] | None = None,
+) -> Measured:
+    """Return where guides run straightest, or nearest to an arc, on all of their circuits.
+
+    Parameters
+    ----------
+    guides : PlacedGuide or sequence of these
+    stroke, deviation : float
+        One of them: the stroke [the unit of the linkages] over which the deviation is to be least, or the deviation
+        within which the stroke is to be longest.  With both, stretches of the stroke, and the allowance that the
+        deviation leaves.
+    radius : float, optional
+        Of an arc; the deviation is then the largest distance from the best-placed arc of exactly that radius.
+    arc : bool
+        Seek arcs of whatever radius fits best.
+    limit : int
+        How many stretches of each linkage at most; with 1 the best only, which is quicker.
+    series : function, optional
+        That returns the series by code, where the nearest one is to be told.
+
+    Raises
+    ------
+    InvalidRequest
+        Unless a stroke or a deviation is given, both above zero, and the radius is wide enough for the stroke.
+    """
+    every = list(guides) if isinstance(guides, Sequence) else [guides]
+    if not every:
+        raise InvalidRequest("there is no linkage to measure")
+    linkage = Linkage([one.pivots for one in every])
+    point = np.array([complex(*one.guided) for one in every])
+    limit = whole("limit", limit, 1)
+    if stroke is None and deviation is None:
+        raise InvalidRequest("say over which stroke it is to be measured, or within which deviation")
+    tolerance = None if deviation is None else positive("deviation", deviation)
+    allowed = np.inf if tolerance is None else tolerance
+    if radius is not None:
+        radius = positive("radius", radius)
+    curved = arc or radius is not None
+    found = circuits(linkage)
+    at = point[found.of]
+    length = None if stroke is None else positive("stroke", stroke)
+    if length is not None and radius is not None:
+        CircularArc(length, radius, 0.05 * length)  # refuses an impossible one
+
+    def seek(some: Indices, count: int, share: float = 1.0) -> Stretches:
+        if length is not None:
+            asked = np.full(len(some), length)
+            return straightest(found[some], at[some], asked, circle=curved, radius=radius, count=count)
+        asked = np.full(len(some), share * allowed)
+        return longest(found[some], at[some], asked, circle=curved, radius=radius, count=count)
+
+    laid = _laid(found, at, seek(np.arange(len(found)), limit), curved, radius)
+    for share in STRICTER:
+        bad = np.isnan(laid.traced.fit.deviation)
+        bad |= (laid.frames.stroke * laid.traced.fit.deviation > allowed * (1 + CLOSE)) & (length is None)
+        missed = np.setdiff1d(np.arange(len(linkage)), found.of[laid.circuit[~bad]])
+        again = np.union1d(np.flatnonzero(np.isin(found.of, missed)), laid.circuit[bad])
+        if not len(again):
+            break
+        # what looked best cannot be measured, or is not as good on the finer grid: look at more, and stay inside
+        more, good = seek(again, max(limit, MORE), share), np.flatnonzero(~bad)
+        deviation_there = laid.traced.fit.deviation[good]
+        kept = Stretches(laid.circuit[good], laid.low[good], laid.high[good], laid.frames.stroke[good], deviation_there)
+        laid = _laid(found, at, join(kept, replace(more, circuit=again[more.circuit])), curved, radius)
+    if length is None:
+        laid = laid[np.flatnonzero(laid.frames.stroke * laid.traced.fit.deviation <= allowed * (1 + CLOSE))]
+    key = laid.frames.stroke * (-1.0 if stroke is None else laid.traced.fit.deviation)
+    laid = laid[_best(found, laid, np.where(np.isnan(laid.traced.fit.deviation), np.inf, key), limit)]
+    rows = _rows(laid, found, tolerance, radius, curved, series)
+    missing = np.setdiff1d(np.arange(len(linkage)), found.of[laid.circuit])
+    asked = f"a stroke of {stroke:g}" if stroke is not None else f"any stroke within {deviation:g}"
+    failed = {int(i) + 1: f"on no circuit does its point run forward over {asked}" for i in missing}
+    return Measured(rows, "" if rows else f"no stretch found: {failed[1]}; ask for a shorter one", failed)
+
+
+@dataclass(frozen=True)
+class Laid(Columns):
+    """Stretches laid from 0 to 1, with what was traced there and where they stand; arrays of shape (n,)."""
+
+    circuit: Indices
+    low: Floats
+    high: Floats
+    curve: CircuitCurve
+    traced: Traced
+    frames: Frames
+    back: Array  # whether the path runs against the phase
+
+
+def _laid(found: Circuits, point: Complexes, at: Stretches, curved: bool, radius: float | None) -> Laid:
+    """Return stretches laid along their nominals, over exactly their strokes."""
+    high = at.high.copy()
+    some, z = found[at.circuit], point[at.circuit]
+    for _ in range(CORRECTIONS):
+        curve, traced, scale, start, back = on_path(some, z, at.low, high, circle=curved, radius=radius)
+        with np.errstate(all="ignore"):
+            missing = at.stroke - np.abs(scale)
+            off = np.abs(missing) > CLOSE * at.stroke
+            if not off.any():
+                break
+            high = np.where(off, high + missing / _speed(some, z, high, scale), high)
+    with np.errstate(all="ignore"):
+        direction = scale / np.abs(scale)
+    frames = Frames(np.abs(scale), start, np.degrees(np.angle(direction)), direction)
+    return Laid(at.circuit, at.low, high, curve, traced, frames, back)
+
+
+def _speed(some: Circuits, point: Complexes, s: Floats, scale: Complexes) -> Floats:
+    """Return by how much the stroke grows per phase of its later end."""
+    step = 1e-6
+    z = some.pose(np.stack([s - step, s + step])).point(point)
+    with np.errstate(all="ignore"):
+        return np.asarray(np.abs(((z[1] - z[0]) * scale.conj() / np.abs(scale)).real) / (2 * step))
+
+
+def _best(found: Circuits, at: Laid, key: Floats, limit: int) -> Indices:
+    """Return the best stretches of each linkage, at most `limit`, by a key, less is better, infinite for none; of those
+    that overlap by more than half the better one."""
+    order = np.lexsort((key, found.of[at.circuit]))
+    order = order[np.isfinite(key[order])]
+    kept: list[int] = []
+    of, middle = found.of[at.circuit], 0.5 * (at.low + at.high)
+    period, half = found.period[at.circuit], 0.25 * (at.high - at.low)
+    first = 0  # of the present linkage among those that are kept
+    for i in order.tolist():
+        if kept and of[kept[-1]] != of[i]:
+            first = len(kept)
+        same = np.array(kept[first:], int)
+        if len(same) >= limit:
+            continue
+        same = same[at.circuit[same] == at.circuit[i]]
+        away = np.mod(middle[same] - middle[i] + 0.5 * period[i], period[i]) - 0.5 * period[i]
+        if not (np.abs(away) < half[i] + half[same]).any():
+            kept.append(i)
+    return np.array(kept, int)
+
+
+def _rows(
+    laid: Laid, found: Circuits, tolerance: float | None, radius: float | None, curved: bool,
+    series: Callable[[], Mapping[str, Series]] | None,
+) -> list[Stretch]:  # fmt: skip
+    """Return stretches one by one, in the user's unit and frame."""
+    n, curve, traced = len(laid.circuit), laid.curve, laid.traced
+    if not n:
+        return []
+    columns = measured_columns(curve, traced, measures_of(curve, traced, in_middle=True), laid.frames)
+    nothing, blank = np.full(n, np.nan), np.full(n, "", object)
+    if not curved or radius is not None:
+        columns["radius"] = np.full(n, radius if curved else np.nan, float)
+    first = np.searchsorted(found.of, found.of[laid.circuit])
+    codes, residual = _nearest(laid, series)
+    columns |= {
+        "id": nothing,
+        "family": curve.linkage.family.astype(object),
+        "series": blank,
+        "configuration": blank,
+        "order": np.zeros(n),
+        "allowance": ((tolerance or np.nan) - columns["deviation"]) / (2 * columns["sensitivity_rms"]),
+        "number": found.of[laid.circuit] + 1,
+        "circuit": laid.circuit - first + 1,
+        "given": np.isfinite(found.phase[laid.circuit]).astype(object),
+        "nearest_series": codes,
+        "residual": residual,
+    }
+    driver = np.nan_to_num(columns["driver"]).astype(int)
+    z = ends(curve, traced).points.reshape(2, n, 2, 2)[:, np.arange(n), np.maximum(driver - 1, 0)]
+    turned = np.degrees(np.angle((z[..., 1] - z[..., 0]) * laid.frames.direction))
+    turned = np.where(driver > 0, turned, np.nan)
+    columns |= {"drive_from": turned[0], "drive_to": turned[1]}
+    window = np.stack([traced.low, traced.high], axis=1).tolist()
+    more = [{"_window": (low, high)} for low, high in window]
+    return listed(Stretch, curve.linkage, curve.point, nothing + 0j, laid.frames, columns, more)
+
+
+def _nearest(laid: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tuple[Array, Floats]:
+    """Return the codes of the degenerate series to which linkages come nearest on their stretches, and how near."""
+    n = len(laid.circuit)
+    if series is None:
+        return np.full(n, None, object), np.full(n, np.nan)
+    t = laid.traced.parameters(grid(INSTANTS - 1).nodes)
+    told = classify(laid.curve.motion.pose(t).linkages(laid.curve.linkage), series())
+    narrow = [k for k, one in enumerate(told.tested) if one.degenerate]
+    residual = told.residual[:, narrow].reshape(len(t), n, -1)
+    with np.errstate(all="ignore"):
+        least = np.where(np.isfinite(residual), residual, np.inf).min(0)
+    best = least.argmin(1)
+    value = least[np.arange(n), best]
+    codes = np.array([told.tested[k].code for k in narrow], dtype=object)[best]
+    codes[~np.isfinite(value)] = None
+    return codes, np.where(np.isfinite(value), value, np.nan)

@@ -1,0 +1,339 @@
+"""Where on its circuits a coupler point runs straightest, or nearest to a circle, over a stroke that is given; and the
+longest stroke over which it does so within a deviation that is given.
+
+The coupler curve is cut into pieces of equal length.  A window of as many pieces as the stroke needs is moved along it,
+and what nine of its points are off the best line or circle, in the mean square, says where the path is straight.  From
+the best of these places the window is moved on, by ever shorter ways, until its deviation, now that of
+`minimum_zone`, is least.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..kinematics.batch import Columns, Rows, join, put
+from ..kinematics.circuits import OPEN, Circuits
+from ..kinematics.types import Complexes, Floats, Indices
+from .minimum_zone import grid, minimum_zone
+
+#: Phases at which a coupler curve is read to be cut.
+PHASES = 192
+#: Pieces of a window at least; of a circuit, at least and at most.
+PIECES, FEWEST, MOST = 12, 192, 6144
+#: Points of a window that are looked at.
+POINTS = 9
+#: A path that is as good as it can be reaches about so many times its mean error.
+PEAK = 1.4
+#: Circuits handled at once: their arrays stay in the cache.
+BLOCK = 256
+#: Windows of few and of many circuits: where they are tried about the best place, what the way to the farthest becomes
+#: in the next round, and how many rounds.
+FEW, MANY = (np.linspace(-1, 1, 7), 1 / 3, 8), (np.array([0.0, -0.5, 0.5]), 1 / 2, 11)
+#: Rounds after which only the best of each linkage is followed, if only that is wanted; of corrections of a stroke.
+FIRST, FIRST_CORRECTIONS = 2, 3
+#: Circuits up to which they are few.
+ALL_AT_ONCE = 12
+#: Secant steps to the end of a window, and how near its stroke is to be then; intervals between its Chebyshev points,
+#: on the way and in the end.
+STEPS, CLOSE, NODES, FINER = 5, 1e-5, 16, 32
+#: Cosine of the angle to its middle at which a path no longer runs forward.
+TURNING = 0.1
+#: Strokes tried for a deviation that is given, of the largest distance on the curve.
+LADDER = 0.95 * 0.8 ** np.arange(24)
+#: Corrections of those that are best; powers of the stroke with which a deviation may grow; most that the logarithm of
+#: a stroke is changed by; by which part the deviation stays inside.
+CORRECTIONS, STEEP, CHANGE, INSIDE = 10, (0.5, 60.0), (-0.5, 0.2), 1e-3
+#: Widest arc, chord over radius.
+FULLEST = 1.95
+
+
+@dataclass(frozen=True)
+class Stretches(Rows):
+    """n windows of circuits; arrays of shape (n,).
+
+    Attributes
+    ----------
+    circuit : ndarray of int
+        Which of the circuits.
+    low, high : ndarray
+        Phases of the ends [rad].
+    stroke, deviation : ndarray
+        Distance of the ends; half the width of the narrowest strip or annulus, or the largest distance from the
+        best-placed arc of the radius that is given; NaN where the path turns back on the way [length].
+    """
+
+    circuit: Indices
+    low: Floats
+    high: Floats
+    stroke: Floats
+    deviation: Floats
+
+
+@dataclass(frozen=True)
+class Curves(Columns):
+    """Coupler curves of k circuits, cut: phases s and the parts of their lengths up to there, (PHASES + 1, k); their
+    lengths and the largest distances on them, (k,); `number` says which circuits they are."""
+
+    circuits: Circuits
+    point: Complexes
+    number: Indices
+    s: Floats
+    run: Floats
+    length: Floats
+    across: Floats
+
+    def __len__(self) -> int:
+        return len(self.point)
+
+    @classmethod
+    def of(cls, circuits: Circuits, point: Complexes, number: Indices) -> Curves:
+        share = np.linspace(0, 1, PHASES + 1)[:, None]
+        s = share * circuits.period
+        for last in (False, True):
+            with np.errstate(all="ignore"):
+                z = circuits.pose(s).point(point)
+                run = np.cumsum(np.nan_to_num(np.abs(np.diff(z, axis=0, prepend=z[:1]))), axis=0)
+                across = np.fmax.reduce(np.abs(z[:, None] - z[::16]), axis=(0, 1))
+            length = run[-1]
+            # a little of the phase itself, so that a point at rest moves on
+            run = run / np.where(length > 0, length, 1) + 0.02 * share
+            run /= run[-1]
+            if not last:
+                s = _interpolated(share, run, s)
+        return cls(circuits, point, number, s, run, length, across)
+
+    def cut(self, pieces: int) -> tuple[Floats, Complexes]:
+        """Return the phases (pieces + 1, k) that cut the curves into pieces about equally long, and the points."""
+        s = _interpolated(np.linspace(0, 1, pieces + 1)[:, None], self.run, self.s)
+        with np.errstate(all="ignore"):
+            return s, self.circuits.pose(s).point(self.point)
+
+
+def _interpolated(x: Floats, table: Floats, values: Floats) -> Floats:
+    """Return values (m, k) at x (p, 1), from 0 to 1, in tables (m, k) of which each begins with 0 and ends with 1."""
+    apart = 2 * np.arange(table.shape[1])
+    return np.interp((x + apart).T.ravel(), (table + apart).T.ravel(), values.T.ravel()).reshape(len(apart), -1).T
+
+
+def straightest(
+    circuits: Circuits, point: Complexes, stroke: Floats, *, circle: bool, radius: float | None = None, count: int = 4
+) -> Stretches:
+    """Return the stretches of circuits (k,) over which coupler points (k,), given with the linkages, run straightest:
+    at most `count` of each circuit, with 1 the best of each linkage only.
+
+    Parameters
+    ----------
+    stroke : ndarray, shape (k,)
+        Distance of the ends [length].
+    circle : bool
+        Seek circles, of the `radius` that is given [length] or of any.
+    """
+    parts = []
+    for block in _blocks(circuits):
+        seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius)
+        at = seek.places(stroke[block], max(count, 3))
+        at, by = seek.moved(at, (at.high - at.low) / PIECES, FIRST)
+        if count == 1:
+            lead = seek.leading(at, at.deviation)
+            at, by = at[lead], by[lead]
+        parts.append(seek.finished(seek.moved(at, by)[0]))
+    return join(*parts)
+
+
+def longest(
+    circuits: Circuits, point: Complexes, deviation: Floats, *, circle: bool, radius: float | None = None,
+    count: int = 4,
+) -> Stretches:  # fmt: skip
+    """The same for the longest stretches within deviations (k,) [length]; with 1 the longest of each linkage only."""
+    parts = []
+    for block in _blocks(circuits):
+        seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius)
+        at = seek.longer(deviation[block], count)
+        allowed = deviation[block][at.circuit]
+        best, beyond = replace(at, stroke=np.zeros_like(at.stroke)), np.full(len(at.low), np.inf)
+        power, last, by = np.full(len(at.low), 3.0), (at.stroke, at.deviation), (at.high - at.low) / PIECES
+        for turn in range(CORRECTIONS):
+            at, by = seek.moved(at, by, 2)
+            if count == 1 and turn == FIRST_CORRECTIONS:
+                with np.errstate(all="ignore"):
+                    reach = np.maximum(best.stroke, at.stroke * (allowed / at.deviation) ** (1 / power))
+                lead = seek.leading(at, -np.where(np.isnan(reach), best.stroke, reach))
+                at, best, last = at[lead], best[lead], (last[0][lead], last[1][lead])
+                by, beyond, power, allowed = (values[lead] for values in (by, beyond, power, allowed))
+            holds = at.deviation <= allowed
+            best = put(best, holds, at[holds])
+            beyond = np.where(holds, beyond, np.minimum(beyond, at.stroke))
+            with np.errstate(all="ignore"):
+                slope = np.log(at.deviation / last[1]) / np.log(at.stroke / last[0])
+                power = np.where((slope > STEEP[0]) & (slope < STEEP[1]), slope, power)
+                last = at.stroke, at.deviation
+                wanted = at.stroke * np.exp(np.clip((np.log(allowed / at.deviation) - INSIDE) / power, *CHANGE))
+                middle = np.where(np.isfinite(beyond), np.sqrt(best.stroke * beyond), at.stroke * np.exp(CHANGE[1]))
+                outside = ~((wanted > best.stroke) & (wanted < beyond))
+                wanted = np.where(outside & (best.stroke > 0), middle, np.where(outside, 0.7 * at.stroke, wanted))
+            at = put(at, np.isnan(at.deviation) & (best.stroke > 0), best[np.isnan(at.deviation) & (best.stroke > 0)])
+            ratio = wanted / at.stroke
+            by = np.maximum(by, np.abs(ratio - 1) * (at.high - at.low))
+            at = replace(at, stroke=wanted, high=at.low + ratio * (at.high - at.low))
+        parts.append(seek.finished(best[best.stroke > 0]))
+    return join(*parts)
+
+
+def _blocks(circuits: Circuits) -> list[Indices]:
+    return [np.arange(i, min(i + BLOCK, len(circuits))) for i in range(0, len(circuits), BLOCK)]
+
+
+@dataclass(frozen=True)
+class _Search:
+    """The windows of some coupler curves; circuits are numbered within them, but for what `finished` returns."""
+
+    curves: Curves
+    circle: bool
+    radius: float | None
+
+    def places(self, stroke: Floats, count: int, which: Indices | None = None) -> Stretches:
+        """Return the windows of curves in which nine points show the path straightest, at most `count` of each."""
+        which = np.arange(len(self.curves)) if which is None else which
+        with np.errstate(all="ignore"):
+            many = np.nan_to_num(PIECES * self.curves.length[which] / stroke, nan=FEWEST)
+        double = np.ceil(np.log2(np.clip(many, FEWEST, MOST) / FEWEST)).astype(int)
+        parts = []
+        for k in np.unique(double):
+            some = np.flatnonzero(double == k)
+            parts.append(self._places(which[some], stroke[some], FEWEST * 2**k, count))
+        return join(*parts)
+
+    def _places(self, which: Indices, stroke: Floats, pieces: int, count: int) -> Stretches:
+        curves = self.curves[which]
+        s, z = curves.cut(pieces)
+        turns = curves.circuits.kind != OPEN
+        arc = stroke
+        if self.radius is not None:
+            arc = 2 * self.radius * np.arcsin(np.minimum(0.5 * stroke / self.radius, 1.0))
+        with np.errstate(all="ignore"):
+            width = np.nan_to_num(arc / curves.length * pieces, posinf=2.0 * pieces)
+        steps = np.rint(np.linspace(0, 1, POINTS)[:, None] * np.minimum(width, 2.0 * pieces)).astype(int)
+        fits = (steps[-1] < pieces) & (steps[1] > 0)
+        index = np.arange(pieces)[:, None] + np.where(fits, steps, np.arange(POINTS)[:, None])[:, None]
+        beyond = ~turns & (index[-1] > pieces)
+        index = np.where(turns, index % pieces, np.minimum(index, pieces))
+        w = z[index, np.arange(len(which))]  # (POINTS, pieces, k)
+        with np.errstate(all="ignore"):
+            off = np.where(beyond | ~fits, np.inf, np.nan_to_num(self._off(w), nan=np.inf, posinf=np.inf))
+            off = np.where(np.abs(np.log(np.abs(w[-1] - w[0]) / stroke)) < 0.4, off, np.inf)
+        peak = (off <= np.roll(off, 1, 0)) & (off < np.roll(off, -1, 0)) & np.isfinite(off)
+        order = np.argsort(np.where(peak, off, np.inf), axis=0, kind="stable")[:count]
+        column = np.broadcast_to(np.arange(len(which)), order.shape)
+        good = np.take_along_axis(peak, order, 0).T
+        at, column = order.T[good], column.T[good]
+        low, high = s[at, column], s[index[-1, at, column], column]
+        high = np.where(high > low, high, high + curves.circuits.period[column])
+        return Stretches(which[column], low, high, stroke[column], PEAK * off[at, column])
+
+    def _off(self, w: Complexes) -> Floats:
+        """Return what points w (POINTS, m, k), in their order, are off the best line or circle, in the mean square,
+        (m, k); infinite where they do not run forward."""
+        seen, half = _seen(w)
+        u, v = seen.real, seen.imag
+        basis = np.polynomial.legendre.legvander(np.linspace(-1, 1, POINTS), 1)
+        if self.circle:
+            k = self._bend(v[POINTS // 2], half)
+            v = v + k / (1 + np.sqrt(np.maximum(1 - k * k, 0.0)))
+            v = (2 * v - k * (u * u + v * v)) / (1 + np.sqrt((k * u) ** 2 + (1 - k * v) ** 2))
+            if self.radius is None:
+                basis = np.polynomial.legendre.legvander(np.linspace(-1, 1, POINTS), 2)
+        rest = np.eye(POINTS) - basis @ np.linalg.pinv(basis)
+        error = np.tensordot(rest, v, 1)
+        return np.where((np.diff(u, axis=0) > 0).all(0), half * np.sqrt((error**2).mean(0)), np.inf)
+
+    def _bend(self, sagitta: Floats, half: Floats) -> Floats:
+        """Return curvatures of circles through the ends and the middle of a path, or with the radius that is given and
+        on that side, positive to the left [1/half the chord]."""
+        bend = -2 * sagitta / (sagitta**2 + 1)
+        return bend if self.radius is None else np.copysign(half / self.radius, bend)
+
+    def measured(self, at: Stretches, nodes: int = NODES) -> Stretches:
+        """Return windows, from where they begin and about how long they are, over exactly their strokes."""
+        some, z = self.curves.circuits[at.circuit], self.curves.point[at.circuit]
+
+        def path(s: Floats) -> Complexes:
+            return np.asarray(some.pose(s).point(z))
+
+        high, before = at.high, at.low + 0.99 * (at.high - at.low)
+        with np.errstate(all="ignore"):
+            first, close = path(np.stack([at.low, before]))
+            error = np.abs(close - first) - at.stroke
+            for _ in range(STEPS):
+                now = np.abs(path(high[None])[0] - first) - at.stroke
+                step = now * (high - before) / np.where(now == error, np.inf, now - error)
+                most = 0.2 * (high - at.low)
+                before, error, high = high, now, high - np.clip(step, -most, most)
+            points = grid(nodes)
+            seen, half = _seen(path(0.5 * (at.low + high) + 0.5 * (high - at.low) * points.nodes[:, None]))
+            held = self._bend(seen[nodes // 2].imag, half) if self.radius is not None else None
+            steps = np.diff(seen, axis=0)
+            k = np.clip((seen.real < 0).sum(0) - 1, 1, nodes - 2)
+            tangent = sum(steps[k + i, np.arange(len(k))] for i in (-1, 0, 1))
+            along = (steps * (tangent / np.abs(tangent)).conj()).real
+            forward = (along > TURNING * np.abs(steps)).all(0) & (steps.real > 0).all(0)
+            forward &= np.abs(2 * half - at.stroke) <= CLOSE * at.stroke
+            fit = minimum_zone(seen.real, np.where(forward, seen.imag, np.nan), self.circle, points, held)
+            return replace(at, high=high, deviation=half * fit.deviation)
+
+    def moved(self, at: Stretches, by: Floats, rounds: int | None = None) -> tuple[Stretches, Floats]:
+        """Return windows moved along their paths to where they are straightest, at first by ways up to `by` (n,) [rad],
+        and the ways that would come next."""
+        n = len(at.low)
+        places, shorter, all_rounds = FEW if n <= ALL_AT_ONCE else MANY
+        known = n > ALL_AT_ONCE and rounds is None
+        for _ in range(all_rounds if rounds is None else rounds):
+            way = places[1:] if known else places
+            each = at[np.tile(np.arange(n), len(way))]
+            shift = (way[:, None] * by).ravel()
+            tried = self.measured(replace(each, low=each.low + shift, high=each.high + shift))
+            if known:
+                tried, way = join(at, tried), places
+            off = np.where(np.isnan(tried.deviation), np.inf, tried.deviation).reshape(len(way), n)
+            best = np.argmin(off, axis=0)
+            at = tried[best * n + np.arange(n)]
+            by = np.where(np.abs(way[best]) == 1, by, by * shorter)
+        return at, by
+
+    def leading(self, at: Stretches, key: Floats) -> Indices:
+        """Return of the windows of each linkage the one with the least key, NaN last."""
+        of = self.curves.circuits.of[at.circuit]
+        order = np.lexsort((key, of))
+        return np.sort(order[np.unique(of[order], return_index=True)[1]])
+
+    def longer(self, allowed: Floats, count: int) -> Stretches:
+        """Return windows that are about as long as the deviations (k,) allow: of each circuit the longest that seems to
+        hold, one step shorter and `count` - 1 longer, at least one."""
+        across = self.curves.across
+        if self.radius is not None:
+            across = np.minimum(across, FULLEST * self.radius)
+        parts, which, once = [], np.flatnonzero(across > 0), np.zeros(0, int)
+        for share in LADDER:
+            if not len(which):
+                break
+            parts.append(self.places(share * across[which], 2, which))
+            held = parts[-1].circuit[parts[-1].deviation <= allowed[parts[-1].circuit]]
+            which, once = np.setdiff1d(which, np.intersect1d(held, once)), np.union1d(once, held)
+        tried = join(*parts)
+        order = np.lexsort((tried.stroke, tried.circuit))
+        tried = tried[order]
+        first = np.searchsorted(tried.circuit, tried.circuit)
+        return tried[np.flatnonzero(np.arange(len(first)) - first < max(count, 2) + 1)]
+
+    def finished(self, at: Stretches) -> Stretches:
+        """Return windows measured on the finer grid, with the numbers of their circuits among all."""
+        at = self.measured(at, FINER)
+        return replace(at, circuit=self.curves.number[at.circuit])
+
+
+def _seen(w: Complexes) -> tuple[Complexes, Floats]:
+    """Return points (p, ...), first to last, as they lie about the middle of their ends, these in -1 and 1; and half
+    the distance of the ends."""
+    half = 0.5 * (w[-1] - w[0])
+    return (w - 0.5 * (w[0] + w[-1])) / half, np.abs(half)

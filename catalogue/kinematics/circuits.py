@@ -1,0 +1,321 @@
+"""Circuits: all that a linkage can reach without being taken apart, each as one smooth motion of a phase s.
+
+A crank leads, or where there is none the coupler.  With phi the crank's angle from an axis of the fixed plane, the
+second dyad can be closed where
+
+    (cos phi - p)(q - cos phi) >= 0,
+
+and the square root of this product tells its two ways to be closed apart.  r, f, l, c are the lengths of crank, frame,
+coupler and second crank, e the distance of the slider's line from the crank's pivot, h that of the coupler line from
+the crank pin:
+
+=====================  ===================  ===============================  ===============================
+second dyad            axis                 p                                q
+=====================  ===================  ===============================  ===============================
+crank                  to its pivot         (r^2 + f^2 - (l + c)^2)/(2 r f)  (r^2 + f^2 - (l - c)^2)/(2 r f)
+slider                 normal of the line   (e - l)/r                        (e + l)/r
+slide                  to its pivot         -infinity                        (r^2 + f^2 - h^2)/(2 r f)
+=====================  ===================  ===============================  ===============================
+
+Where neither p nor q lies between -1 and 1 the crank turns fully, phi = s, and there are two circuits, one for each
+sign of the root.  Otherwise it swings between dead points, phi = m - a cos s, and the root changes its sign there like
+sin s, so that the whole circuit, to and fro, is smooth in s; there are two such circuits if both lie between.  At a
+change point (p = -1 or q = 1) a factor of the root is the sine or cosine of half the angle: the motion goes straight
+through, which may take two turns.  A coupler that leads turns fully, or (swinging block) half a turn from infinity to
+infinity.  All roots are made of products, in which no digits are lost near a dead point.
+
+Source: Grashof 1883 for the conditions; the closures by two circles, or a circle and a line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .batch import Columns
+from .linkage import PR, RP, RR, Linkage
+from .motion import CHANGE, Pose
+from .types import Array, Complexes, Floats, Indices, Mask
+
+#: A coupler that leads to infinity is followed so near to it [rad].
+NEAR_INFINITY = 0.03
+TURN, SWING, OPEN = range(3)
+COUPLER = 2
+
+
+@dataclass(frozen=True)
+class Circuits(Columns):
+    """k circuits of n linkages; arrays of shape (k,).
+
+    Attributes
+    ----------
+    linkage : Linkage
+        k, each in the position in which it was given.
+    of : ndarray of int
+        Which of the n linkages.
+    lead : ndarray of int
+        Number of the dyad whose crank leads, 0 or 1; 2: the coupler.
+    kind : ndarray of int
+        `TURN`: the lead turns fully; `SWING`: it swings between dead points; `OPEN`: it runs from infinity to infinity.
+    centre, half : ndarray
+        Of the lead's angles: phi = centre + s; centre - half cos s; centre + half (s / pi - 1) [rad].
+    sign : ndarray
+        Of the root.
+    period : ndarray
+        2 pi, or 4 pi [rad].
+    phase : ndarray
+        s of the position in which the linkage was given; NaN if it is not on this circuit.
+    """
+
+    linkage: Linkage
+    of: Indices
+    lead: Array
+    kind: Array
+    centre: Floats
+    half: Floats
+    sign: Floats
+    period: Floats
+    phase: Floats
+    closure: Closure
+
+    def __len__(self) -> int:
+        return len(self.of)
+
+    def angle(self, s: Floats) -> Floats:
+        """Return the lead's angle from its axis at phases (m, k) [rad]; of a coupler, from the position given."""
+        swing, run = self.centre - self.half * np.cos(s), self.centre + self.half * (s / np.pi - 1)
+        return np.asarray(np.where(self.kind == TURN, s, np.where(self.kind == SWING, swing, run)))
+
+    def pose(self, s: Floats) -> Pose:
+        """Return the poses at phases (m, k)."""
+        led = self.lead == COUPLER
+        if not led.any():
+            return _by_crank(self, s)
+        if led.all():
+            return _by_coupler(self, s)
+        parts = [(np.flatnonzero(some), function) for some, function in ((led, _by_coupler), (~led, _by_crank))]
+        poses = [function(self[some], s[:, some]) for some, function in parts]
+        order = np.argsort(np.concatenate([some for some, _ in parts]))
+        return Pose(*(np.concatenate(values, axis=-1)[..., order] for values in zip(*poses, strict=True)))
+
+    def phases(self, pose: Pose) -> list[float]:
+        """Return the phases of poses (m, 1) of the one circuit that there is, less than half a period from the position
+        given."""
+        at = float(self.phase[0])
+        if self.lead[0] == COUPLER:
+            turn = np.angle(1 + pose.x[:, 0]) * (1 if self.kind[0] == TURN else np.pi / float(self.half[0]))
+            return [at + float(angle) for angle in turn]
+        there = circuits(pose.linkages(self.linkage))
+        half = 0.5 * float(self.period[0])
+        away = there.phase[np.isfinite(there.phase)] - at
+        return [at + float(x) for x in np.mod(away + half, 2 * half) - half]
+
+
+@dataclass(frozen=True)
+class Closure(Columns):
+    """How second dyads of n linkages are closed, as the leading cranks see them; arrays of shape (n,), but for `dead`,
+    `change` and `at`, (2, n): by p and by q."""
+
+    kind: Array  # of the second dyad
+    pivot: Complexes
+    pin: Complexes
+    arm: Complexes  # the crank along the axis
+    goal: Complexes  # pivot of the second dyad, of a slider the normal of its line
+    way: Complexes  # coupler from pin to pin, of a slide the normal of its line
+    r: Floats
+    f: Floats
+    square: Floats  # (l^2 - c^2)/2; of a slider e, of a slide h
+    p_up: Floats  # 1 + p
+    q_down: Floats  # 1 - q
+    dead: Mask  # whether the crank comes to a dead point
+    change: Mask  # or to a change point
+    at: Floats  # angles from the axis at which it does [rad]
+    side: Floats  # a number with the sign of the root in the given position
+
+    @classmethod
+    def of(cls, linkage: Linkage, lead: Array) -> Closure:
+        row = np.arange(len(linkage))
+        (pivot, pin), (goal, pin2) = (linkage.points[row, dyad].T for dyad in (lead, 1 - lead))
+        kind = linkage.dyads[row, 1 - lead]
+        slider, slide = kind == PR, kind == RP
+        r, f = np.abs(pin - pivot), np.abs(goal - pivot)
+        l, c = np.abs(pin2 - pin), np.abs(pin2 - goal)  # noqa: E741  # of the head of the module
+        e, h = _dot(goal, pin2 - pivot), _dot(pin2, goal - pin)
+        axis = np.where(slider, goal, (goal - pivot) / f)
+        near, far, high = np.abs(r - f), r + f, np.abs(h)
+        with np.errstate(all="ignore"):
+            # 1 + p, 1 - p, 1 + q, 1 - q
+            four_bar = [
+                (far - l - c) * (far + l + c),
+                (l + c - near) * (l + c + near),
+                (far - np.abs(l - c)) * (far + np.abs(l - c)),
+                (np.abs(l - c) - near) * (np.abs(l - c) + near),
+            ]
+            by_slider = [(r + e - l) / r, (r - e + l) / r, (r + e + l) / r, (r - e - l) / r]
+            by_slide = [-np.ones_like(r), np.ones_like(r), (far - high) * (far + high), (high - near) * (high + near)]
+            twice = np.where(slider, 1.0, 2 * r * f)
+            bounds = np.where(slider, by_slider, np.where(slide, by_slide, four_bar)) / twice
+            bounds[:2, slide] = [[-1.0], [1.0]]
+            nearly = CHANGE * np.where(slider, 1.0, np.maximum(r / f, f / r))
+            short = bounds[[0, 3]]
+            change, dead = np.abs(short) <= nearly, short > nearly
+            short = np.where(change, 0.0, short)
+            at = 2 * np.arctan2(np.sqrt(np.maximum(bounds[[1, 3]], 0)), np.sqrt(np.maximum(bounds[[0, 2]], 0)))
+        square = np.where(slider, e, np.where(slide, h, 0.5 * (l - c) * (l + c)))
+        way = np.where(slide, pin2, pin2 - pin)
+        side = _cross(np.where(slider, goal, goal - pin), way)
+        return cls(kind, pivot, pin, r * axis, goal, way, r, f, square, short[0], short[1], dead, change, at, side)
+
+    @property
+    def angle(self) -> Floats:
+        """The crank's angle from the axis in the given position [rad]."""
+        return np.angle((self.pin - self.pivot) / self.arm)
+
+    def root(self, cosine: Floats, sine: Floats, s: Floats, angle: Floats, half: Floats, swing: Mask) -> Floats:
+        """Return the root of the product in the head of the module, with the sign that it has on the way through dead
+        and change points; from the angles (m, n), cosine and sine of their halves, and phases."""
+        p, q = 2 * cosine**2 - self.p_up, 2 * sine**2 - self.q_down
+        with np.errstate(all="ignore"):
+            if swing.any():
+                low, high = half * np.sin(0.5 * s) ** 2, half * np.cos(0.5 * s) ** 2  # half the ways to the dead points
+                ends, (at_p, at_q), away = 2 * np.sin(low) * np.sin(high), self.at, np.abs(angle)
+                both = ends * 2 * np.sin(0.5 * (at_p + away)) * np.sin(0.5 * (away + at_q))
+                p, q = np.where(self.dead[0], ends, p), np.where(self.dead[1], ends, q)
+            square = np.where(self.kind == RP, q, p * q)
+            if swing.any():
+                square = np.where(self.dead.all(0), both, square)
+            root = np.sqrt(square)
+        for through, factor in ((self.change[0], cosine), (self.change[1], sine), (swing, s)):
+            if through.any():
+                root = np.where(through & ((np.sin(s) if factor is s else factor) < 0), -root, root)
+        return root
+
+
+def circuits(linkage: Linkage) -> Circuits:
+    """Return all circuits of linkages (n,), linkage by linkage; the one in which each is given comes first.
+
+    A crank that turns fully leads, else the first crank there is, else the coupler.
+    """
+    cranks = linkage.dyads == RR
+    free = np.full((2, len(linkage)), 3)
+    for i in (0, 1):
+        some = np.flatnonzero(cranks[:, i])
+        if len(some):
+            seen = Closure.of(linkage[some], np.full(len(some), i))
+            free[i, some] = np.where(seen.dead.any(0), 2, seen.change.any(0))
+    lead = np.where(cranks.any(1), np.argmin(free, axis=0), COUPLER)
+    closure = Closure.of(linkage, np.minimum(lead, 1))
+    led = lead == COUPLER
+    parts = [_crank_circuits(closure, np.flatnonzero(~led)), _coupler_circuits(linkage, np.flatnonzero(led))]
+    of, kind, centre, half, sign, period, phase = (np.concatenate(values) for values in zip(*parts, strict=True))
+    order = np.lexsort((np.isnan(phase), of))
+    of = of[order].astype(int)
+    centre, half, sign, period, phase = (values[order] for values in (centre, half, sign, period, phase))
+    kind = kind[order].astype(int)
+    return Circuits(linkage[of], of, lead[of], kind, centre, half, sign, period, phase, closure[of])
+
+
+def _crank_circuits(every: Closure, rows: Indices) -> tuple[Array, ...]:
+    """Return, for each circuit, which linkage it is of, kind, centre, half, sign, period and phase."""
+    of = every[rows]
+    phi, side = of.angle, np.where(of.side < 0, -1.0, 1.0)
+    dead, change = of.dead.sum(0), of.change.sum(0)
+    # through change points the root has another sign than the side on which the dyad is closed
+    passed = np.where(of.change[0] & (np.cos(0.5 * phi) < 0), -1.0, 1.0)
+    found: list[tuple[Array, ...]] = []
+
+    def add(which: Mask, kind: int, centre: Floats, half: Floats, sign: Floats, turns: int, phase: Floats) -> None:
+        columns = (rows, np.full(len(rows), kind), centre, half, sign, np.full(len(rows), 2 * np.pi * turns), phase)
+        found.append(tuple(np.asarray(column)[which] for column in columns))
+
+    none, one, nan = np.zeros(len(rows)), np.ones(len(rows)), np.full(len(rows), np.nan)
+    root = passed * np.where(of.change[1] & (np.sin(0.5 * phi) < 0), -1.0, 1.0)
+    add((dead == 0) & (change == 1), TURN, none, none, one, 2, phi + np.where(root != side, 2 * np.pi, 0))
+    for sign in (1.0, -1.0):
+        add((dead == 0) & (change != 1), TURN, none, none, sign * one, 1, np.where(sign == side * root, phi, nan))
+    by_p = of.dead[0]
+    centre, half = np.where(by_p, 0.0, np.pi), np.where(by_p, of.at[0], np.pi - of.at[1])
+    away = np.where(by_p, phi, np.mod(phi, 2 * np.pi))
+    root = np.where(of.change[0] & (np.cos(0.5 * away) < 0) | of.change[1] & (np.sin(0.5 * away) < 0), -side, side)
+    add(dead == 1, SWING, centre, half, one, 1, _swinging(away, centre, half, root))
+    centre, half = 0.5 * of.at.sum(0), 0.5 * (of.at[0] - of.at[1])
+    for sign in (1.0, -1.0):  # the angles of the other circuit are those mirrored in the axis
+        there = np.where(sign * phi > 0, _swinging(np.abs(phi), centre, half, side), nan)
+        add(dead == 2, SWING, sign * centre, sign * half, one, 1, there)
+    return tuple(np.concatenate(values) for values in zip(*found, strict=True))
+
+
+def _swinging(phi: Floats, centre: Floats, half: Floats, side: Floats) -> Floats:
+    """Return the phases of angles on a swing, on the way forth if the root is positive, else back."""
+    with np.errstate(all="ignore"):
+        low, high = np.maximum(phi - centre + half, 0), np.maximum(centre + half - phi, 0)
+        return np.asarray(side * 2 * np.arctan2(np.sqrt(low), np.sqrt(high)))
+
+
+def _by_crank(some: Circuits, s: Floats) -> Pose:
+    """Return poses about the crank pins."""
+    of = some.closure
+    phi = some.angle(s)
+    cosine, sine = np.cos(0.5 * phi), np.sin(0.5 * phi)
+    root = some.sign * of.root(cosine, sine, s, phi, np.abs(some.half), some.kind == SWING)
+    pin = of.pivot + of.arm * (cosine + 1j * sine) ** 2
+    turn = np.empty_like(pin)
+    with np.errstate(all="ignore"):
+        for kind in np.unique(of.kind):
+            here = of.kind == kind
+            which = slice(None) if here.all() else np.flatnonzero(here)
+            r, f, k, y = of.r[which], of.f[which], of.square[which], root[:, which]
+            if kind == PR:
+                goal = of.goal[which] * (k - r * (2 * cosine[:, which] ** 2 - 1) + 1j * r * y)
+            else:
+                square = (r - f) ** 2 + 4 * r * f * sine[:, which] ** 2
+                base = (of.goal[which] - pin[:, which]) / square
+                goal = base * (0.5 * square + k + 1j * r * f * y if kind == RR else k + 1j * np.sqrt(2 * r * f) * y)
+            goal = goal / of.way[which]
+            turn[:, which] = goal / np.abs(goal)
+    return Pose(pin - of.pin, turn - 1, of.pin)
+
+
+def _coupler_circuits(linkage: Linkage, rows: Indices) -> tuple[Array, ...]:
+    """The same for linkages that the coupler leads."""
+    kind = linkage.dyads[rows]
+    block = (kind == RP).sum(1) == 1
+    none, one = np.zeros(len(rows)), np.ones(len(rows))
+    found = [tuple(np.asarray(c)[~block] for c in (rows, TURN + none, none, none, one, 2 * np.pi * one, none))]
+    sine = np.where(kind[:, 0] == RP, -1.0, 1.0) * linkage.sine[rows]
+    cosine = (linkage.rays[rows, 0].conj() * linkage.rays[rows, 1]).real
+    # the rays are parallel where the coupler has turned by these angles: there the point is at infinity
+    start = np.arctan2(sine, cosine)
+    for k in (0, 1):
+        centre, half = np.mod(-start, np.pi) + np.pi * (k - 0.5), (0.5 * np.pi - NEAR_INFINITY) * one
+        # nearer to infinity than the circuit is followed the phase is outside 0 ... 2 pi
+        phase = np.pi * (1 - centre / half) if k == 0 else np.full(len(rows), np.nan)
+        columns = (rows, OPEN + none, centre, half, one, 2 * np.pi * one, phase)
+        found.append(tuple(np.asarray(column)[block] for column in columns))
+    return tuple(np.concatenate(values) for values in zip(*found, strict=True))
+
+
+def _by_coupler(some: Circuits, s: Floats) -> Pose:
+    """Return poses about a finite point of the couplers."""
+    z, slide = some.linkage.points, some.linkage.dyads == RP
+    turn = np.exp(1j * some.angle(s))
+    origin = np.where(slide[:, 0], z[:, 0, 0], z[:, 0, 1])
+    normal, level = [], []
+    for i in (0, 1):
+        fixed, moving = z[:, i, 0], z[:, i, 1]
+        of_slide = turn * moving
+        normal.append(np.where(slide[:, i], of_slide, fixed))
+        rest = _dot(of_slide, fixed) - _dot(moving, fixed - origin)
+        level.append(np.where(slide[:, i], rest, _dot(fixed, moving) - _dot(fixed, turn * (moving - origin))))
+    with np.errstate(all="ignore"):
+        at = 1j * (normal[0] * level[1] - normal[1] * level[0]) / _cross(normal[0], normal[1])
+    return Pose(at - origin, turn - 1, origin)
+
+
+def _dot(a: Array, b: Array) -> Floats:
+    return np.asarray((a.conj() * b).real)
+
+
+def _cross(a: Array, b: Array) -> Floats:
+    return np.asarray((a.conj() * b).imag)

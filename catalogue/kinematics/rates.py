@@ -1,0 +1,117 @@
+"""Velocities and accelerations of the coupler in one position, per unit of angular velocity of what drives.
+
+A dyad confines the velocity of the coupler point P that it holds (the moving pivot of a crank or slider, where the
+coupler is in the fixed pivot of a slide) to be normal to its ray n:
+
+    n . v(P) = 0,    n . a(P) = -|v(P)|^2 / length (crank),  0 (slider),  2 n . (i omega v(P)) (slide: Coriolis),
+
+and the driving crank's pin has the velocity i (P - A) and the acceleration -(P - A) if its angular velocity is 1.
+These are three linear equations each for the motion of the coupler.  At a dead point of the driving crank they
+contradict each other: NaN.
+
+Source: the usual velocity and acceleration analysis; W. Hartenberg and J. Denavit, Kinematic Synthesis of Linkages,
+1964, ch. 4.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .batch import Rows
+from .linkage import RP, RR, Linkage
+from .types import Array, Complexes, Floats
+
+#: Sine of the angle between the rays of driving and driven dyad, per length of the coupler, below which the drive
+#: stands in a dead point.
+DEAD = 1e-12
+
+
+@dataclass(frozen=True)
+class Rates(Rows):
+    """First and second derivatives of n couplers by the angle of their drives; arrays of shape (n,).
+
+    Attributes
+    ----------
+    origin, velocity, acceleration : complex ndarray
+        A coupler point, its velocity [length/rad] and acceleration [length/rad^2].
+    omega, alpha : ndarray
+        Angular velocity of the coupler over that of the drive, and its derivative [1/rad].
+    """
+
+    origin: Complexes
+    velocity: Complexes
+    acceleration: Complexes
+    omega: Floats
+    alpha: Floats
+
+    def velocity_of(self, z: Array) -> Complexes:
+        """Return the velocities of coupler points z, shape (..., n) [length/rad]."""
+        return np.asarray(self.velocity + 1j * self.omega * (z - self.origin))
+
+    def acceleration_of(self, z: Array) -> Complexes:
+        """Return the accelerations of coupler points z, shape (..., n) [length/rad^2]."""
+        return np.asarray(self.acceleration + (1j * self.alpha - self.omega**2) * (z - self.origin))
+
+    def crank(self, linkage: Linkage, i: int) -> tuple[Floats, Floats]:
+        """Return angular velocity and acceleration of crank i of the linkages over those of the drive, (n,) each; NaN
+        where dyad i is no crank."""
+        spoke, pin = linkage.points[:, i, 1] - linkage.points[:, i, 0], linkage.points[:, i, 1]
+        with np.errstate(all="ignore"):
+            of = (self.velocity_of(pin), self.acceleration_of(pin))
+            spin, gain = (_dot(1j * spoke, way) / np.abs(spoke) ** 2 for way in of)
+        crank = linkage.dyads[:, i] == RR
+        return np.where(crank, spin, np.nan), np.where(crank, gain, np.nan)
+
+
+def rates(linkage: Linkage, drive: Array) -> Rates:
+    """Return the rates of linkages in their positions, driven at unit angular velocity by what `drive` (n,) says: 0 or
+    1, the crank of that dyad; 2, the coupler.  NaN at a dead point of the drive, and where the dyad is no crank."""
+    z, rays, kinds = linkage.points, linkage.rays, linkage.dyads
+    row = np.arange(len(linkage))
+    held = np.where(kinds == RP, z[:, :, 0], z[:, :, 1])
+    crank = np.minimum(drive, 1)
+    origin = held.mean(1)
+    pivot, pin = z[row, crank].T
+    spoke = np.where(drive == 2, 1.0, pin - pivot)
+    length = np.abs(spoke)
+    tangent = 1j * spoke / length
+    rows = [_row(rays[:, i], held[:, i] - origin) for i in (0, 1)]
+    of_drive = _row(tangent, pin - origin)
+    of_drive[:, drive == 2] = np.array([[0.0], [0.0], [1.0]])
+    speed = np.where(drive == 2, 1.0, np.where(kinds[row, crank] == RR, length, np.nan))
+    zero = np.zeros(len(linkage))
+    first = _solved([*rows, of_drive], [zero, zero, speed])
+    v, omega = first[0] + 1j * first[1], first[2]
+    right = []
+    for i in (0, 1):
+        at = held[:, i] - origin
+        moving = v + 1j * omega * at
+        reach = np.abs(z[:, i, 1] - z[:, i, 0])
+        own = np.where(kinds[:, i] == RR, -(np.abs(moving) ** 2) / reach, 0.0)
+        own = np.where(kinds[:, i] == RP, 2 * _dot(rays[:, i], 1j * omega * moving), own)
+        right.append(own + omega**2 * _dot(rays[:, i], at))
+    driven = np.where(drive == 2, 0.0, omega**2 * _dot(tangent, pin - origin))
+    second = _solved([*rows, of_drive], [*right, driven])
+    return Rates(origin, v, second[0] + 1j * second[1], omega, second[2])
+
+
+def _row(normal: Complexes, at: Complexes) -> Floats:
+    """Return the coefficients of (Re v, Im v, omega) in normal . (v + i omega at), shape (3, n)."""
+    return np.stack([normal.real, normal.imag, _dot(normal, 1j * at)])
+
+
+def _solved(rows: list[Floats], right: list[Floats]) -> Floats:
+    """Return the solutions (3, n) of three linear equations each."""
+    a, b, c = rows
+    pairs = [np.cross(x, y, axis=0) for x, y in ((b, c), (c, a), (a, b))]
+    determinant = (a * pairs[0]).sum(0)
+    scale = np.abs(a).max(0) * np.abs(pairs[0]).max(0)
+    with np.errstate(all="ignore"):
+        found = sum(x * y for x, y in zip(pairs, right, strict=True)) / determinant
+    return np.asarray(np.where(np.abs(determinant) <= DEAD * scale, np.nan, found))
+
+
+def _dot(a: Array, b: Array) -> Floats:
+    return np.asarray((a.conj() * b).real)
