@@ -92,7 +92,7 @@ class StoredGuide:
         stroke = positive("stroke", stroke)
         request: Request = StraightLine(stroke, 0.1 * stroke)
         if self.curvature:
-            request = CircularArc(stroke, stroke / float(row["sweep"][0]), 0.1 * stroke)
+            request = CircularArc(stroke, 0.1 * stroke, stroke / float(row["sweep"][0]))
         return laid(request, lambda problem: as_stored(problem, row))
 
 
@@ -159,7 +159,7 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0) ->
     traced = design.traced
     request: Request = StraightLine(stroke, 0.09 * stroke)
     if design.circle:
-        request = CircularArc(stroke, None, 0.09 * stroke)
+        request = CircularArc(stroke, 0.09 * stroke)
     origin = Origin(*(np.array([tag]) for tag in tags))
     bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
     return laid(request, lambda problem: measured(problem, origin, *place_on_path(problem, design.guide, traced), bend))

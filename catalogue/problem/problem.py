@@ -39,7 +39,7 @@ class Problem:
         path: Request = StraightLine(1.0, digits(request.relative))
         if isinstance(request, CircularArc):
             radius = None if request.radius is None else digits(request.radius / request.stroke)
-            path = CircularArc(1.0, radius, digits(request.relative))
+            path = CircularArc(1.0, digits(request.relative), radius)
         return cls(path, constraints.carried(1 / scale, -shift / scale), ranking, limit, effort, scale, shift)
 
     def with_constraints(self, **changes: Any) -> Problem:

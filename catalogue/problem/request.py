@@ -44,6 +44,7 @@ def whole(name: str, value: Any, least: int) -> int:
 class _Placed:
     """What the requests share: the size of a path and where it lies."""
 
+    kind: ClassVar[str]
     stroke: float
     deviation: float
     start: tuple[float, float]
@@ -59,7 +60,11 @@ class _Placed:
         if not math.isfinite(self.along):
             raise InvalidRequest(f"along must be a finite number of degrees, not {self.along:g}")
         if positive("deviation", self.deviation) > 0.1 * self.stroke:
-            raise InvalidRequest(f"a deviation of {self.deviation:g} over a stroke of {self.stroke:g} is no guidance")
+            like_a_radius = self.kind == "circle" and FULLEST * self.deviation >= self.stroke
+            raise InvalidRequest(
+                f"a deviation of {self.deviation:g} over a stroke of {self.stroke:g} is no guidance"
+                + ": of an arc give stroke, deviation, radius in this order" * like_a_radius
+            )
 
     @property
     def relative(self) -> float:
@@ -143,11 +148,11 @@ class CircularArc(_Placed):
     ----------
     stroke : float
         Chord of the arc [any unit].
-    radius : float or None
-        Radius of the arc; None: whatever fits best.
     deviation : float
         With a radius: the largest distance from the best-placed arc of exactly that radius.  Without: half the width of
         the narrowest annulus that holds the path.
+    radius : float, optional
+        Radius of the arc; if not given whatever fits best.
     start, along
         As of a `StraightLine`; the direction is that of the chord.
 
@@ -158,8 +163,8 @@ class CircularArc(_Placed):
     """
 
     stroke: float
-    radius: float | None
     deviation: float
+    radius: float | None = None
     start: tuple[float, float] = (0.0, 0.0)
     along: float = 0.0
 
@@ -174,9 +179,9 @@ class CircularArc(_Placed):
             )
 
     @classmethod
-    def between(cls, start: Any, end: Any, radius: float | None, deviation: float) -> CircularArc:
+    def between(cls, start: Any, end: Any, deviation: float, radius: float | None = None) -> CircularArc:
         """Return the request for an arc from one point (x, y) to another."""
-        return cls(radius=radius, deviation=deviation, **ends(start, end))
+        return cls(deviation=deviation, radius=radius, **ends(start, end))
 
     @property
     def sweep(self) -> float | None:

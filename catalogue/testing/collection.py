@@ -79,7 +79,7 @@ class CollectionContract:
             for radius in (0.98 * best.radius, 1.05 * best.radius, 3 * best.radius):
                 if 1.9 * radius < STROKE:
                     continue
-                (given,) = self.collection.measure([one], CircularArc(STROKE, radius, 0.1 * STROKE))
+                (given,) = self.collection.measure([one], CircularArc(STROKE, 0.1 * STROKE, radius))
                 assert given.radius == pytest.approx(radius, rel=1e-12)
                 assert given.deviation >= best.deviation * (1 - CLOSE)
 
@@ -116,7 +116,7 @@ def _drawn(draw: Draw, family: str, count: int) -> tuple[Specimen, ...]:
 
 
 def _wish(kind: str) -> Request:
-    return StraightLine(STROKE, 0.1 * STROKE) if kind == "line" else CircularArc(STROKE, None, 0.1 * STROKE)
+    return StraightLine(STROKE, 0.1 * STROKE) if kind == "line" else CircularArc(STROKE, 0.1 * STROKE)
 
 
 def _flat(value: object) -> list[float]:

@@ -60,7 +60,7 @@ def with_cold_find(job: Job, database: Path) -> History:
     """A new process: imports, opens, finds, refines."""
     r = job.request
     line = f"StraightLine({r.stroke}, {r.deviation})"
-    request = line if r.kind == "line" else f"CircularArc({r.stroke}, {r.radius}, {r.deviation})"
+    request = line if r.kind == "line" else f"CircularArc({r.stroke}, {r.deviation}, {r.radius})"
     code = (
         f"import catalogue; from catalogue import *; c = catalogue.open({str(database)!r}, build=False); "
         f"print(c.find({request}, families=['four-bar'], rank_by='deviation', limit=5, refine=True, "

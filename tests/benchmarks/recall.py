@@ -33,7 +33,7 @@ def asked(entry: dict[str, Any]) -> catalogue.StraightLine | catalogue.CircularA
     """Return the request of an entry."""
     if entry["kind"] == "straight-line":
         return catalogue.StraightLine(entry["stroke"], entry["deviation"])
-    return catalogue.CircularArc(entry["stroke"], entry["radius"], entry["deviation"])
+    return catalogue.CircularArc(entry["stroke"], entry["deviation"], entry["radius"])
 
 
 def excess(value: float, other: float, rank_by: str) -> float:

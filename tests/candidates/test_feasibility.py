@@ -21,7 +21,7 @@ from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from tests.find.conftest import at_home, coupler_paths
 
-LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
+LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 BOX = (-0.4, -0.3, 1.2, 0.9)
 BOUNDS: dict[str, Any] = {
     "max_size": 1.6, "max_link": 1.1, "min_link": 0.6, "max_ground": 1.0, "max_arm": 0.8, "min_transmission": 50,

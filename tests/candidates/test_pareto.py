@@ -60,7 +60,7 @@ TERMS = {"size": lambda c: c.size / c.stroke, "transmission": lambda c: 1 - c.mi
 
 @pytest.mark.slow
 @pytest.mark.parametrize("names", [["size", "deviation"], ["transmission", "size", "max_link"]], ids=str)
-@pytest.mark.parametrize("request_", [LINE, CircularArc(100, 100, 0.05)], ids=["line", "arc"])
+@pytest.mark.parametrize("request_", [LINE, CircularArc(100, 0.05, 100)], ids=["line", "arc"])
 def test_no_answer_on_the_front_is_dominated(small: Catalogue, request_: Any, names: list[str]) -> None:
     found = small.find(request_, rank_by=names, limit=20, families=["four-bar"], refine=False, distinct=0)
     assert len(found) >= 12

@@ -16,7 +16,7 @@ from catalogue.guide.coupler_curve import coupler_curve
 from catalogue.guide.sensitivity import displaced
 from catalogue.kinematics.batch import join
 
-LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3), CircularArc(1, None, 1e-3)
+LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5), CircularArc(1, 1e-3)
 FAMILIES = ["four-bar", "slider-crank", "inverted-slider-crank"]
 
 

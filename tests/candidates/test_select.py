@@ -14,7 +14,7 @@ from catalogue.candidates.feasibility import cost
 from catalogue.candidates.select import IDENTICAL, distances, normal_form, ranks, select_top
 from catalogue.kinematics.batch import join
 
-LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
+LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 
 
 def chosen(problem: Any, found: Any, limit: int) -> list[int]:

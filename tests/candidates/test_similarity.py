@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.select import distances, nearest, normal_form
 
-LINE, ARC = StraightLine(150, 0.05), CircularArc(150, 400, 0.1)
+LINE, ARC = StraightLine(150, 0.05), CircularArc(150, 0.1, 400)
 SEEDS = st.integers(0, 2**32 - 1)
 
 

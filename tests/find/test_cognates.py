@@ -19,7 +19,7 @@ Ask = Callable[..., Found]
     [
         (StraightLine(150, 0.05), {"families": ["slider-crank"]}),
         (StraightLine(150, 0.05), {"families": ["four-bar"], "min_transmission": 40}),
-        (CircularArc(100, 100, 0.05), {"families": ["four-bar"]}),
+        (CircularArc(100, 0.05, 100), {"families": ["four-bar"]}),
     ],
     ids=str,
 )

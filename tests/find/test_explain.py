@@ -70,7 +70,7 @@ def test_a_relaxation_relaxes(ask: Ask) -> None:
     [
         (LINE, {"families": ["elliptic-trammel"], "pins_only": True}, "--family and --pins-only"),
         (LINE, {"series": ["IV.l"], "order": 30}, "--series and --order"),
-        (CircularArc(1, 2, 0.01), {"families": ["oldham"], "pins_only": True}, "--family and --pins-only"),
+        (CircularArc(1, 0.01, 2), {"families": ["oldham"], "pins_only": True}, "--family and --pins-only"),
     ],
     ids=str,
 )

@@ -20,7 +20,7 @@ Again = Callable[..., Any]
 #: The least that the second measurement resolves, in units of size: its loops are closed in extended precision.
 RESOLVED = 1e-16
 LINE = StraightLine(150, 0.05)
-ARC = CircularArc(100, 100, 0.05)
+ARC = CircularArc(100, 0.05, 100)
 #: Families whose loops the second measurement closes.
 CLOSED = ("four-bar", "slider-crank", "inverted-slider-crank")
 
@@ -113,10 +113,10 @@ def test_so_are_others(ask: Ask, again: Again, request_: Any, wish: dict[str, An
         (ARC, {}),
         (ARC, {"min_transmission": 45, "full_rotation": True}),
         (ARC, {"rank_by": "deviation", "max_size": 250}),
-        (CircularArc(10, 300, 1e-3), {}),
-        (CircularArc(190, 100, 1.0), {"rank_by": "size"}),
-        (CircularArc(100, None, 0.05), {"min_transmission": 45}),
-        (CircularArc(20, 30, 0.02, start=(-3, 8), along=77), {}),
+        (CircularArc(10, 1e-3, 300), {}),
+        (CircularArc(190, 1.0, 100), {"rank_by": "size"}),
+        (CircularArc(100, 0.05), {"min_transmission": 45}),
+        (CircularArc(20, 0.02, 30, start=(-3, 8), along=77), {}),
     ],
     ids=str,
 )
@@ -131,7 +131,7 @@ def test_circular_guides_are_what_they_say(ask: Ask, again: Again, wish: dict[st
 @pytest.mark.parametrize("radius", [0.55, 1.2, 50.0, 1e6])
 def test_the_deviation_is_from_an_arc_of_exactly_the_radius_asked_for(ask: Ask, again: Again, radius: float) -> None:
     """The best-placed one of these, by brute force; from half a stroke to a million strokes."""
-    request = CircularArc(1.0, radius, 1e-3)
+    request = CircularArc(1.0, 1e-3, radius)
     found = ask(request, limit=4, families=CLOSED, refine=False)
     assert found
     for c in found:
@@ -144,7 +144,7 @@ def test_the_deviation_is_from_an_arc_of_exactly_the_radius_asked_for(ask: Ask, 
 @pytest.mark.slow
 def test_an_arc_of_a_million_strokes_is_a_line(ask: Ask) -> None:
     """Its sagitta is an eighth of a millionth of the stroke; so is what the deviations differ by."""
-    found = ask(CircularArc(1.0, 1e6, 1e-3), limit=3, families=["four-bar"])
+    found = ask(CircularArc(1.0, 1e-3, 1e6), limit=3, families=["four-bar"])
     assert len(found) == 3
     flat = ask(StraightLine(1.0, 1e-3), limit=3, families=["four-bar"])
     assert (found[0].score or 0) >= 0.93 * (flat[0].score or 0)
@@ -152,7 +152,7 @@ def test_an_arc_of_a_million_strokes_is_a_line(ask: Ask) -> None:
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "request_", [StraightLine(150, 0.05), CircularArc(150, 200, 0.05)], ids=["straight slot", "circular slot"]
+    "request_", [StraightLine(150, 0.05), CircularArc(150, 0.05, 200)], ids=["straight slot", "circular slot"]
 )
 def test_slots_run_over_a_fixed_point(ask: Ask, again: Again, request_: Any) -> None:
     """Seen from the coupler; the linkage itself is the inverse of what is shown."""
@@ -176,7 +176,7 @@ def test_no_guided_point_is_a_pivot(ask: Ask) -> None:
 
 
 BOXES: list[tuple[Any, dict[str, Any], Callable[[complex], bool]]] = [
-    (CircularArc(150, 200, 0.2), {"fixed_pivots_in": (-100, 30, 250, 300)},
+    (CircularArc(150, 0.2, 200), {"fixed_pivots_in": (-100, 30, 250, 300)},
      lambda z: -100 <= z.real <= 250 and 30 <= z.imag <= 300),
     (StraightLine(150, 0.2), {"fixed_pivots_in": (-np.inf, -np.inf, np.inf, -20)}, lambda z: z.imag <= -20),
     (StraightLine(150, 0.2), {"fixed_pivots_in": [(-400, 0), (500, 0), (50, 800)]},
@@ -224,7 +224,7 @@ def alike(one: Found, other: Found) -> None:
 
 
 BASE = StraightLine(1.0, 1e-3)
-BEND = CircularArc(1.0, 1.25, 1e-3)
+BEND = CircularArc(1.0, 1e-3, 1.25)
 HOW: dict[str, Any] = {"families": ["four-bar"], "limit": 4, "min_transmission": 40}
 
 
@@ -247,9 +247,9 @@ def test_a_line_that_is_scaled_moved_and_turned_has_the_same_answers(ask: Ask, r
 @pytest.mark.parametrize(
     "request_",
     [
-        CircularArc.between((1.0, 2.0), (1.0, 18.0), 20.0, 16e-3),
-        CircularArc(10.0, 12.5, 1e-2, start=(-30.0, 4.0), along=-160.0), CircularArc(1e-300, 1.25e-300, 1e-303),
-        CircularArc(1e300, 1.25e300, 1e297),
+        CircularArc.between((1.0, 2.0), (1.0, 18.0), 16e-3, 20.0),
+        CircularArc(10.0, 1e-2, 12.5, start=(-30.0, 4.0), along=-160.0), CircularArc(1e-300, 1e-303, 1.25e-300),
+        CircularArc(1e300, 1e297, 1.25e300),
     ],
     ids=str,
 )  # fmt: skip
@@ -388,8 +388,8 @@ def test_more_effort_makes_the_best_no_worse(ask: Ask, criterion: str) -> None:
 DENIED: list[tuple[Any, dict[str, Any]]] = [
     (StraightLine(2.789770216, 0.0000512),
      {"families": ["four-bar"], "max_size": 7.99, "min_transmission": 57.5, "rank_by": "deviation"}),
-    (CircularArc(1, 2.54, 3.9e-4), {"min_transmission": 40, "fixed_pivots_in": (-0.6, 0.1, 1.6, 1.4)}),
-    (CircularArc(1, 2.54, 3.9e-4), {"min_transmission": 40, "fixed_pivots_in": (-0.6, -1.4, 1.6, -0.1)}),
+    (CircularArc(1, 3.9e-4, 2.54), {"min_transmission": 40, "fixed_pivots_in": (-0.6, 0.1, 1.6, 1.4)}),
+    (CircularArc(1, 3.9e-4, 2.54), {"min_transmission": 40, "fixed_pivots_in": (-0.6, -1.4, 1.6, -0.1)}),
 ]  # fmt: skip
 
 

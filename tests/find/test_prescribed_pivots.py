@@ -14,7 +14,7 @@ from catalogue.errors import InvalidRequest
 
 Ask = Callable[..., catalogue.Found]
 LINE = catalogue.StraightLine(1.0, 0.01)
-ARC = catalogue.CircularArc(1.0, 1.0, 0.01)
+ARC = catalogue.CircularArc(1.0, 0.01, 1.0)
 FIXED = ((-0.3, 0.5), (1.1, -0.8))
 
 
@@ -71,7 +71,7 @@ def test_a_crank_stays_what_it_was(ask: Ask, naive: SimpleNamespace) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("given", "request_"),
-    [("crank", LINE), ("moving", LINE), ("fixed", LINE), ("crank", catalogue.CircularArc(1.0, 1.2, 0.01))],
+    [("crank", LINE), ("moving", LINE), ("fixed", LINE), ("crank", catalogue.CircularArc(1.0, 0.01, 1.2))],
     ids=["crank", "moving", "fixed", "crank of an arc"],
 )
 def test_what_is_given_of_a_good_guide_leads_to_one_as_good(ask: Ask, given: str, request_: Any) -> None:
@@ -119,7 +119,7 @@ def test_pivots_so_far_that_rounding_decides_are_refused(ask: Ask) -> None:
 
 def test_an_arc_for_a_crank_needs_a_radius(ask: Ask) -> None:
     with pytest.raises(InvalidRequest, match="give the radius of the arc too, where a crank is given"):
-        ask(catalogue.CircularArc(1.0, None, 0.01), crank=((0, 0), (0, 1)))
+        ask(catalogue.CircularArc(1.0, 0.01), crank=((0, 0), (0, 1)))
 
 
 @pytest.mark.slow

@@ -15,7 +15,7 @@ from catalogue import Catalogue, CircularArc, Found, StraightLine
 from tests.find.test_find import check
 
 Ask = Callable[..., Found]
-LINE, ARC = StraightLine(150, 0.05), CircularArc(100, 100, 0.05)
+LINE, ARC = StraightLine(150, 0.05), CircularArc(100, 0.05, 100)
 
 
 @pytest.mark.slow
@@ -92,7 +92,7 @@ def test_drift_is_measured_when_it_is_asked_for(small_db: Path) -> None:
 
 @pytest.mark.slow
 def test_any_radius_will_do(ask: Ask, again: Any) -> None:
-    free = CircularArc(100, None, 0.05)
+    free = CircularArc(100, 0.05)
     found = ask(free, families=["four-bar"], rank_by="deviation", max_size=250.0, limit=4)
     assert len(found) == 4
     for c in found:

@@ -76,9 +76,9 @@ def test_a_full_answer_explains_itself(small: Catalogue, found: Found) -> None:
     assert "no plugin was needed" in told
     assert all(f"{step} " in told.splitlines()[-1] for step in ("starts", "refine", "verify"))
     assert "no guide found" not in told
-    arc = small.find(CircularArc(100, 150, 0.1), limit=2, refine=False).explain()
+    arc = small.find(CircularArc(100, 0.1, 150), limit=2, refine=False).explain()
     assert arc.startswith("arc of chord 100 and radius 150 within 0.1")
-    free = small.find(CircularArc(100, None, 0.1), limit=2, refine=False).explain()
+    free = small.find(CircularArc(100, 0.1), limit=2, refine=False).explain()
     assert free.startswith("arc of chord 100 and any radius within 0.1")
 
 
@@ -143,7 +143,7 @@ def test_a_stored_guide_is_laid_along_a_stroke(small: Catalogue, again: Again) -
 
 @pytest.mark.slow
 def test_a_stored_arc_is_laid_along_a_chord(small: Catalogue, again: Again) -> None:
-    found = small.find(CircularArc(100, None, 0.1), limit=3, refine=False, families=["four-bar"])
+    found = small.find(CircularArc(100, 0.1), limit=3, refine=False, families=["four-bar"])
     assert found
     for c in found:
         assert c.id is not None

@@ -185,7 +185,7 @@ def measured(naive: SimpleNamespace, c: Candidate) -> float:
 def test_returning_guides_are_found_and_are_what_they_say(
     held: Catalogue, naive: SimpleNamespace, radius: float
 ) -> None:
-    request = CircularArc(30, radius, 0.4)
+    request = CircularArc(30, 0.4, radius)
     found = held.find(request, returns=True, limit=6)
     assert found
     for c in found:
@@ -202,7 +202,7 @@ def test_returning_guides_are_found_and_are_what_they_say(
 
 @pytest.mark.slow
 def test_returning_guides_meet_constraints(held: Catalogue) -> None:
-    request = CircularArc(30, 60, 0.3)
+    request = CircularArc(30, 0.3, 60)
     wishes: list[dict[str, Any]] = [
         {"families": ["inverted-slider-crank"]},
         {"order": 5},
@@ -230,7 +230,7 @@ def test_slots_and_returns_exclude_one_another(held: Catalogue) -> None:
 
 @pytest.mark.slow
 def test_a_stored_returning_guide_is_shown_and_drawn(held: Catalogue, tmp_path: Path) -> None:
-    c = held.find(CircularArc(30, 60, 0.3), returns=True)[0]
+    c = held.find(CircularArc(30, 0.3, 60), returns=True)[0]
     assert c.id is not None
     guide = held.guide(c.id)
     assert guide.returns

@@ -15,7 +15,7 @@ from catalogue.guide.placement import at_stroke
 
 @pytest.fixture(scope="module", params=["line", "circle"])
 def found(small: catalogue.Catalogue, request: pytest.FixtureRequest) -> list[catalogue.Candidate]:
-    wish = catalogue.StraightLine(2.0, 0.004) if request.param == "line" else catalogue.CircularArc(2.0, 3.0, 0.01)
+    wish = catalogue.StraightLine(2.0, 0.004) if request.param == "line" else catalogue.CircularArc(2.0, 0.01, 3.0)
     return list(small.find(wish, limit=20, per_series=0))
 
 
@@ -96,7 +96,7 @@ def test_with_given_pivots_the_deviation_is_from_the_nominal_fixed_in_place(
 ) -> None:
     """A loop closed by circles, from a little before the first end to a little beyond the last: between the feet of the
     ends the largest distance from the line or arc that starts in (0, 0) and ends in (1, 0)."""
-    wish = catalogue.CircularArc(1.0, radius, 0.01) if radius else catalogue.StraightLine(1.0, 0.01)
+    wish = catalogue.CircularArc(1.0, 0.01, radius) if radius else catalogue.StraightLine(1.0, 0.01)
     seen, before = 0, 0.02
     for c in small.find(wish, fixed_pivots=((-0.3, 0.5), (1.1, -0.8)), limit=4):
         pivots = [[[x + before * w, y, w] for x, y, w in pair] for pair in c.pivots]

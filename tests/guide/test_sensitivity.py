@@ -17,7 +17,7 @@ DRAWS, BATCH, ERROR = 100_000, 10_000, 1e-4
 WISHES: list[Any] = [
     (StraightLine(150, 0.05), {"families": ["four-bar"]}),
     (StraightLine(150, 0.05), {"families": ["slider-crank"]}),
-    (CircularArc(100, 100, 0.05), {"families": ["four-bar"]}),
+    (CircularArc(100, 0.05, 100), {"families": ["four-bar"]}),
 ]
 
 

@@ -21,7 +21,7 @@ def asked(size: float, start: complex = 0j, along: float = 0.0) -> Problem:
     """Return one problem in a unit, at a place and in a direction."""
     turn = StraightLine(1, 0.01, along=along).direction
     places = [start + size * turn * z for z in (0.2 - 0.4j, 0.9 + 0.7j)]
-    request = CircularArc(size, 1.5 * size, 1e-3 * size, start=(start.real, start.imag), along=along)
+    request = CircularArc(size, 1e-3 * size, 1.5 * size, start=(start.real, start.imag), along=along)
     wanted = Constraints(
         max_size=3 * size, min_link=0.1 * size, min_transmission=40, fixed_pivots=[(z.real, z.imag) for z in places],
         within=0.2 * size,
@@ -61,7 +61,7 @@ def test_scale_and_shift_lead_back_to_the_frame_of_the_user(
 
 @pytest.mark.parametrize(
     ("request_", "curvature", "fixed"),
-    [(StraightLine(4, 0.1), 0, None), (CircularArc(4, 8, 0.1), -0.5, -0.5), (CircularArc(4, None, 0.1), None, None)],
+    [(StraightLine(4, 0.1), 0, None), (CircularArc(4, 0.1, 8), -0.5, -0.5), (CircularArc(4, 0.1), None, None)],
     ids=["line", "arc", "any arc"],
 )
 def test_curvature_of_the_nominal(request_: Any, curvature: float | None, fixed: float | None) -> None:

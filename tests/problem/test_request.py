@@ -32,9 +32,9 @@ each_wrong_number = pytest.mark.parametrize(("value", "message"), NUMBERS)
     [
         ("stroke", lambda x: StraightLine(x, 0.05)),
         ("deviation", lambda x: StraightLine(150, x)),
-        ("stroke", lambda x: CircularArc(x, 200, 0.05)),
-        ("radius", lambda x: CircularArc(150, x, 0.05)),
-        ("deviation", lambda x: CircularArc(150, 200, x)),
+        ("stroke", lambda x: CircularArc(x, 0.05, 200)),
+        ("radius", lambda x: CircularArc(150, 0.05, x)),
+        ("deviation", lambda x: CircularArc(150, x, 200)),
     ],
 )
 def test_nominal_refuses(name: str, make: Callable[[Any], Any], value: Any, message: str) -> None:
@@ -52,10 +52,23 @@ def test_a_deviation_of_a_tenth_of_the_stroke_is_no_guidance() -> None:
 
 
 def test_an_arc_stays_below_a_half_circle() -> None:
-    assert CircularArc(197, 100, 0.1).sweep == pytest.approx(1.97)
+    assert CircularArc(197, 0.1, 100).sweep == pytest.approx(1.97)
     for stroke in (199, 200, 500):
         with pytest.raises(InvalidRequest, match=f"an arc of chord {stroke} and radius 100 is a half circle or imposs"):
-            CircularArc(stroke, 100, 0.1)
+            CircularArc(stroke, 0.1, 100)
+
+
+@given(st.floats(1e-3, 1e3), st.floats(1e-9, 0.1), st.floats(1 / 1.97, 1e9))
+def test_an_arc_in_the_order_stroke_radius_deviation_is_refused(stroke: float, part: float, bend: float) -> None:
+    """As it was once: no radius of an arc is small enough for a deviation."""
+    deviation, radius = stroke * part, stroke * bend
+    assert CircularArc(stroke, deviation, radius).radius == radius
+    with pytest.raises(InvalidRequest, match="of an arc give stroke, deviation, radius in this order"):
+        CircularArc(stroke, radius, deviation)
+    with pytest.raises(InvalidRequest, match="of an arc give stroke, deviation, radius in this order"):
+        CircularArc.between((0, 0), (0, stroke), radius, deviation)
+    with pytest.raises(InvalidRequest, match=r"no guidance$"):
+        StraightLine(stroke, radius)
 
 
 COORDINATE = st.floats(-1e6, 1e6).map(lambda x: round(x, 3))
@@ -70,7 +83,7 @@ def test_a_path_between_two_points_starts_and_ends_there(x0: float, y0: float, x
         return
     for request in (
         StraightLine.between((x0, y0), (x1, y1), 1e-5),
-        CircularArc.between((x0, y0), (x1, y1), None, 1e-5),
+        CircularArc.between((x0, y0), (x1, y1), 1e-5),
     ):
         assert request.origin == here
         assert abs(request.origin + request.stroke * request.direction - there) <= 1e-14 * (abs(here) + abs(there))
@@ -89,10 +102,10 @@ def test_right_angles_are_exact(along: float, direction: complex) -> None:
         (lambda: StraightLine(1, 0.01, start=3), "start must be two numbers, x and y, not 3"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: StraightLine(1, 0.01, start=(1, 2, 3)), "start must be two numbers"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: StraightLine(1, 0.01, along="up"), "along must be a number of degrees, not 'up'"),  # type: ignore[arg-type]  # wrong on purpose
-        (lambda: CircularArc(1, 2, 0.01, along=math.inf), "along must be a finite number of degrees, not inf"),
+        (lambda: CircularArc(1, 0.01, 2, along=math.inf), "along must be a finite number of degrees, not inf"),
         (lambda: StraightLine.between((0, 0), "there", 0.01), "to must be two numbers"),
         (lambda: StraightLine.between((0, math.inf), (1, 0), 0.01), "from has a coordinate that is not finite"),
-        (lambda: CircularArc.between((0, 0), (0, 0), 1, 0.01), r"starts and ends in \(0, 0\): give two places"),
+        (lambda: CircularArc.between((0, 0), (0, 0), 0.01, 1), r"starts and ends in \(0, 0\): give two places"),
     ],
 )
 def test_places_refuse(make: Callable[[], Any], message: str) -> None:

@@ -70,7 +70,7 @@ def moved(problem: Problem, found: CandidateBatch, step: Array) -> tuple[Candida
 PROBLEMS: list[tuple[Any, Any, dict[str, Any]]] = [
     (StraightLine(1, 5e-3), "deviation", {"families": ["four-bar"], "max_size": 3.0}),
     (StraightLine(1, 5e-3), "size", {"families": ["four-bar"], "min_transmission": 20.0}),
-    (CircularArc(1, 1, 5e-3), "balance", {"families": ["four-bar"]}),
+    (CircularArc(1, 5e-3, 1), "balance", {"families": ["four-bar"]}),
 ]
 
 

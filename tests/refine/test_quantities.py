@@ -24,7 +24,7 @@ from catalogue.refine.quantities import NONE, Pieces, Quantities
 from tests.refine.starts import problem_of, started
 
 STEP = 1e-6
-LINE, ARC = StraightLine(1, 5e-3), CircularArc(1, 1, 5e-3)
+LINE, ARC = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1)
 POLYGON = [(-0.4, -0.3), (1.5, -0.3), (1.5, 0.3), (0.5, 0.2), (-0.4, 0.9)]
 NAMES = ("size", "max_link", "min_link", "max_ground", "max_arm", "least_arm", "transmission", "full_rotation")
 WISHES: list[tuple[Any, dict[str, Any], tuple[str, ...]]] = [

@@ -20,7 +20,7 @@ from catalogue.refine.sqp import Refinement
 from catalogue.refine.subproblem import PivotCoordinates, linearise
 from tests.refine.starts import problem_of, started
 
-LINE, ARC, FREE = StraightLine(1, 5e-3), CircularArc(1, 1, 5e-3), CircularArc(1, None, 5e-3)
+LINE, ARC, FREE = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1), CircularArc(1, 5e-3)
 BOX = (-1.5, -1.5, 2.5, 1.5)
 WISHES: list[tuple[Any, Any, dict[str, Any]]] = [
     (LINE, "score", {"families": ["four-bar"]}),

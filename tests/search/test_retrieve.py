@@ -13,14 +13,14 @@ from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from catalogue.search.retrieve import eligible, estimate, kinds, levels, placed, shortlist, stored_reaches
 
-LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
+LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 
 
 def asked(request: Any, rank_by: Any = "score", **wanted: Any) -> Problem:
     return Problem.of(request, Constraints(**wanted), Ranking.of(request, rank_by))
 
 
-@pytest.mark.parametrize("request_", [LINE, ARC, CircularArc(1, None, 1e-3)], ids=["line", "arc", "any arc"])
+@pytest.mark.parametrize("request_", [LINE, ARC, CircularArc(1, 1e-3)], ids=["line", "arc", "any arc"])
 def test_the_shortlist_holds_every_series_and_no_guide_twice(small: Catalogue, request_: Any) -> None:
     problem = asked(request_)
     found = stored_reaches(problem, small.database)
@@ -137,8 +137,8 @@ def test_flat_arcs_are_served_by_lines_too() -> None:
     def serve(request: Any, **wanted: Any) -> int:
         return len(kinds(asked(request, **wanted)))
 
-    assert [serve(CircularArc(1, r, 1e-3)) for r in (0.6, 50.0, 1e6)] == [1, 2, 2]
-    assert serve(CircularArc(1, None, 1e-3)) == serve(LINE) == 1
+    assert [serve(CircularArc(1, 1e-3, r)) for r in (0.6, 50.0, 1e6)] == [1, 2, 2]
+    assert serve(CircularArc(1, 1e-3)) == serve(LINE) == 1
     point, slot = kinds(asked(LINE)), kinds(asked(LINE, slots=True))
     assert not set(point) & set(slot)
 

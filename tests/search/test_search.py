@@ -16,7 +16,7 @@ from catalogue.problem.ranking import Ranking
 from catalogue.search import search
 from catalogue.search.search import Search
 
-LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1.5, 1e-3)
+LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 
 
 def asked(request: Any, rank_by: Any = "score", **wanted: Any) -> Problem:

@@ -26,7 +26,7 @@ from catalogue.search.synthesis import (
     summit,
 )
 
-LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 0.8, 1e-3), CircularArc(1, None, 1e-3)
+LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 0.8), CircularArc(1, 1e-3)
 
 
 def asked(request: Any, **wanted: Any) -> Problem:
@@ -153,7 +153,7 @@ def test_only_what_is_asked_for_is_made(wanted: dict[str, Any], made: list[str])
 @pytest.mark.parametrize("radius", [0.51, 0.6, 1.0, 5.0])
 def test_parallelograms_carry_along_the_arc_itself(radius: float) -> None:
     """And no dead point is near."""
-    problem = asked(CircularArc(1, radius, 1e-3), families=["four-bar"])
+    problem = asked(CircularArc(1, 1e-3, radius), families=["four-bar"])
     made = parallelograms(problem, 12, np.random.default_rng(3))
     if radius == 0.51:
         assert made is None, "the crank would come too near to its coupler"

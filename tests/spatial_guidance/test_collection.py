@@ -174,7 +174,7 @@ def _least(distances: Any, n: int) -> float:
 
 @pytest.mark.slow
 @pytest.mark.parametrize("family", list(COLLECTION.families))
-@pytest.mark.parametrize("request_", [StraightLine(20, 0.4), CircularArc(20, None, 0.4)], ids=["line", "circle"])
+@pytest.mark.parametrize("request_", [StraightLine(20, 0.4), CircularArc(20, 0.4)], ids=["line", "circle"])
 def test_deviations_are_those_of_an_independent_solution(cat: Catalogue, family: str, request_: Any) -> None:
     found = cat.find_in("spatial-guidance", request_, families=[family], rank_by="size", limit=1)
     assert len(found) == 1
@@ -192,12 +192,12 @@ def test_deviations_are_those_of_an_independent_solution(cat: Catalogue, family:
 
 @pytest.mark.slow
 def test_a_given_radius_is_followed(cat: Catalogue) -> None:
-    for piece in cat.find_in("spatial-guidance", CircularArc(20, 15, 0.5), limit=2):
+    for piece in cat.find_in("spatial-guidance", CircularArc(20, 0.5, 15), limit=2):
         assert piece.radius == 15
         x = independent_path(dict(piece.parameters), 101)
         assert torus(x, 20, 15, free=False) == pytest.approx(piece.deviation, rel=5e-3)
         assert piece.deviation <= 0.5
-    assert cat.find_in("spatial-guidance", CircularArc(20, 15, 0.5), limit=1)
+    assert cat.find_in("spatial-guidance", CircularArc(20, 0.5, 15), limit=1)
 
 
 # -- fits -------------------------------------------------------------------------------------------------------------
@@ -293,7 +293,7 @@ def test_series_are_drawn_as_declared(cat: Catalogue) -> None:
 @pytest.mark.slow
 @pytest.mark.parametrize("family", ["I", "III", "VI"])
 def test_a_drawing_shows_guides_body_and_path(cat: Catalogue, family: str, tmp_path: Path) -> None:
-    piece = cat.find_in("spatial-guidance", CircularArc(5, None, 0.1), families=[family], limit=1)[0]
+    piece = cat.find_in("spatial-guidance", CircularArc(5, 0.1), families=[family], limit=1)[0]
     figure = piece.plot(tmp_path / "piece.svg")
     text = (tmp_path / "piece.svg").read_text("utf-8")
     assert text.startswith("<?xml")
