@@ -62,3 +62,12 @@ class PluginWarning(UserWarning):
 def one_line(error: BaseException) -> str:
     text = str(error).strip().splitlines()
     return f"{type(error).__name__}: {text[0]}" if text else type(error).__name__
+
+
+def quoted(value: object) -> str:
+    """Return a value as an error quotes it: its repr, on one short line."""
+    try:
+        text = " ".join(repr(value).split())
+    except Exception:  # of a number with thousands of digits, or of anybody's class
+        text = f"a {type(value).__name__}"
+    return text if len(text) <= 60 else f"{text[:57]}..."

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, quoted
 from ..kinematics.batch import mapped
-from ..kinematics.linkage import Linkage
+from ..kinematics.linkage import Linkage, LinkageLike
 from ..kinematics.types import Array, Floats, Mask
 from .finite_pole import VANISHING, finite_pole, noise
 from .parallel_cranks import parallel_cranks
@@ -117,12 +117,13 @@ class Curvature:
         return why
 
 
-def curvature(linkage: Linkage, branch: int | None = None) -> Curvature:
+def curvature(linkage: LinkageLike, branch: int | None = None) -> Curvature:
     """Return the curvature law and the stationary curvature of each linkage.
 
     Parameters
     ----------
-    linkage : Linkage of n
+    linkage : Linkage of n, its pivots, or a mapping of link lengths
+        See `Linkage` and `catalogue.kinematics.from_lengths`.
     branch : 0 or 1, optional
         Of linkages at a dead point, where two branches of the motion meet, the one that is wanted; without it they have
         no curvature.  Both at once: `dead_points`.
@@ -135,11 +136,16 @@ def curvature(linkage: Linkage, branch: int | None = None) -> Curvature:
 
     Raises
     ------
+    InvalidLinkage
+        If the pivots or lengths make no linkage.
     InvalidRequest
         If the branch is neither 0 nor 1.
     """
-    if branch not in (None, 0, 1):
-        raise InvalidRequest(f"the branch at a dead point is 0 or 1, not {branch!r}")
+    linkage = Linkage.of(linkage)
+    if branch is not None and (
+        type(branch) is bool or not isinstance(branch, int | np.integer) or not 0 <= branch <= 1
+    ):
+        raise InvalidRequest(f"the branch at a dead point is 0 or 1, not {quoted(branch)}")
     sine = linkage.sine
     state = np.where(np.abs(sine) < PARALLEL_SINE, PARALLEL, REGULAR)
     state[_collinear(linkage, sine)] = DEAD_POINT

@@ -27,14 +27,14 @@ Source: the usual closures by two circles, or a circle and a line.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
-from ..errors import InvalidLinkage
+from ..errors import InvalidLinkage, quoted
 from .link_lengths import in_coupler
 from .linkage import Linkage, homogeneous, refuse
-from .types import Array, Complexes, Floats
+from .types import Array, Complexes, Floats, doubles
 
 FOUR_BAR = ("ground", "crank", "coupler", "rocker")
 SLIDER_CRANK = ("crank", "coupler", "offset")
@@ -48,7 +48,7 @@ POSITION = ("angle", "branch")
 POINT = ("x", "y", "along", "across")
 
 
-def from_lengths(links: Mapping[str, npt.ArrayLike]) -> Linkage:
+def from_lengths(links: Mapping[str, Any]) -> Linkage:
     """Return linkages from the lengths of their links, arrays of shape () or (n,): one row of the table above.
 
     ``offset`` may be left out (0) or negative.  ``angle``: of the first crank from the x axis [deg]; of the coupler
@@ -65,10 +65,10 @@ def from_lengths(links: Mapping[str, npt.ArrayLike]) -> Linkage:
         raise InvalidLinkage(
             "link lengths need the `angle` of the first crank, in degrees: a series is of one position"
         )
-    return _closed(links)
+    return _closed(_numbers(links))
 
 
-def guide_from_lengths(links: Mapping[str, npt.ArrayLike]) -> tuple[Linkage, Complexes]:
+def guide_from_lengths(links: Mapping[str, Any]) -> tuple[Linkage, Complexes]:
     """Return linkages from the lengths of their links, and their guided points (n,), given beside them by ``x`` and
     ``y`` or by ``along`` and ``across``, NaN if not; without ``angle`` in a position in the middle of what the first
     crank can reach.
@@ -78,11 +78,12 @@ def guide_from_lengths(links: Mapping[str, npt.ArrayLike]) -> tuple[Linkage, Com
     InvalidLinkage
         As of `from_lengths`, or where a chain cannot be closed at all.
     """
-    given = {name: value for name, value in links.items() if name not in POINT}
+    values = _numbers(links)
+    given = {name: value for name, value in values.items() if name not in POINT}
     if "angle" not in given:
         given["angle"] = _closable(given)
     linkage = _closed(given)
-    pairs = [[np.asarray(links[name], dtype=float) for name in p if name in links] for p in (POINT[:2], POINT[2:])]
+    pairs = [[values[name] for name in pair if name in values] for pair in (POINT[:2], POINT[2:])]
     if any(len(pair) == 1 for pair in pairs) or all(pairs):
         raise InvalidLinkage("a guided point is given by `x` and `y`, or by `along` and `across`")
     if pairs[1]:
@@ -91,21 +92,34 @@ def guide_from_lengths(links: Mapping[str, npt.ArrayLike]) -> tuple[Linkage, Com
     return linkage, np.broadcast_to(place, len(linkage)).astype(complex)
 
 
-def _closable(links: Mapping[str, npt.ArrayLike]) -> Floats:
+def _numbers(links: Mapping[str, Any]) -> dict[str, Floats]:
+    """Return what stands under each name as numbers, shape (n,) each."""
+    given = {}
+    for name, value in links.items():
+        try:
+            given[name] = np.atleast_1d(doubles(value))
+        except ValueError:
+            given[name] = np.empty((0, 0))
+        if given[name].ndim > 1:
+            raise InvalidLinkage(f"the link length `{name}` must be a number or a list of numbers, not {quoted(value)}")
+    try:
+        return dict(zip(given, np.broadcast_arrays(*given.values()), strict=True))
+    except ValueError:
+        raise InvalidLinkage("link lengths must be numbers, or lists of one length") from None
+
+
+def _closable(of: Mapping[str, Floats]) -> Floats:
     """Return an angle of the first crank at which each chain can be closed, far from its dead points [deg]."""
-    given = {name: np.atleast_1d(np.asarray(value, dtype=float)) for name, value in links.items()}
-    names = _row({*given})
-    of = {name: np.broadcast_arrays(*given.values())[list(given).index(name)] for name in given}
+    names = _row({*of})
     if names not in (FOUR_BAR, SLIDER_CRANK, INVERTED):
         return np.full(1, 30.0)
-    r, zero = of["crank"], np.zeros_like(of["crank"])
-    offset = of.get("offset", zero)
+    r = of["crank"]
+    offset = of.get("offset", np.zeros_like(r))
     with np.errstate(all="ignore"):
         if names == SLIDER_CRANK:
             low, high = (offset - of["coupler"]) / r, (offset + of["coupler"]) / r
         else:
-            f = of["ground"]
-            inner, outer = np.abs(offset), np.full_like(r, np.inf)
+            f, inner, outer = of["ground"], np.abs(offset), np.full_like(r, np.inf)
             if names == FOUR_BAR:
                 inner, outer = np.abs(of["coupler"] - of["rocker"]), of["coupler"] + of["rocker"]
             low, high = ((r**2 + f**2 - far**2) / (2 * r * f) for far in (outer, inner))
@@ -120,18 +134,16 @@ def _row(names: set[str]) -> tuple[str, ...]:
     fits = [row for row in CLOSURES if lengths in ({*row}, {*row} - {"offset"})]
     if not fits:
         raise InvalidLinkage(
-            f"link lengths {', '.join(sorted(lengths))} make no linkage: give "
+            f"link lengths {', '.join(sorted(map(str, lengths))) or 'that are not there'} make no linkage: give "
             + ", or ".join(" ".join(row) for row in CLOSURES)
         )
     return fits[0]
 
 
-def _closed(links: Mapping[str, npt.ArrayLike]) -> Linkage:
-    given = {name: np.asarray(value, dtype=float) for name, value in links.items()}
+def _closed(given: Mapping[str, Floats]) -> Linkage:
     names = _row({*given})
-    values = {"offset": np.zeros(()), "branch": np.ones(()), **given}
-    wide = np.broadcast_arrays(*(np.atleast_1d(v) for v in values.values()))
-    values = dict(zip(values, wide, strict=True))
+    values = {"offset": np.zeros(1), "branch": np.ones(1), **given}
+    values = dict(zip(values, np.broadcast_arrays(*values.values()), strict=True))
     for name in {*given} - {*POSITION, "offset", "between", "height"}:
         refuse(np.where(values[name] > 0, "", f"its {name} must be above zero"))
     refuse(np.where(np.abs(values["branch"]) == 1, "", "its branch must be 1 or -1"))

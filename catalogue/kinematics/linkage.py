@@ -18,15 +18,15 @@ The pivots are given in one *reference position*; fixed and moving plane share t
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidLinkage
-from .types import Array, Complexes, Floats, Mask
+from .types import Array, Complexes, Floats, Mask, doubles
 
 RR, PR, RP = 0, 1, 2
 FAMILIES: dict[str, tuple[int, int]] = {
@@ -53,8 +53,8 @@ class Linkage:
     Parameters
     ----------
     pivots : array_like, shape (2, 2, 3) or (n, 2, 2, 3)
-        Dyad, (fixed, moving), (x, y, w), in any length unit.  Scaled on entry so that w is 0 or 1 and
-        the direction of a pivot at infinity is a unit vector.
+        Dyad, (fixed, moving), (x, y, w), in any length unit; (x, y) is a finite pivot, w = 1.  Scaled on entry so that
+        w is 0 or 1 and the direction of a pivot at infinity is a unit vector.
 
     Raises
     ------
@@ -64,16 +64,22 @@ class Linkage:
     """
 
     def __init__(self, pivots: npt.ArrayLike) -> None:
-        try:
-            given = np.array(pivots, dtype=float)
-        except (TypeError, ValueError) as error:
-            raise InvalidLinkage(f"pivots must be numbers in an array of shape (n, 2, 2, 3): {error}") from None
-        if given.shape[-3:] != (2, 2, 3) or given.ndim not in (3, 4):
-            raise InvalidLinkage(f"pivots must have shape (2, 2, 3) or (n, 2, 2, 3), not {given.shape}")
-        given = given.reshape(-1, 2, 2, 3)
+        given = _read(pivots)
         refuse(faults(given))
         self.pivots = _normalised(given)
         self.pivots.setflags(write=False)
+
+    @classmethod
+    def of(cls, given: LinkageLike) -> Linkage:
+        """Return linkages given as such, by their pivots, or by a mapping of link lengths; see
+        `catalogue.kinematics.from_lengths`."""
+        if isinstance(given, Linkage):
+            return given
+        if isinstance(given, Mapping):
+            from .from_lengths import from_lengths  # which is built on this module
+
+            return from_lengths(given)
+        return cls(given)
 
     @classmethod
     def valid(cls, pivots: Floats) -> tuple[Linkage, Mask]:
@@ -164,6 +170,39 @@ class Linkage:
         z = np.where(flip, self.points.conj(), self.points)
         z = np.where(self.finite, a * z + b, a / np.abs(a) * z)
         return self.trusted(homogeneous(z, self.pivots[..., 2]))
+
+
+#: What stands for linkages: pivots as `Linkage` takes them, link lengths as `from_lengths` does.
+LinkageLike: TypeAlias = Linkage | npt.ArrayLike | Mapping[str, Any]
+
+
+SHAPE = "a linkage is [[A1, A1*], [A2, A2*]], each pivot (x, y) or (x, y, w)"
+
+
+def _read(pivots: npt.ArrayLike) -> Floats:
+    """Return pivots as they are given, shape (n, 2, 2, 3), w = 1 where there is none; `InvalidLinkage` if they are
+    not of the shape that `Linkage` takes."""
+    try:
+        given = doubles(pivots)
+    except ValueError:
+        try:  # a pivot at infinity among others without w
+            given = doubles(_completed(pivots))
+        except ValueError:
+            raise InvalidLinkage(f"pivots must be numbers in an array of shape (n, 2, 2, 3): {SHAPE}") from None
+    if given.shape[-3:] == (2, 2, 2):
+        given = np.insert(given, 2, 1.0, axis=-1)
+    if given.shape[-3:] != (2, 2, 3) or given.ndim not in (3, 4):
+        raise InvalidLinkage(f"pivots must have shape (2, 2, 3) or (n, 2, 2, 3), not {given.shape}: {SHAPE}")
+    return given.reshape(-1, 2, 2, 3)
+
+
+def _completed(given: Any) -> Any:
+    """Return nested sequences with w = 1 after each x, y."""
+    if not isinstance(given, Sequence | np.ndarray) or isinstance(given, str | bytes):
+        return given
+    if len(given) == 2 and not any(isinstance(part, Sequence | np.ndarray) for part in given):
+        return [*given, 1.0]
+    return [_completed(part) for part in given]
 
 
 def homogeneous(z: Array, w: npt.ArrayLike = 1.0) -> Floats:

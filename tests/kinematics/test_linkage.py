@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue.errors import InvalidLinkage
+from catalogue.kinematics.from_lengths import from_lengths
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage, faults
 from catalogue.kinematics.types import Array
 
@@ -98,7 +99,7 @@ def test_a_faulty_linkage_is_refused_with_its_place_and_its_fault(first: Any, se
         Linkage([[first, second], good, [second, first]])
 
 
-@pytest.mark.parametrize("shape", [(2, 3), (2, 2, 2), (3, 2, 2, 4), (1, 1, 2, 2, 3), ()])
+@pytest.mark.parametrize("shape", [(2, 3), (2, 2), (2, 2, 1), (3, 2, 2, 4), (1, 1, 2, 2, 3), ()])
 def test_a_wrong_shape_is_refused(shape: tuple[int, ...]) -> None:
     with pytest.raises(InvalidLinkage, match=r"pivots must have shape \(2, 2, 3\) or \(n, 2, 2, 3\)"):
         Linkage(np.ones(shape))
@@ -108,6 +109,27 @@ def test_a_wrong_shape_is_refused(shape: tuple[int, ...]) -> None:
 def test_what_is_no_array_of_numbers_is_refused(pivots: Any) -> None:
     with pytest.raises(InvalidLinkage, match="pivots must be numbers in an array"):
         Linkage(pivots)
+
+
+@pytest.mark.parametrize("wide", [list, tuple, np.array])
+def test_two_coordinates_are_a_finite_pivot(wide: Callable[[Any], Any]) -> None:
+    plain = Linkage([[CRANK, OTHER]]).pivots
+    short = [[pivot[:2] for pivot in dyad] for dyad in (CRANK, OTHER)]
+    np.testing.assert_array_equal(Linkage(wide(short)).pivots, plain)
+    np.testing.assert_array_equal(Linkage(wide([short, short])).pivots, np.concatenate([plain, plain]))
+
+
+def test_a_pivot_at_infinity_stands_among_pivots_of_two_coordinates() -> None:
+    mixed: Any = [[[0, 0], [1, 2]], [[0, 1, 0], (3, 1)]]
+    np.testing.assert_array_equal(Linkage(mixed).pivots, Linkage([CRANK, SLIDER]).pivots)
+
+
+def test_linkages_are_given_as_such_by_pivots_or_by_lengths() -> None:
+    bars = {"ground": 4, "crank": 2.4, "coupler": 2, "rocker": 2.4, "angle": [60, 70]}
+    made = Linkage.of(bars)
+    assert Linkage.of(made) is made
+    np.testing.assert_array_equal(made.pivots, from_lengths(bars).pivots)
+    np.testing.assert_array_equal(Linkage.of(made.pivots.tolist()).pivots, made.pivots)
 
 
 def test_pivots_apart_by_more_than_rounding_are_accepted() -> None:
