@@ -8,7 +8,8 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, quoted
+from ..problem.request import number
 from .spec import LENGTH, Collection
 
 _CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")
@@ -40,18 +41,20 @@ def bounds(collection: Collection, stroke: float, where: Mapping[str, Any]) -> l
     InvalidRequest
         If a metric is unknown, or a pair is not one or holds nothing.
     """
+    if not isinstance(where, Mapping):
+        raise InvalidRequest(f"bounds must be a mapping of metrics to (least, most), not {quoted(where)}")
     found = []
     for name, pair in where.items():
         if name not in collection.metrics:
             known = ", ".join(collection.metrics) or "none"
-            raise InvalidRequest(f"{collection.name} has no metric {name!r}; it has {known}")
+            raise InvalidRequest(f"{collection.name} has no metric {quoted(name)}; it has {known}")
         try:
             least, most = pair
-            low = -math.inf if least is None else float(least)
-            high = math.inf if most is None else float(most)
+            low = -math.inf if least is None else number(name, least)
+            high = math.inf if most is None else number(name, most)
         except (TypeError, ValueError):
             raise InvalidRequest(
-                f"{name} must be bounded by two numbers, least and most (or None), not {pair!r}"
+                f"{name} must be bounded by two numbers, least and most (or None), not {quoted(pair)}"
             ) from None
         if not low <= high:
             raise InvalidRequest(f"{name} cannot be at least {least} and at most {most}")

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..candidates.select import ranks
 from ..candidates.stored import canonical
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, quoted
 from ..guide.coupler_curve import CouplerCurve, coupler_curve
 from ..guide.drive import drive_metrics
 from ..guide.dwell import Dwell, dwells, turned
@@ -18,14 +18,14 @@ from ..guide.placement import mid_stroke
 from ..guide.trace import trace
 from ..kinematics.linkage import SLIDING
 from ..kinematics.types import Array, Complexes, Floats, Indices
-from ..problem.constraints import Constraints
+from ..problem.constraints import Constraints, DwellArguments
 from ..problem.request import whole
 from ..store import COLUMNS, Database, Guide, Mechanism, Reach, joined
 from .dwell_results import DwellCandidate, DwellResults, StandStill
 from .names import check_names, eligible_series
 
 #: Constraints that go with a dwell.
-GOVERNED = ("families", "series", "configurations", "order", "pins_only", "min_transmission")
+GOVERNED = tuple(DwellArguments.__annotations__)
 #: Stored guides that are traced of each series, per unit of effort.
 SHARE = 150
 #: Lengths of rockers over that of the rod, and directions from the joint to their pivots, that are tried.
@@ -48,7 +48,7 @@ def find_dwells(
 ) -> DwellResults:
     """Return dwells, one for each stored guide; see `catalogue.Catalogue.find_dwells`."""
     if not isinstance(request, StandStill):
-        raise InvalidRequest(f"find_dwells wants a StandStill, not {request!r}")
+        raise InvalidRequest(f"find_dwells wants a StandStill, not {quoted(request)}")
     limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
     if other := [name for name in constraints.active() if name not in GOVERNED]:
         raise InvalidRequest(f"{other[0]} does not go with a dwell; there are {', '.join(GOVERNED)}")

@@ -18,7 +18,7 @@ from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
-from ..problem.request import Request, path_request, positive, whole
+from ..problem.request import Request, path_request, positive, switch, whole
 from ..refine.certificate import Certificate, Drifts, certified
 from ..search.search import Search, SearchReport
 from ..store import Database
@@ -64,6 +64,7 @@ def find(
     limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
     ranking = Ranking.of(request, rank_by, per_series, distinct, limit, desires)
     problem = Problem.of(request, constraints, ranking, limit, effort)
+    refine, cognates = switch("refine", refine), switch("cognates", cognates)
     step = None if round_to is None else positive("round_to", round_to) / problem.stroke
     report = SearchReport()
     if constraints.given:

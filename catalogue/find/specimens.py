@@ -14,8 +14,8 @@ from sqlalchemy import ColumnElement, and_, case, func, select, true
 from ..collections.bounds import Bound, bounds
 from ..collections.results import CollectionCandidate
 from ..collections.spec import COLUMNS, Collection, Measured
-from ..errors import InvalidRequest, PluginError, one_line
-from ..problem.request import Request, whole
+from ..errors import InvalidRequest, PluginError, one_line, quoted
+from ..problem.request import Request, names, whole
 from ..store import Database
 from ..store import SpecimenRow as Row
 from .results import Results
@@ -55,12 +55,13 @@ def find_in(
 ) -> CollectionResults:
     """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`."""
     limit, clock = whole("limit", limit, 1), time.perf_counter()
-    if rank_by != "deviation" and rank_by not in collection.metrics:
-        known = ", ".join(["deviation", *collection.metrics])
-        raise InvalidRequest(f"cannot rank by {rank_by!r}; {collection.name} has {known}")
-    given = bounds(collection, request.stroke, where or {})
-    named = {"family": (families, collection.families), "series": (series, collection.series)}
-    allowed = {what: (names,) if isinstance(names, str) else tuple(names) for what, (names, _) in named.items()}
+    criteria = ["deviation", *collection.metrics]
+    if not isinstance(rank_by, str) or rank_by not in criteria:
+        raise InvalidRequest(f"cannot rank by {quoted(rank_by)}; {collection.name} has {', '.join(criteria)}")
+    given = bounds(collection, request.stroke, {} if where is None else where)
+    named = {"family": (names("families", families), collection.families),
+             "series": (names("series", series), collection.series)}  # fmt: skip
+    allowed = {what: wanted for what, (wanted, _) in named.items()}
     for what, (_, held) in named.items():
         if unknown := [name for name in allowed[what] if name not in held]:
             raise InvalidRequest(f"there is no {what} {unknown[0]!r}; there are {', '.join(held)}")

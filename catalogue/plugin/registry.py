@@ -22,9 +22,10 @@ import pluggy
 
 from .. import __version__
 from ..collections.spec import Collection
-from ..errors import DuplicateSeries, PluginError, PluginWarning, one_line
+from ..errors import DuplicateSeries, PluginError, PluginWarning, one_line, quoted
 from ..folders import folder, plugin_folders
 from ..kinematics.families import Family
+from ..problem.request import names
 from ..series.series import Series
 from . import hookspecs
 
@@ -52,12 +53,14 @@ class Registry:
     ------
     DuplicateSeries
         If two plugins claim one series, family or collection.
+    InvalidRequest
+        If the folders are no names.
     PluginError
         If a folder does not exist.
     """
 
     def __init__(self, folders: Sequence[str] = ()) -> None:
-        self.folders = tuple(folders)
+        self.folders = names("plugins", folders)
         self.families: dict[str, Family] = {}
         self.series: dict[str, Series] = {}
         self._provider: dict[str, Record] = {}
@@ -199,7 +202,7 @@ def _load(path: Path) -> tuple[Record, ModuleType | None]:
 
 
 def _named(name: str, among: dict[str, Item], what: str) -> Item:
-    if name not in among:
+    if not isinstance(name, str) or name not in among:
         there = f"there are {', '.join(among)}" if among else "there are none"
-        raise PluginError(f"no plugin provides {what} {name}; {there}")
+        raise PluginError(f"no plugin provides {what} {name if isinstance(name, str) else quoted(name)}; {there}")
     return among[name]

@@ -12,7 +12,8 @@ import numpy as np
 from sqlalchemy import delete, func, insert, select
 
 from ..collections.spec import Collection
-from ..errors import InvalidRequest, PluginError, one_line
+from ..errors import PluginError, one_line
+from ..problem.request import whole
 from ..store import Database, SpecimenRow
 from .fill import Progress
 
@@ -52,8 +53,7 @@ def collect(
     begun = state(database, name)
     count = int(begun.get("count", COUNT)) if count is None else count
     seed = int(begun.get("seed", 0)) if seed is None else seed
-    if count < 1 or seed < 0:
-        raise InvalidRequest(f"a build needs a count of at least 1 and a seed of at least 0, not {count} and {seed}")
+    count, seed = whole("count", count, 1), whole("seed", seed, 0)
     source = {"seed": seed, "plan": collection.plan, "version": version}
     if not source.items() <= begun.items():
         with database.begin() as connection:

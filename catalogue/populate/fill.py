@@ -14,8 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import DatabaseError, InvalidRequest, PluginError, PluginWarning, one_line
+from ..errors import DatabaseError, InvalidRequest, PluginError, PluginWarning, one_line, quoted
 from ..plugin.registry import Registry
+from ..problem.request import names, whole
 from ..store import (
     Database,
     drop_indexes,
@@ -82,10 +83,11 @@ def fill(
     DatabaseError
         If the file cannot be written, or another process is filling it.
     """
-    if count < 1 or seed < 0:
-        raise InvalidRequest(f"a build needs a count of at least 1 and a seed of at least 0, not {count} and {seed}")
-    if processes is not None and processes < 1:
-        raise InvalidRequest(f"a build needs at least one process, not {processes}")
+    count, seed = whole("count", count, 1), whole("seed", seed, 0)
+    processes = None if processes is None else whole("processes", processes, 1)
+    series = names("series", series)
+    if not callable(report):
+        raise InvalidRequest(f"report must be a function of Progress, not {quoted(report)}")
     unknown = [code for code in series if code not in registry.series]
     if unknown:
         raise InvalidRequest(f"unknown series {unknown[0]}; there are {', '.join(registry.series)}")

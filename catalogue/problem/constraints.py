@@ -2,17 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from functools import partial
-from typing import Any
+from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..kinematics.types import Complexes, Floats, Mask
-from .request import digits, positive, whole
+from ..kinematics.types import Complexes, Floats, Mask, doubles
+from .request import digits, names, number, positive, switch, whole
 
 #: Where a side at infinity is taken to be, in the lengths that a region is carried to.
 FAR = 1e7
@@ -32,8 +31,8 @@ class Region:
         if isinstance(given, Region):
             return given
         try:
-            values = np.asarray(given, dtype=float)
-        except (TypeError, ValueError):
+            values = doubles(given)
+        except ValueError:
             raise InvalidRequest(f"{name} must be x0, y0, x1, y1 or a list of points") from None
         if values.shape == (4,):
             (x0, x1), (y0, y1) = values[[0, 2]], values[[1, 3]]
@@ -96,13 +95,60 @@ class Region:
 
 def zones(name: str, given: Any) -> tuple[Region, ...]:
     """Return regions given as a sequence of them, or one of them; `InvalidRequest` if they are none."""
-    try:
-        found = list(given)
-    except TypeError:
-        raise InvalidRequest(f"{name} must be a sequence of regions: x0, y0, x1, y1 or points of each") from None
-    if found and all(isinstance(value, int | float) for value in found):
+    if isinstance(given, Region):
+        return (given,)
+    if not isinstance(given, Iterable) or isinstance(given, str | bytes | Mapping):
+        raise InvalidRequest(f"{name} must be a sequence of regions: x0, y0, x1, y1 or points of each")
+    found = list(given)
+    if found and not any(isinstance(part, Region | Iterable) for part in found):  # numbers
         found = [found]
     return tuple(Region.of(name, z) for z in found)
+
+
+#: A box (x0, y0, x1, y1), whose sides may be infinite, or the corners of a polygon.
+RegionLike: TypeAlias = Region | Floats | Sequence[float | Sequence[float]]
+#: Two points, ((x, y), (x, y)) or (x, y, x, y).
+TwoPoints: TypeAlias = Floats | Sequence[float | Sequence[float]]
+
+
+class DwellArguments(TypedDict, total=False):
+    """The constraints that go with a dwell, as keywords; see `Constraints`."""
+
+    families: Sequence[str]
+    series: Sequence[str]
+    configurations: Sequence[str]
+    order: int
+    pins_only: bool
+    min_transmission: float
+
+
+class ConstraintArguments(DwellArguments, total=False):
+    """All constraints as keywords, for type checkers; see `Constraints`, of which these are the fields."""
+
+    slots: bool
+    returns: bool
+    fixed_pivots_in: RegionLike | None
+    pivots_in: RegionLike | None
+    fixed_pivots: TwoPoints | None
+    moving_pivots: TwoPoints | None
+    crank: TwoPoints | None
+    within: float
+    swept_in: RegionLike | None
+    keep_out: Region | Floats | Sequence[float | RegionLike]
+    max_size: float | None
+    max_link: float | None
+    min_link: float | None
+    max_ground: float | None
+    max_arm: float | None
+    min_allowance: float | None
+    min_transmission_turn: float
+    full_rotation: bool
+    min_drive_angle: float | None
+    max_drive_angle: float | None
+    max_rotation: float | None
+    min_uniformity: float | None
+    min_advantage: float | None
+    play: float
 
 
 #: Bounds on lengths, and on what `catalogue.guide.drive` knows.
@@ -200,13 +246,14 @@ class Constraints:
                 if value is not getattr(Constraints, name):  # the default
                     object.__setattr__(self, name, to(name, value))
 
-        convert(("families", "series", "configurations"), lambda _, v: (v,) if isinstance(v, str) else tuple(v))
+        convert(("families", "series", "configurations"), names)
+        convert(("pins_only", "slots", "returns", "full_rotation"), switch)
         convert((*LENGTHS, *DRIVE), positive)
         convert(["keep_out"], zones)
         convert(REGIONS, Region.of)
         convert(["order"], partial(whole, least=0))
         convert(["min_transmission", "min_transmission_turn"], _acute)
-        convert(["play", "within"], lambda name, v: positive(name, v) if v != 0 else v)
+        convert(["play", "within"], lambda name, v: number(name, v) and positive(name, v))
         convert(PRESCRIBED, _two_points)
         if self.min_transmission_turn:
             object.__setattr__(self, "full_rotation", True)
@@ -224,12 +271,19 @@ class Constraints:
             raise InvalidRequest(f"min_link {least:g} is above max_link {largest:g}: nothing can be between")
 
     @classmethod
-    def of(cls, given: Mapping[str, Any]) -> Constraints:
-        """Return constraints by name; an unknown one is an `InvalidRequest`."""
-        try:
-            return cls(**given)
-        except TypeError as error:
-            raise InvalidRequest(f"unknown constraint: {str(error).split('argument')[-1].strip()}") from None
+    def of(cls, given: Mapping[str, Any], options: Iterable[str] = ()) -> Constraints:
+        """Return constraints by name; an unknown one is an `InvalidRequest` that says which of these names, or of the
+        `options` beside them, is the nearest."""
+        known = [field.name for field in fields(cls)]
+        if wrong := [name for name in given if name not in known]:
+            from difflib import get_close_matches
+
+            near = get_close_matches(wrong[0], [*known, *options], n=1)
+            raise InvalidRequest(
+                f"unknown constraint: {wrong[0]!r}; "
+                + (f"did you mean {near[0]}?" if near else "`help(catalogue.Constraints)` lists what there is")
+            )
+        return cls(**given)
 
     @property
     def given(self) -> str | None:
@@ -261,20 +315,17 @@ class Constraints:
 
 
 def _acute(name: str, given: Any) -> float:
-    try:
-        angle = float(given)
-    except (TypeError, ValueError):
-        angle = math.nan
+    angle = number(name, given, "between 0 and 90 degrees")
     if not 0 <= angle < 90:
-        raise InvalidRequest(f"{name} must be between 0 and 90 degrees, not {given}")
+        raise InvalidRequest(f"{name} must be between 0 and 90 degrees, not {angle:g}")
     return angle
 
 
 def _two_points(name: str, given: Any) -> tuple[tuple[float, float], ...]:
     """Return two points given as ((x, y), (x, y)) or (x, y, x, y)."""
     try:
-        values = np.asarray(given, dtype=float)
-    except (TypeError, ValueError):
+        values = doubles(given)
+    except ValueError:
         values = np.empty(0)
     if values.shape not in ((2, 2), (4,)):
         raise InvalidRequest(f"{name} must be two points, x and y of each")

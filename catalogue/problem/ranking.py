@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidRequest
-from ..kinematics.types import Floats
-from .request import Request, digits, positive, whole
+from ..errors import InvalidRequest, quoted
+from ..kinematics.types import Floats, doubles
+from .request import Request, digits, names, number, positive, whole
 
 #: What candidates can be ranked by; of each less is better as a cost.  The score is that of the desirabilities, the
 #: balance the size over the stroke less the transmission angle over 90 degrees.
@@ -43,12 +43,14 @@ class Desire:
         """Return the desire given as (best, worst) or (best, worst, weight), in the user's unit; `InvalidRequest` if
         there is no such desire, or it is none."""
         if name not in DESIRES:
-            raise InvalidRequest(f"no desirability is made of {name!r}; there are {', '.join(DESIRES)}")
+            raise InvalidRequest(f"no desirability is made of {quoted(name)}; there are {', '.join(DESIRES)}")
         try:
-            best, worst, *more = (float(value) for value in given)
-            (weight,) = more or (1.0,)
-        except (TypeError, ValueError):
-            raise InvalidRequest(f"the desire for {name} must be BEST, WORST or BEST, WORST, WEIGHT") from None
+            values = doubles(given)
+        except ValueError:
+            values = np.empty(0)
+        if values.shape not in ((2,), (3,)):
+            raise InvalidRequest(f"the desire for {name} must be BEST, WORST or BEST, WORST, WEIGHT")
+        best, worst, weight = (*values.tolist(), 1.0)[:3]
         downward = DESIRES[name].best < DESIRES[name].worst
         if not np.isfinite([best, worst]).all() or best == worst or (best < worst) != downward:
             side = "below" if downward else "above"
@@ -82,16 +84,24 @@ def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, flo
     criterion is unknown or a weight is not positive."""
     if isinstance(rank_by, str):
         parts = [part.partition("=") for part in rank_by.split(",")]
-        given: Mapping[str, Any] = {name.strip(): value if equal else 1.0 for name, equal, value in parts}
+        given: Mapping[str, Any] = {name.strip(): _number(value) if equal else 1.0 for name, equal, value in parts}
     elif isinstance(rank_by, Mapping):
         given = rank_by
     else:
-        raise InvalidRequest(f"cannot rank by {rank_by!r}; choose from {', '.join(CRITERIA)}")
-    unknown = [name for name in given if name not in CRITERIA]
+        raise InvalidRequest(f"cannot rank by {quoted(rank_by)}; choose from {', '.join(CRITERIA)}")
+    unknown = [str(name) for name in given if name not in CRITERIA]
     if unknown or not given:
         wrong = unknown[0] if unknown else "nothing"
         raise InvalidRequest(f"cannot rank by {wrong}; choose from {', '.join(CRITERIA)}")
     return {name: positive(f"the weight of {name}", weight) for name, weight in given.items()}
+
+
+def _number(text: str) -> float | str:
+    """Return the number that a text is; another text is given back, for who wants a number to refuse."""
+    try:
+        return float(text)
+    except ValueError:
+        return text
 
 
 Values = Mapping[str, Floats]
@@ -127,17 +137,16 @@ class Ranking:
         number out of range."""
         front: tuple[str, ...] = ()
         if isinstance(rank_by, Sequence) and not isinstance(rank_by, str):
-            front = tuple(dict.fromkeys(rank_by))
+            front = tuple(dict.fromkeys(names("rank_by", rank_by)))
             if len(front) < 2:
                 raise InvalidRequest("a front needs two criteria or more: rank by one with its name")
             rank_by = dict.fromkeys(front, 1.0)
         share = (0 if front else -(-limit // 3)) if per_series is None else whole("per_series", per_series, 0)
-        try:
-            least = float(distinct)
-        except (TypeError, ValueError):
-            least = np.nan
+        least = number("distinct", distinct, "a number from 0 to below 1")
         if not 0 <= least < 1:
-            raise InvalidRequest(f"distinct must be a number from 0 to below 1, not {distinct!r}")
+            raise InvalidRequest(f"distinct must be a number from 0 to below 1, not {quoted(distinct)}")
+        if desires is not None and not isinstance(desires, Mapping):
+            raise InvalidRequest(f"desires must be a mapping of names to BEST, WORST, not {quoted(desires)}")
         units = {
             "size": request.stroke,
             "min_link": request.stroke,

@@ -1,28 +1,47 @@
-"""The path that a user asks for: a nominal with stroke and tolerance."""
+"""The path that a user asks for: a nominal with stroke and tolerance; how numbers, names and switches are read."""
 
 from __future__ import annotations
 
 import cmath
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from decimal import Decimal
+from numbers import Real
 from operator import index
+from os import PathLike
 from typing import Any, ClassVar
 
-from ..errors import InvalidRequest
+import numpy as np
+
+from ..errors import InvalidRequest, quoted
 
 #: Largest chord over radius; a half circle has 2.
 FULLEST = 1.98
+#: Largest whole number that is taken: beyond it doubles hold no more all of them.
+LARGEST = 2**53
+
+
+def number(name: str, value: Any, kind: str = "a number") -> float:
+    """Return `value` as a float, NaN and infinity too; `InvalidRequest` unless it is a real number: a text or a truth
+    value is none."""
+    scalar = value[()] if isinstance(value, np.ndarray) and not value.ndim else value
+    if isinstance(scalar, Real | Decimal) and not isinstance(scalar, bool):
+        try:
+            return float(scalar)
+        except OverflowError:
+            raise InvalidRequest(f"{name} is beyond 1e308, the largest number that can be reckoned with") from None
+        except ValueError:  # a signalling NaN
+            return math.nan
+    raise InvalidRequest(f"{name} must be {kind}, not {quoted(value)}")
 
 
 def positive(name: str, value: Any) -> float:
     """Return `value` as a float; `InvalidRequest` unless it is a finite number above zero."""
-    try:
-        number = float(value)
-    except (TypeError, ValueError):
-        raise InvalidRequest(f"{name} must be a number, not {value!r}") from None
-    if not math.isfinite(number) or number <= 0:
-        raise InvalidRequest(f"{name} must be a finite number above zero, not {number:g}")
-    return number
+    given = number(name, value)
+    if not math.isfinite(given) or given <= 0:
+        raise InvalidRequest(f"{name} must be a finite number above zero, not {given:g}")
+    return given
 
 
 def digits(value: float) -> float:
@@ -31,14 +50,33 @@ def digits(value: float) -> float:
 
 
 def whole(name: str, value: Any, least: int) -> int:
-    """Return `value` as an int; `InvalidRequest` unless it is a whole number of at least `least`."""
+    """Return `value` as an int; `InvalidRequest` unless it is a whole number from `least` to `LARGEST`."""
     try:
-        number = index(value)
+        given = None if isinstance(value, bool) else index(value)
     except TypeError:
-        raise InvalidRequest(f"{name} must be a whole number, not {value!r}") from None
-    if number < least:
-        raise InvalidRequest(f"{name} must be at least {least}, not {number}")
-    return number
+        given = None
+    if given is None:
+        raise InvalidRequest(f"{name} must be a whole number, not {quoted(value)}")
+    if not least <= given <= LARGEST:
+        bound = f"at least {least}" if given < least else f"at most {LARGEST}"
+        raise InvalidRequest(f"{name} must be {bound}, not {quoted(given)}")
+    return given
+
+
+def switch(name: str, value: Any) -> bool:
+    """Return `value` as a bool; `InvalidRequest` unless it is True or False."""
+    if not isinstance(value, bool | np.bool_):
+        raise InvalidRequest(f"{name} must be True or False, not {quoted(value)}")
+    return bool(value)
+
+
+def names(name: str, given: Any) -> tuple[str, ...]:
+    """Return one name, of a folder too, or several as a tuple; `InvalidRequest` for anything else."""
+    several = isinstance(given, Iterable) and not isinstance(given, str | Mapping)
+    found = tuple(given) if several else (given,)
+    if wrong := [one for one in found if not isinstance(one, str | PathLike)]:
+        raise InvalidRequest(f"{name} must be a name or a sequence of names, not {quoted(wrong[0])}")
+    return tuple(str(one) for one in found)
 
 
 class _Placed:
@@ -51,15 +89,13 @@ class _Placed:
     along: float
 
     def __post_init__(self) -> None:
-        positive("stroke", self.stroke)
-        object.__setattr__(self, "start", point("start", self.start))
-        try:
-            object.__setattr__(self, "along", float(self.along))
-        except (TypeError, ValueError):
-            raise InvalidRequest(f"along must be a number of degrees, not {self.along!r}") from None
-        if not math.isfinite(self.along):
-            raise InvalidRequest(f"along must be a finite number of degrees, not {self.along:g}")
-        if positive("deviation", self.deviation) > 0.1 * self.stroke:
+        read = {name: positive(name, getattr(self, name)) for name in ("stroke", "deviation")}
+        along = number("along", self.along, "a number of degrees")
+        for name, value in {**read, "start": point("start", self.start), "along": along}.items():
+            object.__setattr__(self, name, value)
+        if not math.isfinite(along):
+            raise InvalidRequest(f"along must be a finite number of degrees, not {along:g}")
+        if self.deviation > 0.1 * self.stroke:
             like_a_radius = self.kind == "circle" and FULLEST * self.deviation >= self.stroke
             raise InvalidRequest(
                 f"a deviation of {self.deviation:g} over a stroke of {self.stroke:g} is no guidance"
@@ -90,15 +126,20 @@ def ends(start: Any, end: Any) -> dict[str, Any]:
     way = complex(*there) - complex(*here)
     if not way:
         raise InvalidRequest(f"the path starts and ends in ({here[0]:g}, {here[1]:g}): give two places")
-    return {"stroke": abs(way), "start": here, "along": math.degrees(cmath.phase(way))}
+    try:
+        stroke = abs(way)
+    except OverflowError:
+        stroke = math.inf
+    return {"stroke": stroke, "start": here, "along": math.degrees(cmath.phase(way))}
 
 
 def point(name: str, value: Any) -> tuple[float, float]:
     """Return two finite coordinates; `InvalidRequest` for anything else."""
     try:
-        x, y = (float(part) for part in value)
+        x, y = value
     except (TypeError, ValueError):
-        raise InvalidRequest(f"{name} must be two numbers, x and y, not {value!r}") from None
+        raise InvalidRequest(f"{name} must be two numbers, x and y, not {quoted(value)}") from None
+    x, y = (number(f"a coordinate of {name}", part) for part in (x, y))
     if not (math.isfinite(x) and math.isfinite(y)):
         raise InvalidRequest(f"{name} has a coordinate that is not finite")
     return x, y
@@ -135,7 +176,7 @@ class StraightLine(_Placed):
     sweep: ClassVar[float | None] = None  #: a line has none
 
     @classmethod
-    def between(cls, start: Any, end: Any, deviation: float) -> StraightLine:
+    def between(cls, start: Sequence[float], end: Sequence[float], deviation: float) -> StraightLine:
         """Return the request for a path from one point (x, y) to another."""
         return cls(deviation=deviation, **ends(start, end))
 
@@ -172,14 +213,18 @@ class CircularArc(_Placed):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.radius is not None and self.stroke > FULLEST * positive("radius", self.radius):
+        if self.radius is not None:
+            object.__setattr__(self, "radius", positive("radius", self.radius))
+        if self.radius is not None and self.stroke > FULLEST * self.radius:
             raise InvalidRequest(
                 f"an arc of chord {self.stroke:g} and radius {self.radius:g} is a half circle or impossible; "
                 f"give a stroke below {FULLEST:g} radius"
             )
 
     @classmethod
-    def between(cls, start: Any, end: Any, deviation: float, radius: float | None = None) -> CircularArc:
+    def between(
+        cls, start: Sequence[float], end: Sequence[float], deviation: float, radius: float | None = None
+    ) -> CircularArc:
         """Return the request for an arc from one point (x, y) to another."""
         return cls(deviation=deviation, radius=radius, **ends(start, end))
 
@@ -195,5 +240,5 @@ Request = StraightLine | CircularArc
 def path_request(name: str, given: Any) -> Request:
     """Return what is a request; raise `InvalidRequest`, in the name of who was asked, for anything else."""
     if not isinstance(given, Request):
-        raise InvalidRequest(f"{name} wants a StraightLine or CircularArc, not {given!r}")
+        raise InvalidRequest(f"{name} wants a StraightLine or CircularArc, not {quoted(given)}")
     return given

@@ -15,8 +15,9 @@ from ..curvature_theory.guided_elements import GuidedElements, guided_elements
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import path_singularity
 from ..errors import InvalidRequest
-from ..kinematics.linkage import FAMILIES, Linkage
+from ..kinematics.linkage import FAMILIES, Linkage, LinkageLike
 from ..kinematics.types import Array, Floats, Mask
+from ..problem.request import number
 from .membership import Membership, Memberships
 from .series import Series
 
@@ -150,14 +151,13 @@ class Classification(Sequence[Memberships]):
         )
 
 
-def classify(
-    linkage: Linkage | npt.ArrayLike, series: Mapping[str, Series], tolerance: float | None = None
-) -> Classification:
+def classify(linkage: LinkageLike, series: Mapping[str, Series], tolerance: float | None = None) -> Classification:
     """Return the memberships of each linkage in the given series.
 
     Parameters
     ----------
-    linkage : Linkage of n, or its pivots
+    linkage : Linkage of n, its pivots, or a mapping of link lengths
+        See `Linkage` and `catalogue.kinematics.from_lengths`.
     series : mapping of Series
         By code.  One that raises is left out, with a `PluginWarning`.
     tolerance : float, optional
@@ -167,14 +167,14 @@ def classify(
     Raises
     ------
     InvalidLinkage
-        If the pivots are no linkage.
+        If the pivots or lengths make no linkage.
     InvalidRequest
         If the tolerance is not in [0, 1).
     """
     from ..errors import PluginWarning, one_line
 
-    instant = Instant(linkage if isinstance(linkage, Linkage) else Linkage(linkage))
-    tolerance = TOLERANCE if tolerance is None else tolerance
+    instant = Instant(Linkage.of(linkage))
+    tolerance = TOLERANCE if tolerance is None else number("the tolerance", tolerance)
     if not 0 <= tolerance < 1:
         raise InvalidRequest(f"the tolerance must be a residual from 0 up to 1, not {tolerance}")
     tested = list(series.values())

@@ -423,11 +423,11 @@ def test_build_again_does_nothing_and_more_goes_on(process: Run, tmp_path: Path)
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        (("--count", 0), "a build needs a count of at least 1"),
-        (("--count", -5), "a build needs a count of at least 1"),
-        (("--seed", -1), "a seed of at least 0"),
+        (("--count", 0), "count must be at least 1, not 0"),
+        (("--count", -5), "count must be at least 1, not -5"),
+        (("--seed", -1), "seed must be at least 0, not -1"),
         (("--series", "V.zz"), "unknown series V.zz; there are general, I.GG"),
-        (("--processes", -1), "at least one process, not -1"),
+        (("--processes", -1), "processes must be at least 1, not -1"),
     ],
 )
 def test_build_refuses(run: Run, tmp_path: Path, options: tuple[Any, ...], message: str) -> None:

@@ -68,7 +68,7 @@ def test_names_narrow_and_special_cases_are_said(swings: Catalogue) -> None:
 
 
 def test_a_given_radius_is_kept(swings: Catalogue) -> None:
-    found = swings.find_in("swings", CircularArc(100, 250, 0.3), limit=1000)
+    found = swings.find_in("swings", CircularArc(100, 0.3, 250), limit=1000)
     assert found
     for p in found:
         assert p.radius == 250
@@ -76,7 +76,7 @@ def test_a_given_radius_is_kept(swings: Catalogue) -> None:
         half = math.radians(p.metrics["swing"] / 2)
         bar, rise = p.metrics["size"], 250 - math.sqrt(250**2 - 50**2)
         assert p.deviation == pytest.approx(abs(bar * (1 - math.cos(half)) - rise) / 2, rel=0.05, abs=1e-4)
-    everything = swings.find_in("swings", CircularArc(100, None, 0.3), limit=2000)
+    everything = swings.find_in("swings", CircularArc(100, 0.3), limit=2000)
     assert all(p.deviation < 1e-12 and p.radius == pytest.approx(p.metrics["size"]) for p in everything)
     near = [p for p in everything if abs(p.metrics["size"] - 250) < 5]  # that the narrowing does not lose
     assert {p.id for p in near} <= {p.id for p in found}
@@ -87,13 +87,13 @@ def test_a_piece_that_is_measured_from_another_radius_is_refused(swings: Catalog
     collection = swings.registry.collection("swings")
 
     def free(parameters: Any, request: Any) -> Any:
-        return collection.measure(parameters, CircularArc(request.stroke, None, request.deviation))
+        return collection.measure(parameters, CircularArc(request.stroke, request.deviation))
 
     heedless = replace(collection, measure=free)
-    found = find_in(swings.database, heedless, CircularArc(100, 250, 0.3), limit=1000)
+    found = find_in(swings.database, heedless, CircularArc(100, 0.3, 250), limit=1000)
     assert not len(found)
     assert "radius 250" in found.explain()
-    assert len(find_in(swings.database, heedless, CircularArc(100, None, 0.3), limit=5)) == 5
+    assert len(find_in(swings.database, heedless, CircularArc(100, 0.3), limit=5)) == 5
 
 
 def test_to_pandas_and_json(swings: Catalogue) -> None:
@@ -125,7 +125,7 @@ def test_explanations(swings: Catalogue) -> None:
     assert "relax deviation 1e-07" in exact
     both = swings.find_in("swings", LINE, where={"swing": (170, None), "size": (None, 1.0)}).explain()
     assert "exclude one another" in both
-    nothing = swings.find_in("swings", CircularArc(1, None, 0.01), families=["roller"]).explain()
+    nothing = swings.find_in("swings", CircularArc(1, 0.01), families=["roller"]).explain()
     assert "relax family" in nothing
 
 
@@ -262,7 +262,7 @@ def test_the_first_use_draws_the_specimens(run: Run, tmp_path: Path) -> None:
         ((*WISH[:-1], "gears"), 5, "no plugin provides the collection gears"),
         ((*WISH[:-2], "--where", "size<=1"), 2, "--where bounds a metric of a collection: name it with --collection"),
         (("build", "--collection", "swings", "--series", "x"), 2, "--series and --processes do not go with"),
-        (("build", "--collection", "swings", "--count", 0), 2, "a build needs a count of at least 1"),
+        (("build", "--collection", "swings", "--count", 0), 2, "count must be at least 1, not 0"),
     ],
 )
 def test_what_cannot_be_answered_is_one_line(

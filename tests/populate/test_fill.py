@@ -191,9 +191,9 @@ def test_two_builds_of_one_file_meet_with_a_clear_line(filled: Filled, path: Pat
     ("options", "message"),
     [
         ({"series": ["T.few", "T.new"]}, "unknown series T.new; there are .*T.few"),
-        ({"count": 0}, "count of at least 1"),
-        ({"seed": -1}, "seed of at least 0"),
-        ({"processes": 0}, "at least one process, not 0"),
+        ({"count": 0}, "count must be at least 1"),
+        ({"seed": -1}, "seed must be at least 0"),
+        ({"processes": 0}, "processes must be at least 1, not 0"),
     ],
 )
 def test_impossible_build_is_refused_before_anything_is_written(

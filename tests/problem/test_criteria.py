@@ -84,7 +84,7 @@ def test_the_cost_has_no_step_where_it_is_continued() -> None:
 
 def test_desires_are_read_in_the_unit_of_the_user() -> None:
     assert Desire.of("size", (150, 900), 150) == Desire(1, 6)
-    assert Desire.of("size", ("150", "900", "2"), 150) == Desire(1, 6, 2)
+    assert Desire.of("size", [150, 900, 2], 150) == Desire(1, 6, 2)
     assert Desire.of("transmission", (45, 18), 90) == Desire(0.5, 0.2)
     assert Desire.of("allowance", (0.02, 0.0), 0.04) == Desire(0.5, 0)
 
@@ -95,7 +95,7 @@ def test_desires_are_read_in_the_unit_of_the_user() -> None:
         ("beauty", (1, 2), "no desirability is made of 'beauty'; there are size, transmission, allowance, min_link"),
         ("size", (1,), "the desire for size must be BEST, WORST or BEST, WORST, WEIGHT"),
         ("size", 3, "the desire for size must be"),
-        ("size", ("a", 2), "the desire for size must be"),
+        ("size", ("150", "900"), "the desire for size must be"),
         ("size", (1, 2, 3, 4), "the desire for size must be"),
         ("size", (900, 150), "the best size must lie below the worst, not 900 and 150"),
         ("size", (150, 150), "the best size must lie below the worst"),

@@ -102,8 +102,16 @@ def test_right_angles_are_exact(along: float, direction: complex) -> None:
         (lambda: StraightLine(1, 0.01, start=3), "start must be two numbers, x and y, not 3"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: StraightLine(1, 0.01, start=(1, 2, 3)), "start must be two numbers"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: StraightLine(1, 0.01, along="up"), "along must be a number of degrees, not 'up'"),  # type: ignore[arg-type]  # wrong on purpose
+        (
+            lambda: StraightLine.between((-1e308, 0), (1.7e308, 0), 1),
+            "stroke must be a finite number above zero, not inf",
+        ),
+        (
+            lambda: StraightLine.between((0, 0), (1.7e308, 1.7e308), 1),
+            "stroke must be a finite number above zero, not inf",
+        ),
         (lambda: CircularArc(1, 0.01, 2, along=math.inf), "along must be a finite number of degrees, not inf"),
-        (lambda: StraightLine.between((0, 0), "there", 0.01), "to must be two numbers"),
+        (lambda: StraightLine.between((0, 0), "there", 0.01), "to must be two numbers"),  # type: ignore[arg-type]  # wrong on purpose
         (lambda: StraightLine.between((0, math.inf), (1, 0), 0.01), "from has a coordinate that is not finite"),
         (lambda: CircularArc.between((0, 0), (0, 0), 0.01, 1), r"starts and ends in \(0, 0\): give two places"),
     ],
