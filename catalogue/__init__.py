@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     from .find.dwell_results import StandStill
     from .find.results import Candidate, Found
     from .kinematics.linkage import Linkage
-    from .problem.constraints import Constraints
+    from .problem.constraints import ConstraintArguments, Constraints
     from .problem.request import CircularArc, StraightLine
 
 _HOME = {
@@ -38,6 +38,7 @@ _HOME = {
     "Catalogue": "api",
     "CatalogueError": "errors",
     "CircularArc": "problem.request",
+    "ConstraintArguments": "problem.constraints",
     "Constraints": "problem.constraints",
     "Curvature": "curvature_theory.analysis",
     "DatabaseError": "errors",
@@ -61,6 +62,7 @@ __all__ = [
     "Catalogue",
     "CatalogueError",
     "CircularArc",
+    "ConstraintArguments",
     "Constraints",
     "Curvature",
     "DatabaseError",
@@ -81,12 +83,14 @@ __all__ = [
 ]
 
 
-def __getattr__(name: str) -> Any:
-    if name in _HOME:
-        value = getattr(import_module(f".{_HOME[name]}", __name__), name)
-        globals()[name] = value
-        return value
-    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+if not TYPE_CHECKING:  # who knows the names above and no others
+
+    def __getattr__(name: str) -> Any:
+        if name in _HOME:
+            value = getattr(import_module(f".{_HOME[name]}", __name__), name)
+            globals()[name] = value
+            return value
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 
 def __dir__() -> list[str]:

@@ -5,23 +5,23 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property
 from os import PathLike
-from typing import TYPE_CHECKING, Any, Self
+from typing import TYPE_CHECKING, Self, Unpack
 
 from .folders import default_database
 from .problem.constraints import Constraints
 from .problem.ranking import DISTINCT
+from .problem.request import names, path_request, switch
 from .store import Database
 
 if TYPE_CHECKING:
-    import numpy.typing as npt
-
     from .find.dwell_results import DwellResults, StandStill
     from .find.results import Found
     from .find.specimens import CollectionResults
     from .find.stored import StoredGuide
-    from .kinematics.linkage import Linkage
+    from .kinematics.linkage import LinkageLike
     from .plugin.registry import Registry
     from .populate import Progress
+    from .problem.constraints import ConstraintArguments, DwellArguments
     from .problem.request import Request
     from .series.classification import Classification
 
@@ -30,7 +30,8 @@ class Catalogue:
     """A database of guides with what can be asked of it; made by `catalogue.open`.
 
     Every question raises `InvalidRequest` if the request, a constraint, a bound or a name is impossible, and
-    `DatabaseError` if the database cannot be read or written.
+    `DatabaseError` if the database cannot be read or written.  A copy asks the same file, one that was pickled opens it
+    anew.
 
     Attributes
     ----------
@@ -39,7 +40,7 @@ class Catalogue:
 
     def __init__(self, database: Database, plugins: Sequence[str] = ()) -> None:
         self.database = database
-        self._folders = tuple(plugins)
+        self._folders = names("plugins", plugins)
 
     @cached_property
     def registry(self) -> Registry:
@@ -66,7 +67,7 @@ class Catalogue:
         cognates: bool = False,
         round_to: float | None = None,
         desires: Mapping[str, Sequence[float]] | None = None,
-        **constraints: Any,
+        **constraints: Unpack[ConstraintArguments],
     ) -> Found:
         """Return the best guides for a request, each verified on its finite motion at the stroke asked for.
 
@@ -100,17 +101,20 @@ class Catalogue:
             What makes the score: a size, transmission angle, allowance or shortest link (``min_link``) is desired fully
             from `best` on and not at all from `worst` on; lengths in the user's unit.
         **constraints
-            See `catalogue.problem.constraints.Constraints`.
+            See `catalogue.Constraints`.
         """
         from .find.find import find
 
         return find(
-            self.database, lambda: self.registry.series, request, Constraints.of(constraints),
+            self.database, lambda: self.registry.series, request,
+            Constraints.of(constraints, Catalogue.find.__kwdefaults__ or ()),
             limit=limit, rank_by=rank_by, per_series=per_series, distinct=distinct, effort=effort, refine=refine,
             cognates=cognates, round_to=round_to, desires=desires,
         )  # fmt: skip
 
-    def find_dwells(self, request: StandStill, *, limit: int = 12, effort: int = 1, **constraints: Any) -> DwellResults:
+    def find_dwells(
+        self, request: StandStill, *, limit: int = 12, effort: int = 1, **constraints: Unpack[DwellArguments]
+    ) -> DwellResults:
         """Return crank-driven linkages with a dyad whose rocker stands still, the best transmission angle first, and a
         third of them of one series at most while there are others.
 
@@ -122,12 +126,12 @@ class Catalogue:
         effort : int
             How many stored arcs of each series are looked at, 150 per unit.
         **constraints
-            families, series, configurations, order, pins_only and min_transmission of
-            `catalogue.problem.constraints.Constraints`.
+            families, series, configurations, order, pins_only and min_transmission of `catalogue.Constraints`.
         """
         from .find.dwells import find_dwells
 
-        return find_dwells(self.database, request, Constraints.of(constraints), limit=limit, effort=effort)
+        wanted = Constraints.of(constraints, Catalogue.find_dwells.__kwdefaults__ or ())
+        return find_dwells(self.database, request, wanted, limit=limit, effort=effort)
 
     def find_in(
         self,
@@ -167,9 +171,8 @@ class Catalogue:
         """
         from .find.specimens import find_in
         from .populate.collect import is_current
-        from .problem.request import path_request
 
-        request = path_request("find_in", request)
+        request, quiet = path_request("find_in", request), switch("quiet", quiet)
         collection = self.registry.collection(name)
         if not is_current(self.database, collection, self.registry.provider(name).version):
             from .progress import shown
@@ -202,7 +205,7 @@ class Catalogue:
 
         return stored(self.database, name)
 
-    def classify(self, linkage: Linkage | npt.ArrayLike, *, tolerance: float | None = None) -> Classification:
+    def classify(self, linkage: LinkageLike, *, tolerance: float | None = None) -> Classification:
         """Return the memberships of given linkages in all series that are registered; see `catalogue.classify`."""
         from .series.classification import classify
 
@@ -221,9 +224,10 @@ class Catalogue:
         from .populate import fill
         from .populate.fill import COUNT
 
+        series = names("series", series)
         begun = {key: self.database.get_setting(key) or "" for key in ("count", "seed", "series")}
         if count is None and not series and not self.complete:  # finish what was begun
-            series = [code for code in begun["series"].split() if code in self.registry.series]
+            series = tuple(code for code in begun["series"].split() if code in self.registry.series)
         if count is None:
             count = int(begun["count"] or COUNT) if list(series) == begun["series"].split() else COUNT
         seed = int(begun["seed"] or 0) if seed is None else seed
@@ -240,6 +244,10 @@ class Catalogue:
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def __reduce__(self) -> tuple[type[Self], tuple[Database, tuple[str, ...]]]:
+        """Copies load their plugins anew; those that were pickled open the file anew."""
+        return type(self), (self.database, self._folders)
 
     def __repr__(self) -> str:
         return f"<Catalogue {self.database.path}>"
@@ -279,14 +287,15 @@ def open(
     return opened
 
 
-def classify(
-    linkage: Linkage | npt.ArrayLike, *, tolerance: float | None = None, plugins: Sequence[str] = ()
-) -> Classification:
+def classify(linkage: LinkageLike, *, tolerance: float | None = None, plugins: Sequence[str] = ()) -> Classification:
     """Return the memberships of given linkages in all series; no database is opened.
 
     Parameters
     ----------
-    linkage : Linkage or array_like, shape (2, 2, 3) or (n, 2, 2, 3)
+    linkage : Linkage, its pivots, or a mapping of link lengths
+        ``[[A1, A1*], [A2, A2*]]``, each pivot (x, y) or (x, y, w), of one linkage or of n; or
+        ``{"ground": 4, "crank": 2, "coupler": 3, "rocker": 3, "angle": 60}``: see
+        `catalogue.kinematics.from_lengths`.
     tolerance : float, optional
         Residual up to which a series holds, if its margin is larger; 1e-9, for pivots rounded to double precision, if
         not given.  Give more for proportions rounded to a few digits.
@@ -296,7 +305,7 @@ def classify(
     Raises
     ------
     InvalidLinkage, InvalidRequest
-        If the pivots are no linkage, or the tolerance is not in [0, 1).
+        If the pivots or lengths make no linkage, or the tolerance is not in [0, 1).
     """
     from .plugin.registry import Registry
     from .series.classification import classify as classified

@@ -146,6 +146,10 @@ class Database:
     def __exit__(self, *_: object) -> None:
         self.close()
 
+    def __reduce__(self) -> tuple[Callable[[Path], Database], tuple[Path]]:
+        """What was pickled opens the file anew."""
+        return partial(Database.open, create=False), (self.path,)
+
     def __repr__(self) -> str:
         return f"Database({str(self.path)!r})"
 
