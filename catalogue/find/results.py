@@ -147,7 +147,7 @@ class Candidate(PlacedGuide):
         start = (self.start[0], self.start[1])
         if self.radius is None:
             return StraightLine(self.stroke, tolerance, start, self.along)
-        return CircularArc(self.stroke, self.radius, tolerance, start, self.along)
+        return CircularArc(self.stroke, tolerance, self.radius, start, self.along)
 
     def at_home(self) -> Candidate:
         """Return the same candidate in the frame in which its path runs from (0, 0) to (stroke, 0)."""
