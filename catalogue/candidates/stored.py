@@ -12,6 +12,7 @@ from ..guide.trace import trace
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats
 from ..problem.problem import Problem
+from ..store import stacked_pivots
 from .batch import CandidateBatch, Origin
 from .placement import measured, place_on_path
 
@@ -26,7 +27,7 @@ def linkages(pivots: Floats, kind: Array) -> Linkage:
 def canonical(rows: Mapping[str, Array]) -> CouplerCurve:
     """Return stored guides in their canonical frame, whose origin is the pole; those of slots in their motion."""
     z = rows["x"] + 1j * rows["y"]
-    return coupler_curve(linkages(rows["pivots"], rows["kind"]), z, pole=np.zeros_like(z))
+    return coupler_curve(linkages(stacked_pivots(rows), rows["kind"]), z, pole=np.zeros_like(z))
 
 
 def origin(rows: Mapping[str, Array]) -> Origin:

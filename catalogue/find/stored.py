@@ -24,7 +24,7 @@ from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, StraightLine, positive
 from ..series.named_guides import NamedGuide, named_guides
-from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
+from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined, stacked_pivots
 from .find import Selection
 from .results import Candidate, candidates, known
 
@@ -128,7 +128,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
         **curvature,
         order=one["contact_order"],
         parameters=json.loads(one["parameters"]),
-        linkage=linkages(found["pivots"][:1], found["kind"][:1]),
+        linkage=linkages(stacked_pivots(found)[:1], found["kind"][:1]),
         point=complex(one["x"], one["y"]),
         provenance={k: one[k] for k in batch} if one["plugin"] is not None else {},
         reaches={k: found[k] for k in SHOWN},

@@ -7,10 +7,11 @@ from sqlalchemy import Connection, select
 
 from ..guide.kinds import POINTS
 from ..kinematics.linkage import Linkage
+from ..kinematics.types import Floats
 from ..plugin.registry import Registry
 from ..series.classification import classify
 from ..series.named_guides import named_guides
-from ..store import Database, Guide, Mechanism, remove_named_guides, write_batch
+from ..store import PIVOTS, Database, Guide, Mechanism, remove_named_guides, stacked_pivots, write_batch
 from .rows import guide_columns, mechanism_columns, together
 
 #: The member of its series that a design is: itself.
@@ -29,8 +30,7 @@ def write_named_guides(database: Database, connection: Connection, registry: Reg
     nearest = [one.nearest for one in classify(linkage, registry.series)]
     series = np.array([one.series if one else UNKNOWN for one in nearest], dtype=object)
     held = _held(database)
-    mine = zip(series, linkage.pivots.reshape(-1, 12), point, strict=True)
-    now = [(code, pivots.tobytes(), complex(z)) for code, pivots, z in mine]
+    now = list(map(_identity, series, linkage.pivots, point))
     new = [i for i, design in enumerate(designs) if held.get(design.name) != now[i]]
     if not new:
         return
@@ -56,14 +56,16 @@ def write_named_guides(database: Database, connection: Connection, registry: Reg
     write_batch(connection, None, mechanisms, guides | {"cover": 0}, reaches)
 
 
-def _held(database: Database) -> dict[str, tuple[str, bytes, complex]]:
+def _identity(series: object, pivots: Floats, point: complex) -> tuple[str, list[float], complex]:
+    return str(series), pivots.ravel().tolist(), complex(point)
+
+
+def _held(database: Database) -> dict[str, tuple[str, list[float], complex]]:
     """Return series, pivots and guided point of each design in the database, by name."""
     rows = database.read(
-        select(Mechanism.name, Mechanism.series, Mechanism.pivots, Guide.x, Guide.y)
+        select(Mechanism.name, Mechanism.series, *PIVOTS, Guide.x, Guide.y)
         .join(Guide, Guide.mechanism_id == Mechanism.id)
         .where(Mechanism.batch_id.is_(None), Mechanism.name.in_(list(named_guides())))
     )
-    return {
-        str(name): (str(code), pivots.tobytes(), complex(x, y)) for name, code, pivots, x, y in
-        zip(*rows.values(), strict=True)
-    }  # fmt: skip
+    points = rows["x"] + 1j * rows["y"]
+    return dict(zip(rows["name"], map(_identity, rows["series"], stacked_pivots(rows), points), strict=True))

@@ -24,7 +24,7 @@ from ..kinematics.batch import take
 from ..kinematics.linkage import SLIDING, Linkage
 from ..kinematics.types import Array, Floats, Indices, Mask
 from ..problem.problem import Problem
-from ..store import Database, Guide, Mechanism, Reach, joined
+from ..store import PIVOTS, Database, Guide, Mechanism, Reach, joined, stacked_pivots
 
 #: Guides of each member that are read per unit of effort, in the order in which they cover it.
 COVER = 2000
@@ -276,14 +276,14 @@ def placed(problem: Problem, database: Database, found: Reaches, chosen: Indices
 def _stored(database: Database, found: Reaches, chosen: Indices) -> tuple[CouplerCurve, Floats, Floats, Origin]:
     """Return the guides of chosen reaches in their canonical frame, whose origin is the pole (those of slots in their
     motion), with their half windows, where the middles of these lie, and what they are."""
-    columns = (Reach.guide_id, Reach.level, Reach.half, Reach.centre, Guide.x, Guide.y, Mechanism.pivots)
+    columns = (Reach.guide_id, Reach.level, Reach.half, Reach.centre, Guide.x, Guide.y, *PIVOTS)
     some = joined(*columns).where(Reach.guide_id.in_(found.guide[chosen].tolist()))
     rows = database.read(some)
     place = {pair: i for i, pair in enumerate(zip(rows["guide_id"].tolist(), rows["level"].tolist(), strict=True))}
     at = np.array(
         [place[pair] for pair in zip(found.guide[chosen].tolist(), found.level[chosen].tolist(), strict=True)]
     )
-    pivots = rows["pivots"][at].reshape(-1, 2, 2, 3)
+    pivots = stacked_pivots(rows)[at]
     slot = np.isin(found.kind[chosen].astype(str), list(SLOTS.values()))[:, None, None, None]
     linkage = Linkage.trusted(np.where(slot, pivots[:, :, ::-1], pivots))
     z = rows["x"][at] + 1j * rows["y"][at]

@@ -17,11 +17,12 @@ from .bulk import (
     remove_named_guides,
     write_batch,
 )
-from .database import COLUMNS, Database, joined
-from .models import Base, Batch, Guide, Mechanism, Reach, Setting, SpecimenRow
+from .database import COLUMNS, Database, joined, stacked_pivots
+from .models import PIVOTS, Base, Batch, Guide, Mechanism, Reach, Setting, SpecimenRow
 
 __all__ = [
     "COLUMNS",
+    "PIVOTS",
     "Base",
     "Batch",
     "Database",
@@ -38,5 +39,6 @@ __all__ = [
     "prepare",
     "remove_batches",
     "remove_named_guides",
+    "stacked_pivots",
     "write_batch",
 ]

@@ -18,7 +18,7 @@ from sqlalchemy import Connection, Index, delete
 from ..errors import DatabaseError
 from .database import Database
 from .engine import connect, database_errors
-from .models import Base, Batch, Mechanism
+from .models import PIVOTS, Base, Batch, Mechanism
 
 Columns = Mapping[str, Any]
 
@@ -38,7 +38,7 @@ def write_batch(
     batch : mapping or None
         The values of one `Batch`; None for designs entered by hand.
     mechanisms : mapping of columns
-        Of `Mechanism`; ``pivots`` is an array (n, ...) of float.
+        Of `Mechanism`, but for its pivots: ``pivots``, shape (n, 12) or (n, 2, 2, 3), has them all.
     guides : mapping of columns
         Of `Guide`, with ``mechanism``, shape (m,): which of these mechanisms, from 0.
     reaches : mapping of columns
@@ -53,16 +53,16 @@ def write_batch(
     DatabaseError
         If the disk is full or the file is locked.
     """
-    pivots = np.asarray(mechanisms["pivots"], dtype="<f8")
-    guides, reaches = dict(guides), dict(reaches)
+    mechanisms, guides, reaches = dict(mechanisms), dict(guides), dict(reaches)
+    pivots = np.reshape(mechanisms.pop("pivots"), (-1, len(PIVOTS)))
+    mechanisms |= {column.key: values for column, values in zip(PIVOTS, pivots.T, strict=True)}
     parents = _local(guides.pop("mechanism"), len(pivots))
     owners = _local(reaches.pop("guide"), len(parents))
     codes = np.broadcast_to(mechanisms.get("series", ""), len(pivots))[parents]
     kinds, covers = (np.broadcast_to(guides[name], parents.shape)[owners] for name in ("kind", "cover"))
-    blobs = [pivot.tobytes() for pivot in pivots]
     with _writing(connection):
         batch_id = None if batch is None else _insert(connection, "batch", 1, batch)
-        first = _insert(connection, "mechanism", len(pivots), {**mechanisms, "batch_id": batch_id, "pivots": blobs})
+        first = _insert(connection, "mechanism", len(pivots), mechanisms | {"batch_id": batch_id})
         keys: dict[str, Any] = {"mechanism_id": first + parents, "series": codes}
         first = _insert(connection, "guide", len(parents), keys | guides)
         keys = {"guide_id": first + owners, "kind": kinds, "series": codes[owners], "cover": covers}

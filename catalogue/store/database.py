@@ -11,14 +11,14 @@ from pathlib import Path
 from typing import Any, Self
 
 import numpy as np
-from sqlalchemy import Boolean, Connection, Float, Integer, LargeBinary, Numeric, Select, select
+from sqlalchemy import Boolean, Connection, Float, Integer, Numeric, Select, select
 from sqlalchemy.dialects.sqlite import insert
 from sqlalchemy.types import TypeEngine
 
 from ..errors import DatabaseError
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Floats
 from .engine import bring_up_to_date, database_errors, engine_for
-from .models import Guide, Mechanism, Reach, Setting
+from .models import PIVOTS, Guide, Mechanism, Reach, Setting
 
 _CHUNK = 50_000  # rows held as Python objects at a time
 _DTYPES = {Boolean: np.bool_, Integer: np.int64, Float: np.float64, Numeric: np.float64}
@@ -40,14 +40,12 @@ def read_columns(
     -------
     dict of ndarray, shape (n,)
         REAL as float64 with NaN for NULL, INTEGER as int64, comparisons as bool, TEXT as str objects (None for
-        NULL).  BLOB as float64, shape (n, k), k being the number of little-endian doubles in each.
+        NULL).
 
     Raises
     ------
     TypeError
-        If an INTEGER or BLOB is NULL (say in the select what stands for it).
-    ValueError
-        If the BLOBs of a column differ in length (families of different kinds in one select).
+        If an INTEGER is NULL (say in the select what stands for it).
     """
     types: list[TypeEngine[Any]] = [column.type for column in select.selected_columns]
     result = connection.execute(select, bound)
@@ -63,11 +61,6 @@ def read_columns(
 
 def as_array(kind: TypeEngine[Any], values: Sequence[Any]) -> Array:
     """Return the values of one column as an array of the dtype that its SQL type asks for."""
-    if isinstance(kind, LargeBinary):
-        if len({len(value) for value in values}) > 1:
-            raise ValueError("the blobs of one column differ in length")
-        flat = np.frombuffer(b"".join(values), dtype="<f8")
-        return flat.reshape(len(values), -1 if values else 0)
     return np.array(values, dtype=next((dtype for sql, dtype in _DTYPES.items() if isinstance(kind, sql)), object))
 
 
@@ -157,7 +150,7 @@ class Database:
 #: What a stored reach is laid along a path by.
 COLUMNS = (
     Guide.id.label("id"),
-    *(Mechanism.family, Mechanism.series, Mechanism.member, Mechanism.configuration, Mechanism.pivots),
+    *(Mechanism.family, Mechanism.series, Mechanism.member, Mechanism.configuration, *PIVOTS),
     *(Guide.x, Guide.y, Guide.kind, Guide.label, Guide.contact_order),
     *(Reach.level, Reach.half, Reach.centre, Reach.stroke, Reach.sweep, Reach.deviation),
     *(Reach.size, Reach.max_link, Reach.max_ground, Reach.max_arm),
@@ -172,3 +165,8 @@ def joined(*columns: Any) -> Select[Any]:
         .join(Guide, Guide.id == Reach.guide_id)
         .join(Mechanism, Mechanism.id == Guide.mechanism_id)
     )
+
+
+def stacked_pivots(rows: Mapping[str, Array]) -> Floats:
+    """Return the pivots in columns that were read, shape (n, 2, 2, 3): dyad, (fixed, moving), (x, y, w)."""
+    return np.stack([rows[column.key] for column in PIVOTS], axis=-1).reshape(-1, 2, 2, 3)

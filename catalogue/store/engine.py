@@ -204,9 +204,11 @@ def _back_up(path: Path, found: str) -> Path:
 
 
 def _migrate(path: Path) -> None:
-    """Run the missing migrations in one transaction."""
+    """Run the missing migrations, and let the file say anew what it holds, in one transaction."""
     from alembic import command
     from alembic.config import Config
+
+    from .schema import describe, drop_views
 
     config = Config()
     config.set_main_option("script_location", str(folder("migrations")).replace("%", "%%"))
@@ -218,7 +220,9 @@ def _migrate(path: Path) -> None:
             connection.connection.cursor().execute("PRAGMA foreign_keys = OFF")
             with connection.begin():
                 config.attributes.update(connection=connection, metadata=Base.metadata)
+                drop_views(connection)  # SQLite renames no table that a view reads
                 command.upgrade(config, "head")
+                describe(connection)
                 orphans = connection.exec_driver_sql("PRAGMA foreign_key_check").fetchall()
                 if orphans:
                     raise DatabaseError(f"{path} has {len(orphans)} rows without the row they refer to")

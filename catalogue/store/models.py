@@ -1,8 +1,12 @@
 """The tables: what was drawn, which mechanisms were kept, what each guides and how far; specimens of collections.
 
 A mechanism is stored once, in its canonical frame (pole at the origin, pole tangent along +x, unit inflection
-circle), and so without a length unit.  A guide has one `Reach` per decade of relative deviation; everything in a
-reach but its stroke is a multiple of the stroke, which is what a request filters and ranks by.
+circle; of parallel cranks, which have no pole, the height of crank 1 is the unit), and so without a length unit.  A
+guide has one `Reach` per decade of relative deviation; everything in a reach but its stroke is a multiple of the
+stroke, which is what a request filters and ranks by.
+
+The comment of a column says what it means, its unit last, in brackets: [canonical], [1/canonical], [stroke], [deg];
+text, numbers of things and what is no measure has none.  What stands here is what a file says of itself (`schema`).
 """
 
 from __future__ import annotations
@@ -10,7 +14,6 @@ from __future__ import annotations
 from typing import Annotated, Any, ClassVar
 
 from sqlalchemy import (
-    BLOB,
     INTEGER,
     REAL,
     TEXT,
@@ -29,7 +32,7 @@ Key = Annotated[int, mapped_column(primary_key=True)]
 class Base(DeclarativeBase):
     """Base of the tables: SQLite's own types, and a name for every constraint, so that an error names its rule."""
 
-    type_annotation_map: ClassVar[dict[type, Any]] = {float: REAL, str: TEXT, int: INTEGER, bool: INTEGER, bytes: BLOB}
+    type_annotation_map: ClassVar[dict[type, Any]] = {float: REAL, str: TEXT, int: INTEGER}
     metadata = MetaData(
         naming_convention={
             "ck": "ck_%(table_name)s_%(constraint_name)s",
@@ -48,18 +51,18 @@ class Batch(Base):
 
     __tablename__ = "batch"
 
-    id: Mapped[Key]
-    series: Mapped[str]
-    member: Mapped[str]
-    plugin: Mapped[str]
-    plugin_version: Mapped[str]
-    plan: Mapped[str]
-    seed: Mapped[int]
-    number: Mapped[int]
-    drawn: Mapped[int]
-    kept: Mapped[int]
-    guides: Mapped[int]
-    wanted: Mapped[int]
+    id: Mapped[Key] = mapped_column(comment="number of the block")
+    series: Mapped[str] = mapped_column(comment="code of the series that was drawn")
+    member: Mapped[str] = mapped_column(comment="member of the series that was drawn")
+    plugin: Mapped[str] = mapped_column(comment="plugin that brought the series")
+    plugin_version: Mapped[str] = mapped_column(comment="version of that plugin")
+    plan: Mapped[str] = mapped_column(comment="version of the way of drawing")
+    seed: Mapped[int] = mapped_column(comment="seed of the sampling")
+    number: Mapped[int] = mapped_column(comment="which block of its member it is, from 0")
+    drawn: Mapped[int] = mapped_column(comment="linkages drawn")
+    kept: Mapped[int] = mapped_column(comment="mechanisms stored")
+    guides: Mapped[int] = mapped_column(comment="guides stored")
+    wanted: Mapped[int] = mapped_column(comment="guides asked for")
 
     __table_args__ = (
         UniqueConstraint("series", "member", "seed", "number", "plan"),
@@ -70,30 +73,53 @@ class Batch(Base):
 
 
 class Mechanism(Base):
-    """A linkage at its design position: pivots (dyad, (fixed, moving), (x, y, w)) and the curvature found there."""
+    """A linkage at its design position: its pivots and the curvature found there."""
 
     __tablename__ = "mechanism"
 
-    id: Mapped[Key]
-    batch_id: Mapped[int | None] = mapped_column(ForeignKey("batch.id", ondelete="CASCADE"))  # NULL: entered by hand
-    family: Mapped[str]
-    configuration: Mapped[str]
-    series: Mapped[str]
-    member: Mapped[str]
-    name: Mapped[str | None]
-    parameters: Mapped[str]
-    pivots: Mapped[bytes]
-    rho0: Mapped[float | None]  # NULL: the pole is at infinity
-    kappa: Mapped[float | None]
-    kappa_star: Mapped[float | None]
-    s: Mapped[float | None]
+    id: Mapped[Key] = mapped_column(comment="number of the mechanism")
+    batch_id: Mapped[int | None] = mapped_column(
+        ForeignKey("batch.id", ondelete="CASCADE"),
+        comment="block of a sampling plan it was drawn in; NULL: entered by hand",
+    )
+    family: Mapped[str] = mapped_column(comment="which dyads it has, such as four-bar")
+    configuration: Mapped[str] = mapped_column(comment="letters of its dyads")
+    series: Mapped[str] = mapped_column(comment="code of its series; none: of a family that no registered series has")
+    member: Mapped[str] = mapped_column(comment="member of the series")
+    name: Mapped[str | None] = mapped_column(comment="name of a design entered by hand")
+    parameters: Mapped[str] = mapped_column(comment="free parameters of the member, by name, as a JSON object")
+    fixed_1_x: Mapped[float] = mapped_column(comment="x of A1, fixed pivot of dyad 1 [canonical]")
+    fixed_1_y: Mapped[float] = mapped_column(comment="y of A1, fixed pivot of dyad 1 [canonical]")
+    fixed_1_w: Mapped[float] = mapped_column(comment="1; 0: A1, fixed pivot of dyad 1, is at infinity towards (x, y)")
+    moving_1_x: Mapped[float] = mapped_column(comment="x of A1*, moving pivot of dyad 1 [canonical]")
+    moving_1_y: Mapped[float] = mapped_column(comment="y of A1*, moving pivot of dyad 1 [canonical]")
+    moving_1_w: Mapped[float] = mapped_column(
+        comment="1; 0: A1*, moving pivot of dyad 1, is at infinity towards (x, y)"
+    )
+    fixed_2_x: Mapped[float] = mapped_column(comment="x of A2, fixed pivot of dyad 2 [canonical]")
+    fixed_2_y: Mapped[float] = mapped_column(comment="y of A2, fixed pivot of dyad 2 [canonical]")
+    fixed_2_w: Mapped[float] = mapped_column(comment="1; 0: A2, fixed pivot of dyad 2, is at infinity towards (x, y)")
+    moving_2_x: Mapped[float] = mapped_column(comment="x of A2*, moving pivot of dyad 2 [canonical]")
+    moving_2_y: Mapped[float] = mapped_column(comment="y of A2*, moving pivot of dyad 2 [canonical]")
+    moving_2_w: Mapped[float] = mapped_column(
+        comment="1; 0: A2*, moving pivot of dyad 2, is at infinity towards (x, y)"
+    )
+    rho0: Mapped[float | None] = mapped_column(
+        comment="diameter of the inflection circle; NULL: the pole is at infinity [canonical]"
+    )
+    kappa: Mapped[float | None] = mapped_column(comment="1/R of the cubics of stationary curvature [1/canonical]")
+    kappa_star: Mapped[float | None] = mapped_column(comment="1/R*; 1/R* - 1/R = 1/rho0 [1/canonical]")
+    s: Mapped[float | None] = mapped_column(comment="1/S of the cubics [1/canonical]")
 
     __table_args__ = (
         UniqueConstraint("name"),
         UniqueConstraint("id", "series"),  # what a guide refers to
         # `AND` keeps json_type from raising on text that is not JSON at all.
         CheckConstraint("json_valid(parameters) AND json_type(parameters) = 'object'", name="parameters"),
-        CheckConstraint("length(pivots) > 0 AND length(pivots) % 8 = 0", name="pivots"),
+        CheckConstraint(
+            "fixed_1_w IN (0, 1) AND moving_1_w IN (0, 1) AND fixed_2_w IN (0, 1) AND moving_2_w IN (0, 1)",
+            name="pivots",
+        ),
         CheckConstraint("rho0 IS NULL OR rho0 > 0", name="rho0"),
         CheckConstraint(
             "(kappa IS NULL) = (kappa_star IS NULL) AND (kappa_star IS NULL) = (s IS NULL)", name="curvature_whole"
@@ -115,28 +141,34 @@ class Guide(Base):
     Kinds: the coupler carries a point along a ``line`` or a ``circle``; or it carries a straight ``slot`` or a circular
     ``arc`` over a fixed point; or the point runs to the pole and back along one line or circle, ``return-line`` or
     ``return-circle``.  A slot is described in the inverse motion: x, y is the fixed point, the tangent that of
-    its path in the coupler, and so are its reaches.  `leading` is c in v = c u^m, by which it leaves its nominal
-    beside order m - 1 (m = contact_order + 1, canonical units); NULL if it never does, or has no series.
-    `cover` is its position in the coverage order of its member and kind: those before K, of each, are a cover of all
-    that are stored, the finer the larger K is.  Named guides come first.
+    its path in the coupler, and so are its reaches.  Of the order `cover` those before K, of each member and kind, are
+    a cover of all that are stored, the finer the larger K is.  Named guides come first.
     """
 
     __tablename__ = "guide"
 
-    id: Mapped[Key]
-    mechanism_id: Mapped[int]
-    series: Mapped[str]  # that of the mechanism, repeated here and in `Reach`, which is read without it
-    kind: Mapped[str]
-    label: Mapped[str]
-    x: Mapped[float]
-    y: Mapped[float]
-    tangent_x: Mapped[float]
-    tangent_y: Mapped[float]
-    curvature: Mapped[float]
-    contact_order: Mapped[int]
-    inflections: Mapped[int]
-    leading: Mapped[float | None]
-    cover: Mapped[int]
+    id: Mapped[Key] = mapped_column(comment="number of the guide, as `catalogue show` takes it")
+    mechanism_id: Mapped[int] = mapped_column(comment="mechanism whose coupler guides")
+    series: Mapped[str] = mapped_column(comment="code of the series of the mechanism")
+    kind: Mapped[str] = mapped_column(
+        comment="what is guided along what: line, circle, slot, arc, return-line, return-circle"
+    )
+    label: Mapped[str] = mapped_column(comment="which element of the series it is")
+    x: Mapped[float] = mapped_column(comment="guided point; of a slot the fixed point it slides on [canonical]")
+    y: Mapped[float] = mapped_column(comment="guided point; of a slot the fixed point it slides on [canonical]")
+    tangent_x: Mapped[float] = mapped_column(comment="direction of the path at the design position, a unit vector")
+    tangent_y: Mapped[float] = mapped_column(comment="direction of the path at the design position, a unit vector")
+    curvature: Mapped[float] = mapped_column(
+        comment="of the nominal, positive to the left of the tangent; 0: a line [1/canonical]"
+    )
+    contact_order: Mapped[int] = mapped_column(comment="order of contact of the path with its nominal; 99: exact")
+    inflections: Mapped[int] = mapped_column(comment="inflections that are merged at the design position")
+    leading: Mapped[float | None] = mapped_column(
+        comment="c in v = c u^m, m = contact_order + 1, by which it leaves its nominal; NULL: never, or has no series"
+    )
+    cover: Mapped[int] = mapped_column(
+        comment="place in the order in which the guides of its member and kind cover them, from 0"
+    )
 
     __table_args__ = (
         ForeignKeyConstraint(["mechanism_id", "series"], ["mechanism.id", "mechanism.series"], ondelete="CASCADE"),
@@ -156,43 +188,50 @@ class Guide(Base):
 class Reach(Base):
     """The longest stroke a guide holds within a relative deviation of 10**level, and what was measured over it.
 
-    The stroke is a chord in canonical units, `sweep` the stroke times the curvature of the fitted nominal; the other
-    lengths are multiples of the stroke.  Boxes are those of the pivots at finite distance, in the guide's frame (the
-    path runs from (0, 0) to (1, 0)).  Bit i of `rotates`: crank i + 1 turns fully.
-    `drive_angle` and `rotation` are those of the better driving crank and of the coupler over the stroke [deg].
-    `half` and `centre` are the window that was traced: half its length along the tangent, canonical units, and where
-    its middle lies, in halves from the design position.
+    Boxes are those of the pivots at finite distance, in the guide's frame: the path runs from (0, 0) to (1, 0).
     """
 
     __tablename__ = "reach"
 
-    guide_id: Mapped[Key]
-    level: Mapped[Key]
-    kind: Mapped[str]
-    series: Mapped[str]
-    cover: Mapped[int]
-    stroke: Mapped[float]
-    half: Mapped[float]
-    centre: Mapped[float]
-    deviation: Mapped[float]
-    sweep: Mapped[float]
-    size: Mapped[float]
-    max_link: Mapped[float | None]  # NULL: the family has no link between two pivots at finite distance
-    min_link: Mapped[float | None]
-    max_ground: Mapped[float | None]
-    max_arm: Mapped[float]
-    min_transmission: Mapped[float]
-    rotates: Mapped[int]
-    fixed_x0: Mapped[float | None]  # NULL, all four: every fixed pivot is at infinity
-    fixed_y0: Mapped[float | None]
-    fixed_x1: Mapped[float | None]
-    fixed_y1: Mapped[float | None]
-    all_x0: Mapped[float]
-    all_y0: Mapped[float]
-    all_x1: Mapped[float]
-    all_y1: Mapped[float]
-    drive_angle: Mapped[float | None]  # NULL without a crank, and in rows of revision 0001
-    rotation: Mapped[float | None]
+    guide_id: Mapped[Key] = mapped_column(comment="guide that reaches")
+    level: Mapped[Key] = mapped_column(comment="decimal exponent of the deviation it holds over the stroke")
+    kind: Mapped[str] = mapped_column(comment="kind of the guide")
+    series: Mapped[str] = mapped_column(comment="code of the series of the mechanism")
+    cover: Mapped[int] = mapped_column(comment="that of the guide")
+    stroke: Mapped[float] = mapped_column(comment="longest stroke, a chord of the path [canonical]")
+    half: Mapped[float] = mapped_column(comment="half the length of the traced window along the tangent [canonical]")
+    centre: Mapped[float] = mapped_column(comment="middle of that window from the design position, in halves of it")
+    deviation: Mapped[float] = mapped_column(
+        comment="half the width of the narrowest strip or annulus that holds the path [stroke]"
+    )
+    sweep: Mapped[float] = mapped_column(comment="stroke times curvature of the circle that fits best; 0: a line")
+    size: Mapped[float] = mapped_column(comment="largest diameter of pivots and path together [stroke]")
+    max_link: Mapped[float | None] = mapped_column(
+        comment="longest crank or coupler; NULL: no link joins pivots at finite distance [stroke]"
+    )
+    min_link: Mapped[float | None] = mapped_column(comment="shortest crank or coupler [stroke]")
+    max_ground: Mapped[float | None] = mapped_column(comment="distance of the fixed pivots [stroke]")
+    max_arm: Mapped[float] = mapped_column(comment="distance of the guided point from the nearer moving pivot [stroke]")
+    min_transmission: Mapped[float] = mapped_column(
+        comment="least transmission angle over the stroke, the better crank driving [deg]"
+    )
+    rotates: Mapped[int] = mapped_column(comment="cranks that turn fully: 1 the first, 2 the second, 3 both, 0 none")
+    fixed_x0: Mapped[float | None] = mapped_column(
+        comment="box of the fixed pivots, left side; NULL: all are at infinity [stroke]"
+    )
+    fixed_y0: Mapped[float | None] = mapped_column(comment="its lower side [stroke]")
+    fixed_x1: Mapped[float | None] = mapped_column(comment="its right side [stroke]")
+    fixed_y1: Mapped[float | None] = mapped_column(comment="its upper side [stroke]")
+    all_x0: Mapped[float] = mapped_column(comment="box of all pivots, left side [stroke]")
+    all_y0: Mapped[float] = mapped_column(comment="its lower side [stroke]")
+    all_x1: Mapped[float] = mapped_column(comment="its right side [stroke]")
+    all_y1: Mapped[float] = mapped_column(comment="its upper side [stroke]")
+    drive_angle: Mapped[float | None] = mapped_column(
+        comment="angle of the better driving crank over the stroke; NULL: no crank, or not measured [deg]"
+    )
+    rotation: Mapped[float | None] = mapped_column(
+        comment="turn of the coupler over the stroke; NULL: not measured [deg]"
+    )
 
     __table_args__ = (
         ForeignKeyConstraint(
@@ -225,23 +264,22 @@ class Reach(Base):
 
 
 class SpecimenRow(Base):
-    """A specimen of a collection, scale-free: lengths among its metrics are multiples of the stroke, so is `deviation`.
-
-    `block` says in which block of the collection's draws it was drawn, from which a build that was interrupted goes on.
-    """
+    """A specimen of a collection, scale-free; from the last `block` a build that was interrupted goes on."""
 
     __tablename__ = "specimens"
 
-    id: Mapped[Key]
-    collection: Mapped[str]
-    family: Mapped[str]
-    series: Mapped[str]
-    configuration: Mapped[str]
-    kind: Mapped[str]
-    block: Mapped[int]
-    deviation: Mapped[float]
-    parameters: Mapped[str]
-    metrics: Mapped[str]
+    id: Mapped[Key] = mapped_column(comment="number of the specimen")
+    collection: Mapped[str] = mapped_column(comment="collection it belongs to")
+    family: Mapped[str] = mapped_column(comment="family in the collection")
+    series: Mapped[str] = mapped_column(comment="series in the collection")
+    configuration: Mapped[str] = mapped_column(comment="configuration in the collection")
+    kind: Mapped[str] = mapped_column(comment="what it guides its point along: line, circle")
+    block: Mapped[int] = mapped_column(comment="which block of the draws it came from")
+    deviation: Mapped[float] = mapped_column(comment="largest distance of the path from its nominal [stroke]")
+    parameters: Mapped[str] = mapped_column(comment="what it is made from, by name, as a JSON object")
+    metrics: Mapped[str] = mapped_column(
+        comment="what was measured of it, by name, as a JSON object; lengths in strokes"
+    )
 
     __table_args__ = (
         CheckConstraint("kind IN ('line', 'circle')", name="kind"),
@@ -254,12 +292,39 @@ class SpecimenRow(Base):
     )
 
 
+class Description(Base):
+    """What each table, view and column of this file holds.
+
+    `catalogue.store.schema` fills it whenever a file is made or upgraded.
+    """
+
+    __tablename__ = "description"
+
+    table_name: Mapped[str] = mapped_column(primary_key=True, comment="table or view")
+    column_name: Mapped[str] = mapped_column(primary_key=True, comment="column; empty: all of the table or view")
+    type: Mapped[str] = mapped_column(comment="INTEGER, REAL or TEXT")
+    unit: Mapped[str] = mapped_column(
+        comment="deg; stroke: in strokes; canonical: origin the pole, x axis the pole tangent, unit rho0"
+    )
+    meaning: Mapped[str] = mapped_column(comment="what it is, and what NULL means")
+
+    __table_args__ = ({"sqlite_strict": True},)
+
+
 class Setting(Base):
-    """The state of the build: seed, requested count, whether it is complete, the version that made it."""
+    """The state of the build: what was asked for, and whether it is complete."""
 
     __tablename__ = "setting"
 
-    key: Mapped[str] = mapped_column(primary_key=True)
-    value: Mapped[str]
+    key: Mapped[str] = mapped_column(
+        primary_key=True, comment="what is kept: count, seed, series, complete, of collections their versions"
+    )
+    value: Mapped[str] = mapped_column(comment="as text")
 
     __table_args__ = ({"sqlite_strict": True},)
+
+
+#: The pivots of a mechanism in the order of its array (dyad, (fixed, moving), (x, y, w)).
+PIVOTS = tuple(
+    getattr(Mechanism, f"{joint}_{dyad}_{part}") for dyad in (1, 2) for joint in ("fixed", "moving") for part in "xyw"
+)

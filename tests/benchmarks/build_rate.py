@@ -19,7 +19,7 @@ from sqlalchemy import insert
 from catalogue.plugin.registry import Registry
 from catalogue.populate import Progress, fill
 from catalogue.populate.block import MOST, Block, block
-from catalogue.store import Database, Guide, Mechanism, Reach, drop_indexes, make_indexes, write_batch
+from catalogue.store import PIVOTS, Database, Guide, Mechanism, Reach, drop_indexes, make_indexes, write_batch
 
 COUNT = int(sys.argv[1]) if len(sys.argv) > 1 else 12_000
 
@@ -109,8 +109,9 @@ def _core(to: Any, made: Block) -> None:
     parents, owners = made.guides["mechanism"], made.reaches["guide"]
     with to.begin():
         first = [1 + (to.exec_driver_sql(f"SELECT max(id) FROM {t}").scalar() or 0) for t in ("mechanism", "guide")]
-        m = {**made.mechanisms, "id": np.arange(first[0], first[0] + len(made.mechanisms["pivots"]))}
-        m["pivots"] = [p.tobytes() for p in m["pivots"]]
+        pivots = {column.key: values for column, values in zip(PIVOTS, made.mechanisms["pivots"].T, strict=True)}
+        m = {k: v for k, v in made.mechanisms.items() if k != "pivots"} | pivots
+        m["id"] = np.arange(first[0], first[0] + len(made.mechanisms["pivots"]))
         to.execute(insert(Mechanism), _rows(m, len(m["id"])))
         g = {k: v for k, v in made.guides.items() if k != "mechanism"}
         g |= {"id": np.arange(first[1], first[1] + made.count), "mechanism_id": first[0] + parents, "series": "I.GG"}

@@ -30,6 +30,8 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
         "wanted": GUIDES * count,
     }
     kappa = random.normal(size=count)
+    pivots = random.normal(size=(count, 2, 2, 3))
+    pivots[..., 2] = 1
     mechanisms = {
         "family": "four-bar",
         "configuration": np.array(["+-", "++"])[random.integers(2, size=count)],
@@ -37,7 +39,7 @@ def sample(number: int, count: int = 4) -> tuple[Table, Table, Table, Table]:
         "member": "plain",
         "name": None,
         "parameters": [f'{{"a": {value!r}}}' for value in random.random(count).tolist()],
-        "pivots": random.normal(size=(count, 2, 2, 3)),
+        "pivots": pivots,
         "rho0": np.ones(count),
         "kappa": kappa,
         "kappa_star": kappa + 1,

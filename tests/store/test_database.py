@@ -106,7 +106,7 @@ def test_damage_met_while_reading_is_told(filled: Path) -> None:
     page = 4096
     filled.write_bytes(content[: 40 * page] + b"\xff" * (len(content) - 40 * page))
     with Database.open(filled) as database, pytest.raises(DatabaseError, match="is damaged"):
-        database.read(select(Mechanism.pivots, Mechanism.parameters))
+        database.read(select(Mechanism.kappa, Mechanism.parameters))
 
 
 @pytest.mark.parametrize("table", ["mechanism", "alembic_version"])

@@ -10,7 +10,7 @@ import pytest
 from sqlalchemy import CheckConstraint, Connection
 from sqlalchemy.exc import IntegrityError
 
-from catalogue.store import Base, Database
+from catalogue.store import PIVOTS, Base, Database
 
 NONE = {f"fixed_{side}": None for side in ("x0", "y0", "x1", "y1")}
 ARC = {"kind": "circle", "sweep": 0.1}
@@ -38,7 +38,7 @@ ROWS: dict[str, dict[str, Any]] = {
         "member": "plain",
         "name": "Watt's",
         "parameters": "{}",
-        "pivots": np.arange(12.0).tobytes(),
+        **{column.key: float(place % 3 == 2) for place, column in enumerate(PIVOTS)},
         "rho0": 0.5,
         "kappa": -3.0,
         "kappa_star": -1.0,
@@ -101,6 +101,7 @@ ROWS: dict[str, dict[str, Any]] = {
         "metrics": '{"size": 2.5}',
     },
     "setting": {"key": "seed", "value": "0"},
+    "description": {"table_name": "more", "column_name": "", "type": "table", "unit": "", "meaning": "More."},
 }
 
 BROKEN: list[tuple[str, dict[str, Any]]] = [
@@ -108,7 +109,7 @@ BROKEN: list[tuple[str, dict[str, Any]]] = [
     *(("ck_batch_counts", {name: -1}) for name in ("drawn", "kept", "guides")),
     ("ck_batch_counts", {"wanted": 0}),
     *(("ck_mechanism_parameters", {"parameters": text}) for text in ("", "{", "[]", "1")),
-    *(("ck_mechanism_pivots", {"pivots": blob}) for blob in (b"", b"1234567", b"123456789")),
+    *(("ck_mechanism_pivots", {name: 0.5}) for name in ("fixed_1_w", "moving_1_w", "fixed_2_w", "moving_2_w")),
     *(("ck_mechanism_rho0", {"rho0": value}) for value in (0.0, -0.5)),
     *(("ck_mechanism_curvature_whole", {name: None}) for name in ("kappa", "kappa_star", "s")),
     *(("ck_mechanism_curvature", {"s": 0.0, "kappa_star": value}) for value in (1.0, -1 + 1e-7)),
@@ -144,7 +145,7 @@ BROKEN: list[tuple[str, dict[str, Any]]] = [
 SOUND: list[tuple[str, dict[str, Any]]] = [
     *((table, {}) for table in ROWS),
     ("mechanism", {"batch_id": None, "name": None}),
-    ("mechanism", {"parameters": '{"a": [1, null]}', "pivots": b"12345678"}),
+    ("mechanism", {"parameters": '{"a": [1, null]}', "fixed_1_w": 0.0}),
     ("mechanism", {"rho0": None, "kappa": None, "kappa_star": None, "s": None}),
     ("mechanism", {"rho0": 1.0, "kappa": 1e9, "kappa_star": 1e9 + 1.5}),  # the tolerance is relative
     ("mechanism", {"rho0": None, "kappa": 1.0, "kappa_star": 5.0}),

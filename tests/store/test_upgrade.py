@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sqlite3
+import struct
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
@@ -17,8 +18,9 @@ from sqlalchemy import create_engine, func, select
 
 from catalogue.errors import DatabaseError, DatabaseTooNew
 from catalogue.folders import folder
-from catalogue.store import Base, Database, SpecimenRow, write_batch
+from catalogue.store import PIVOTS, Base, Database, SpecimenRow, write_batch
 from catalogue.store.engine import revision, revisions
+from catalogue.store.schema import describe
 
 HEAD = revisions()[-1]
 NEXT = f"{int(HEAD) + 1:04}"
@@ -68,6 +70,8 @@ def test_migrated_schema_is_written_like_that_of_the_models(database: Database, 
     modelled = tmp_path / "modelled.db"
     engine = create_engine(f"sqlite:///{modelled}")
     Base.metadata.create_all(engine)
+    with engine.begin() as connection:
+        describe(connection)
     engine.dispose()
     with closing(sqlite3.connect(database.path)) as one, closing(sqlite3.connect(modelled)) as other:
         assert schema(one) == schema(other)
@@ -156,6 +160,7 @@ def test_guides_of_an_older_file_are_put_in_an_order_of_coverage(
         write_batch(connection, None, {**mechanisms, "name": ["Watt's"]}, {**guides, "cover": 0}, reaches)
     old = at_revision(tmp_path / "old.db", "0005")
     made = {
+        "pivots": f"blob({', '.join(column.key for column in PIVOTS)})",
         "floor": "size - min_transmission / 90",
         "inner_sweep": "iif(sweep > 0, sweep, NULL)",
         **dict.fromkeys(("halfway", "farther"), "iif(sweep > 0, NULL, 1.0)"),
@@ -163,9 +168,10 @@ def test_guides_of_an_older_file_are_put_in_an_order_of_coverage(
     }
     with closing(sqlite3.connect(old)) as target, target:
         target.execute("ATTACH ? AS built", (str(path),))
+        target.create_function("blob", len(PIVOTS), lambda *numbers: struct.pack("<12d", *numbers))
         for table in ("batch", "mechanism", "guide", "reach"):
             names = [row[1] for row in target.execute(f"PRAGMA main.table_info({table})")]
-            chosen = [made.get(name, name) if table == "reach" else name for name in names]
+            chosen = [made.get(name, name) if table in ("reach", "mechanism") else name for name in names]
             target.execute(
                 f"INSERT INTO main.{table} ({', '.join(names)}) SELECT {', '.join(chosen)} FROM built.{table}"
             )

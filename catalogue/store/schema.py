@@ -1,0 +1,106 @@
+"""What a file says of itself: views to read it by with SQL alone, and the meaning of every table and column.
+
+The views ``guides`` (a guide with its mechanism in one row) and ``pivots`` (a pivot in one row) and the table
+``description`` say nothing of their own: they are made anew, from the selects below and from the comments in `models`,
+whenever a file is made or upgraded, so that no migration needs to know them.  Views take no room.  Pivots are columns
+of numbers, not blobs: SQLite has no function that reads a double from bytes, and a view that needed one of ours could
+be read by no other program.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from sqlalchemy import INTEGER, TEXT, Connection, SelectBase, delete, insert, literal, select, union_all
+from sqlalchemy.dialects import sqlite
+
+from .models import PIVOTS, Base, Description, Guide, Mechanism
+
+
+@dataclass(frozen=True)
+class Described:
+    """What one column holds; all of a table or view if `column_name` is empty."""
+
+    table_name: str
+    column_name: str
+    type: str
+    unit: str
+    meaning: str
+
+
+#: One guide with its mechanism.
+GUIDES = select(
+    *(Guide.id, Mechanism.name, Mechanism.family, Mechanism.series, Mechanism.member, Mechanism.configuration),
+    *(Guide.kind, Guide.label, Guide.contact_order, Guide.inflections, Guide.leading, Guide.cover),
+    *(Guide.x, Guide.y, Guide.tangent_x, Guide.tangent_y, Guide.curvature),
+    *PIVOTS,
+    *(Mechanism.rho0, Mechanism.kappa, Mechanism.kappa_star, Mechanism.s),
+    *(Mechanism.parameters, Guide.mechanism_id),
+).join_from(Guide, Mechanism)
+_PIVOTS = union_all(
+    *(
+        select(
+            Mechanism.id.label("mechanism_id"),
+            literal(dyad, INTEGER).label("dyad"),
+            literal(joint, TEXT).label("joint"),
+            *(getattr(Mechanism, f"{joint}_{dyad}_{part}").label(part) for part in "xyw"),
+        )
+        for dyad in (1, 2)
+        for joint in ("fixed", "moving")
+    )
+)
+_VIEWS: dict[str, tuple[SelectBase, str]] = {
+    "guides": (GUIDES, "A guide with its mechanism in one row, in the canonical frame."),
+    "pivots": (_PIVOTS, "A pivot of a mechanism in one row, in the canonical frame."),
+}
+#: Columns of views that are none of a table.
+_MADE = {
+    "mechanism_id": "mechanism it belongs to",
+    "dyad": "1 or 2",
+    "joint": "fixed or moving",
+    "x": "where it is, or its direction [canonical]",
+    "y": "where it is, or its direction [canonical]",
+    "w": "1; 0: it is at infinity towards (x, y)",
+}
+
+
+def described() -> Iterator[Described]:
+    """Yield what every table, view and column of a file holds; before its columns the table itself."""
+    yield Described("alembic_version", "", "table", "", "The state of the tables, as Alembic keeps it.")
+    yield Described("alembic_version", "version_num", "VARCHAR(32)", "", "revision of the tables")
+    models = {str(mapper.local_table): mapper.class_ for mapper in Base.registry.mappers}
+    for name, table in sorted(Base.metadata.tables.items()):
+        yield Described(name, "", "table", "", _sentence(models[name].__doc__ or ""))
+        yield from (_column(name, column) for column in table.columns)
+    for name, (query, meaning) in _VIEWS.items():
+        yield Described(name, "", "view", "", meaning)
+        yield from (_column(name, column) for column in query.selected_columns)
+
+
+def drop_views(connection: Connection) -> None:
+    """Drop the views, before tables change under them."""
+    for name in _VIEWS:
+        connection.exec_driver_sql(f"DROP VIEW IF EXISTS {name}")
+
+
+def describe(connection: Connection) -> None:
+    """Make the views and fill the table of descriptions."""
+    for name, (query, _) in _VIEWS.items():
+        text = query.compile(dialect=sqlite.dialect(), compile_kwargs={"literal_binds": True})
+        connection.exec_driver_sql(f"CREATE VIEW {name} AS {text}")
+    connection.execute(delete(Description))
+    connection.execute(insert(Description), [asdict(one) for one in described()])
+
+
+def _column(table: str, column: Any) -> Described:
+    """Return a column as described by its comment, which ends with its unit, if it has one."""
+    comment = getattr(column, "comment", None) or _MADE[column.name]
+    meaning, _, unit = comment.removesuffix("]").partition(" [")
+    return Described(table, column.name, str(column.type), unit, meaning)
+
+
+def _sentence(docstring: str) -> str:
+    """Return the first paragraph in one line."""
+    return " ".join(docstring.partition("\n\n")[0].split())
