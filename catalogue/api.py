@@ -14,6 +14,8 @@ from .problem.request import names, path_request, switch
 from .store import Database
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from .find.dwell_results import DwellResults, StandStill
     from .find.results import Found
     from .find.specimens import CollectionResults
@@ -204,6 +206,52 @@ class Catalogue:
         from .find.stored import stored
 
         return stored(self.database, name)
+
+    def guides(
+        self,
+        *,
+        series: str | Sequence[str] = (),
+        families: str | Sequence[str] = (),
+        configurations: str | Sequence[str] = (),
+        kind: str | Sequence[str] = (),
+        order: int = 0,
+        pins_only: bool = False,
+        reaches: bool = False,
+    ) -> pd.DataFrame:
+        """Return what is stored as a table, one row per guide by its number; no search, no plugin.
+
+        Lengths are in the canonical frame of the mechanism: pole at the origin, pole tangent along +x, unit inflection
+        circle (of parallel cranks, ``rho0`` NaN: the height of crank 1).  ``catalogue schema`` says what each column
+        means.  NaN, of text None or NaN: there is none.
+
+        Parameters
+        ----------
+        series, families, configurations : str or sequence of str
+            Only these; all if empty.
+        kind : str or sequence of str
+            Only these of line, circle, slot, arc, return-line and return-circle.
+        order : int
+            Least order of contact at the design position; 99: exact.
+        pins_only : bool
+            No sliding joint.
+        reaches : bool
+            One row per reach of a guide, the loosest level first: the same columns, repeated, and those of the reach.
+
+        Returns
+        -------
+        DataFrame
+            id, name (of a design), family, series, member, configuration, kind, label, contact_order, inflections,
+            leading, cover; x, y, tangent_x, tangent_y, curvature of the nominal; pivots ``fixed_1_x``, ``fixed_1_y``,
+            ``fixed_1_w`` (A1), ``moving_1_x`` (A1*), ``fixed_2_x`` (A2), ``moving_2_x`` (A2*) and so on, w = 0 at
+            infinity; rho0, kappa, kappa_star, s of the cubics; mechanism_id; ``parameter_NAME`` of the members that
+            have such a free parameter.  With `reaches` also level, stroke (canonical) and, in strokes and degrees,
+            deviation, size, max_link, min_link, max_ground, max_arm, min_transmission, rotates, drive_angle, rotation
+            and the others of `catalogue.store.Reach`.
+        """
+        from .find.frame import guides_frame
+
+        constraints = Constraints(families, series, configurations, pins_only, order)
+        return guides_frame(self.database, constraints, (kind,) if isinstance(kind, str) else kind, reaches=reaches)
 
     def classify(self, linkage: LinkageLike, *, tolerance: float | None = None) -> Classification:
         """Return the memberships of given linkages in all series that are registered; see `catalogue.classify`."""

@@ -2,14 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Sequence
+from difflib import get_close_matches
+
 from sqlalchemy import func, select
 
 from ..errors import InvalidRequest
+from ..guide.kinds import POINTS, RETURNS, SLOTS
 from ..kinematics.linkage import SLIDING
 from ..problem.constraints import Constraints
 from ..store import Batch, Database, Mechanism
 
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
+
+#: All kinds of guides.
+KINDS = (*POINTS.values(), *SLOTS.values(), *RETURNS.values())
 
 
 def check_names(database: Database, constraints: Constraints) -> None:
@@ -21,8 +28,22 @@ def check_names(database: Database, constraints: Constraints) -> None:
                 held = sorted(database.read(select(column).distinct())[singular])
                 raise InvalidRequest(
                     f"the database holds no {singular} {code!r}; it holds {', '.join(held)}. "
-                    "`catalogue build --series CODE` adds a series"
+                    f"`catalogue build --series CODE` adds a series{_nearest(code, held)}"
                 )
+
+
+def check_kinds(kinds: Iterable[str]) -> None:
+    """Raise `InvalidRequest` if one is no kind of guide."""
+    for kind in kinds:
+        if kind not in KINDS:
+            raise InvalidRequest(f"there is no kind {kind!r}; there are {', '.join(KINDS)}{_nearest(kind, KINDS)}")
+
+
+def _nearest(name: str, names: Sequence[str]) -> str:
+    """Say which of some names is the nearest to one, if any is near."""
+    plain = {known.casefold(): known for known in names}
+    near = get_close_matches(name.casefold(), plain, n=1)
+    return f"; did you mean {plain[near[0]]!r}?" if near else ""
 
 
 def eligible_series(database: Database, constraints: Constraints) -> list[str]:
