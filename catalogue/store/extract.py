@@ -1,0 +1,39 @@
+"""A small database of some guides, which is whole without the catalogue."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from contextlib import closing
+from pathlib import Path
+
+from .database import Database
+from .engine import connect, database_errors
+
+#: Tables of the extract, each made of the table or view of that name, so that what reads the one reads the other.
+_TABLES = {
+    "guides": "id IN wanted",
+    "pivots": "mechanism_id IN (SELECT mechanism_id FROM extract.guides)",
+    "reach": "guide_id IN wanted",
+    "description": "table_name IN ('guides', 'pivots', 'reach', 'description')",
+}
+
+
+def write_extract(database: Database, guides: Iterable[int], file: Path) -> None:
+    """Write guides, by their numbers, to a new file: ``guides``, ``pivots``, ``reach`` and ``description``, each a
+    table.
+
+    Raises
+    ------
+    DatabaseError
+        If it cannot be written.
+    """
+    with database_errors(file), closing(connect(database.path)) as connection:
+        connection.execute("ATTACH ? AS extract", (f"{file.absolute().as_uri()}?mode=rwc",))
+        connection.execute("CREATE TEMP TABLE wanted (id INTEGER PRIMARY KEY)")
+        connection.execute("BEGIN")
+        connection.executemany("INSERT INTO wanted VALUES (?)", ((number,) for number in guides))
+        for table, condition in _TABLES.items():
+            connection.execute(f"CREATE TABLE extract.{table} AS SELECT * FROM main.{table} WHERE {condition}")
+        connection.execute("CREATE UNIQUE INDEX extract.guides_id ON guides (id)")
+        connection.execute("CREATE UNIQUE INDEX extract.reach_guide ON reach (guide_id, level)")
+        connection.execute("COMMIT")
