@@ -133,7 +133,7 @@ def measure(
     at = point[found.of]
     length = None if stroke is None else positive("stroke", stroke)
     if length is not None and radius is not None:
-        CircularArc(length, radius, 0.05 * length)  # refuses an impossible one
+        CircularArc(length, 0.05 * length, radius)  # refuses an impossible one
 
     def seek(some: Indices, count: int, share: float = 1.0) -> Stretches:
         if length is not None:
