@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..guide.circuit_curve import CircuitCurve, ends, on_path
+from ..guide.circuit_curve import CircuitCurve, ends, laid, on_path
 from ..guide.metrics import measure as measures_of
 from ..guide.minimum_zone import grid
 from ..guide.stretches import Stretches, longest, straightest
@@ -66,10 +66,8 @@ class Stretch(Candidate):
         """Return the guide on its circuit, as it stands, and what is traced over the stretch."""
         found = circuits(self.linkage)[:1]
         low, high = (found.phase + t for t in self._window)
-        curve, traced, scale, shift, _ = on_path(
-            found, np.array([complex(*self.guided)]), low, high, circle=self.radius is not None, radius=self.radius
-        )
-        return curve, traced
+        point = np.array([complex(*self.guided)])
+        return on_path(found, point, low, high, circle=self.radius is not None, radius=self.radius)
 
 
 @dataclass(frozen=True, eq=False)
@@ -142,27 +140,25 @@ def measure(
         asked = np.full(len(some), share * allowed)
         return longest(found[some], at[some], asked, circle=curved, radius=radius, count=count)
 
-    laid = _laid(found, at, seek(np.arange(len(found)), limit), curved, radius)
+    best = Laid.of(found, at, seek(np.arange(len(found)), limit), curved, radius)
     for share in STRICTER:
-        bad = np.isnan(laid.traced.fit.deviation)
-        bad |= (laid.frames.stroke * laid.traced.fit.deviation > allowed * (1 + CLOSE)) & (length is None)
-        missed = np.setdiff1d(np.arange(len(linkage)), found.of[laid.circuit[~bad]])
-        again = np.union1d(np.flatnonzero(np.isin(found.of, missed)), laid.circuit[bad])
+        bad = np.isnan(best.deviation) | (best.deviation > allowed * (1 + CLOSE)) & (length is None)
+        missed = np.setdiff1d(np.arange(len(linkage)), found.of[best.circuit[~bad]])
+        again = np.union1d(np.flatnonzero(np.isin(found.of, missed)), best.circuit[bad])
         if not len(again):
             break
         # what looked best cannot be measured, or is not as good on the finer grid: look at more, and stay inside
-        more, good = seek(again, max(limit, MORE), share), np.flatnonzero(~bad)
-        deviation_there = laid.traced.fit.deviation[good]
-        kept = Stretches(laid.circuit[good], laid.low[good], laid.high[good], laid.frames.stroke[good], deviation_there)
-        laid = _laid(found, at, join(kept, replace(more, circuit=again[more.circuit])), curved, radius)
+        more = seek(again, max(limit, MORE), share)
+        kept = best.stretches[np.flatnonzero(~bad)]
+        best = Laid.of(found, at, join(kept, replace(more, circuit=again[more.circuit])), curved, radius)
     if length is None:
-        laid = laid[np.flatnonzero(laid.frames.stroke * laid.traced.fit.deviation <= allowed * (1 + CLOSE))]
-    key = laid.frames.stroke * (-1.0 if stroke is None else laid.traced.fit.deviation)
-    laid = laid[_best(found, laid, np.where(np.isnan(laid.traced.fit.deviation), np.inf, key), limit)]
-    rows = _rows(laid, found, tolerance, radius, curved, series)
-    missing = np.setdiff1d(np.arange(len(linkage)), found.of[laid.circuit])
+        best = best[np.flatnonzero(best.deviation <= allowed * (1 + CLOSE))]
+    key = best.deviation if length is not None else -best.frames.stroke
+    best = best[_best(found, best, np.where(np.isnan(best.deviation), np.inf, key), limit)]
+    missing = np.setdiff1d(np.arange(len(linkage)), found.of[best.circuit])
     asked = f"a stroke of {stroke:g}" if stroke is not None else f"any stroke within {deviation:g}"
     failed = {int(i) + 1: f"on no circuit does its point run forward over {asked}" for i in missing}
+    rows = _rows(best, found, tolerance, radius, curved, series)
     return Measured(rows, "" if rows else f"no stretch found: {failed[1]}; ask for a shorter one", failed)
 
 
@@ -176,33 +172,38 @@ class Laid(Columns):
     curve: CircuitCurve
     traced: Traced
     frames: Frames
-    back: Array  # whether the path runs against the phase
+
+    @classmethod
+    def of(cls, found: Circuits, point: Complexes, at: Stretches, curved: bool, radius: float | None) -> Laid:
+        """Return stretches laid along their nominals, over exactly their strokes."""
+        high, some, z = at.high, found[at.circuit], point[at.circuit]
+        for _ in range(CORRECTIONS):
+            curve, traced = on_path(some, z, at.low, high, circle=curved, radius=radius)
+            with np.errstate(all="ignore"):
+                missing = at.stroke - traced.fit.stroke
+                off = np.abs(missing) > CLOSE * at.stroke
+                if not off.any():
+                    break
+                high = np.where(off, high + missing / _speed(some, z, high, traced.fit.along), high)
+        fit = traced.fit
+        frames = Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
+        return cls(at.circuit, at.low, high, *laid(curve, traced), frames)
+
+    @property
+    def deviation(self) -> Floats:
+        """Deviations [the user's unit]."""
+        return np.asarray(self.frames.stroke * self.traced.fit.deviation)
+
+    @property
+    def stretches(self) -> Stretches:
+        return Stretches(self.circuit, self.low, self.high, self.frames.stroke, self.deviation)
 
 
-def _laid(found: Circuits, point: Complexes, at: Stretches, curved: bool, radius: float | None) -> Laid:
-    """Return stretches laid along their nominals, over exactly their strokes."""
-    high = at.high.copy()
-    some, z = found[at.circuit], point[at.circuit]
-    for _ in range(CORRECTIONS):
-        curve, traced, scale, start, back = on_path(some, z, at.low, high, circle=curved, radius=radius)
-        with np.errstate(all="ignore"):
-            missing = at.stroke - np.abs(scale)
-            off = np.abs(missing) > CLOSE * at.stroke
-            if not off.any():
-                break
-            high = np.where(off, high + missing / _speed(some, z, high, scale), high)
-    with np.errstate(all="ignore"):
-        direction = scale / np.abs(scale)
-    frames = Frames(np.abs(scale), start, np.degrees(np.angle(direction)), direction)
-    return Laid(at.circuit, at.low, high, curve, traced, frames, back)
-
-
-def _speed(some: Circuits, point: Complexes, s: Floats, scale: Complexes) -> Floats:
+def _speed(some: Circuits, point: Complexes, s: Floats, along: Complexes) -> Floats:
     """Return by how much the stroke grows per phase of its later end."""
     step = 1e-6
     z = some.pose(np.stack([s - step, s + step])).point(point)
-    with np.errstate(all="ignore"):
-        return np.asarray(np.abs(((z[1] - z[0]) * scale.conj() / np.abs(scale)).real) / (2 * step))
+    return np.asarray(np.abs(((z[1] - z[0]) * along.conj()).real) / (2 * step))
 
 
 def _best(found: Circuits, at: Laid, key: Floats, limit: int) -> Indices:
@@ -228,19 +229,19 @@ def _best(found: Circuits, at: Laid, key: Floats, limit: int) -> Indices:
 
 
 def _rows(
-    laid: Laid, found: Circuits, tolerance: float | None, radius: float | None, curved: bool,
+    at: Laid, found: Circuits, tolerance: float | None, radius: float | None, curved: bool,
     series: Callable[[], Mapping[str, Series]] | None,
 ) -> list[Stretch]:  # fmt: skip
     """Return stretches one by one, in the user's unit and frame."""
-    n, curve, traced = len(laid.circuit), laid.curve, laid.traced
+    n, curve, traced = len(at.circuit), at.curve, at.traced
     if not n:
         return []
-    columns = measured_columns(curve, traced, measures_of(curve, traced, in_middle=True), laid.frames)
+    columns = measured_columns(curve, traced, measures_of(curve, traced, in_middle=True), at.frames)
     nothing, blank = np.full(n, np.nan), np.full(n, "", object)
     if not curved or radius is not None:
         columns["radius"] = np.full(n, radius if curved else np.nan, float)
-    first = np.searchsorted(found.of, found.of[laid.circuit])
-    codes, residual = _nearest(laid, series)
+    first = np.searchsorted(found.of, found.of[at.circuit])
+    codes, residual = _nearest(at, series)
     columns |= {
         "id": nothing,
         "family": curve.linkage.family.astype(object),
@@ -248,29 +249,29 @@ def _rows(
         "configuration": blank,
         "order": np.zeros(n),
         "allowance": ((tolerance or np.nan) - columns["deviation"]) / (2 * columns["sensitivity_rms"]),
-        "number": found.of[laid.circuit] + 1,
-        "circuit": laid.circuit - first + 1,
-        "given": np.isfinite(found.phase[laid.circuit]).astype(object),
+        "number": found.of[at.circuit] + 1,
+        "circuit": at.circuit - first + 1,
+        "given": np.isfinite(found.phase[at.circuit]).astype(object),
         "nearest_series": codes,
         "residual": residual,
     }
     driver = np.nan_to_num(columns["driver"]).astype(int)
     z = ends(curve, traced).points.reshape(2, n, 2, 2)[:, np.arange(n), np.maximum(driver - 1, 0)]
-    turned = np.degrees(np.angle((z[..., 1] - z[..., 0]) * laid.frames.direction))
+    turned = np.degrees(np.angle((z[..., 1] - z[..., 0]) * at.frames.direction))
     turned = np.where(driver > 0, turned, np.nan)
     columns |= {"drive_from": turned[0], "drive_to": turned[1]}
     window = np.stack([traced.low, traced.high], axis=1).tolist()
     more = [{"_window": (low, high)} for low, high in window]
-    return listed(Stretch, curve.linkage, curve.point, nothing + 0j, laid.frames, columns, more)
+    return listed(Stretch, curve.linkage, curve.point, nothing + 0j, at.frames, columns, more)
 
 
-def _nearest(laid: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tuple[Array, Floats]:
+def _nearest(at: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tuple[Array, Floats]:
     """Return the codes of the degenerate series to which linkages come nearest on their stretches, and how near."""
-    n = len(laid.circuit)
+    n = len(at.circuit)
     if series is None:
         return np.full(n, None, object), np.full(n, np.nan)
-    t = laid.traced.parameters(grid(INSTANTS - 1).nodes)
-    told = classify(laid.curve.motion.pose(t).linkages(laid.curve.linkage), series())
+    t = at.traced.parameters(grid(INSTANTS - 1).nodes)
+    told = classify(at.curve.motion.pose(t).linkages(at.curve.linkage), series())
     narrow = [k for k, one in enumerate(told.tested) if one.degenerate]
     residual = told.residual[:, narrow].reshape(len(t), n, -1)
     with np.errstate(all="ignore"):

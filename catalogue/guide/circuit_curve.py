@@ -89,13 +89,13 @@ class CircuitCurve(Columns):
 
 def on_path(
     circuits: Circuits, point: Complexes, low: Floats, high: Floats, *, circle: bool, radius: float | None
-) -> tuple[CircuitCurve, Traced, Complexes, Complexes, Mask]:
-    """Return coupler points (k,) of circuits, given with the linkages, over windows of phases (k,) as guides in
-    mid-stroke, carried so that the path runs from 0 to 1, arcs bulging to +y; what is traced there; scale and shift of
-    the similarities that carry the path to where it lies, (k,); and which run against the phase.
+) -> tuple[CircuitCurve, Traced]:
+    """Return coupler points (k,) of circuits, given with the linkages, over windows of phases (k,), as guides in
+    mid-stroke where they stand, and what is traced there: from `low` to `high` in the direction of the path, against
+    the phase where `low` is above `high`.
 
-    Straight paths run to the right where they lie, or upwards.  NaN where the path turns back, or the finest grid
-    leaves a hundredth of the deviation open.
+    Straight paths run to the right, or upwards; arcs bulge to the left of their way.  NaN where the path turns back,
+    or the finest grid leaves a hundredth of the deviation open.
 
     Parameters
     ----------
@@ -109,33 +109,44 @@ def on_path(
     points = grid(NODES)
     with np.errstate(all="ignore"):
         z = places(0.5 * (high + low) + 0.5 * (high - low) * points.nodes[:, None])
-        bulge = (((z[NODES // 2] - z[0]) / (z[-1] - z[0])).imag) if circle else np.zeros(len(low))
         chord = z[-1] - z[0]
-        back = bulge < 0 if circle else (chord.real < 0) | ((chord.real == 0) & (chord.imag < 0))
+        back = (chord.real < 0) | ((chord.real == 0) & (chord.imag < 0))
+        if circle:
+            back = ((z[NODES // 2] - z[0]) / chord).imag < 0
         z = np.where(back, z[::-1], z)
         first, chord = z[0], z[-1] - z[0]
-        # in the frame of its ends
-        seen = (z - first) / chord
-        held = None if radius is None else -np.abs(chord) / radius
+        seen, length = (z - first) / chord, np.abs(chord)  # in the frame of its ends
+        held = None if radius is None else -length / radius
         forward = (np.diff(seen.real, axis=0) > 0).all(0)
-        fit: Fit = minimum_zone(seen.real, np.where(forward, seen.imag, np.nan), circle, points, held)
-        fit = replace(fit, deviation=np.where(resolved(fit, *LEAST_SURE), fit.deviation, np.nan))
-        turn = fit.stroke * fit.along
-        scale, shift = chord * turn, first + chord * fit.start
-        middle = shift + 0.5 * scale
+        fit = minimum_zone(seen.real, np.where(forward, seen.imag, np.nan), circle, points, held)
+        deviation = np.where(resolved(fit, *LEAST_SURE), fit.deviation, np.nan)
+        fit = Fit(
+            length * deviation, length * fit.stroke, first + chord * fit.start, chord / length * fit.along,
+            fit.curvature / length, length * fit.unresolved,
+        )  # fmt: skip
+        middle = fit.start + 0.5 * fit.stroke * fit.along
 
         def off(s: Floats) -> Floats:
-            return np.asarray(((places(s[None])[0] - middle) / scale).real)
+            return np.asarray(((places(s[None])[0] - middle) * fit.along.conj()).real / fit.stroke)
 
         a, b = np.where(back, high, low), np.where(back, low, high)
         s = false_position(off, a, b, off(a), off(b), np.full(len(a), MIDDLE), steps=60)
-        moving = CircuitMotion(circuits, s, 1 / scale, -shift / scale)
-        guided = (places(s[None])[0] - shift) / scale
-    laid = Fit(
-        fit.deviation / fit.stroke, np.ones(len(s)), np.zeros(len(s), complex), np.ones(len(s), complex),
-        fit.curvature * fit.stroke, fit.unresolved / fit.stroke,
-    )  # fmt: skip
-    return CircuitCurve(moving, guided), Traced(laid, 0 * guided, a - s, b - s), scale, shift, back
+    moving = CircuitMotion(circuits, s, np.ones(len(s), complex), np.zeros(len(s), complex))
+    guided = places(s[None])[0]
+    return CircuitCurve(moving, guided), Traced(fit, 0 * guided, a - s, b - s)
+
+
+def laid(curve: CircuitCurve, traced: Traced) -> tuple[CircuitCurve, Traced]:
+    """Return guides that stand where they stand carried so that their paths run from 0 to 1, and what is traced."""
+    fit, n = traced.fit, len(curve)
+    scale: Complexes = fit.stroke * fit.along
+    with np.errstate(all="ignore"):
+        moving = replace(curve.motion, scale=1 / scale, shift=-fit.start / scale)
+        carried = Fit(
+            fit.deviation / fit.stroke, np.ones(n), np.zeros(n, complex), np.ones(n, complex),
+            fit.curvature * fit.stroke, fit.unresolved / fit.stroke,
+        )  # fmt: skip
+        return CircuitCurve(moving, (curve.point - fit.start) / scale), replace(traced, fit=carried)
 
 
 def ends(curve: CircuitCurve, traced: Traced) -> Linkage:
