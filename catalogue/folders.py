@@ -22,9 +22,21 @@ def default_database() -> Path:
     named = os.environ.get("CATALOGUE_DB")
     if named:
         return Path(named).expanduser()
+    return user_folder() / "catalogue.db"
+
+
+def answers_file() -> Path:
+    """Return the file in which answers are kept by their codes: ``CATALOGUE_ANSWERS``, else one in the user's data
+    directory."""
+    named = os.environ.get("CATALOGUE_ANSWERS")
+    return Path(named).expanduser() if named else user_folder() / "answers.db"
+
+
+def user_folder() -> Path:
+    """Return the user's data directory."""
     from platformdirs import user_data_path
 
-    return user_data_path("mechanism-catalogue", appauthor=False) / "catalogue.db"
+    return user_data_path("mechanism-catalogue", appauthor=False)
 
 
 def plugin_folders(extra: tuple[str, ...] = ()) -> list[Path]:

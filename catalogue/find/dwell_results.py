@@ -7,6 +7,7 @@ from typing import Any
 
 from ..errors import InvalidRequest
 from ..problem.request import positive
+from .placed import PlacedGuide
 from .results import Results
 
 
@@ -43,7 +44,7 @@ class StandStill:
 
 
 @dataclass(frozen=True)
-class DwellCandidate:
+class DwellCandidate(PlacedGuide):
     """A crank-driven linkage with an output dyad, in the middle of the dwell; the driving crank has length 1, places
     are [x, y]."""
 
@@ -64,6 +65,8 @@ class DwellCandidate:
     guided: list[float]  #: the coupler point that leads the rod
     joint: list[float]  #: of rod and rocker
     pivot: list[float]  #: the fixed pivot of the rocker
+
+    pole = None  # it is at no change point
 
     def to_dict(self) -> dict[str, Any]:
         """Return the dwell as plain Python numbers, lists and strings."""

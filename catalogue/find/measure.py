@@ -36,7 +36,7 @@ CORRECTIONS, CLOSE = 4, 1e-9
 STRICTER, MORE = (0.995, 0.97), 4
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, repr=False)
 class Stretch(Candidate):
     """A stretch of the motion of a given linkage, in its middle.
 
@@ -70,7 +70,7 @@ class Stretch(Candidate):
         return on_path(found, point, low, high, circle=self.radius is not None, radius=self.radius)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Measured(Results[Stretch]):
     """What was measured: stretches, of each linkage the best first; `failed` says by number why one has none."""
 

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from copy import deepcopy
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Protocol, TypeVar, overload
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
 
 import numpy as np
 
@@ -47,11 +47,13 @@ class Printable(Protocol):
 
 T = TypeVar("T", bound=Printable)
 
+#: Answers that are shown of results.
+SHOWN = 12
 #: Properties of a candidate that are printed besides its fields.
 DERIVED = ("drift", "band", "percent", "lengths")
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, repr=False)
 class Candidate(PlacedGuide):
     """A verified guide, laid so that its path runs from (0, 0) to (stroke, 0); lengths in the user's unit.
 
@@ -138,7 +140,7 @@ class Candidate(PlacedGuide):
     pole: list[float] | None = None
     start: list[float] = field(default_factory=lambda: [0.0, 0.0])
     along: float = 0.0
-    _drift: tuple[Drifts, int] | None = field(default=None, repr=False)
+    _drift: tuple[Drifts, int] | None = field(default=None, repr=False, compare=False)
 
     @property
     def request(self) -> Request:
@@ -148,6 +150,14 @@ class Candidate(PlacedGuide):
         if self.radius is None:
             return StraightLine(self.stroke, tolerance, start, self.along)
         return CircularArc(self.stroke, tolerance, self.radius, start, self.along)
+
+    def __repr__(self) -> str:
+        kind = " ".join(part for part in (self.series, self.family, self.configuration) if part)
+        arc = "" if self.radius is None else f", radius {self.radius:.6g}"
+        return (
+            f"<{type(self).__name__} {kind}: stroke {self.stroke:.6g}{arc}, deviation {self.deviation:.3g}, "
+            f"size {self.size:.4g}, transmission {self.min_transmission:.0f}\u00b0>"
+        )
 
     def at_home(self) -> Candidate:
         """Return the same candidate in the frame in which its path runs from (0, 0) to (stroke, 0)."""
@@ -313,7 +323,7 @@ def known(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Results(Sequence[T]):
     """Answers of one kind, best first; `explanation` is told as its text, made when it is asked for.
 
@@ -326,12 +336,24 @@ class Results(Sequence[T]):
     def __len__(self) -> int:
         return len(self.candidates)
 
+    def __repr__(self) -> str:
+        rows = [f"  {i}: {one!r}" for i, one in enumerate(self.candidates[:SHOWN])]
+        more = [f"  ... {len(self) - SHOWN} more"] * (len(self) > SHOWN)
+        return "\n".join([f"<{type(self).__name__} of {len(self)}>", *rows, *more])
+
     @overload
     def __getitem__(self, index: int) -> T: ...
     @overload
-    def __getitem__(self, index: slice) -> list[T]: ...
-    def __getitem__(self, index: int | slice) -> T | list[T]:
+    def __getitem__(self, index: slice) -> Self: ...
+    def __getitem__(self, index: int | slice) -> T | Self:
+        if isinstance(index, slice):
+            return replace(self, candidates=self.candidates[index])
         return self.candidates[index]
+
+    def __eq__(self, other: object) -> bool:
+        return type(self) is type(other) and self.candidates == other.candidates
+
+    __hash__ = None  # type: ignore[assignment]
 
     @property
     def columns(self) -> list[str]:
@@ -348,6 +370,31 @@ class Results(Sequence[T]):
         """Return a JSON list of the candidates."""
         return json.dumps([c.to_dict() for c in self.candidates], indent=1, allow_nan=False)
 
+    def remember(self) -> list[str]:
+        """Keep the candidates, and return a short code of each by which `catalogue.recall` finds it again, in another
+        process too.
+
+        Raises
+        ------
+        InvalidRequest
+            If the file of answers cannot be written.
+        """
+        from .answers import remember
+
+        return remember(self.candidates)
+
+    def save(self, file: str | Path) -> None:
+        """Write the candidates to a JSON file, which `catalogue.load` reads on any machine.
+
+        Raises
+        ------
+        InvalidRequest
+            If it cannot be written.
+        """
+        from .answers import save
+
+        save(self.candidates, file)
+
     def explain(self) -> str:
         """Say how the answer came about: what each constraint removed, how long it took.
 
@@ -356,7 +403,7 @@ class Results(Sequence[T]):
         return str(self.explanation)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Found(Results[Candidate]):
     """The answer to a request: candidates, best first."""
 

@@ -1,0 +1,204 @@
+"""Answers that stay: short codes by which exactly this mechanism is picked up again, and files of answers.
+
+A record holds the fields of an answer, numbers to the last digit.  Its code is taken from a digest of it, so that the
+same answer has the same code everywhere; the records of the last `KEPT` codes lie in one file of the user's, beside no
+catalogue: none is written to.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import sqlite3
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import closing, contextmanager
+from dataclasses import fields
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import __version__
+from ..errors import InvalidRequest
+from ..folders import answers_file
+from .dwell_results import DwellCandidate
+from .placed import OwnGuide
+from .results import Candidate
+
+if TYPE_CHECKING:
+    from ..collections.results import CollectionCandidate
+    from ..collections.spec import Collection
+
+#: How many answers are kept.
+KEPT = 20_000
+#: Letters of codes: no two that look alike; the first is none of the digits, so that no code is a number.
+LETTERS, DIGITS = "abcdefghjkmnpqrstvwxyz", "0123456789"
+#: Letters of a code; one more for as long as another answer has the same.
+LENGTH = 7
+#: What a file of answers begins with.
+FORMAT = "mechanism-catalogue answers"
+#: Seconds to wait for another process that is writing.
+PATIENCE = 5.0
+
+Answer = Any  # a Candidate, Stretch, OwnGuide, DwellCandidate or CollectionCandidate
+
+
+def remember(answers: Sequence[Answer]) -> list[str]:
+    """Keep answers, and return their codes.
+
+    Raises
+    ------
+    InvalidRequest
+        If the file of answers cannot be written; nothing else is lost by that.
+    """
+    records = [json.dumps(record(one), sort_keys=True, allow_nan=False) for one in answers]
+    codes = []
+    with _opened(write=True) as file, file:
+        for text in records:
+            code = _free_code(file, text)
+            file.execute("INSERT OR REPLACE INTO answer (code, record) VALUES (?, ?)", (code, text))
+            codes.append(code)
+        file.execute("DELETE FROM answer WHERE number <= (SELECT max(number) FROM answer) - ?", (KEPT,))
+    return codes
+
+
+def _free_code(file: sqlite3.Connection, text: str) -> str:
+    """Return the shortest code of a record that no other one has."""
+    length = LENGTH
+    while True:
+        code = code_of(text, length)
+        held = file.execute("SELECT record FROM answer WHERE code = ?", (code,)).fetchone()
+        if held is None or held[0] == text:
+            return code
+        length += 1
+
+
+def code_of(text: str, length: int = LENGTH) -> str:
+    """Return so many letters of the digest of a record."""
+    number = int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
+    number, first = divmod(number, len(LETTERS))
+    code = LETTERS[first]
+    while len(code) < length:
+        number, k = divmod(number, len(LETTERS + DIGITS))
+        code += (LETTERS + DIGITS)[k]
+    return code
+
+
+def is_code(text: str) -> bool:
+    """Return whether a text may be a code."""
+    return len(text) >= LENGTH and text[0] in LETTERS and set(text) <= {*LETTERS, *DIGITS}
+
+
+def recall(code: str, collection: Callable[[str], Collection] | None = None) -> Answer:
+    """Return the answer that a code stands for; `collection` returns one by its name, where the answer is of one.
+
+    Raises
+    ------
+    InvalidRequest
+        If no answer with this code is kept here, or the file of answers cannot be read.
+    """
+    with _opened(write=False) as file:
+        found = None if file is None else file.execute("SELECT record FROM answer WHERE code = ?", (code,)).fetchone()
+    if found is None:
+        raise InvalidRequest(
+            f"no answer has the code {code} here: the last {KEPT} of this user on this machine are kept; "
+            "`find --save FILE` keeps answers for good"
+        )
+    return answer(json.loads(found[0]), collection)
+
+
+def save(answers: Sequence[Answer], path: str | Path) -> None:
+    """Write answers to a JSON file, from which `load` reads them on any machine.
+
+    Raises
+    ------
+    InvalidRequest
+        If the file cannot be written.
+    """
+    held = {"format": FORMAT, "version": __version__, "answers": [record(one) for one in answers]}
+    path = Path(path)
+    part = path.with_name(f"{path.name}.part")
+    try:
+        part.write_text(json.dumps(held, indent=1, allow_nan=False) + "\n", "utf-8")
+        part.replace(path)
+    except OSError as error:
+        raise InvalidRequest(f"cannot write {path}: {error.strerror}") from None
+
+
+def load(path: str | Path, collection: Callable[[str], Collection] | None = None) -> list[Answer]:
+    """Return the answers that a file holds.
+
+    Raises
+    ------
+    InvalidRequest
+        If it cannot be read, or is no file of answers.
+    """
+    try:
+        held = json.loads(Path(path).read_text("utf-8-sig"))
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise InvalidRequest(f"cannot read {path}: {error}") from None
+    if not is_saved(held):
+        raise InvalidRequest(f"{path} is no file of answers: `find --save FILE` writes one")
+    return [answer(one, collection) for one in held["answers"]]
+
+
+def is_saved(held: Any) -> bool:
+    """Return whether what a JSON file holds are saved answers."""
+    return isinstance(held, dict) and held.get("format") == FORMAT and isinstance(held.get("answers"), list)
+
+
+def record(one: Answer) -> dict[str, Any]:
+    """Return an answer as plain numbers, lists and strings."""
+    if hasattr(one, "collection"):
+        return {"kind": "CollectionCandidate", **one.to_dict(), "metrics": dict(one.metrics)}
+    held = {f.name: getattr(one, f.name) for f in fields(one) if f.name != "_drift"}
+    return {"kind": type(one).__name__, **json.loads(json.dumps(held))}
+
+
+def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None = None) -> Answer:
+    """Return the answer that a record is of."""
+    from .measure import Stretch
+
+    kinds: dict[str, Any] = {c.__name__: c for c in (Candidate, Stretch, OwnGuide, DwellCandidate)}
+    kind = held.get("kind") if isinstance(held, dict) else None
+    try:
+        values = {name: value for name, value in held.items() if name != "kind"}
+        if kind == "CollectionCandidate":
+            return _of_collection(values, collection)
+        if "_window" in values:
+            values["_window"] = tuple(values["_window"])
+        return kinds[str(kind)](**values)
+    except (KeyError, TypeError, ValueError) as error:
+        raise InvalidRequest(f"an answer is damaged, or of another version than {__version__}: {error}") from None
+
+
+def _of_collection(values: dict[str, Any], collection: Callable[[str], Collection] | None) -> CollectionCandidate:
+    from ..collections.results import CollectionCandidate
+
+    if collection is None:
+        raise InvalidRequest("this answer is of a collection: ask an open catalogue for it")
+    named = {f.name: values[f.name] for f in fields(CollectionCandidate)}
+    named |= {"collection": collection(values["collection"]), "special": tuple(values["special"])}
+    return CollectionCandidate(**named)
+
+
+@contextmanager
+def _opened(*, write: bool) -> Iterator[Any]:
+    """Open the file of answers; None if it is only to be read and is not there."""
+    path = answers_file()
+    try:
+        if not write and not path.exists():
+            yield None
+            return
+        if write:
+            path.parent.mkdir(parents=True, exist_ok=True)
+        with closing(sqlite3.connect(path, timeout=PATIENCE)) as file:
+            if write:
+                file.execute("PRAGMA journal_mode = WAL")
+                file.execute("PRAGMA synchronous = NORMAL")
+                file.execute(
+                    "CREATE TABLE IF NOT EXISTS answer (number INTEGER PRIMARY KEY AUTOINCREMENT, "
+                    "code TEXT NOT NULL UNIQUE, record TEXT NOT NULL)"
+                )
+            yield file
+    except (OSError, sqlite3.Error) as error:
+        done = "written" if write else "read"
+        raise InvalidRequest(f"the file of answers {path} cannot be {done}: {error}") from None
