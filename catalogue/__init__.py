@@ -27,7 +27,11 @@ if TYPE_CHECKING:
         MissingExtra,
         PluginError,
     )
+    from .find.answers import load, recall
     from .find.dwell_results import StandStill
+    from .find.improve import Improvement, improve
+    from .find.measure import Measured, Stretch, measure
+    from .find.placed import GuideMotion, OwnGuide, PlacedGuide, guide
     from .find.results import Candidate, Found
     from .kinematics.linkage import Linkage
     from .problem.constraints import ConstraintArguments, Constraints
@@ -45,16 +49,27 @@ _HOME = {
     "DatabaseTooNew": "errors",
     "DuplicateSeries": "errors",
     "Found": "find.results",
+    "GuideMotion": "find.placed",
+    "Improvement": "find.improve",
     "InvalidLinkage": "errors",
     "InvalidRequest": "errors",
     "Linkage": "kinematics.linkage",
+    "Measured": "find.measure",
     "MissingExtra": "errors",
+    "OwnGuide": "find.placed",
+    "PlacedGuide": "find.placed",
     "PluginError": "errors",
     "StandStill": "find.dwell_results",
     "StraightLine": "problem.request",
+    "Stretch": "find.measure",
     "classify": "api",
     "curvature": "curvature_theory.analysis",
+    "guide": "find.placed",
+    "improve": "find.improve",
+    "load": "find.answers",
+    "measure": "find.measure",
     "open": "api",
+    "recall": "find.answers",
 }
 
 __all__ = [
@@ -69,17 +84,28 @@ __all__ = [
     "DatabaseTooNew",
     "DuplicateSeries",
     "Found",
+    "GuideMotion",
+    "Improvement",
     "InvalidLinkage",
     "InvalidRequest",
     "Linkage",
+    "Measured",
     "MissingExtra",
+    "OwnGuide",
+    "PlacedGuide",
     "PluginError",
     "StandStill",
     "StraightLine",
+    "Stretch",
     "__version__",
     "classify",
     "curvature",
+    "guide",
+    "improve",
+    "load",
+    "measure",
     "open",
+    "recall",
 ]
 
 

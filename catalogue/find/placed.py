@@ -20,6 +20,8 @@ from ..problem.request import whole
 if TYPE_CHECKING:
     import pandas as pd
 
+    from ..problem.request import Request
+    from .improve import Improvement
     from .measure import Measured
 
 #: Positions of a motion if it is not said how many.
@@ -142,6 +144,12 @@ class PlacedGuide:
         from .measure import measure
 
         return measure(self, **asked)
+
+    def improve(self, request: Request, **how: Any) -> Improvement:
+        """Return the guide as it is, refined, and beside the best of a catalogue; see `catalogue.improve`."""
+        from .improve import improve
+
+        return improve(self, request, **how)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,323 @@
+"""Linkages of your own improved: refined from where they are, what is held left as it is, beside the best of the
+catalogue under the same conditions."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..candidates.batch import CandidateBatch, Origin
+from ..candidates.feasibility import feasibility
+from ..candidates.placement import SHOWN, described, final, measured, near_path
+from ..errors import InvalidRequest, quoted
+from ..guide.coupler_curve import coupler_curve
+from ..guide.fixed_nominal import Nominal
+from ..guide.fixed_nominal import in_place as traced_in_place
+from ..kinematics.linkage import PR, Linkage
+from ..kinematics.types import Complexes, Floats
+from ..problem.constraints import Constraints
+from ..problem.problem import Problem
+from ..problem.ranking import Ranking
+from ..problem.request import CircularArc, Request, number, switch, whole
+from ..refine.held import HeldLengths
+from ..refine.sqp import Refinement
+from .explain import INSIDE
+from .find import Selection
+from .measure import measure
+from .placed import PlacedGuide
+from .results import Candidate, Results, candidates
+
+if TYPE_CHECKING:
+    from ..api import Catalogue
+
+#: Rounds of refinement, and starts of the catalogue that are made to keep what is held, per unit of effort.
+ROUNDS, STARTS = 20, 24
+#: Copies of each stretch, moved at random, that are refined too; and how far they are moved [strokes].
+COPIES, SCATTER = 8, 0.05
+#: How much larger than the guide, or the stroke, an answer may be if nothing is said.
+LARGEST = 10.0
+#: What stands where the series of an answer stands.
+OWN = "own"
+#: Fixed pivots nearer to where they were than this part of the stroke have not moved.
+SAME = 1e-9
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Improvement(Results[Candidate]):
+    """A linkage before and after it was improved, and the best of the catalogue; `which` names the candidates:
+    ``before``, ``improved``, ``catalogue``, as far as there is one."""
+
+    which: tuple[str, ...] = ()
+
+    @property
+    def columns(self) -> list[str]:
+        return [*Candidate.columns()]
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("before", "improved", "catalogue"):
+            return self.candidates[self.which.index(name)] if name in self.which else None
+        raise AttributeError(name)
+
+
+def improve(
+    guide: PlacedGuide,
+    request: Request,
+    *,
+    hold: str | Sequence[str] = (),
+    in_place: bool = False,
+    within: float = 0.0,
+    rank_by: str | Mapping[str, float] = "score",
+    effort: int = 1,
+    catalogue: Catalogue | None = None,
+    **constraints: Any,
+) -> Improvement:
+    """Return a guide as it is, refined, and the best of a catalogue, over the same stroke and under the same
+    constraints.
+
+    Unless it is to stay in place the path may lie anywhere: pivots are where they were as far as they are held, and
+    regions are those of the frame in which the path runs as the request says.
+
+    Parameters
+    ----------
+    request : StraightLine or CircularArc
+        The stroke [the unit of the guide], and the deviation that is allowed.
+    hold : str or sequence of str
+        What stays: ``fixed-pivots``, or lengths by the names of `PlacedGuide.lengths`: ``crank 1``, ``frame``.
+    in_place : bool
+        The path is the one of the request, where that says; deviations are distances from it.
+    within : float
+        With `in_place`: how far the fixed pivots may move where they are held [the unit of the guide].
+    rank_by : str or mapping
+        What is made best, see `Catalogue.find`.
+    effort : int
+        How hard to search.
+    catalogue : Catalogue, optional
+        Where the best under the same conditions is sought; nowhere if not given.
+    **constraints
+        See `catalogue.problem.constraints.Constraints`; no given pivots.  `max_size` is ten times that of the guide,
+        or of the stroke, if it is not given.
+
+    Raises
+    ------
+    InvalidRequest
+        If the point of the guide does not run over the stroke, there is no such length, or the request or a constraint
+        is impossible.
+    """
+    effort = whole("effort", effort, 1)
+    if constraints.get("max_size") is None:
+        constraints["max_size"] = LARGEST * max(float(guide.linkage.size[0]), request.stroke)
+    wanted = Constraints.of(constraints)
+    if wanted.given:
+        raise InvalidRequest("to improve a linkage hold its own pivots, by `hold`; given pivots belong to `find`")
+    task = Task.of(
+        guide, request, wanted, hold, switch("in_place", in_place), number("within", within), rank_by, effort
+    )
+    start = task.start()
+    rows, which = [task.shown(start[[0]])], ["before"]
+    best = task.refined(task.scattered(start))
+    if best is not None:
+        rows.append(task.shown(best))
+        which.append("improved")
+    if catalogue is not None and (found := task.of_catalogue(catalogue, constraints)) is not None:
+        rows.append(found)
+        which.append("catalogue")
+    told = "no way found to improve it within these constraints: relax one, hold less, or allow a larger deviation"
+    return Improvement(rows, "" if best is not None else told, tuple(which))
+
+
+@dataclass(frozen=True)
+class Task:
+    """A guide that is to be improved, and how."""
+
+    guide: PlacedGuide
+    request: Request
+    problem: Problem
+    held: HeldLengths
+    nominal: Nominal | None  #: of a path that stays in place
+
+    @classmethod
+    def of(
+        cls, guide: PlacedGuide, request: Request, wanted: Constraints, hold: str | Sequence[str], in_place: bool,
+        within: float, rank_by: Any, effort: int,
+    ) -> Task:  # fmt: skip
+        """Return the task that is asked for."""
+        problem = Problem.of(request, wanted, Ranking.of(request, rank_by, 0, 0.0, 1), 1, effort)
+        if (within and not in_place) or within < 0:
+            raise InvalidRequest(
+                "within says how far held fixed pivots may move while the path stays: give in_place too"
+            )
+        nominal = None
+        if in_place:
+            if problem.path.radius is None:
+                raise InvalidRequest("give the radius of the arc too, where the path stays in place")
+            nominal = Nominal(1.0, problem.path.radius)
+        return cls(guide, request, problem, _held(guide, hold, problem, in_place, within), nominal)
+
+    def start(self) -> CandidateBatch:
+        """Return the stretches of the guide as candidates, the straightest first; where the path stays, of those
+        nearest to it."""
+        problem, arc = self.problem, isinstance(self.request, CircularArc)
+        radius = self.request.radius if arc else None
+        stretches = measure(self.guide, stroke=self.request.stroke, radius=radius, arc=arc)
+        if self.nominal is None:
+            found = self.laid(stretches)
+        else:
+            linkage = Linkage([one.pivots for one in stretches] or np.zeros((0, 2, 2, 3)))
+            back = 1 / problem.scale
+            linkage = linkage.moved(back, -problem.shift * back)
+            point = (np.array([complex(*one.guided) for one in stretches]) - problem.shift) * back
+            found = near_path(problem, Origin.made(linkage, OWN), coupler_curve(linkage, point), self.nominal)
+        found = found[np.flatnonzero(np.isfinite(found.deviation))]
+        if not len(found):
+            where = " where the request has it" if self.nominal is not None else ""
+            raise InvalidRequest(
+                f"the point does not run over a stroke of {self.request.stroke:g}{where}: measure it first"
+            )
+        return found[np.argsort(found.deviation, kind="stable")]
+
+    def laid(self, guides: Sequence[Candidate]) -> CandidateBatch:
+        """Return guides laid along the path from 0 to 1."""
+        problem, home = self.problem, [one.at_home() for one in guides]
+        linkage = Linkage([one.pivots for one in home] or np.zeros((0, 2, 2, 3))).moved(1 / problem.stroke)
+        point: Complexes = np.array([complex(*one.guided) for one in home], complex) / problem.stroke
+        bend = np.array([-problem.stroke / one.radius if one.radius else 0.0 for one in home])
+        return self.measured(Origin.made(linkage, OWN), linkage, point, bend)
+
+    def measured(self, origin: Origin, linkage: Linkage, point: Complexes, bend: Floats) -> CandidateBatch:
+        """Return guides that stand along the path, measured over exactly the stroke, or where they stand."""
+        if self.nominal is not None:
+            guides = coupler_curve(linkage, point)
+            return described(self.problem, origin, guides, traced_in_place(guides, self.nominal, SHOWN))
+        none = np.full(len(point), complex(np.nan, np.nan))
+        return measured(self.problem, origin, linkage, point, none, bend if self.problem.curved else None)
+
+    def scattered(self, start: CandidateBatch) -> CandidateBatch:
+        """Return candidates, each followed by copies that are moved at random."""
+        random, times = np.random.default_rng(20), 1 + COPIES * self.problem.effort
+        each = np.repeat(np.arange(len(start)), times)
+        by = SCATTER * random.normal(size=(len(each), 2, 2, 2))
+        by[::times] = 0.0
+        pivots = start.linkage.pivots[each].copy()
+        pivots[..., :2] += by * start.linkage.finite[each][..., None]
+        if self.held.frozen is not None:
+            still = self.held.frozen[:8].reshape(2, 2, 2)
+            pivots[..., :2] = np.where(still, start.linkage.pivots[each][..., :2], pivots[..., :2])
+        linkage, good = Linkage.valid(pivots)
+        kept = each[good]
+        return self.measured(start[kept].origin, linkage, start.point[kept], -np.abs(start.traced.fit.curvature[kept]))
+
+    def closed(self, found: CandidateBatch) -> CandidateBatch:
+        """Return candidates whose held lengths have their values to the last digits."""
+        if not self.held.values or not len(found):
+            return found
+        linkage, point, good = self.held.closed(found.linkage, found.point, self.held.free.basis(found))
+        kept = np.flatnonzero(good)
+        return self.measured(found[kept].origin, linkage, point, -np.abs(found.traced.fit.curvature[kept]))
+
+    def refined(self, start: CandidateBatch) -> CandidateBatch | None:
+        """Return the best that refinement makes of candidates, one; None if nothing meets the constraints."""
+        problem = self.problem
+        start = self.closed(start)
+        start = start[np.flatnonzero(np.isfinite(start.deviation))]
+        if not len(start):
+            return None
+        inside = replace(problem, path=replace(problem.path, deviation=problem.deviation * INSIDE))
+        done = Refinement.of(inside, start, self.held, self.nominal).run(ROUNDS * problem.effort)
+        order = np.argsort(done.best_cost, kind="stable")
+        found = self.closed(done.best[order[np.isfinite(done.best_cost[order])]])
+        if self.nominal is None and len(found):
+            found = final(problem, found, rigid=True)
+        good = np.flatnonzero(feasibility(problem, found).all)
+        return found[good[:1]] if len(good) else None
+
+    def shown(self, found: CandidateBatch) -> Candidate:
+        """Return a candidate of one in the user's unit, its fixed pivots where those of the guide are, if it is of the
+        same family; where the path stays, as it stands."""
+        problem, request, goal = self.problem, self.request, self.guide.linkage
+        if self.nominal is None:
+            scale, shift = _onto(problem.stroke, found.linkage, goal)
+            request = replace(request, start=(shift.real, shift.imag), along=float(np.degrees(np.angle(scale))))
+            problem = replace(problem, scale=request.stroke * request.direction, shift=request.origin)
+        one = candidates(problem, request, Selection(found, np.zeros(1, int)))[0]
+        pivots = [[[*pivot] for pivot in dyad] for dyad in one.pivots]
+        for k in (0, 1):  # what is held is so to the last digit
+            if np.abs(np.subtract(pivots[k][0], goal.pivots[0, k, 0])).max() < SAME * problem.stroke:
+                pivots[k][0] = goal.pivots[0, k, 0].tolist()
+        return replace(one, pivots=pivots)
+
+    def of_catalogue(self, catalogue: Catalogue, constraints: Mapping[str, Any]) -> Candidate | None:
+        """Return the best of a catalogue under the same conditions, None if there is none."""
+        problem, held = self.problem, self.held
+        how: dict[str, Any] = {"rank_by": dict(problem.ranking.weights), "effort": problem.effort}
+        if self.nominal is not None and (held.frozen is not None or held.places is not None):
+            if held.values or (self.guide.linkage.dyads[0] == PR).any():
+                return None  # no series is asked for both
+            pivots = [(x, y) for x, y, _ in (dyad[0] for dyad in self.guide.pivots)]
+            found = catalogue.find(
+                self.request, fixed_pivots=pivots, within=held.within * problem.stroke, limit=1, **how, **constraints
+            )
+            return found[0] if len(found) else None
+        if not held.values:
+            found = catalogue.find(self.request, limit=1, **how, **constraints)
+            return found[0] if len(found) else None
+        asked = {**constraints, "families": [str(self.guide.linkage.family[0])]}
+        found = catalogue.find(self.request, limit=STARTS, per_series=0, **how, **asked)
+        if not len(found) or self.nominal is not None:
+            return None
+        best = self.refined(self.laid(found))
+        return None if best is None else self.shown(best)
+
+
+def _held(
+    guide: PlacedGuide, hold: str | Sequence[str], problem: Problem, in_place: bool, within: float
+) -> HeldLengths:
+    """Return the moves that are left."""
+    lengths, names = guide.lengths, [hold] if isinstance(hold, str) else list(hold)
+    frozen, places = np.zeros(10, bool), None
+    values: dict[str, float] = {}
+    for name in names:
+        if name == "fixed-pivots" and in_place:
+            if within:
+                places = (guide.linkage.points[0, :, 0] - problem.shift) / problem.scale
+            else:
+                frozen[[0, 1, 4, 5]] = True
+            continue
+        if name == "fixed-pivots":  # the path may lie anywhere: only how they stand to each other matters
+            kept = [k for k in lengths if k == "frame" or k.startswith("offset of slider")]
+            frozen[[0, 1, 4, 5]] |= bool((guide.linkage.dyads[0] == PR).all())
+        else:
+            kept = [k for k in lengths if k.replace(" ", "") == str(name).replace(" ", "").replace("-", "")]
+            if not kept:
+                raise InvalidRequest(f"nothing is called {quoted(name)}: hold fixed-pivots, {', '.join(lengths)}")
+        values |= {k: lengths[k] / problem.stroke for k in kept}
+    return HeldLengths(values, frozen if frozen.any() else None, places, within / problem.stroke)
+
+
+def _onto(stroke: float, linkage: Linkage, goal: Linkage) -> tuple[complex, complex]:
+    """Return the similarity z -> scale z + shift of that scale that carries the fixed pivots of a linkage to those of
+    another one of the same family, as nearly as can be."""
+    here, there, finite = linkage.points[0, :, 0], goal.points[0, :, 0], linkage.finite[0, :, 0]
+    if (goal.finite[0, :, 0] != finite).any():
+        return complex(stroke), 0j
+    ways = (
+        [(here[1] - here[0], there[1] - there[0])]
+        if finite.all()
+        else [(here[i], there[i]) for i in (0, 1) if not finite[i]]
+    )
+    turn = sum(b / a * np.abs(a / b) for a, b in ways)
+    scale = complex(stroke * turn / abs(turn)) if abs(turn) > 1e-9 else complex(stroke)
+    rows: list[tuple[float, float, float]] = []
+    for i in (0, 1):
+        away = there[i] - scale * here[i]
+        if finite[i]:
+            rows += [(1.0, 0.0, away.real), (0.0, 1.0, away.imag)]
+        else:
+            n = there[i]
+            off = (n.conjugate() * (goal.points[0, i, 1] - scale * linkage.points[0, i, 1])).real
+            rows.append((n.real, n.imag, off))
+    table = np.array(rows)
+    x, y = np.linalg.lstsq(table[:, :2], table[:, 2], rcond=None)[0]
+    return scale, complex(x, y)

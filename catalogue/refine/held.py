@@ -1,0 +1,98 @@
+"""Moves of placed guides that leave lengths of links, or pivots, as they are."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..candidates.batch import CandidateBatch
+from ..guide.sensitivity import COUNT, displaced
+from ..kinematics.batch import take
+from ..kinematics.link_lengths import link_lengths
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Complexes, Floats, Mask
+from .subproblem import PivotCoordinates
+
+#: Step of the differences of lengths by coordinates, and corrections of the lengths after a move until they are off by
+#: this part at most [strokes].
+STEP, ROUNDS, CLOSE = 1e-6, 6, 1e-13
+
+
+@dataclass(frozen=True)
+class HeldLengths:
+    """The coordinates of the pivots and the guided point, as far as lengths by name keep the values that they are to
+    have [strokes]; `frozen` coordinates, (10,), stay too, and fixed pivots `within` a distance of their `places`, (2,)
+    [strokes]."""
+
+    values: dict[str, float]
+    frozen: Mask | None = None
+    places: Complexes | None = None
+    within: float = 0.0
+
+    @property
+    def free(self) -> PivotCoordinates:
+        """The coordinates if no length were held."""
+        return PivotCoordinates(self.frozen)
+
+    def basis(self, found: CandidateBatch) -> Floats:
+        unit = self.free.basis(found)
+        if not self.values:
+            return unit
+        by = self._slopes(found.linkage, found.point) @ unit  # (n, k, 10)
+        return np.asarray(unit @ (np.eye(COUNT) - np.linalg.pinv(by) @ by))
+
+    def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
+        linkage, point, good = displaced(found.linkage, found.point, (self.basis(found) @ step[..., None])[..., 0])
+        if self.places is not None:
+            linkage = self._drawn_back(linkage)
+        if not self.values or not len(linkage):
+            return linkage, point, good
+        linkage, point, closed = self.closed(linkage, point, self.free.basis(take(found, np.flatnonzero(good))))
+        good[good] = closed
+        return linkage, point, good
+
+    def closed(self, linkage: Linkage, point: Complexes, unit: Floats) -> tuple[Linkage, Complexes, Mask]:
+        """Return the nearest linkages whose lengths have their values, those that there are, and the mask of them;
+        moves are measured in units (n, 10, 10)."""
+        there = np.ones(len(linkage), bool)
+        for _ in range(ROUNDS):
+            missing = np.stack([self.values[name] - here for name, here in self._lengths(linkage, point)], axis=1)
+            if (np.abs(missing) <= CLOSE).all():
+                break
+            by = self._slopes(linkage, point) @ unit
+            with np.errstate(all="ignore"):
+                move = (unit @ (np.linalg.pinv(by) @ missing[..., None]))[..., 0]
+            linkage, point, good = displaced(linkage, point, np.nan_to_num(move))
+            unit = unit[good]
+            there[there] = good
+        missing = np.stack([self.values[name] - here for name, here in self._lengths(linkage, point)], axis=1)
+        closed = (np.abs(missing) <= 1e3 * CLOSE).all(1)
+        there[there] = closed
+        return linkage[closed], point[closed], there
+
+    def _drawn_back(self, linkage: Linkage) -> Linkage:
+        """Return linkages whose fixed pivots are drawn back to within the distance of their places."""
+        assert self.places is not None
+        away = linkage.points[:, :, 0] - self.places
+        far = np.maximum(np.abs(away) / self.within, 1.0)
+        z = np.where(linkage.finite[:, :, 0], self.places + away / far, linkage.points[:, :, 0])
+        pivots = linkage.pivots.copy()
+        pivots[:, :, 0, 0], pivots[:, :, 0, 1] = z.real, z.imag
+        return Linkage.trusted(pivots)
+
+    def _lengths(self, linkage: Linkage, point: Complexes) -> list[tuple[str, Floats]]:
+        found = link_lengths(linkage, point)
+        return [(name, found[name]) for name in self.values]
+
+    def _slopes(self, linkage: Linkage, point: Complexes) -> Floats:
+        """Return the derivatives of the lengths by the coordinates, shape (n, k, 10)."""
+        n, k = len(linkage), len(self.values)
+        each = np.tile(np.arange(n), 2 * COUNT)
+        steps = np.repeat(np.concatenate([STEP * np.eye(COUNT), -STEP * np.eye(COUNT)]), n, axis=0)
+        pivots = linkage.pivots[each].copy()
+        pivots[..., :2] += steps[:, :8].reshape(-1, 2, 2, 2)
+        moved = Linkage.trusted(pivots)
+        values = [here for _, here in self._lengths(moved, point[each] + steps[:, 8] + 1j * steps[:, 9])]
+        high, low = np.stack(values, axis=-1).reshape(2, COUNT, n, k)
+        return np.asarray(np.moveaxis(high - low, 0, -1) / (2 * STEP))
