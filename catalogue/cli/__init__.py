@@ -100,8 +100,9 @@ FIND = Commands(
 @click.group(
     "catalogue",
     cls=Commands,
-    modules={"build": "build", "classify": "classify", "census": "census", "show": "show", "plate": "plate",
-             "atlas": "plate", "export": "export", "schema": "schema", "plugins": "plugins"},
+    modules={"build": "build", "classify": "classify", "census": "census", "show": "show", "measure": "measure",
+             "improve": "improve", "trace": "trace", "plate": "plate", "atlas": "plate", "export": "export",
+             "schema": "schema", "plugins": "plugins"},
     commands={"find": FIND},
     epilog="The first `find` builds the database, in half a minute or so. Exit codes: 0 answered, 1 nothing found, "
     "2 bad request, 3 bad linkage, 4 database, 5 plugin, 6 missing package, 130 interrupted.",

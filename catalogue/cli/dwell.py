@@ -10,7 +10,7 @@ import click
 
 from ..progress import busy
 from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, number
-from .tables import print_results, print_table
+from .tables import codes, print_results, print_table
 
 if TYPE_CHECKING:
     from ..find.dwell_results import DwellResults
@@ -38,13 +38,13 @@ def dwell(
     from ..find.dwell_results import StandStill
 
     def table(found: DwellResults) -> None:
-        columns = [">id", "series", "family", ">dwell", ">residual", ">swing", ">transmission", ">size"]
+        columns = ["code", ">id", "series", "family", ">dwell", ">residual", ">swing", ">transmission", ">size"]
         rows = [
-            [d.id, d.series, d.family, f"{d.angle:.1f}\u00b0", f"{d.residual:.3g}\u00b0", f"{d.swing:.1f}\u00b0",
+            [code, d.id, d.series, d.family, f"{d.angle:.1f}\u00b0", f"{d.residual:.3g}\u00b0", f"{d.swing:.1f}\u00b0",
              f"{d.min_transmission:.1f}\u00b0", f"{d.size:.3g}"]
-            for d in found
+            for code, d in zip(codes(found), found, strict=True)
         ]  # fmt: skip
-        caption = "sizes in crank lengths; --format json gives all pivots"
+        caption = "sizes in crank lengths; `catalogue show CODE` gives all pivots"
         print_table(f"Dwells of {angle:g}\u00b0", columns, rows, caption)
 
     with open(db, plugins=plugins) as catalogue, busy("trying rockers"):

@@ -11,7 +11,7 @@ from ..problem.constraints import PRESCRIBED
 from ..problem.request import CircularArc, Request, StraightLine, ends
 from ..progress import busy
 from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
-from .tables import contact, print_results, print_table
+from .tables import codes, contact, links, print_results, print_table
 
 if TYPE_CHECKING:
     from ..find.results import Candidate, Found
@@ -24,7 +24,7 @@ def straight_line(deviation: float, **options: Any) -> None:
     \b
     catalogue find straight-line --stroke 150 --deviation 0.05 --pins-only --min-transmission 40
     """
-    _find(StraightLine(deviation=deviation, **_place(options)), options)
+    _find(StraightLine(deviation=deviation, **place(options)), options)
 
 
 @click.command(params=[DEVIATION, STROKE, RADIUS, *PLACE, *OPTIONS])
@@ -34,10 +34,10 @@ def circular_arc(deviation: float, radius: float | None, **options: Any) -> None
     \b
     catalogue find circular-arc --stroke 100 --radius 100 --deviation 0.05
     """
-    _find(CircularArc(deviation=deviation, radius=radius, **_place(options)), options)
+    _find(CircularArc(deviation=deviation, radius=radius, **place(options)), options)
 
 
-def _place(options: dict[str, Any]) -> dict[str, Any]:
+def place(options: dict[str, Any]) -> dict[str, Any]:
     """Return stroke, start and direction of a path from the options that say where it lies, and take these out."""
     stroke, start, end, along = (options.pop(name) for name in ("stroke", "from", "to", "along"))
     if end is None:
@@ -59,19 +59,26 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     if options.pop("where"):
         raise InvalidRequest("--where bounds a metric of a collection: name it with --collection")
     from ..api import open
-    from ..find.names import SINGULAR
 
-    options |= {name: options.pop(option) for name, option in SINGULAR.items()}
-    options["keep_out"] = [_zone(text) for text in options["keep_out"]]
-    options["desires"] = dict(_desire(text) for text in options["desires"])
+    settled(options)
     if pareto := options.pop("pareto"):
         options["rank_by"] = [name.strip() for name in pareto.split(",")]
-    output, explain, plot = options.pop("format"), options.pop("explain"), options.pop("plot")
+    output, explain, plot, save = (options.pop(name) for name in ("format", "explain", "plot", "save"))
     given = any(options[name] for name in PRESCRIBED)  # such guides are made, not looked up
     with open(options.pop("db"), plugins=options.pop("plugins"), build=not given) as catalogue:
         with busy("searching"):
             found = catalogue.find(request, **options)
-        print_results(found, print_candidates, output, explain=explain, plot=plot)
+        print_results(found, print_candidates, output, explain=explain, plot=plot, save=save)
+
+
+def settled(options: dict[str, Any]) -> None:
+    """Turn options into the keywords of the library, as far as they differ."""
+    from ..find.names import SINGULAR
+
+    options |= {name: options.pop(option) for name, option in SINGULAR.items() if option in options}
+    options["keep_out"] = [_zone(text) for text in options["keep_out"]]
+    if "desires" in options:
+        options["desires"] = dict(_desire(text) for text in options["desires"])
 
 
 def _zone(text: str) -> list[float] | list[tuple[float, float]]:
@@ -104,15 +111,15 @@ def print_candidates(found: Found) -> None:
     same = max(radii) <= 1.004 * min(radii)
     what = f"an arc of chord {first.stroke:g}" if arc else f"a straight line of {first.stroke:g}"
     what += f" and radius {first.radius:.4g}" if arc and same else ""
-    columns = [">id", "series", "family", "conf.", ">order", ">deviation", ">allowance", ">size", ">links",
+    columns = ["code", ">id", "series", "family", "conf.", ">order", ">deviation", ">allowance", ">size", ">links",
                ">transmission", "turns", ">score"]  # fmt: skip
     turning = any(c.min_transmission_turn for c in found)
-    rows = [_row(c, turning) for c in found]
+    rows = [[code, *_row(c, turning)] for code, c in zip(codes(found), found, strict=True)]
     if not same:
         columns.append(">radius")
         rows = [[*row, f"{radius:.4g}"] for row, radius in zip(rows, radii, strict=True)]
     caption = "allowance: scatter of the pivots that the path forgives; transmission: over the stroke (over the turn)\n"
-    caption += "`catalogue show ID --plot FILE` draws one; --format json gives all pivots"
+    caption += "`catalogue show CODE` gives all numbers of one, --plot FILE draws it; so do `measure` and `improve`"
     print_table(f"Guides for {what}", columns, rows, caption)
 
 
@@ -124,7 +131,7 @@ def _row(c: Candidate, turning: bool) -> list[Any]:
         c.id, c.series, c.family, c.configuration, contact(c.order), f"{c.deviation:.3g}",
         None if c.allowance is None else f"{c.allowance:.3g}",
         f"{c.size:.4g}",
-        None if c.max_link is None or c.min_link is None else f"{c.min_link:.3g}\u2013{c.max_link:.3g}",
+        links(c),
         transmission,
         " ".join(f"crank {k}" for k in c.rotates) or None,
         None if c.score is None else f"{c.score:.0f}",

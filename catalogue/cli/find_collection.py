@@ -10,14 +10,14 @@ import click
 from ..errors import InvalidRequest
 from ..problem.request import Request
 from .find_options import OPTIONS
-from .tables import print_results, print_table
+from .tables import codes, print_results, print_table
 
 if TYPE_CHECKING:
     from ..find.specimens import CollectionResults
 
 #: Options of `find` that go with a collection.
 KNOWN = (
-    "collection", "where", "family", "series", "rank_by", "limit", "explain", "plot", "format", "db", "plugins"
+    "collection", "where", "family", "series", "rank_by", "limit", "explain", "plot", "save", "format", "db", "plugins"
 )  # fmt: skip
 
 
@@ -41,19 +41,19 @@ def find_in(request: Request, options: Mapping[str, Any]) -> None:
         )  # fmt: skip
         print_results(
             found, lambda found: _table(found, request), options["format"], explain=options["explain"],
-            plot=options["plot"],
+            plot=options["plot"], save=options["save"],
         )  # fmt: skip
 
 
 def _table(found: CollectionResults, request: Request) -> None:
     metrics = found.collection.metrics
     arc = request.kind == "circle"
-    columns = [">id", "family", "series", "configuration", "special", ">deviation", *[">radius"] * arc]
+    columns = ["code", ">id", "family", "series", "configuration", "special", ">deviation", *[">radius"] * arc]
     columns += [f">{name}\u00b0" if m.unit == "deg" else f">{name}" for name, m in metrics.items()]
     rows = [
-        [p.id, p.family, p.series, p.configuration, ", ".join(p.special), f"{p.deviation:.3g}",
+        [code, p.id, p.family, p.series, p.configuration, ", ".join(p.special), f"{p.deviation:.3g}",
          *([] if p.radius is None else [f"{p.radius:.4g}"]), *(f"{p.metrics[name]:.4g}" for name in metrics)]
-        for p in found
+        for code, p in zip(codes(found), found, strict=True)
     ]  # fmt: skip
     what = "an arc of chord" if arc else "a straight line"
     caption = "; ".join(f"{name}: {m.meaning}" for name, m in metrics.items())

@@ -19,6 +19,8 @@ PLACE = (
     number("--to", "X Y", "Where it ends, instead of --stroke.", nargs=2),
     number("--along", "DEG", "Direction of the path, with --stroke.", default=0.0),
 )
+PLOT = option("--plot", "FILE|DIR", "Draw the best one: PNG, SVG or PDF by the suffix; in a folder all.",
+              PATH)  # fmt: skip
 #: All others.
 OPTIONS = (
     FAMILY,
@@ -77,6 +79,14 @@ OPTIONS = (
     several("--where", "METRIC>=X",
             "Bound a metric of the collection by >= or <=, e.g. 'size<=3'; a length in your unit. May be repeated."),
     switch("--explain", "Say what each constraint removed and how long it took."),
-    option("--plot", "FILE", "Draw the best one: PNG, SVG or PDF by the suffix.", PATH),
+    PLOT,
+    option("--save", "FILE", "Keep what is listed in a file, from which it is read again anywhere.", PATH),
     *COMMON,
 )  # fmt: skip
+#: Those that say what an improved linkage must satisfy, and how it is ranked.
+IMPROVE = tuple(one for one in OPTIONS if one.name in {
+    "pins_only", "fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "max_arm",
+    "min_transmission", "min_transmission_turn", "min_allowance", "full_rotation", "swept_in", "keep_out",
+    "min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage", "play", "rank_by",
+    "effort", "plot", "format", "db", "plugins",
+})  # fmt: skip

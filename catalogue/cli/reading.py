@@ -1,4 +1,4 @@
-"""Linkages from what a user writes: pivots or link lengths, in JSON or CSV."""
+"""Linkages and guided points from what a user writes: pivots or link lengths, in JSON or CSV."""
 
 from __future__ import annotations
 
@@ -11,108 +11,170 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidLinkage, InvalidRequest
-from ..kinematics.from_lengths import FOUR_BAR, INVERTED, POSITION, SLIDER_CRANK, from_lengths
+from ..errors import InvalidLinkage, InvalidRequest, quoted
+from ..kinematics.from_lengths import CLOSURES, POINT, POSITION, guide_from_lengths
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array
+from ..kinematics.types import Array, Complexes
 
-NAMES = {*FOUR_BAR, *SLIDER_CRANK, *INVERTED, *POSITION}
+NAMES = {*POSITION, *POINT, *(name for names in CLOSURES for name in names)}
+#: What separates the cells of a line: the first of these that the first line holds.
+DELIMITERS = ("\t", ";", ",")
+#: Numbers of a line without names: pivots by x and y, or by x, y and w; and the guided point.
+COUNTS = {8: 0, 10: 2, 12: 0, 14: 2}
+
+
+def read_text(file: str) -> str:
+    """Return what a file, or with ``-`` the standard input, holds.
+
+    Raises
+    ------
+    InvalidRequest
+        If it cannot be read.
+    """
+    try:
+        if file == "-":
+            return sys.stdin.read().removeprefix("\ufeff")
+        return Path(file).expanduser().read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError, RuntimeError, ValueError) as error:
+        raise InvalidRequest(f"cannot read {file}: {error}") from None
 
 
 def read_linkages(file: str) -> Linkage:
-    """Return the linkages that a file, or with ``-`` the standard input, holds.
+    """Return the linkages of a file, those of link lengths at the angle that is given.
 
     Raises
     ------
     InvalidRequest, InvalidLinkage
         If it cannot be read, or holds something else.
     """
-    if file == "-":
-        text = sys.stdin.read()
-    else:
-        try:
-            text = Path(file).read_text(encoding="utf-8")
-        except (OSError, UnicodeDecodeError) as error:
-            raise InvalidRequest(f"cannot read {file}: {error}") from None
+    given = entries(read_text(file), file)
+    if any("pivots" not in one and "angle" not in one for one in given):
+        raise InvalidLinkage(
+            "link lengths need the `angle` of the first crank, in degrees: a series is of one position"
+        )
+    return linkages_of(given, file)[0]
+
+
+def linkages_of(given: list[dict[str, Any]], file: str) -> tuple[Linkage, Complexes]:
+    """Return linkages, and their guided points (n,), NaN where none is given."""
+    pivots = np.full((len(given), 2, 2, 3), np.nan)
+    points = np.full(len(given), complex(np.nan, np.nan))
+    alike: dict[tuple[str, ...], list[int]] = {}  # by the names that are given
+    for i, one in enumerate(given):
+        alike.setdefault(tuple(sorted(one)), []).append(i)
+    for names, rows in alike.items():
+        if "pivots" in names:
+            pivots[rows] = _pivots([given[i]["pivots"] for i in rows], file)
+            if "point" in names:
+                points[rows] = [_point(given[i]["point"], file) for i in rows]
+        else:
+            table = {name: [_number(given[i][name], file) for i in rows] for name in names}
+            linkage, points[rows] = guide_from_lengths(table)
+            pivots[rows] = linkage.pivots
+    return Linkage(pivots), points
+
+
+def entries(text: str, file: str) -> list[dict[str, Any]]:
+    """Return for each linkage of a text its pivots and guided point, or its link lengths, by name."""
     given = _json(text, file) if text.lstrip()[:1] in ("[", "{") else _csv(text, file)
     if not given:
         raise InvalidRequest(f"{file} holds no linkage")
-    pivots = np.full((len(given), 2, 2, 3), np.nan)
-    alike: dict[tuple[str, ...], list[int]] = {}  # by the lengths that are given; none of them: pivots
-    for i, one in enumerate(given):
-        alike.setdefault(tuple(sorted(one)) if isinstance(one, dict) else (), []).append(i)
-    for names, rows in alike.items():
-        if names:
-            pivots[rows] = from_lengths({name: [_number(given[i][name], file) for i in rows] for name in names}).pivots
-        else:
-            pivots[rows] = _pivots([given[i] for i in rows], file)
-    return Linkage(pivots)
+    return given
 
 
-def _json(text: str, file: str) -> list[Any]:
-    """Return for each linkage its pivots, as nested lists, or a mapping of link lengths."""
+def _json(text: str, file: str) -> list[dict[str, Any]]:
     try:
         given = json.loads(text)
-    except json.JSONDecodeError as error:
+    except (json.JSONDecodeError, RecursionError, ValueError) as error:
         raise InvalidRequest(f"{file} is no valid JSON: {error}") from None
     if isinstance(given, dict) or _depth(given) == 3:
         given = [given]
+    found = []
     for i, one in enumerate(given):
-        if isinstance(one, dict):
-            links = {name: one[name] for name in one if name in NAMES}
-            if "pivots" not in one and not links:
-                raise InvalidRequest(f"{file}: object {i} has neither `pivots` nor link lengths")
-            given[i] = one.get("pivots", links)
-    return list(given)
+        if not isinstance(one, dict):
+            found.append({"pivots": one})
+            continue
+        links = {name: one[name] for name in one if name in NAMES}
+        if "pivots" in one:
+            point = one.get("guided", one.get("point", [one["x"], one["y"]] if {"x", "y"} <= {*one} else None))
+            links = {"pivots": one["pivots"], **({} if point is None else {"point": point})}
+        elif not links:
+            raise InvalidRequest(f"{file}: object {i} has neither `pivots` nor link lengths")
+        found.append(links)
+    return found
 
 
-def _csv(text: str, file: str) -> list[Any]:
-    """The same from CSV: 8 or 12 numbers a line, or the columns that a heading names."""
-    rows = [(i, row) for i, row in enumerate(csv.reader(io.StringIO(text)), 1) if any(cell.strip() for cell in row)]
-    heading = [cell.strip() for cell in rows[0][1]] if rows else []
-    if NAMES & {*heading}:
-        short = [i for i, row in rows[1:] if len(row) != len(heading)]
-        if short:
-            raise InvalidRequest(f"{file}, line {short[0]}: it has not the {len(heading)} columns of the heading")
-        return [{k: v for k, v in zip(heading, row, strict=True) if k in NAMES} for _, row in rows[1:]]
-    if rows and _floats(rows[0][1]) is None:  # a heading
-        rows = rows[1:]
-    return [_line(row, file, i) for i, row in rows]
+def _csv(text: str, file: str) -> list[dict[str, Any]]:
+    first = text.lstrip().partition("\n")[0]
+    delimiter = next((d for d in DELIMITERS if d in first), ",")
+    try:
+        table = list(csv.reader(io.StringIO(text), delimiter=delimiter))
+    except csv.Error as error:
+        raise InvalidRequest(f"{file} is no valid CSV: {error}") from None
+    rows = [(i, [cell.strip() for cell in row]) for i, row in enumerate(table, 1) if any(cell.strip() for cell in row)]
+    heading = rows[0][1] if rows and all(_float(cell) is None for cell in rows[0][1]) else []
+    rows = rows[1:] if heading else rows
+    if not (NAMES & {*heading}):
+        return [_line(row, file, i) for i, row in rows]
+    for i, row in rows:
+        if len(row) != len(heading):
+            raise InvalidRequest(f"{file}, line {i}: it has {len(row)} columns, the heading {len(heading)}")
+    return [
+        {name: _cell(row[k], file, i, name) for k, name in enumerate(heading) if name in NAMES and row[k]}
+        for i, row in rows
+    ]
 
 
-def _line(row: list[str], file: str, line: int) -> list[Any]:
-    numbers = _floats(row)
-    if numbers is None:
-        raise InvalidRequest(f"{file}, line {line}: {','.join(row)!r} is not all numbers")
-    if len(row) not in (8, 12):
-        raise InvalidRequest(f"{file}, line {line}: {len(row)} numbers; 8 (x, y) or 12 (x, y, w) are wanted")
-    return np.reshape(numbers, (2, 2, -1)).tolist()
+def _line(row: list[str], file: str, line: int) -> dict[str, Any]:
+    """Return pivots and guided point from a line of numbers."""
+    if len(row) not in COUNTS:
+        raise InvalidRequest(
+            f"{file}, line {line}: {len(row)} numbers; 8 (x, y) or 12 (x, y, w) are wanted, and 2 for the guided point"
+        )
+    numbers = [_cell(cell, file, line, str(k)) for k, cell in enumerate(row, 1)]
+    last = len(numbers) - COUNTS[len(numbers)]
+    held: dict[str, Any] = {"pivots": np.reshape(numbers[:last], (2, 2, -1)).tolist()}
+    return held | ({"point": numbers[last:]} if numbers[last:] else {})
+
+
+def _cell(text: str, file: str, line: int, column: str) -> float:
+    value = _float(text)
+    if value is None:
+        raise InvalidRequest(f"{file}, line {line}, column {column}: {quoted(text)} is no number")
+    return value
+
+
+def _float(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
 
 
 def _pivots(given: list[Any], file: str) -> Array:
     try:
         full = [[[[*p, 1.0] if len(p) == 2 else list(p) for p in dyad] for dyad in one] for one in given]
         pivots = np.array(full, dtype=float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         pivots = np.zeros(0)
     if pivots.shape[1:] != (2, 2, 3):
         raise InvalidLinkage(f"{file}: a linkage is [[A1, A1*], [A2, A2*]], each pivot [x, y] or [x, y, w]")
     return pivots
 
 
+def _point(given: Any, file: str) -> complex:
+    try:
+        x, y = given
+        return complex(float(x), float(y))
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidRequest(f"{file}: a guided point is [x, y], not {quoted(given)}") from None
+
+
 def _number(value: Any, file: str) -> float:
     try:
         return float(value)
-    except (TypeError, ValueError):
-        raise InvalidRequest(f"{file}: {value!r} is no number") from None
-
-
-def _floats(row: list[str]) -> list[float] | None:
-    """Return the numbers of a row, None if something else is among them."""
-    try:
-        return [float(cell) for cell in row]
-    except ValueError:
-        return None
+    except (TypeError, ValueError, OverflowError):
+        raise InvalidRequest(f"{file}: {quoted(value)} is no number") from None
 
 
 def _depth(given: Any) -> int:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +13,7 @@ from .options import COMMON, PATH, Argument, number, option
 from .tables import print_json, print_table
 
 if TYPE_CHECKING:
+    from ..api import Catalogue
     from ..find.results import Candidate
     from ..series.membership import Memberships
     from ..series.named_guides import NamedGuide
@@ -45,9 +46,62 @@ def _words(design: NamedGuide, memberships: Memberships, published: Candidate, b
     ]
 
 
+def _kept(name: str, opened: Callable[[], Catalogue]) -> list[Any] | None:
+    """Return the answers that a code or a file stands for, None if it names a guide of the database."""
+    from ..errors import InvalidRequest
+    from .references import answers, is_answer
+
+    if not is_answer(name):
+        return None
+    found = answers(name, opened)
+    if found is None:
+        raise InvalidRequest(f"{name} is no file of answers: `catalogue measure {name}` measures linkages")
+    return found
+
+
+def _show_answers(found: list[Any], name: str, plot: Path | None, format: str) -> None:
+    """Print answers with all their numbers, and draw the first."""
+    if plot is not None:
+        found[0].plot(plot)
+        print(f"drawn: {plot}", file=sys.stderr)
+    if format != "table":
+        print_json([one.to_dict() for one in found] if len(found) > 1 else found[0].to_dict())
+        return
+    for one in found:
+        _card(one, name)
+
+
+def _card(one: Any, name: str) -> None:
+    """Print one answer: what it is, its numbers and its pivots."""
+    numbers = one.to_dict()
+    pivots, guided = numbers.pop("pivots", None), numbers.pop("guided", None)
+    numbers |= numbers.pop("lengths", None) or {}
+    print(
+        f"{name}: "
+        + " ".join(str(numbers.pop(key)) for key in ("series", "family", "configuration") if numbers.get(key))
+    )
+    print_table(
+        "", ["", ""], [[key.replace("_", " "), _plain(value)] for key, value in numbers.items() if value is not None]
+    )
+    if pivots is not None:
+        lines = [
+            [i + 1, kind, *(repr(v) for v in pivot[:2]), "at infinity" if pivot[2] == 0 else ""]
+            for i, dyad in enumerate(pivots)
+            for kind, pivot in zip(("fixed", "moving"), dyad, strict=True)
+        ]
+        lines.append(["", "guided", *(repr(v) for v in guided or ()), ""])
+        print_table("Pivots in mid-stroke", [">dyad", "point", ">x", ">y", ""], lines)
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, list):
+        return ", ".join(_plain(v) for v in value) or "none"
+    return repr(value) if isinstance(value, float) else str(value)
+
+
 @click.command(
     params=[
-        Argument("name", "ID|NAME", "Number of a guide, or name of a design."),
+        Argument("name", "CODE|FILE|ID|NAME", "Code or file of answers, number of a guide, or name of a design."),
         number("--stroke", None, "Lay the guide along a path of this stroke.", default=1.0),
         option("--level", "N", "Split it for a deviation of 10^N of the stroke.", int,
                show_default="the middle one of those it holds"),
@@ -58,7 +112,9 @@ def _words(design: NamedGuide, memberships: Memberships, published: Candidate, b
 def show(
     name: str, stroke: float, level: int | None, plot: Path | None, format: str, db: Path | None, plugins: Sequence[str]
 ) -> None:
-    """Show a stored guide or a named design: parameters, pivots, how far it holds which deviation; draw it with --plot.
+    """Show an answer, a stored guide or a named design: parameters, pivots, all that is measured; draw it with --plot.
+
+    An answer is shown as it was found, by its code or from a file of `find --save`.
 
     A design is laid as published, over its usual stroke and not split, unless --level is given; the best guide of its
     series on the same stroke, no larger, is named beside it.
@@ -68,6 +124,9 @@ def show(
     from ..series.named_guides import named_guides
 
     with open(db, plugins=plugins) as catalogue:
+        if (kept := _kept(name, lambda: catalogue)) is not None:
+            _show_answers(kept, name, plot, format)
+            return
         guide = catalogue.guide(name)
         design, told, words = named_guides().get(guide.name or ""), {}, []
         if design is None or level is not None:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from click.exceptions import Exit
 
 if TYPE_CHECKING:
-    from ..find.results import Results
+    from ..find.results import Candidate, Results
 
 T = TypeVar("T", bound="Results[Any]")
 
@@ -58,24 +58,56 @@ def print_records(output: str, records: Any, title: str, columns: Sequence[str],
 
 
 def print_results(
-    found: T, table: Callable[[T], None], output: str, *, explain: bool = False, plot: Path | None = None
-) -> None:
-    """Print an answer, draw its best candidate if a file is named; tell why it is empty, and end with exit code 1."""
+    found: T, table: Callable[[T], None], output: str, *, explain: bool = False, plot: Path | None = None,
+    save: Path | None = None,
+) -> None:  # fmt: skip
+    """Print an answer, each candidate with its code, draw and save it where files are named; tell why it is empty, and
+    end with exit code 1."""
     if explain or not found:
         told = found.explain()
         advice = re.search(r"^no \w+ found.*", told, re.MULTILINE)
         print(told if explain or advice is None else f"catalogue: {advice[0]}", file=sys.stderr)
     if output == "json":
-        print(found.to_json())
+        print_json([{"code": code, **c.to_dict()} for code, c in zip(codes(found), found, strict=True)])
     elif output == "csv":
-        print_csv(found.columns, (c.to_dict().values() for c in found))
+        rows = ([code, *c.to_dict().values()] for code, c in zip(codes(found), found, strict=True))
+        print_csv(["code", *found.columns], rows)
     elif found:
         table(found)
     if not found:
         raise Exit(1)
-    if plot is not None:
+    if save is not None:
+        found.save(save)
+        print(f"saved: {save}, {len(found)} answers", file=sys.stderr)
+    if plot is None:
+        return
+    if plot.is_dir() or not plot.suffix:
+        plot.mkdir(parents=True, exist_ok=True)
+        for code, one in zip(codes(found), found, strict=True):
+            one.plot(plot / f"{code}.svg")
+        print(f"drawn: {len(found)} files in {plot}", file=sys.stderr)
+    else:
         found[0].plot(plot)
         print(f"drawn: {plot}", file=sys.stderr)
+
+
+def codes(found: Results[Any]) -> list[str]:
+    """Return the codes of answers, which are kept under them; where they cannot be kept, dashes and a line that says
+    so."""
+    from ..errors import InvalidRequest
+
+    try:
+        return found.remember()
+    except InvalidRequest as error:
+        print(f"catalogue: answers have no codes: {error}", file=sys.stderr)
+        return ["-"] * len(found)
+
+
+def links(one: Candidate) -> str | None:
+    """Return the shortest and the longest link of a candidate as they are printed."""
+    if one.max_link is None or one.min_link is None:
+        return None
+    return f"{one.min_link:.3g}\u2013{one.max_link:.3g}"
 
 
 def contact(order: int) -> str:

@@ -182,7 +182,7 @@ class Task:
         """Return guides laid along the path from 0 to 1."""
         problem, home = self.problem, [one.at_home() for one in guides]
         linkage = Linkage([one.pivots for one in home] or np.zeros((0, 2, 2, 3))).moved(1 / problem.stroke)
-        point: Complexes = np.array([complex(*one.guided) for one in home], complex) / problem.stroke
+        point = np.array([complex(*one.guided) for one in home], complex) / complex(problem.stroke)
         bend = np.array([-problem.stroke / one.radius if one.radius else 0.0 for one in home])
         return self.measured(Origin.made(linkage, OWN), linkage, point, bend)
 

@@ -1,0 +1,90 @@
+"""``catalogue improve``: a linkage of your own before and after, and the best of the catalogue beside it."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..errors import InvalidRequest
+from ..problem.request import CircularArc, Request, StraightLine
+from ..progress import busy
+from .find import place, settled
+from .find_options import IMPROVE, PLACE, RADIUS, STROKE
+from .measure import given
+from .options import PATH, Argument, number, option, several, switch
+from .references import HELP, REFERENCE
+from .tables import codes, links, print_results, print_table
+
+if TYPE_CHECKING:
+    from ..find.improve import Improvement
+
+
+@click.command(
+    params=[
+        Argument("reference", REFERENCE, HELP),
+        STROKE,
+        number("--deviation", "D", "Largest deviation.", show_default="a tenth of the stroke; the smallest is sought"),
+        switch("--arc", "Along an arc of whatever radius fits best, not a straight line."),
+        RADIUS,
+        *PLACE,
+        number("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
+        several("--hold", "WHAT", "What stays: fixed-pivots, or a length by its name, crank1, frame; may be repeated."),
+        switch("--in-place", "The path stays where --from and --to say."),
+        number("--within", "L", "With --in-place: how far held fixed pivots may move.", default=0.0),
+        switch("--catalogue/--no-catalogue", "Look for the best of the catalogue too.", default=True),
+        option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", PATH),
+        *IMPROVE,
+    ]
+)  # fmt: skip
+def improve(
+    reference: str, deviation: float | None, arc: bool, radius: float | None, point: tuple[float, float] | None,
+    hold: tuple[str, ...], in_place: bool, within: float, catalogue: bool, save: Path | None, **options: Any,
+) -> None:  # fmt: skip
+    """Improve a linkage from where it is: the same refinement and constraints as `find`, what is held left as it is.
+
+    \b
+    catalogue improve mine.json --stroke 120 --deviation 0.2 --hold fixed-pivots
+    """
+    from ..api import open
+    from ..find.improve import improve as improved
+
+    where = place(options)
+    if deviation is None:
+        deviation = 0.1 * where["stroke"]
+        options["rank_by"] = "deviation" if options["rank_by"] == "score" else options["rank_by"]
+    curved = arc or radius is not None
+    request: Request = (
+        CircularArc(deviation=deviation, radius=radius, **where)
+        if curved
+        else StraightLine(deviation=deviation, **where)
+    )
+    settled(options)
+    output, plot, db, plugins = (options.pop(name) for name in ("format", "plot", "db", "plugins"))
+    names = [part for text in hold for part in text.split(",")]
+    with ExitStack() as stack:
+        every, _ = given(reference, point, db, plugins, stack)
+        if len(every) != 1:
+            raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be improved at a time")
+        opened = stack.enter_context(open(db, plugins=plugins)) if catalogue else None
+        with busy("improving"):
+            found = improved(
+                every[0], request, hold=names, in_place=in_place, within=within, catalogue=opened, **options
+            )
+    print_results(found, _table, output, plot=plot, save=save)
+
+
+def _table(found: Improvement) -> None:
+    columns = ["", "code", "series", "family", ">deviation", ">allowance", ">size", ">links", ">transmission", ">score"]
+    rows = [
+        [which, code, c.series, c.family, f"{c.deviation:.3g}", None if c.allowance is None else f"{c.allowance:.3g}",
+         f"{c.size:.4g}", links(c),
+         f"{c.min_transmission:.0f}\u00b0", None if c.score is None else f"{c.score:.0f}"]
+        for which, code, c in zip(found.which, codes(found), found, strict=True)
+    ]  # fmt: skip
+    arc = "" if found[0].radius is None else f", radius {found[0].radius:.5g}"
+    print_table(f"Over a stroke of {found[0].stroke:g}{arc}", columns, rows, "`catalogue show CODE` gives all numbers")
+    if found.improved is None:
+        print(found.explain())

@@ -1,0 +1,130 @@
+"""``catalogue measure``: where linkages of your own run straightest, and all that is measured there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..progress import busy
+from .options import DB, FORMAT, PATH, PLUGINS, Argument, number, option, switch
+from .references import HELP, REFERENCE, guides
+from .tables import codes, links, print_results, print_table
+
+if TYPE_CHECKING:
+    from ..api import Catalogue
+    from ..find.measure import Measured
+    from ..find.placed import PlacedGuide
+
+
+@click.command(
+    params=[
+        Argument("reference", REFERENCE, HELP),
+        number("--stroke", "L", "Where is the point guided best over this stroke?"),
+        number("--deviation", "D", "How far is it guided within this deviation? With --stroke: the allowance left."),
+        switch("--arc", "Along an arc of whatever radius fits best, not a straight line."),
+        number("--radius", "R", "Along an arc of exactly this radius."),
+        number("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
+        option("--limit", "N", "How many stretches of each linkage.", int, show_default="4, of several linkages 1"),
+        option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", PATH),
+        option("--plot", "FILE|DIR", "Draw the best one; in a folder all, named by their codes.", PATH),
+        FORMAT,
+        DB,
+        PLUGINS,
+    ]
+)  # fmt: skip
+def measure(
+    reference: str, stroke: float | None, deviation: float | None, arc: bool, radius: float | None,
+    point: tuple[float, float] | None, limit: int | None, save: Path | None, plot: Path | None, format: str,
+    db: Path | None, plugins: Sequence[str],
+) -> None:  # fmt: skip
+    """Measure linkages of your own, or answers, on all their circuits.
+
+    JSON and CSV as for `classify`, with the guided point: `x` and `y` in the position of the pivots, or `along` and
+    `across`, from crank 1's moving pivot along and across the coupler. Link lengths need no angle here. A line of CSV
+    without names holds 8 or 12 numbers for the pivots and 2 for the point.
+
+    \b
+    catalogue measure mine.json --stroke 120
+    """
+    from ..find.measure import measure as measured
+
+    with ExitStack() as stack:
+        every, series = given(reference, point, db, plugins, stack)
+        count = (4 if len(every) == 1 else 1) if limit is None else limit
+        with busy("measuring"):
+            found = measured(
+                every, stroke=stroke, deviation=deviation, radius=radius, arc=arc, limit=count, series=series
+            )
+    one = every[0] if len(every) == 1 else None
+
+    def table(found: Measured) -> None:
+        if one is not None:
+            describe(one)
+        _table(found, many=one is None)
+
+    print_results(found, table, format, plot=plot, save=save)
+
+
+def given(
+    reference: str, point: tuple[float, float] | None, db: Path | None, plugins: Sequence[str], stack: ExitStack
+) -> tuple[list[PlacedGuide], Any]:
+    """Return the guides that a reference names, and a function that returns the series."""
+    from ..api import open
+    from ..plugin.registry import Registry
+
+    held: list[Catalogue] = []
+
+    def opened() -> Catalogue:
+        if not held:
+            held.append(stack.enter_context(open(db, plugins=plugins)))
+        return held[0]
+
+    every = guides(reference, point, opened)
+    return every, lambda: Registry(plugins).series
+
+
+def describe(guide: PlacedGuide) -> None:
+    """Say of what kind a linkage is, how long its links are and how it moves."""
+    lengths = ", ".join(f"{name} {value:.6g}" for name, value in guide.lengths.items())
+    print(f"{guide.linkage.family[0]}: {lengths}")
+    circuits = guide.circuits
+    turns = sorted({c.lead for c in circuits if c.motion == "turns"})
+    moves = [f"{lead} turns fully" for lead in turns]
+    moves += [f"{c.lead} swings from {c.low:.2f}\u00b0 to {c.high:.2f}\u00b0" for c in circuits if c.motion == "swings"]
+    moves += ["the coupler runs from infinity to infinity"] * any(c.motion == "open" for c in circuits)
+    print(f"{len(circuits)} circuit{'s' * (len(circuits) != 1)}: {'; '.join(moves)}")
+    for what, stops in (("dead points", guide.dead_points), ("change points", guide.change_points)):
+        places = [
+            f"{crank} at {', '.join(f'{a:.2f}' for a in angles)}\u00b0" for crank, angles in stops.items() if angles
+        ]
+        print(f"{what}: {'; '.join(places) or 'none'}")
+
+
+def _table(found: Measured, *, many: bool) -> None:
+    first, arc = found[0], found[0].radius is not None
+    columns = [*[">#"] * many, "code", ">circuit", "crank", ">stroke", ">deviation", *[">radius"] * arc, ">size",
+               ">links", ">transmission", "nearest series"]  # fmt: skip
+    columns += [">allowance"] * (first.allowance is not None)
+    rows = []
+    for code, c in zip(codes(found), found, strict=True):
+        drive = "-" if c.drive_from is None else f"{c.driver}: {c.drive_from:.1f}\u00b0 \u2192 {c.drive_to:.1f}\u00b0"
+        rows.append([
+            *[c.number] * many, code, f"{c.circuit}{'' if c.given else '*'}", drive, f"{c.stroke:.6g}",
+            f"{c.deviation:.3g}", *([f"{c.radius:.5g}"] if arc else []), f"{c.size:.4g}",
+            links(c),
+            f"{c.min_transmission:.0f}\u00b0",
+            None if c.nearest_series is None else f"{c.nearest_series} ({c.residual:.1g})",
+            *([f"{c.allowance:.3g}"] if c.allowance is not None else []),
+        ])  # fmt: skip
+    what = "arcs" if arc else "straight lines"
+    caption = "crank: which drives, its angle at the start and the end of the path"
+    caption += "\n* another circuit than that given: take the linkage apart to reach it" * any(
+        not c.given for c in found
+    )
+    print_table(f"Stretches along {what}", columns, rows, caption)
+    for number_, reason in (found.failed or {}).items():
+        print(f"{number_}: {reason}")

@@ -1,0 +1,106 @@
+"""What names a guide on the command line: a file, a code of an answer, a stored guide, a named design."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from .reading import entries, linkages_of, read_text
+
+if TYPE_CHECKING:
+    from ..api import Catalogue
+    from ..find.placed import PlacedGuide
+
+#: What stands where a guide is wanted, and its help.
+REFERENCE = "FILE|-|CODE|ID|NAME"
+HELP = (
+    "Linkages in JSON or CSV with their guided points, or answers saved by `find --save`; - reads standard input. Or "
+    "an answer by its code, a stored guide by its number, a named design."
+)
+
+
+def guides(reference: str, point: tuple[float, float] | None, opened: Callable[[], Catalogue]) -> list[PlacedGuide]:
+    """Return the guides that a reference names; the catalogue is opened only if it is needed.
+
+    Raises
+    ------
+    InvalidRequest, InvalidLinkage
+        If it names none, or a linkage comes without a guided point.
+    """
+    found = answers(reference, opened)
+    if found is None:
+        found = _own(reference, point)
+    for one in found:
+        if not hasattr(one, "pivots"):
+            raise InvalidRequest(f"{reference} is no planar guide: it can be shown, not measured")
+    return found
+
+
+def answers(reference: str, opened: Callable[[], Catalogue]) -> list[Any] | None:
+    """Return the answers that a reference names, None if it is a file of linkages."""
+    from ..find.answers import answer, is_saved, recall
+
+    def collection(name: str) -> Any:
+        return opened().registry.collection(name)
+
+    if reference == "-":
+        return None
+    if _is_file(reference):
+        text = read_text(reference)
+        try:
+            held = json.loads(text) if text.lstrip()[:1] == "{" else None
+        except (ValueError, RecursionError):
+            held = None
+        return [answer(one, collection) for one in held["answers"]] if held and is_saved(held) else None
+    if is_answer(reference):
+        return [recall(reference, collection)]
+    catalogue = opened()
+    guide = catalogue.guide(reference)
+    if guide.name is None:
+        return [guide.at(1.0)]
+    from ..find.stored import as_published
+    from ..series.named_guides import named_guides
+
+    design = named_guides()[guide.name]
+    return [as_published(design, guide, design.stroke)]
+
+
+def is_answer(reference: str) -> bool:
+    """Return whether a reference is a file, or may be the code of an answer."""
+    from ..find.answers import is_code
+
+    return _is_file(reference) or (not reference.isdigit() and not _is_design(reference) and is_code(reference))
+
+
+def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
+    from ..find.placed import OwnGuide
+
+    given = entries(read_text(reference), reference)
+    linkage, points = linkages_of(given, reference)
+    if point is not None:
+        points = np.full(len(points), complex(*point))
+    missing = np.flatnonzero(np.isnan(points))
+    if len(missing):
+        raise InvalidRequest(
+            f"{reference}: linkage {missing[0] + 1} has no guided point: give `x` and `y`, or `along` and `across` "
+            "beside link lengths, or --point X Y"
+        )
+    return [
+        OwnGuide(pivots, [z.real, z.imag]) for pivots, z in zip(linkage.pivots.tolist(), points.tolist(), strict=True)
+    ]
+
+
+def _is_file(reference: str) -> bool:
+    path = Path(reference)
+    return path.suffix != "" or len(path.parts) > 1 or path.is_file()
+
+
+def _is_design(reference: str) -> bool:
+    from ..series.named_guides import named_guides
+
+    return reference in named_guides()
