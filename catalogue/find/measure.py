@@ -16,6 +16,7 @@ from ..guide.stretches import Stretches, longest, straightest
 from ..guide.trace import Traced
 from ..kinematics.batch import Columns, join
 from ..kinematics.circuits import Circuits, circuits
+from ..kinematics.link_lengths import link_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices
 from ..problem.request import CircularArc, positive, whole
@@ -140,26 +141,34 @@ def measure(
         asked = np.full(len(some), share * allowed)
         return longest(found[some], at[some], asked, circle=curved, radius=radius, count=count)
 
-    best = Laid.of(found, at, seek(np.arange(len(found)), limit), curved, radius)
-    for share in STRICTER:
-        bad = np.isnan(best.deviation) | (best.deviation > allowed * (1 + CLOSE)) & (length is None)
-        missed = np.setdiff1d(np.arange(len(linkage)), found.of[best.circuit[~bad]])
-        again = np.union1d(np.flatnonzero(np.isin(found.of, missed)), best.circuit[bad])
-        if not len(again):
-            break
+    parts, some = [], np.arange(len(found))
+    for turn, share in enumerate((1.0, *STRICTER)):
+        sought = seek(some, limit if turn == 0 else max(limit, MORE), share)
+        part = Laid.of(found, at, replace(sought, circuit=some[sought.circuit]), curved, radius)
+        bad = np.isnan(part.deviation) | (part.deviation > allowed * (1 + CLOSE)) & (length is None)
+        parts.append(part[np.flatnonzero(~bad)])
+        seen = np.concatenate([found.of[one.circuit] for one in parts])
+        missed = np.setdiff1d(np.arange(len(linkage)), seen)
         # what looked best cannot be measured, or is not as good on the finer grid: look at more, and stay inside
-        more = seek(again, max(limit, MORE), share)
-        kept = best.stretches[np.flatnonzero(~bad)]
-        best = Laid.of(found, at, join(kept, replace(more, circuit=again[more.circuit])), curved, radius)
-    if length is None:
-        best = best[np.flatnonzero(best.deviation <= allowed * (1 + CLOSE))]
-    key = best.deviation if length is not None else -best.frames.stroke
-    best = best[_best(found, best, np.where(np.isnan(best.deviation), np.inf, key), limit)]
-    missing = np.setdiff1d(np.arange(len(linkage)), found.of[best.circuit])
+        some = np.union1d(np.flatnonzero(np.isin(found.of, missed)), part.circuit[bad])
+        if not len(some):
+            break
+    best = join(*(one.stretches for one in parts))
+    key = best.deviation if length is not None else -best.stroke
+    kept = _best(found, best, key, limit)
+    of_part = np.repeat(np.arange(len(parts)), [len(one.circuit) for one in parts])
+    start = np.searchsorted(of_part, np.arange(len(parts)))
+    rows: list[Stretch | None] = [None] * len(kept)
+    for k, part in enumerate(parts):
+        chosen = np.flatnonzero(of_part[kept] == k)
+        made = _rows(part[kept[chosen] - start[k]], found, tolerance, radius, curved, series)
+        for i, one in zip(chosen.tolist(), made, strict=True):
+            rows[i] = one
+    missing = np.setdiff1d(np.arange(len(linkage)), found.of[best.circuit[kept]])
     asked = f"a stroke of {stroke:g}" if stroke is not None else f"any stroke within {deviation:g}"
     failed = {int(i) + 1: f"on no circuit does its point run forward over {asked}" for i in missing}
-    rows = _rows(best, found, tolerance, radius, curved, series)
-    return Measured(rows, "" if rows else f"no stretch found: {failed[1]}; ask for a shorter one", failed)
+    told = "" if rows else f"no stretch found: {failed[1]}; ask for a shorter one"
+    return Measured([one for one in rows if one is not None], told, failed)
 
 
 @dataclass(frozen=True)
@@ -176,18 +185,21 @@ class Laid(Columns):
     @classmethod
     def of(cls, found: Circuits, point: Complexes, at: Stretches, curved: bool, radius: float | None) -> Laid:
         """Return stretches laid along their nominals, over exactly their strokes."""
-        high, some, z = at.high, found[at.circuit], point[at.circuit]
+        some, z, low, high = found[at.circuit], point[at.circuit], at.low, at.high.copy()
+        curve, traced = on_path(some, z, low, high, circle=curved, radius=radius)
         for _ in range(CORRECTIONS):
-            curve, traced = on_path(some, z, at.low, high, circle=curved, radius=radius)
+            missing = at.stroke - traced.fit.stroke
+            off = np.abs(missing) > CLOSE * at.stroke
+            if not off.any():
+                break
+            part = some[off]
             with np.errstate(all="ignore"):
-                missing = at.stroke - traced.fit.stroke
-                off = np.abs(missing) > CLOSE * at.stroke
-                if not off.any():
-                    break
-                high = np.where(off, high + missing / _speed(some, z, high, traced.fit.along), high)
+                high[off] += missing[off] / _speed(part, z[off], high[off], traced.fit.along[off])
+            new, seen = on_path(part, z[off], low[off], high[off], circle=curved, radius=radius)
+            curve, traced = curve.moved(off, new), traced.replaced(off, seen)
         fit = traced.fit
         frames = Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
-        return cls(at.circuit, at.low, high, *laid(curve, traced), frames)
+        return cls(at.circuit, low, high, *laid(curve, traced), frames)
 
     @property
     def deviation(self) -> Floats:
@@ -206,7 +218,7 @@ def _speed(some: Circuits, point: Complexes, s: Floats, along: Complexes) -> Flo
     return np.asarray(np.abs(((z[1] - z[0]) * along.conj()).real) / (2 * step))
 
 
-def _best(found: Circuits, at: Laid, key: Floats, limit: int) -> Indices:
+def _best(found: Circuits, at: Stretches, key: Floats, limit: int) -> Indices:
     """Return the best stretches of each linkage, at most `limit`, by a key, less is better, infinite for none; of those
     that overlap by more than half the better one."""
     order = np.lexsort((key, found.of[at.circuit]))
@@ -262,7 +274,11 @@ def _rows(
     columns |= {"drive_from": turned[0], "drive_to": turned[1]}
     window = np.stack([traced.low, traced.high], axis=1).tolist()
     more = [{"_window": (low, high)} for low, high in window]
-    return listed(Stretch, curve.linkage, curve.point, nothing + 0j, at.frames, columns, more)
+    rows = listed(Stretch, curve.linkage, curve.point, nothing + 0j, at.frames, columns, more)
+    lengths = link_lengths(Linkage([one.pivots for one in rows]), np.array([complex(*one.guided) for one in rows]))
+    for i, one in enumerate(rows):
+        one.__dict__["lengths"] = {name: float(v[i]) for name, v in lengths.items() if not np.isnan(v[i])}
+    return rows
 
 
 def _nearest(at: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tuple[Array, Floats]:

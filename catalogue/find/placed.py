@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -71,7 +72,7 @@ class PlacedGuide:
         """The linkage, in the position given."""
         return Linkage(self.pivots)
 
-    @property
+    @cached_property
     def lengths(self) -> dict[str, float]:
         """Lengths of the links and place of the guided point in the coupler, by name; see `kinematics.link_lengths`."""
         from ..kinematics.link_lengths import link_lengths

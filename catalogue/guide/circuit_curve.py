@@ -63,6 +63,12 @@ class CircuitCurve(Columns):
     def __len__(self) -> int:
         return len(self.point)
 
+    def moved(self, where: Mask, by: CircuitCurve) -> CircuitCurve:
+        """Return the guides with those `where` a mask says so standing as in `by`, which holds just those."""
+        middle, point = self.motion.middle.copy(), self.point.copy()
+        middle[where], point[where] = by.motion.middle, by.point
+        return CircuitCurve(replace(self.motion, middle=middle), point)
+
     @property
     def linkage(self) -> Linkage:
         return self.motion.linkage
