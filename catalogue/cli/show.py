@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from .options import COMMON, PATH, Argument, number, option
+from .references import is_answer
 from .tables import print_json, print_table
 
 if TYPE_CHECKING:
-    from ..api import Catalogue
     from ..find.results import Candidate
     from ..series.membership import Memberships
     from ..series.named_guides import NamedGuide
@@ -46,16 +46,15 @@ def _words(design: NamedGuide, memberships: Memberships, published: Candidate, b
     ]
 
 
-def _kept(name: str, opened: Callable[[], Catalogue]) -> list[Any] | None:
-    """Return the answers that a code or a file stands for, None if it names a guide of the database."""
+def _kept(name: str, db: Path | None, plugins: Sequence[str]) -> list[Any]:
+    """Return the answers that a code or a file stands for; a catalogue is opened only for those of a collection."""
+    from ..api import open
     from ..errors import InvalidRequest
-    from .references import answers, is_answer
+    from .references import answers
 
-    if not is_answer(name):
-        return None
-    found = answers(name, opened)
-    if found is None:
-        raise InvalidRequest(f"{name} is no file of answers: `catalogue measure {name}` measures linkages")
+    found = answers(name, lambda: open(db, plugins=plugins, build=False))
+    if not found:
+        raise InvalidRequest(f"{name} holds no answers: `catalogue measure {name}` measures linkages")
     return found
 
 
@@ -123,10 +122,10 @@ def show(
     from ..curvature_theory.leading_error import EXACT
     from ..series.named_guides import named_guides
 
+    if is_answer(name):
+        _show_answers(_kept(name, db, plugins), name, plot, format)
+        return
     with open(db, plugins=plugins) as catalogue:
-        if (kept := _kept(name, lambda: catalogue)) is not None:
-            _show_answers(kept, name, plot, format)
-            return
         guide = catalogue.guide(name)
         design, told, words = named_guides().get(guide.name or ""), {}, []
         if design is None or level is not None:
