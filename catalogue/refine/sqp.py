@@ -121,6 +121,11 @@ class Refinement:
         names = ("current", "best", "best_cost", "nearest", "violation", "radius", "penalty", "active", "stalled")
         return replace(self, rounds=0, evaluated=0, **{name: take(getattr(self, name), index) for name in names})
 
+    @property
+    def merit(self) -> Floats:
+        """What the best of each costs, or how near it came, which is worse than any that met all constraints."""
+        return np.where(np.isfinite(self.best_cost), self.best_cost, 1e3 + self.nearest)
+
     def run(self, rounds: int) -> Refinement:
         """Take up to so many rounds."""
         for _ in range(rounds):

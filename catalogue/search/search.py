@@ -54,8 +54,9 @@ class SearchReport:
 #: Starts of each kind that are measured in a stage; those of them that are refined for a round, and of all kinds for
 #: another; those refined farther.
 MEASURED, TRIED, KEPT = 60, 24, 12
-#: Most rounds of refinement for those that are kept, per unit of effort.
-MORE_ROUNDS = 6
+#: Most rounds of refinement for those that are kept, per unit of effort; so many that are left alone, none of them the
+#: best, are not worth a round, which costs nearly as much as one of all of them.
+MORE_ROUNDS, FEW = 6, 3
 #: Candidates that break the constraints by less than this, all together, are refined once more, at
 #: this price.
 NEAR, LEADING = 0.1, 1e3
@@ -222,14 +223,17 @@ class Search:
         followed = len(RADIUS_FACTORS) if self.problem.ranking.only == "deviation" else 1
         for keep in (TRIED, max(KEPT, min(self.problem.limit, TRIED))):
             refinement.step(followed)
-            merit = np.where(np.isfinite(refinement.best_cost), refinement.best_cost, 1e3 + refinement.nearest)
-            order = np.argsort(merit, kind="stable")
+            order = np.argsort(refinement.merit, kind="stable")
             rest = refinement[order[keep:]]
             parts.append((rest.best, rest.best_cost))
             self.report.refined += refinement.evaluated
             refinement = refinement[order[:keep]]
         if self.enough > 1 or not np.isfinite(refinement.best_cost).any():
-            refinement.run(MORE_ROUNDS * self.problem.effort)
+            for _ in range(MORE_ROUNDS * self.problem.effort):
+                left = np.flatnonzero(refinement.active)
+                if len(left) <= FEW and np.argmin(refinement.merit) not in left:
+                    break
+                refinement.step()
             self.report.refined += refinement.evaluated
             self._lead_in(refinement)
         parts.append((refinement.best, refinement.best_cost))
