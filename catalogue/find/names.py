@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from difflib import get_close_matches
-
-from sqlalchemy import func, select
 
 from ..errors import InvalidRequest
 from ..guide.kinds import POINTS, RETURNS, SLOTS
 from ..kinematics.linkage import SLIDING
 from ..problem.constraints import Constraints
-from ..store import Batch, Database, Mechanism
+from ..store import Database
 
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
 
@@ -22,10 +19,10 @@ KINDS = (*POINTS.values(), *SLOTS.values(), *RETURNS.values())
 def check_names(database: Database, constraints: Constraints) -> None:
     """Raise `InvalidRequest` if a family, series or configuration is asked for that the database does not hold."""
     for name, singular in SINGULAR.items():
-        column = getattr(Mechanism, singular)
+        column = {singular: str}
         for code in getattr(constraints, name):
-            if not len(database.read(select(column).where(column == code).limit(1))[singular]):
-                held = sorted(database.read(select(column).distinct())[singular])
+            if not len(database.plain(column, f"FROM mechanism WHERE {singular} = ? LIMIT 1", [code])[singular]):
+                held = sorted(set(database.plain(column, "FROM mechanism")[singular]))
                 raise InvalidRequest(
                     f"the database holds no {singular} {code!r}; it holds {', '.join(held)}. "
                     f"`catalogue build --series CODE` adds a series{_nearest(code, held)}"
@@ -41,6 +38,8 @@ def check_kinds(kinds: Iterable[str]) -> None:
 
 def _nearest(name: str, names: Sequence[str]) -> str:
     """Say which of some names is the nearest to one, if any is near."""
+    from difflib import get_close_matches
+
     plain = {known.casefold(): known for known in names}
     near = get_close_matches(name.casefold(), plain, n=1)
     return f"; did you mean {plain[near[0]]!r}?" if near else ""
@@ -49,6 +48,10 @@ def _nearest(name: str, names: Sequence[str]) -> str:
 def eligible_series(database: Database, constraints: Constraints) -> list[str]:
     """Return the codes of the series that a database holds and that are wanted, of a family that is wanted; those of
     which it holds few guides come first."""
+    from sqlalchemy import func, select
+
+    from ..store import Batch
+
     number = func.sum(func.sum(Batch.guides)).over(partition_by=Batch.series).label("number")
     members = select(Batch.series.label("code"), Batch.member, number).group_by(Batch.series, Batch.member)
     rows = database.read(members.order_by("number", Batch.series))

@@ -24,7 +24,7 @@ from ..kinematics.batch import take
 from ..kinematics.linkage import SLIDING, Linkage
 from ..kinematics.types import Array, Floats, Indices, Mask
 from ..problem.problem import Problem
-from ..store import PIVOTS, Database, Guide, Mechanism, Reach, joined, stacked_pivots
+from ..store import JOINED, PIVOT_NAMES, Database, stacked_pivots
 
 #: Guides of each member that are read per unit of effort, in the order in which they cover it.
 COVER = 2000
@@ -105,19 +105,23 @@ def _log(database: Database) -> Path:
 def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cover: int) -> Reaches:
     """Return the reaches of the guides of these kinds, between two levels, that cover their members first."""
     boxes = [f"{which}_{side}" for which in ("fixed", "all") for side in ("x0", "y0", "x1", "y1")]
-    columns: list[Any] = [
-        Reach.guide_id.label("guide"), Reach.level, Mechanism.series, Mechanism.family, Mechanism.configuration,
-        Guide.contact_order.label("order"), Reach.kind, Reach.sweep, Reach.deviation, Reach.size, Reach.max_link,
-        Reach.min_link, Reach.max_ground, Reach.max_arm, Reach.min_transmission, Reach.rotates, Reach.drive_angle,
-        Reach.rotation, *(getattr(Reach, name) for name in boxes),
-    ]  # fmt: skip
-    found = database.read(
-        joined(*columns).where(
-            Reach.kind.in_(kinds), Reach.level.in_(range(levels[0], levels[1] + 1)), Reach.cover < cover
-        )
-    )
+    lengths = ("sweep", "deviation", "size", "max_link", "min_link", "max_ground", "max_arm", "min_transmission",
+               "drive_angle", "rotation", *boxes)  # fmt: skip
+    columns = {
+        **dict.fromkeys(("reach.guide_id", "reach.level", "guide.contact_order", "reach.rotates"), int),
+        **dict.fromkeys(("mechanism.series", "mechanism.family", "mechanism.configuration", "reach.kind"), str),
+        **{f"reach.{name}": float for name in lengths},
+    }
+    wanted = f"reach.kind IN ({_marks(kinds)}) AND reach.level BETWEEN ? AND ? AND reach.cover < ?"
+    found = database.plain(columns, f"{JOINED} WHERE {wanted}", (*kinds, *levels, cover))
     fixed, every = (np.stack([found.pop(name) for name in boxes[i : i + 4]], axis=1) for i in (0, 4))
-    return Reaches(**found, fixed_box=fixed, box=every)
+    guide, order = found.pop("guide_id"), found.pop("contact_order")
+    return Reaches(guide=guide, order=order, **found, fixed_box=fixed, box=every)
+
+
+def _marks(values: Sequence[Any]) -> str:
+    """Return a place holder for each value."""
+    return ", ".join("?" * len(values))
 
 
 def kinds(problem: Problem) -> list[str]:
@@ -276,9 +280,13 @@ def placed(problem: Problem, database: Database, found: Reaches, chosen: Indices
 def _stored(database: Database, found: Reaches, chosen: Indices) -> tuple[CouplerCurve, Floats, Floats, Origin]:
     """Return the guides of chosen reaches in their canonical frame, whose origin is the pole (those of slots in their
     motion), with their half windows, where the middles of these lie, and what they are."""
-    columns = (Reach.guide_id, Reach.level, Reach.half, Reach.centre, Guide.x, Guide.y, *PIVOTS)
-    some = joined(*columns).where(Reach.guide_id.in_(found.guide[chosen].tolist()))
-    rows = database.read(some)
+    columns = {
+        **dict.fromkeys(("reach.guide_id", "reach.level"), int),
+        **dict.fromkeys(("reach.half", "reach.centre", "guide.x", "guide.y"), float),
+        **{f"mechanism.{name}": float for name in PIVOT_NAMES},
+    }
+    ids = found.guide[chosen].tolist()
+    rows = database.plain(columns, f"{JOINED} WHERE reach.guide_id IN ({_marks(ids)})", ids)
     place = {pair: i for i, pair in enumerate(zip(rows["guide_id"].tolist(), rows["level"].tolist(), strict=True))}
     at = np.array(
         [place[pair] for pair in zip(found.guide[chosen].tolist(), found.level[chosen].tolist(), strict=True)]

@@ -3,25 +3,30 @@
 from __future__ import annotations
 
 import weakref
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-from functools import partial
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from contextlib import closing, contextmanager
+from decimal import Decimal
+from functools import cached_property, partial
 from os import PathLike
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
-from sqlalchemy import Boolean, Connection, Float, Integer, Numeric, Select, select
-from sqlalchemy.dialects.sqlite import insert
-from sqlalchemy.types import TypeEngine
 
 from ..errors import DatabaseError
 from ..kinematics.types import Array, Floats
+from . import engine as files
 from .engine import bring_up_to_date, database_errors, engine_for
-from .models import PIVOTS, Guide, Mechanism, Reach, Setting
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection, Engine, Select
 
 _CHUNK = 50_000  # rows held as Python objects at a time
-_DTYPES = {Boolean: np.bool_, Integer: np.int64, Float: np.float64, Numeric: np.float64}
+_DTYPES = {bool: np.bool_, int: np.int64, float: np.float64, Decimal: np.float64}
+#: Columns of the pivots of a mechanism in the order of its array (dyad, (fixed, moving), (x, y, w)).
+PIVOT_NAMES = tuple(f"{joint}_{dyad}_{part}" for dyad in (1, 2) for joint in ("fixed", "moving") for part in "xyw")
+#: Reaches with their guides and mechanisms.
+JOINED = "FROM reach JOIN guide ON guide.id = reach.guide_id JOIN mechanism ON mechanism.id = guide.mechanism_id"
 
 
 def read_columns(
@@ -47,21 +52,27 @@ def read_columns(
     TypeError
         If an INTEGER is NULL (say in the select what stands for it).
     """
-    types: list[TypeEngine[Any]] = [column.type for column in select.selected_columns]
+    types = [column.type.python_type for column in select.selected_columns]
     result = connection.execute(select, bound)
     names, cursor = list(result.keys()), result.cursor
     assert cursor is not None  # a select has rows
-    parts: list[list[Array]] = [[as_array(kind, ())] for kind in types]
-    while rows := cursor.fetchmany(_CHUNK):
-        for part, kind, values in zip(parts, types, zip(*rows, strict=True), strict=True):
-            part.append(as_array(kind, values))
+    found = as_columns(cursor, dict(zip(names, types, strict=True)))
     result.close()
-    return {name: np.concatenate(part[1:] or part) for name, part in zip(names, parts, strict=True)}
+    return found
 
 
-def as_array(kind: TypeEngine[Any], values: Sequence[Any]) -> Array:
-    """Return the values of one column as an array of the dtype that its SQL type asks for."""
-    return np.array(values, dtype=next((dtype for sql, dtype in _DTYPES.items() if isinstance(kind, sql)), object))
+def as_columns(cursor: Any, types: Mapping[str, type]) -> dict[str, Array]:
+    """Return what a cursor of the driver holds as columns of these names and types."""
+    parts: list[list[Array]] = [[as_array(kind, ())] for kind in types.values()]
+    while rows := cursor.fetchmany(_CHUNK):
+        for part, kind, values in zip(parts, types.values(), zip(*rows, strict=True), strict=True):
+            part.append(as_array(kind, values))
+    return {name: np.concatenate(part[1:] or part) for name, part in zip(types, parts, strict=True)}
+
+
+def as_array(kind: type, values: Sequence[Any]) -> Array:
+    """Return the values of one column as an array of the dtype that their Python type asks for."""
+    return np.array(values, dtype=_DTYPES.get(kind, object))
 
 
 class Database:
@@ -69,9 +80,18 @@ class Database:
 
     def __init__(self, path: Path) -> None:
         self.path = path  # absolute
-        self.engine = engine_for(path)  # whose connections begin a transaction with their first statement
-        self._kept = engine_for(path, keep=True)  # for what is read again and again
-        weakref.finalize(self, self._kept.dispose)  # also of one that nobody closes
+
+    @cached_property
+    def engine(self) -> Engine:
+        """An engine whose connections begin a transaction with their first statement."""
+        return engine_for(self.path)
+
+    @cached_property
+    def _kept(self) -> Engine:
+        """An engine for what is read again and again."""
+        kept = engine_for(self.path, keep=True)
+        weakref.finalize(self, kept.dispose)  # also of one that nobody closes
+        return kept
 
     @classmethod
     def open(cls, path: str | PathLike[str], *, create: bool = True) -> Database:
@@ -111,6 +131,19 @@ class Database:
         with database_errors(self.path), self.engine.connect() as connection:
             return read_columns(connection, select)
 
+    def plain(self, columns: Mapping[str, type], rest: str, values: Iterable[Any] = ()) -> dict[str, Array]:
+        """Return columns, given with their Python types, of the SQL text SELECT columns rest, as `read` does: a `find`
+        reads so little that to import SQLAlchemy would take it longer.
+
+        Raises
+        ------
+        DatabaseError
+            If the file is damaged or locked.
+        """
+        with database_errors(self.path), closing(files.connect(self.path)) as connection:
+            cursor = connection.execute(f"SELECT {', '.join(columns)} {rest}", tuple(values))
+            return as_columns(cursor, {name.rpartition(".")[2]: kind for name, kind in columns.items()})
+
     @contextmanager
     def reading(self) -> Iterator[Callable[..., dict[str, Array]]]:
         """Yield a function like `read_columns` that keeps one connection, for several reads in a row."""
@@ -119,19 +152,23 @@ class Database:
 
     def get_setting(self, key: str) -> str | None:
         """Return the text kept under `key`, None if there is none."""
-        found = self.read(select(Setting.value).where(Setting.key == key))["value"]
+        found = self.plain({"value": str}, "FROM setting WHERE key = ?", [key])["value"]
         return str(found[0]) if len(found) else None
 
     def set_setting(self, key: str, value: str) -> None:
         """Keep the text `value` under `key`, in place of what was there."""
+        from sqlalchemy.dialects.sqlite import insert
+
+        from .models import Setting
+
         statement = insert(Setting).values(key=key, value=value)
         with self.begin() as connection:
             connection.execute(statement.on_conflict_do_update(index_elements=[Setting.key], set_={"value": value}))
 
     def close(self) -> None:
         """Let go of the file."""
-        self.engine.dispose()
-        self._kept.dispose()
+        for engine in [vars(self)[name] for name in ("engine", "_kept") if name in vars(self)]:
+            engine.dispose()
 
     def __enter__(self) -> Self:
         return self
@@ -147,26 +184,6 @@ class Database:
         return f"Database({str(self.path)!r})"
 
 
-#: What a stored reach is laid along a path by.
-COLUMNS = (
-    Guide.id.label("id"),
-    *(Mechanism.family, Mechanism.series, Mechanism.member, Mechanism.configuration, *PIVOTS),
-    *(Guide.x, Guide.y, Guide.kind, Guide.label, Guide.contact_order),
-    *(Reach.level, Reach.half, Reach.centre, Reach.stroke, Reach.sweep, Reach.deviation),
-    *(Reach.size, Reach.max_link, Reach.max_ground, Reach.max_arm),
-)
-
-
-def joined(*columns: Any) -> Select[Any]:
-    """Return a select over reaches with their guides and mechanisms."""
-    return (
-        select(*columns)
-        .select_from(Reach)
-        .join(Guide, Guide.id == Reach.guide_id)
-        .join(Mechanism, Mechanism.id == Guide.mechanism_id)
-    )
-
-
 def stacked_pivots(rows: Mapping[str, Array]) -> Floats:
     """Return the pivots in columns that were read, shape (n, 2, 2, 3): dyad, (fixed, moving), (x, y, w)."""
-    return np.stack([rows[column.key] for column in PIVOTS], axis=-1).reshape(-1, 2, 2, 3)
+    return np.stack([rows[name] for name in PIVOT_NAMES], axis=-1).reshape(-1, 2, 2, 3)

@@ -1,7 +1,8 @@
 """Connections to one file, and its tables: plain connections of sqlite3, the engine that hands them to SQLAlchemy, and
 what goes wrong with them; which revision of the tables a file holds, and how an older one is brought up to date.
 
-Alembic is imported only to create or upgrade: opening a file that is current costs two small queries.
+Alembic is imported only to create or upgrade, SQLAlchemy only where an engine is asked for: opening a file that is
+current costs two small queries, and a `find` reads it without either.
 """
 
 from __future__ import annotations
@@ -13,15 +14,13 @@ from contextlib import closing, contextmanager
 from functools import partial
 from itertools import chain, count
 from pathlib import Path
-from typing import Any
-
-from sqlalchemy import URL, Connection, Engine, create_engine, event
-from sqlalchemy.exc import DBAPIError, DisconnectionError
-from sqlalchemy.pool import NullPool, QueuePool
+from typing import TYPE_CHECKING, Any
 
 from ..errors import DatabaseError, DatabaseTooNew
 from ..folders import folder
-from .models import Base
+
+if TYPE_CHECKING:
+    from sqlalchemy import Connection, Engine
 
 PATIENCE = 10.0  # how long to wait for another process's lock [s]
 
@@ -60,8 +59,10 @@ def database_errors(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise DatabaseError(f"{path} cannot be used ({error.strerror}): name another with --db") from error
-    except (sqlite3.Error, DBAPIError) as error:
-        cause = error.orig if isinstance(error, DBAPIError) else error
+    except Exception as error:
+        cause = getattr(error, "orig", error)  # SQLAlchemy's errors hold that of the driver
+        if not isinstance(cause, sqlite3.Error):
+            raise
         # The low byte is the kind of failure, the rest a detail of it.
         saying = _SAYINGS.get(getattr(cause, "sqlite_errorcode", 0) & 0xFF)
         if saying is None:
@@ -92,6 +93,9 @@ def engine_for(path: Path, *, keep: bool = False) -> Engine:
     what it has mapped of a large file need not be mapped again.  Until the engine is disposed of, the log of what is
     written meanwhile is not folded into the file.  A file that has taken the place of this one is noticed.
     """
+    from sqlalchemy import URL, create_engine, event
+    from sqlalchemy.pool import NullPool, QueuePool
+
     creator: Callable[[], Any] = partial(connect, path)
     pool = QueuePool(creator, pool_size=1, max_overflow=-1) if keep else NullPool(creator)
     engine = create_engine(URL.create("sqlite", database=str(path)), pool=pool)
@@ -110,6 +114,8 @@ def _begin(connection: Connection) -> None:
 def _check(path: Path, _: Any, record: Any, __: Any) -> None:
     """Have the pool connect again unless the connection is to the file that is there now, made by this process."""
     if record.info["file"] != _identity(path):
+        from sqlalchemy.exc import DisconnectionError
+
         raise DisconnectionError(f"{path} is another file now")
 
 
@@ -208,6 +214,7 @@ def _migrate(path: Path) -> None:
     from alembic import command
     from alembic.config import Config
 
+    from .models import Base
     from .schema import describe, drop_views
 
     config = Config()

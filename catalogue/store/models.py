@@ -22,9 +22,13 @@ from sqlalchemy import (
     ForeignKeyConstraint,
     Index,
     MetaData,
+    Select,
     UniqueConstraint,
+    select,
 )
 from sqlalchemy.orm import DeclarativeBase, Mapped, mapped_column
+
+from .database import PIVOT_NAMES
 
 Key = Annotated[int, mapped_column(primary_key=True)]
 
@@ -324,7 +328,24 @@ class Setting(Base):
     __table_args__ = ({"sqlite_strict": True},)
 
 
-#: The pivots of a mechanism in the order of its array (dyad, (fixed, moving), (x, y, w)).
-PIVOTS = tuple(
-    getattr(Mechanism, f"{joint}_{dyad}_{part}") for dyad in (1, 2) for joint in ("fixed", "moving") for part in "xyw"
+#: The pivots of a mechanism in the order of its array.
+PIVOTS = tuple(getattr(Mechanism, name) for name in PIVOT_NAMES)
+
+#: What a stored reach is laid along a path by.
+COLUMNS = (
+    Guide.id.label("id"),
+    *(Mechanism.family, Mechanism.series, Mechanism.member, Mechanism.configuration, *PIVOTS),
+    *(Guide.x, Guide.y, Guide.kind, Guide.label, Guide.contact_order),
+    *(Reach.level, Reach.half, Reach.centre, Reach.stroke, Reach.sweep, Reach.deviation),
+    *(Reach.size, Reach.max_link, Reach.max_ground, Reach.max_arm),
 )
+
+
+def joined(*columns: Any) -> Select[Any]:
+    """Return a select over reaches with their guides and mechanisms."""
+    return (
+        select(*columns)
+        .select_from(Reach)
+        .join(Guide, Guide.id == Reach.guide_id)
+        .join(Mechanism, Mechanism.id == Guide.mechanism_id)
+    )
