@@ -15,7 +15,7 @@ from .subproblem import Subproblem
 #: Most iterations, and what is left at which they stop: of complementarity and rows, of the gradient as a part of cost.
 ITERATIONS, CLOSE = 50, 1e-6
 #: Multipliers start at this power of the largest cost, which is what penalties bring them to in the end.
-FIRST = 0.75
+FIRST = 0.6
 #: Part of the way to the border of the positive orthant that a step goes.
 INSIDE = 0.99
 

@@ -52,8 +52,8 @@ class SearchReport:
 
 
 #: Starts of each kind that are measured in a stage; those of them that are refined for a round, and of all kinds for
-#: another; those refined farther.
-MEASURED, TRIED, KEPT = 60, 24, 12
+#: another; those refined farther, by how many stages are refined together.
+MEASURED, TRIED, KEPT = 60, 24, {1: 12, 2: 32}
 #: Most rounds of refinement for those that are kept, per unit of effort; so many that are left alone, none of them the
 #: best, are not worth a round, which costs nearly as much as one of all of them.
 MORE_ROUNDS, FEW = 6, 3
@@ -62,14 +62,14 @@ MORE_ROUNDS, FEW = 6, 3
 NEAR, LEADING = 0.1, 1e3
 #: A search in which the least violation is above this, and in so many stages has not fallen to this part of what it
 #: was, is given up.
-FAR, WAITING, NEARER = 0.1, 2, 0.9
+FAR, WAITING, NEARER = 0.1, 1, 0.9
 #: Price of what is broken when starts are compared.
 PENALTY = 4.0
 #: Linkages drawn to measure in a stage; parallelograms in the first one.
 DRAWN, PARALLELOGRAMS = 600, 60
 #: Points that a search may measure in refinement, per unit of effort: a bound in time would make answers depend on the
 #: machine.
-POINTS = 2000
+POINTS = 1500
 #: Stages per unit of effort at most, and how many answers are enough to look no farther.  Fewer would make the first
 #: answer worse where fewer are shown.
 STAGES, AMPLE = 10, 6
@@ -103,17 +103,21 @@ class Search:
         return self
 
     def step(self) -> None:
-        """Refine the starts of one more stage."""
+        """Refine the starts of one more stage, or of two together, as rounds of many cost little more than of few."""
+        parts, together = [], 2 if self.stage or self._bounded else 1
         with self.report.timed("starts"):
-            starts = self._starts()
-        if starts is not None and len(starts):
-            self._refine(starts)
-        self.stage += 1
+            for _ in range(together):
+                parts.append(self._starts())
+                self.stage += 1
+        parts = [part for part in parts if part is not None and len(part)]
+        starts = join(*parts) if parts else None
+        if starts is not None:
+            self._refine(starts, together)
         effort, feasible = self.problem.effort, int(np.isfinite(self.cost).sum())
         least = 1 if self.enough == 1 else effort + self._bounded  # a region leaves few designs: the next stage differs
         ample = feasible >= self.enough and self.stage >= least
         spent = self.report.refined > POINTS * effort or self.stage >= STAGES * effort
-        if ample or spent or self._hopeless or starts is None or not len(starts):
+        if ample or spent or self._hopeless or starts is None:
             self.status = "found" if feasible else "exhausted"
 
     @property
@@ -201,8 +205,8 @@ class Search:
                 like |= distances(designs[i : i + 1], designs, mirror=self.problem.curvature == 0)[0] < 0.03
         return found[order[kept]]
 
-    def _refine(self, starts: CandidateBatch) -> None:
-        """Refine all starts for some rounds, the best of them farther."""
+    def _refine(self, starts: CandidateBatch, together: int) -> None:
+        """Refine all starts of so many stages for some rounds, the best of them farther."""
         if not self.refines:
             broken = feasibility(self.problem, starts)
             first_cost = np.where(broken.all, cost(self.problem, starts), np.inf)
@@ -210,18 +214,18 @@ class Search:
             self.cost = np.concatenate([self.cost, first_cost])
             return
         with self.report.timed("refine"):
-            found, value = self._halved(Refinement.of(self.problem, starts, hasty=self.problem.effort == 1))
+            found, value = self._halved(Refinement.of(self.problem, starts, hasty=self.problem.effort == 1), together)
         self.found = found if self.found is None else join(self.found, found)
         self.cost = np.concatenate([self.cost, value])
         violation = feasibility(self.problem, found).total
         self._nearest.append(float(np.fmin.reduce(violation, initial=np.inf)))
 
-    def _halved(self, refinement: Refinement) -> tuple[CandidateBatch, Floats]:
+    def _halved(self, refinement: Refinement, together: int) -> tuple[CandidateBatch, Floats]:
         """Return what comes of candidates, fewer of which are refined the farther it goes, and what they cost."""
         parts: list[tuple[CandidateBatch, Floats]] = []
         # one is enough to tell the best from the rest, but of deviations, which fall by orders of magnitude at first
         followed = len(RADIUS_FACTORS) if self.problem.ranking.only == "deviation" else 1
-        for keep in (TRIED, max(KEPT, min(self.problem.limit, TRIED))):
+        for keep in (together * TRIED, max(KEPT[together], together * min(self.problem.limit, TRIED))):
             refinement.step(followed)
             order = np.argsort(refinement.merit, kind="stable")
             rest = refinement[order[keep:]]
