@@ -24,7 +24,7 @@ from .grid_synthesis import reaches
 from .names import SINGULAR
 
 #: Points from which each relaxation is sought, and rounds of refinement.
-STARTS, ROUNDS = 8, 8
+STARTS, ROUNDS = 8, 6
 #: By which parts farther than the point found a bound is relaxed, so that a search finds it again, and something
 #: better; the first that helps is offered.
 ROOMS = (0.03, 0.2)
@@ -132,7 +132,10 @@ class Explanation:
         return None
 
     def _helps(self, bounds: dict[str, Any]) -> bool:
-        """Return whether a search finds an answer with constraints relaxed to these bounds."""
+        """Return whether the first stage of a search finds an answer with constraints relaxed to these bounds.
+
+        Later ones seldom find what that does not, and take longest where there is nothing.
+        """
         problem = self.problem
         if problem.constraints.given:  # the candidate came of the very steps that would be taken
             return True
@@ -148,7 +151,9 @@ class Explanation:
             else:
                 changes[name] = value / stroke if name in LARGEST or name in LEAST else value
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
-        return bool(np.isfinite(Search(looser, self.database, enough=1).run().cost).any())
+        search = Search(looser, self.database, enough=1)
+        search.step()
+        return bool(np.isfinite(search.cost).any())
 
     def _value(self, name: str, one: CandidateBatch, room: float) -> Any:
         """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or

@@ -67,9 +67,9 @@ FAR, WAITING, NEARER = 0.1, 1, 0.9
 PENALTY = 4.0
 #: Linkages drawn to measure in a stage; parallelograms in the first one.
 DRAWN, PARALLELOGRAMS = 600, 60
-#: Points that a search may measure in refinement, per unit of effort: a bound in time would make answers depend on the
-#: machine.
-POINTS = 1500
+#: Points that a search may measure in refinement, per unit of effort, where it has found nothing, and where less than
+#: enough: a bound in time would make answers depend on the machine.
+IN_VAIN, POINTS = 1500, 2000
 #: Stages per unit of effort at most, and how many answers are enough to look no farther.  Fewer would make the first
 #: answer worse where fewer are shown.
 STAGES, AMPLE = 10, 6
@@ -116,7 +116,7 @@ class Search:
         effort, feasible = self.problem.effort, int(np.isfinite(self.cost).sum())
         least = 1 if self.enough == 1 else effort + self._bounded  # a region leaves few designs: the next stage differs
         ample = feasible >= self.enough and self.stage >= least
-        spent = self.report.refined > POINTS * effort or self.stage >= STAGES * effort
+        spent = self.report.refined > (POINTS if feasible else IN_VAIN) * effort or self.stage >= STAGES * effort
         if ample or spent or self._hopeless or starts is None:
             self.status = "found" if feasible else "exhausted"
 
@@ -232,16 +232,21 @@ class Search:
             parts.append((rest.best, rest.best_cost))
             self.report.refined += refinement.evaluated
             refinement = refinement[order[:keep]]
-        if self.enough > 1 or not np.isfinite(refinement.best_cost).any():
-            for _ in range(MORE_ROUNDS * self.problem.effort):
-                left = np.flatnonzero(refinement.active)
-                if len(left) <= FEW and np.argmin(refinement.merit) not in left:
-                    break
-                refinement.step()
-            self.report.refined += refinement.evaluated
+        for _ in range(MORE_ROUNDS * self.problem.effort):
+            left = np.flatnonzero(refinement.active)
+            few = len(left) <= FEW and np.argmin(refinement.merit) not in left
+            if few or self._one_is_enough(refinement):
+                break
+            refinement.step()
+        self.report.refined += refinement.evaluated
+        if not self._one_is_enough(refinement):
             self._lead_in(refinement)
         parts.append((refinement.best, refinement.best_cost))
         return join(*(found for found, _ in parts)), np.concatenate([value for _, value in parts])
+
+    def _one_is_enough(self, refinement: Refinement) -> bool:
+        """Whether one answer is wanted, whatever it costs, and there is one."""
+        return self.enough == 1 and bool(np.isfinite(refinement.best_cost).any())
 
     def _lead_in(self, refinement: Refinement) -> None:
         """Lead those that are hardly outside the constraints in, whatever they cost, and refine them from there."""
