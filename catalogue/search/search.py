@@ -235,18 +235,14 @@ class Search:
         for _ in range(MORE_ROUNDS * self.problem.effort):
             left = np.flatnonzero(refinement.active)
             few = len(left) <= FEW and np.argmin(refinement.merit) not in left
-            if few or self._one_is_enough(refinement):
+            if few or (self.enough == 1 and np.isfinite(refinement.best_cost).any()):
                 break
             refinement.step()
         self.report.refined += refinement.evaluated
-        if not self._one_is_enough(refinement):
+        if np.isfinite(refinement.best_cost).sum() < self.enough:
             self._lead_in(refinement)
         parts.append((refinement.best, refinement.best_cost))
         return join(*(found for found, _ in parts)), np.concatenate([value for _, value in parts])
-
-    def _one_is_enough(self, refinement: Refinement) -> bool:
-        """Whether one answer is wanted, whatever it costs, and there is one."""
-        return self.enough == 1 and bool(np.isfinite(refinement.best_cost).any())
 
     def _lead_in(self, refinement: Refinement) -> None:
         """Lead those that are hardly outside the constraints in, whatever they cost, and refine them from there."""

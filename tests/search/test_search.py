@@ -75,7 +75,7 @@ def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue, monkeypa
 
 @pytest.mark.slow
 def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "POINTS", 600)
+    monkeypatch.setattr(search, "IN_VAIN", 600)
     problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
     done = Search(problem, small.database).run()
     assert done.status == "exhausted"
@@ -85,7 +85,7 @@ def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.
 
 @pytest.mark.slow
 def test_a_search_ends_when_its_points_are_spent(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "POINTS", 1)
+    monkeypatch.setattr(search, "IN_VAIN", 1)
     problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
     done = Search(problem, small.database).run()
     assert done.status == "exhausted"
