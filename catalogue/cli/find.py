@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
-from ..problem.constraints import PRESCRIBED
 from ..problem.request import CircularArc, Request, StraightLine, ends
 from ..progress import busy
 from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
@@ -59,6 +58,7 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     if options.pop("where"):
         raise InvalidRequest("--where bounds a metric of a collection: name it with --collection")
     from ..api import open
+    from ..problem.constraints import PRESCRIBED
 
     settled(options)
     if pareto := options.pop("pareto"):
