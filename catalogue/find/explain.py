@@ -27,7 +27,7 @@ from .names import SINGULAR
 STARTS, ROUNDS = 8, 6
 #: By which parts farther than the point found a bound is relaxed, so that a search finds it again, and something
 #: better; the first that helps is offered.
-ROOMS = (0.03, 0.2)
+ROOMS = (0.05, 0.2)
 #: The tolerance inside which a search stays, of the one asked: what the grid of the search leaves open.
 INSIDE = 1 - 2e-4
 

@@ -52,8 +52,8 @@ class SearchReport:
 
 
 #: Starts of each kind that are measured in a stage; those of them that are refined for a round, and of all kinds for
-#: another; those refined farther, by how many stages are refined together.
-MEASURED, TRIED, KEPT = 60, 24, {1: 12, 2: 32}
+#: another; those refined farther, of the first stage, of the first two together, and of two later ones.
+MEASURED, TRIED, KEPT = 60, 24, (12, 32, 16)
 #: Most rounds of refinement for those that are kept, per unit of effort; so many that are left alone, none of them the
 #: best, are not worth a round, which costs nearly as much as one of all of them.
 MORE_ROUNDS, FEW = 6, 3
@@ -225,7 +225,8 @@ class Search:
         parts: list[tuple[CandidateBatch, Floats]] = []
         # one is enough to tell the best from the rest, but of deviations, which fall by orders of magnitude at first
         followed = len(RADIUS_FACTORS) if self.problem.ranking.only == "deviation" else 1
-        for keep in (together * TRIED, max(KEPT[together], together * min(self.problem.limit, TRIED))):
+        kept = KEPT[2 if self.stage > together else together - 1]
+        for keep in (together * TRIED, max(kept, min(self.problem.limit, TRIED))):
             refinement.step(followed)
             order = np.argsort(refinement.merit, kind="stable")
             rest = refinement[order[keep:]]
