@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Self, Unpack
 
 from .folders import default_database
 from .problem.constraints import Constraints
-from .problem.ranking import DISTINCT
+from .problem.criteria import DISTINCT
 from .problem.request import names, path_request, switch
 from .store import Database
 
@@ -79,7 +79,7 @@ class Catalogue:
         limit : int
             How many at most.
         rank_by : str, mapping or sequence of str
-            One of `catalogue.problem.ranking.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
+            One of `catalogue.problem.criteria.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
             sequence, ``["size", "deviation"]``, weighs nothing: the Pareto front of these criteria comes first, spread
             over all of it, then the second front; `Candidate.front` says which.
         per_series : int, optional

@@ -10,8 +10,8 @@ import numpy as np
 from catalogue import StraightLine
 from catalogue.candidates.batch import CandidateBatch, Origin
 from catalogue.candidates.placement import measured, place_on_path
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.placement import at_stroke
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.placement import at_stroke
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.motion import CRANK_1
 from catalogue.kinematics.types import Array, Complexes, Floats, Mask

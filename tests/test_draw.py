@@ -18,10 +18,10 @@ from catalogue.draw.scene import POINTS, scene
 from catalogue.draw.symbols import rounded
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.find.results import Candidate
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.metrics import measure
-from catalogue.guide.placement import at_stroke, placed
-from catalogue.guide.trace import trace
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.metrics import measure
+from catalogue.guidance.placement import at_stroke, placed
+from catalogue.guidance.trace import trace
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
 
 

@@ -16,7 +16,7 @@ FLOORS = (
     ("errors", "folders", "progress"),
     ("kinematics",),
     ("curvature_theory", "problem", "store"),
-    ("guide", "collections"),
+    ("guidance", "collections"),
     ("series", "candidates"),
     ("refine", "draw"),
     ("search", "plugin"),

@@ -7,9 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..guide.coupler_curve import CouplerCurve, coupler_curve
-from ..guide.metrics import Measures
-from ..guide.trace import Traced
+from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.metrics import Measures
+from ..guidance.trace import Traced
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats

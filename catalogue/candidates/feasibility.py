@@ -8,9 +8,9 @@ from functools import cached_property
 
 import numpy as np
 
-from ..guide.drive import SampledPoses, drive_metrics
-from ..guide.metrics import LEAST_ARM, min_transmission_turn, rotation_margin
-from ..guide.swept_area import intrusion, link_segments, protrusion
+from ..guidance.drive import SampledPoses, drive_metrics
+from ..guidance.metrics import LEAST_ARM, min_transmission_turn, rotation_margin
+from ..guidance.swept_area import intrusion, link_segments, protrusion
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats, Mask
 from ..problem.constraints import DRIVE

@@ -6,12 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..guide.coupler_curve import CouplerCurve, coupler_curve
-from ..guide.fixed_nominal import Nominal, in_place
-from ..guide.metrics import measure
-from ..guide.placement import FINE, at_stroke, mid_stroke, mirrored, near_stroke, placed
-from ..guide.sensitivity import sensitivity
-from ..guide.trace import Traced, again
+from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.fixed_nominal import Nominal, in_place
+from ..guidance.metrics import measure
+from ..guidance.placement import FINE, at_stroke, mid_stroke, mirrored, near_stroke, placed
+from ..guidance.sensitivity import sensitivity
+from ..guidance.trace import Traced, again
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats, Mask
 from ..problem.problem import Problem

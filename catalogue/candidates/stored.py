@@ -6,9 +6,9 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from ..guide.coupler_curve import CouplerCurve, coupler_curve
-from ..guide.kinds import SLOTS
-from ..guide.trace import trace
+from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.kinds import SLOTS
+from ..guidance.trace import trace
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats
 from ..problem.problem import Problem

@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
-from ..problem.request import CircularArc, Request, StraightLine, ends
 from ..progress import busy
 from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
 from .tables import codes, contact, links, print_results, print_table
 
 if TYPE_CHECKING:
     from ..find.results import Candidate, Found
+    from ..problem.request import Request
 
 
 @click.command(params=[DEVIATION, STROKE, *PLACE, *OPTIONS])
@@ -23,6 +23,8 @@ def straight_line(deviation: float, **options: Any) -> None:
     \b
     catalogue find straight-line --stroke 150 --deviation 0.05 --pins-only --min-transmission 40
     """
+    from ..problem.request import StraightLine
+
     _find(StraightLine(deviation=deviation, **place(options)), options)
 
 
@@ -33,11 +35,15 @@ def circular_arc(deviation: float, radius: float | None, **options: Any) -> None
     \b
     catalogue find circular-arc --stroke 100 --radius 100 --deviation 0.05
     """
+    from ..problem.request import CircularArc
+
     _find(CircularArc(deviation=deviation, radius=radius, **place(options)), options)
 
 
 def place(options: dict[str, Any]) -> dict[str, Any]:
     """Return stroke, start and direction of a path from the options that say where it lies, and take these out."""
+    from ..problem.request import ends
+
     stroke, start, end, along = (options.pop(name) for name in ("stroke", "from", "to", "along"))
     if end is None:
         if stroke is None:

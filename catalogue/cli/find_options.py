@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ..problem.ranking import CRITERIA, DISTINCT
+from ..problem.criteria import CRITERIA, DISTINCT
 from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PATH, PINS_ONLY, SERIES, number, option, several, switch
 
 #: Options that say what path it is to be.

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
-from ..problem.request import CircularArc, Request, StraightLine
 from ..progress import busy
 from .find import place, settled
 from .find_options import IMPROVE, PLACE, RADIUS, STROKE
@@ -50,13 +49,14 @@ def improve(
     """
     from ..api import open
     from ..find.improve import improve as improved
+    from ..problem.request import CircularArc, StraightLine
 
     where = place(options)
     if deviation is None:
         deviation = 0.1 * where["stroke"]
         options["rank_by"] = "deviation" if options["rank_by"] == "score" else options["rank_by"]
     curved = arc or radius is not None
-    request: Request = (
+    request = (
         CircularArc(deviation=deviation, radius=radius, **where)
         if curved
         else StraightLine(deviation=deviation, **where)

@@ -7,10 +7,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from ..errors import InvalidRequest
-from .reading import entries, linkages_of, read_text
 
 if TYPE_CHECKING:
     from ..api import Catalogue
@@ -44,6 +41,7 @@ def guides(reference: str, point: tuple[float, float] | None, opened: Callable[[
 def answers(reference: str, opened: Callable[[], Catalogue]) -> list[Any] | None:
     """Return the answers that a reference names, None if it is a file of linkages."""
     from ..find.answers import answer, is_saved, recall
+    from .reading import read_text
 
     def collection(name: str) -> Any:
         return opened().registry.collection(name)
@@ -78,7 +76,10 @@ def is_answer(reference: str) -> bool:
 
 
 def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
+    import numpy as np
+
     from ..find.placed import OwnGuide
+    from .reading import entries, linkages_of, read_text
 
     given = entries(read_text(reference), reference)
     linkage, points = linkages_of(given, reference)

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..guide.coupler_curve import CouplerCurve
-from ..guide.deviation_curve import from_circle
-from ..guide.minimum_zone import grid
-from ..guide.placement import FINE, at_stroke
-from ..guide.trace import Traced, extended
+from ..guidance.coupler_curve import CouplerCurve
+from ..guidance.deviation_curve import from_circle
+from ..guidance.minimum_zone import grid
+from ..guidance.placement import FINE, at_stroke
+from ..guidance.trace import Traced, extended
 from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Array, Complexes, Floats
 

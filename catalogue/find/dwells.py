@@ -9,13 +9,13 @@ import numpy as np
 from ..candidates.select import ranks
 from ..candidates.stored import canonical
 from ..errors import InvalidRequest, quoted
-from ..guide.coupler_curve import CouplerCurve, coupler_curve
-from ..guide.drive import drive_metrics
-from ..guide.dwell import Dwell, dwells, turned
-from ..guide.kinds import POINTS
-from ..guide.metrics import measure
-from ..guide.placement import mid_stroke
-from ..guide.trace import trace
+from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.drive import drive_metrics
+from ..guidance.dwell import Dwell, dwells, turned
+from ..guidance.kinds import POINTS
+from ..guidance.metrics import measure
+from ..guidance.placement import mid_stroke
+from ..guidance.trace import trace
 from ..kinematics.linkage import SLIDING
 from ..kinematics.types import Array, Complexes, Floats, Indices
 from ..problem.constraints import Constraints, DwellArguments

@@ -12,8 +12,8 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import LARGEST, LEAST, ROUNDING, STANDING, Feasibility, feasibility, machine
-from ..guide.drive import drive_metrics
-from ..guide.metrics import min_transmission_turn
+from ..guidance.drive import drive_metrics
+from ..guidance.metrics import min_transmission_turn
 from ..problem.constraints import DRIVE, Constraints, Region
 from ..problem.problem import Problem
 from ..problem.request import Request

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..guide.fixed_nominal import Nominal
-from ..guide.minimum_zone import grid
+from ..guidance.fixed_nominal import Nominal
+from ..guidance.minimum_zone import grid
 from ..kinematics.types import Complexes, Floats, Indices
 from ..problem.request import Request
 

@@ -13,9 +13,9 @@ from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.feasibility import feasibility
 from ..candidates.placement import SHOWN, described, final, measured, near_path
 from ..errors import InvalidRequest, quoted
-from ..guide.coupler_curve import coupler_curve
-from ..guide.fixed_nominal import Nominal
-from ..guide.fixed_nominal import in_place as traced_in_place
+from ..guidance.coupler_curve import coupler_curve
+from ..guidance.fixed_nominal import Nominal
+from ..guidance.fixed_nominal import in_place as traced_in_place
 from ..kinematics.linkage import PR, Linkage
 from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import Constraints

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..guide.circuit_curve import CircuitCurve, ends, laid, on_path
-from ..guide.metrics import measure as measures_of
-from ..guide.minimum_zone import grid
-from ..guide.stretches import Stretches, longest, straightest
-from ..guide.trace import Traced
+from ..guidance.circuit_curve import CircuitCurve, ends, laid, on_path
+from ..guidance.metrics import measure as measures_of
+from ..guidance.minimum_zone import grid
+from ..guidance.stretches import Stretches, longest, straightest
+from ..guidance.trace import Traced
 from ..kinematics.batch import Columns, join
 from ..kinematics.circuits import Circuits, circuits
 from ..kinematics.link_lengths import link_lengths

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from ..errors import InvalidRequest
-from ..guide.kinds import POINTS, RETURNS, SLOTS
+from ..guidance.kinds import POINTS, RETURNS, SLOTS
 from ..kinematics.linkage import SLIDING
 from ..problem.constraints import Constraints
 from ..store import Database

@@ -318,7 +318,7 @@ class GuideMotion:
 
 def _transmission(linkage: Linkage, driver: int) -> Floats:
     """Return the transmission angle in each position, the crank of that number driving, 0: the better dyad [deg]."""
-    from ..guide.metrics import transmission_sines
+    from ..guidance.metrics import transmission_sines
 
     x = np.zeros(1, complex)
     sines = transmission_sines(linkage, [linkage.points[None, :, i, 1] for i in (0, 1)], x)[:, 0]

@@ -8,9 +8,9 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.placement import measured, place_on_path, unscaled
-from ..guide.coupler_curve import CouplerCurve, coupler_curve
-from ..guide.placement import at_stroke
-from ..guide.trace import Traced
+from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.placement import at_stroke
+from ..guidance.trace import Traced
 from ..kinematics.batch import join, take
 from ..kinematics.cognates import cognates
 from ..kinematics.link_lengths import rounded

@@ -19,8 +19,8 @@ from ..candidates.select import select_top
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import leading_error
 from ..errors import InvalidRequest
-from ..guide.coupler_curve import coupler_curve
-from ..guide.fixed_nominal import Nominal, in_place
+from ..guidance.coupler_curve import coupler_curve
+from ..guidance.fixed_nominal import Nominal, in_place
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Indices, Mask

@@ -15,9 +15,9 @@ import numpy as np
 from ..candidates.feasibility import values
 from ..candidates.select import nearest, normal_form
 from ..errors import InvalidRequest
-from ..guide.drive import drive_metrics
-from ..guide.metrics import min_transmission_turn
-from ..guide.sensitivity import sensitivity
+from ..guidance.drive import drive_metrics
+from ..guidance.metrics import min_transmission_turn
+from ..guidance.sensitivity import sensitivity
 from ..kinematics.batch import Rows
 from ..kinematics.motion import CHANGE, conditioning
 from ..kinematics.types import Array, Complexes, Floats
@@ -29,11 +29,11 @@ from .placed import SAMPLES, GuideMotion, PlacedGuide
 if TYPE_CHECKING:
     import pandas as pd
 
-    from ..guide.circuit_curve import CircuitCurve
-    from ..guide.coupler_curve import CouplerCurve
-    from ..guide.metrics import Measures
-    from ..guide.sensitivity import Sensitivity
-    from ..guide.trace import Traced
+    from ..guidance.circuit_curve import CircuitCurve
+    from ..guidance.coupler_curve import CouplerCurve
+    from ..guidance.metrics import Measures
+    from ..guidance.sensitivity import Sensitivity
+    from ..guidance.trace import Traced
     from ..kinematics.linkage import Linkage
     from ..refine.certificate import Drifts
     from .find import Selection
@@ -65,13 +65,13 @@ class Candidate(PlacedGuide):
         Of the ancestor at its design position; order of contact, 99 if it is exact.
     stroke, deviation : float
         Deviation: half the width of the narrowest strip (annulus) that holds the path over the stroke; with given
-        pivots the largest distance from the nominal itself, which stays where it is (`catalogue.guide.in_place`).
+        pivots the largest distance from the nominal itself, which stays where it is (`catalogue.guidance.in_place`).
     radius : float or None
         Of the best circle; None for a straight line.
     size, max_link, min_link, max_ground, max_arm, min_transmission, rotates
-        See `catalogue.guide.metrics.Measures`; None where there is no such length.  `rotates`: numbers of the cranks.
+        See `catalogue.guidance.metrics.Measures`; None where there is no such length.  `rotates`: numbers of cranks.
     driver, drive_angle, time_ratio, uniformity, advantage, rotation
-        See `catalogue.guide.drive.DriveMetrics`; None where there is no such thing.
+        See `catalogue.guidance.drive.DriveMetrics`; None where there is no such thing.
     min_transmission_turn : float or None
         Least transmission angle over the whole turn of the driver [deg]; None if it does not turn fully.
     allowance : float or None
@@ -176,7 +176,7 @@ class Candidate(PlacedGuide):
 
     def span(self) -> CouplerCurve:
         """Return the guide ready to be traced from mid-stroke."""
-        from ..guide.coupler_curve import coupler_curve
+        from ..guidance.coupler_curve import coupler_curve
 
         pole = None if self.pole is None else np.array([complex(*self.pole)])
         return coupler_curve(self.linkage, np.array([complex(*self.guided)]), pole=pole)
@@ -222,7 +222,7 @@ class Candidate(PlacedGuide):
     def off_nominal(self, z: Complexes) -> Floats:
         """Return the distances of places of the guided point (m,), from the start to the end of its stroke, from the
         nominal, positive to the left."""
-        from ..guide.deviation_curve import from_circle
+        from ..guidance.deviation_curve import from_circle
 
         _, traced = self._traced()
         fit = traced.fit
@@ -232,7 +232,7 @@ class Candidate(PlacedGuide):
         return from_circle(z, (z[0], z[-1]), self.radius, max(self.deviation, 1e-18 * self.stroke))
 
     def _traced(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
-        from ..guide.placement import at_stroke
+        from ..guidance.placement import at_stroke
 
         here = self.span()
         return here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)

@@ -15,8 +15,8 @@ from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.placement import measured, place_on_path
 from ..candidates.stored import as_stored, linkages
 from ..errors import InvalidRequest
-from ..guide.kinds import RETURNS, SLOTS
-from ..guide.reach import LEVELS
+from ..guidance.kinds import RETURNS, SLOTS
+from ..guidance.reach import LEVELS
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array
 from ..problem.constraints import Constraints

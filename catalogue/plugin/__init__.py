@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from ..draw.paper import blank, kind_of, write
     from ..draw.symbols import PAPER
     from ..errors import InvalidLinkage, InvalidRequest, PluginError
-    from ..guide.minimum_zone import grid
+    from ..guidance.minimum_zone import grid
     from ..kinematics.families import Family
     from ..kinematics.linkage import PR, RP, RR, Linkage
     from ..kinematics.polynomials import product, real_roots
@@ -76,7 +76,7 @@ _HOME = {
     "problem.request": "CircularArc Request StraightLine",
     "collections.spec": "Collection LENGTH Measured Metric Specimen Tags",
     "collections.results": "CollectionCandidate",
-    "guide.minimum_zone": "grid",
+    "guidance.minimum_zone": "grid",
     "draw.paper": "blank kind_of write",
     "draw.symbols": "PAPER",
 }

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..candidates.select import in_every_pose
-from ..guide.kinds import RETURNS, STRAIGHT
+from ..guidance.kinds import RETURNS, STRAIGHT
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from .rows import at_design
@@ -49,8 +49,8 @@ class Designs:
 
 def designs(linkage: Linkage, point: Complexes, centre: Complexes, kind: Array, pole: Mask) -> Designs:
     """Return the designs of n guides in the canonical frame, of slots in the inverse motion: linkages, guided points,
-    centres of their circles (not looked at where the nominal is a line), `catalogue.guide.kinds`, and whether the pole
-    is at the origin; else it is at infinity, and all points move along y.
+    centres of their circles (not looked at where the nominal is a line), `catalogue.guidance.kinds`, and whether the
+    pole is at the origin; else it is at infinity, and all points move along y.
     """
     straight = np.isin(kind, STRAIGHT)
     away = np.abs(point)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..curvature_theory.analysis import PARALLEL_SINE
-from ..guide.kinds import POINTS, RETURNS, SLOTS, STRAIGHT
+from ..guidance.kinds import POINTS, RETURNS, SLOTS, STRAIGHT
 from ..kinematics.batch import join
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats, Mask

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from sqlalchemy import Connection, select
 
-from ..guide.kinds import POINTS
+from ..guidance.kinds import POINTS
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats
 from ..plugin.registry import Registry

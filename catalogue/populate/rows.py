@@ -8,11 +8,11 @@ import numpy as np
 
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import EXACT, leading_error
-from ..guide.coupler_curve import CouplerCurve, coupler_curve
-from ..guide.kinds import STRAIGHT
-from ..guide.metrics import LEAST_ARM, measure, transmission
-from ..guide.reach import LEVELS, reach, scan
-from ..guide.trace import Traced, trace
+from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.kinds import STRAIGHT
+from ..guidance.metrics import LEAST_ARM, measure, transmission
+from ..guidance.reach import LEVELS, reach, scan
+from ..guidance.trace import Traced, trace
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats, Indices

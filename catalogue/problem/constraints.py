@@ -151,7 +151,7 @@ class ConstraintArguments(DwellArguments, total=False):
     play: float
 
 
-#: Bounds on lengths, and on what `catalogue.guide.drive` knows.
+#: Bounds on lengths, and on what `catalogue.guidance.drive` knows.
 LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "max_arm", "min_allowance")
 REGIONS = ("fixed_pivots_in", "pivots_in", "swept_in")
 DRIVE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")
@@ -188,11 +188,11 @@ class Constraints:
     within : float
         How far off given pivots may stand.
     swept_in : region as above, optional
-        Within which the whole linkage stays over the stroke; see `catalogue.guide.swept_area`.
+        Within which the whole linkage stays over the stroke; see `catalogue.guidance.swept_area`.
     keep_out : sequence of regions
         Into which no part of it may come over the stroke.
     max_size, max_link, min_link, max_ground, max_arm : float, optional
-        See `catalogue.guide.metrics.Measures`.
+        See `catalogue.guidance.metrics.Measures`.
     min_transmission : float
         Least transmission angle over the stroke, the better crank driving [deg].
     min_transmission_turn : float
@@ -202,7 +202,7 @@ class Constraints:
     min_allowance : float, optional
         Least allowance; see `catalogue.candidates.batch.CandidateBatch`.
     min_drive_angle, max_drive_angle, max_rotation, min_uniformity, min_advantage : float, optional
-        See `catalogue.guide.drive.DriveMetrics` [deg, deg, deg, 1, 1].
+        See `catalogue.guidance.drive.DriveMetrics` [deg, deg, deg, 1, 1].
     play : float
         Standard deviation of every coordinate of every pivot, from play and manufacture [length].  It strays the path:
         what a deviation is ranked by is then `Candidate.expected`.

@@ -13,16 +13,9 @@ import numpy as np
 
 from ..errors import InvalidRequest, quoted
 from ..kinematics.types import Floats, doubles
+from .criteria import CRITERIA
 from .request import Request, digits, names, number, positive, whole
 
-#: What candidates can be ranked by; of each less is better as a cost.  The score is that of the desirabilities, the
-#: balance the size over the stroke less the transmission angle over 90 degrees.
-CRITERIA = (
-    "score", "balance", "size", "deviation", "transmission", "allowance", "max_link", "min_link", "max_ground",
-    "max_arm",
-)  # fmt: skip
-#: How far from each other answers are as designs unless asked otherwise: refinement leads neighbours to one.
-DISTINCT = 0.02
 #: Desirabilities below this are continued in a straight line, so that what is worthless can still be made better.
 WORTHLESS = 0.02
 

@@ -21,8 +21,8 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch
 from ..curvature_theory.instant import Instant
-from ..guide.fixed_nominal import Nominal
-from ..guide.minimum_zone import grid
+from ..guidance.fixed_nominal import Nominal
+from ..guidance.minimum_zone import grid
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats
 from ..problem.problem import Problem

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..candidates.batch import CandidateBatch
-from ..guide.sensitivity import COUNT, displaced
+from ..guidance.sensitivity import COUNT, displaced
 from ..kinematics.batch import take
 from ..kinematics.link_lengths import link_lengths
 from ..kinematics.linkage import Linkage

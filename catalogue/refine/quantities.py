@@ -2,7 +2,7 @@
 
 A size is the largest of many distances, a least transmission angle the least of many angles: each piece is smooth, so
 that several can decide at once.  Signs are such that more is worse.  Lengths are in strokes, angles in right angles;
-coordinates are those of `catalogue.guide.sensitivity`.  What has no derivative in closed form is differenced.
+coordinates are those of `catalogue.guidance.sensitivity`.  What has no derivative in closed form is differenced.
 """
 
 from __future__ import annotations
@@ -15,9 +15,9 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import STANDING, machine
-from ..guide.coupler_curve import CouplerCurve
-from ..guide.metrics import LEAST_ARM, rotation_margin
-from ..guide.sensitivity import COUNT, PoseJacobian
+from ..guidance.coupler_curve import CouplerCurve
+from ..guidance.metrics import LEAST_ARM, rotation_margin
+from ..guidance.sensitivity import COUNT, PoseJacobian
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..problem.constraints import Region
@@ -170,7 +170,7 @@ class Quantities:
         return pose.pivot(self.found.linkage, i), slope + np.where(finite[:, None], self.by.shift, 0)
 
     def _turning(self) -> Pieces:
-        """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guide.metrics`."""
+        """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guidance.metrics`."""
         linkage, n = self.found.linkage, len(self.found)
         z, kind, links = linkage.points, linkage.dyads, self._links()
         margin = np.nan_to_num(rotation_margin(machine(self.problem, self.found)), nan=-np.inf)

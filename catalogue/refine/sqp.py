@@ -17,8 +17,8 @@ import numpy as np
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import cost, feasibility
 from ..candidates.placement import in_best_charts, near_path
-from ..guide.coupler_curve import coupler_curve
-from ..guide.fixed_nominal import Nominal
+from ..guidance.coupler_curve import coupler_curve
+from ..guidance.fixed_nominal import Nominal
 from ..kinematics.batch import join, take
 from ..kinematics.types import Array, Floats, Indices, Mask
 from ..problem.problem import Problem

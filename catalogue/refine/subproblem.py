@@ -16,11 +16,11 @@ import numpy as np
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import LARGEST, STANDING, feasibility, values
 from ..candidates.placement import near_path
-from ..guide.coupler_curve import CouplerCurve, coupler_curve
-from ..guide.fixed_nominal import Nominal
-from ..guide.metrics import LEAST_ARM
-from ..guide.minimum_zone import concentric, exchange, grid
-from ..guide.sensitivity import COUNT, displaced, pose_jacobian, rms_gradient
+from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.fixed_nominal import Nominal
+from ..guidance.metrics import LEAST_ARM
+from ..guidance.minimum_zone import concentric, exchange, grid
+from ..guidance.sensitivity import COUNT, displaced, pose_jacobian, rms_gradient
 from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask

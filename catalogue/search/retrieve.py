@@ -15,11 +15,11 @@ from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.feasibility import LARGEST, LEAST, standing
 from ..candidates.placement import every_flip, flipped, measured, place_on_path
 from ..candidates.select import ranks
-from ..guide.arc_window import at_sweep
-from ..guide.coupler_curve import CouplerCurve, coupler_curve
-from ..guide.kinds import POINTS, RETURNS, SLOTS
-from ..guide.reach import LEVELS, USABLE
-from ..guide.trace import trace
+from ..guidance.arc_window import at_sweep
+from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.kinds import POINTS, RETURNS, SLOTS
+from ..guidance.reach import LEVELS, USABLE
+from ..guidance.trace import trace
 from ..kinematics.batch import take
 from ..kinematics.linkage import SLIDING, Linkage
 from ..kinematics.types import Array, Floats, Indices, Mask

@@ -24,7 +24,7 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin
 from ..candidates.placement import measured
-from ..guide.metrics import rotation_margin
+from ..guidance.metrics import rotation_margin
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CRANK_1, motion
 from ..kinematics.types import Complexes, Floats

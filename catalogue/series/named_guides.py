@@ -11,9 +11,9 @@ import numpy as np
 from ..curvature_theory.analysis import Curvature, curvature
 from ..errors import InvalidDesign, InvalidLinkage
 from ..folders import folder
-from ..guide.coupler_curve import CouplerCurve, coupler_curve
-from ..guide.placement import at_stroke
-from ..guide.trace import Traced
+from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.placement import at_stroke
+from ..guidance.trace import Traced
 from ..kinematics.linkage import Linkage
 
 Pivots = tuple[tuple[tuple[float, float, float], ...], ...]

@@ -15,8 +15,8 @@ import numpy as np
 from measuring import seconds, table, title
 from naive import Loop, mpf, narrowest_strip
 
-from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guide.trace import extended, trace
+from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.trace import extended, trace
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from catalogue import CircularArc, StraightLine
-from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guide.drive import drive_metrics
-from catalogue.guide.fixed_nominal import Nominal, in_place
-from catalogue.guide.metrics import measure
-from catalogue.guide.minimum_zone import grid, minimum_zone
-from catalogue.guide.placement import at_stroke
-from catalogue.guide.trace import Traced
+from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.drive import drive_metrics
+from catalogue.guidance.fixed_nominal import Nominal, in_place
+from catalogue.guidance.metrics import measure
+from catalogue.guidance.minimum_zone import grid, minimum_zone
+from catalogue.guidance.placement import at_stroke
+from catalogue.guidance.trace import Traced
 from catalogue.kinematics.linkage import Linkage
 
 Array = np.ndarray[Any, Any]

@@ -12,8 +12,8 @@ import pytest
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.feasibility import standing
 from catalogue.candidates.placement import every_flip, final, flipped, in_best_charts, measured, near_path
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.sensitivity import displaced
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.sensitivity import displaced
 from catalogue.kinematics.batch import join
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5), CircularArc(1, 1e-3)

@@ -215,7 +215,7 @@ def test_classify_prints_tables_and_csv(run: Run) -> None:
         ('[{"pivots": 3}]', 3, "a linkage is"),
         ('[{"pivots": [[[0,0],[1,0]],[[2,0],[1,1]]]}, 7]', 3, "a linkage is"),
         ("1,2,3\n", 2, "line 1: 3 numbers; 8 (x, y) or 12 (x, y, w) are wanted"),
-        ("a,b\n1,2,3,4,5,6,7,eight\n", 2, "line 2: '1,2,3,4,5,6,7,eight' is not all numbers"),
+        ("a,b\n1,2,3,4,5,6,7,eight\n", 2, "line 2, column 8: 'eight' is no number"),
         ("nonsense", 2, "- holds no linkage"),
         ("nan,0,1,0,2,0,1,1\n", 3, "NaN or infinite"),
     ],

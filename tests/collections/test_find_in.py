@@ -103,7 +103,7 @@ def test_to_pandas_and_json(swings: Catalogue) -> None:
     assert table["id"].tolist() == [p.id for p in found] == [r["id"] for r in rows]
     assert table["size"].tolist() == [p.metrics["size"] for p in found]
     assert rows[0]["parameters"]["kind"] == found[0].family
-    assert found[:2] == found.candidates[:2]
+    assert list(found[:2]) == found.candidates[:2]
     assert swings.find_in("swings", StraightLine(1, 1e-9)).to_pandas().columns.tolist() == found.columns
 
 

@@ -9,7 +9,7 @@ from catalogue.curvature_theory.analysis import DEAD_POINT, PARALLEL, curvature
 from catalogue.curvature_theory.configuration import configuration
 from catalogue.curvature_theory.dead_points import dead_points
 from catalogue.curvature_theory.leading_error import leading_error, path_singularity
-from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.motion import conditioning
 from catalogue.kinematics.types import Array

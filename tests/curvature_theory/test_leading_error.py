@@ -25,8 +25,8 @@ from catalogue.curvature_theory.leading_error import (
 )
 from catalogue.curvature_theory.leading_error import EXACT as EXACT_SERIES
 from catalogue.curvature_theory.taylor import BLOCK
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.trace import extended, trace
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.trace import extended, trace
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry

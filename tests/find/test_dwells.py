@@ -14,7 +14,7 @@ from catalogue.errors import InvalidRequest
 from catalogue.find import dwells as dwells_module
 from catalogue.find.dwell_results import DwellCandidate
 from catalogue.find.dwells import diameter
-from catalogue.guide.dwell import _standing, dwells
+from catalogue.guidance.dwell import _standing, dwells
 from catalogue.kinematics.types import Array
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, Found, InvalidRequest, Linkage, StraightLine
 from catalogue.find.results import COLUMNS
-from catalogue.problem.ranking import CRITERIA
+from catalogue.problem.criteria import CRITERIA
 from tests.find.conftest import at_home
 
 Ask = Callable[..., Found]

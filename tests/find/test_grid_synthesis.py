@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from catalogue.find.grid_synthesis import circles, completed, reaches, turns
-from catalogue.guide.fixed_nominal import Nominal
+from catalogue.guidance.fixed_nominal import Nominal
 from catalogue.problem.request import StraightLine
 
 

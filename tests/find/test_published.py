@@ -9,9 +9,9 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, Linkage, StraightLine
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.metrics import measure
-from catalogue.guide.placement import at_stroke
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.metrics import measure
+from catalogue.guidance.placement import at_stroke
 from tests.lambdas import lambdas, placed
 
 HEIGHT = float(np.sqrt(1.2**2 - 0.5**2))

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from catalogue.guide.coupler_curve import coupler_curve
+from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.kinematics.cognates import cognates
 from catalogue.kinematics.linkage import Linkage
 

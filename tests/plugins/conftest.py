@@ -11,8 +11,8 @@ import numpy as np
 import pytest
 
 from catalogue.curvature_theory.instant import Instant
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.trace import trace
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.trace import trace
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.series.series import Guided, Member, Series

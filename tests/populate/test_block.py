@@ -10,11 +10,11 @@ import pytest
 
 from catalogue.curvature_theory.instant import Instant
 from catalogue.curvature_theory.leading_error import CIRCLE, EXACT, LINE
-from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guide.metrics import Measures, measure
-from catalogue.guide.placement import placed
-from catalogue.guide.reach import LEVELS
-from catalogue.guide.trace import Traced, trace
+from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.metrics import Measures, measure
+from catalogue.guidance.placement import placed
+from catalogue.guidance.reach import LEVELS
+from catalogue.guidance.trace import Traced, trace
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from catalogue.curvature_theory.instant import Instant
-from catalogue.guide.kinds import SLOTS
+from catalogue.guidance.kinds import SLOTS
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry

@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue import InvalidRequest, StraightLine
-from catalogue.problem.ranking import CRITERIA, DESIRES, Ranking
+from catalogue.problem.criteria import CRITERIA
+from catalogue.problem.ranking import DESIRES, Ranking
 
 LINE = StraightLine(150, 0.05)
 VALUES = {

@@ -6,7 +6,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from catalogue.candidates.feasibility import BESIDE
-from catalogue.guide.minimum_zone import grid
+from catalogue.guidance.minimum_zone import grid
 from catalogue.kinematics.types import Array
 from catalogue.refine.quantities import Pieces
 from catalogue.refine.subproblem import NODES, Subproblem

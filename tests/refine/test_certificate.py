@@ -11,8 +11,8 @@ from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import cost, feasibility
 from catalogue.candidates.placement import near_path
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.minimum_zone import grid
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.minimum_zone import grid
 from catalogue.kinematics.types import Array
 from catalogue.problem.problem import Problem
 from catalogue.refine.certificate import PENALTY, REGION, alternations, certified

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from catalogue.guide.coupler_curve import coupler_curve
+from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.kinematics.types import Array
 from catalogue.refine.certificate import certified
 from catalogue.refine.sqp import Refinement

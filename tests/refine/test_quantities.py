@@ -12,11 +12,11 @@ import pytest
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import feasibility, nearer_arm, values
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.fixed_nominal import Nominal
-from catalogue.guide.metrics import rotates, rotation_margin
-from catalogue.guide.minimum_zone import grid
-from catalogue.guide.sensitivity import COUNT, displaced, pose_jacobian
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.fixed_nominal import Nominal
+from catalogue.guidance.metrics import rotates, rotation_margin
+from catalogue.guidance.minimum_zone import grid
+from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian
 from catalogue.kinematics.linkage import RR, Linkage
 from catalogue.kinematics.types import Array
 from catalogue.problem.problem import Problem

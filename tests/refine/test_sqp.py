@@ -13,7 +13,7 @@ from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import cost, feasibility
 from catalogue.candidates.placement import near_path
-from catalogue.guide.fixed_nominal import Nominal, in_place
+from catalogue.guidance.fixed_nominal import Nominal, in_place
 from catalogue.kinematics.linkage import RR
 from catalogue.kinematics.types import Array
 from catalogue.refine.sqp import Refinement

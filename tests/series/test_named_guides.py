@@ -17,7 +17,7 @@ import catalogue
 from catalogue.cli import app
 from catalogue.curvature_theory.leading_error import EXACT
 from catalogue.errors import InvalidDesign, InvalidRequest
-from catalogue.guide.placement import at_stroke
+from catalogue.guidance.placement import at_stroke
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
 from catalogue.populate import fill

@@ -11,8 +11,8 @@ import pytest
 
 from catalogue.curvature_theory.instant import Instant
 from catalogue.curvature_theory.leading_error import leading_error
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.trace import extended
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.trace import extended
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry

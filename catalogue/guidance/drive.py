@@ -61,7 +61,7 @@ def drive_metrics(
 ) -> DriveMetrics:
     """Return how traced guides, their points as they are, work over the stroke; the measures tell the driver.
 
-    `inverse`: the guides are inversions of machines with a slot, as in `catalogue.guide.metrics.measure`, and the
+    `inverse`: the guides are inversions of machines with a slot, as in `catalogue.guidance.metrics.measure`, and the
     measures are those of the machines.
     """
     moves = SampledPoses.of(guides, traced, inverse=inverse)

@@ -16,8 +16,8 @@ import catalogue
 from catalogue import Candidate, Catalogue, CircularArc, StraightLine
 from catalogue.curvature_theory.leading_error import leading_error_of_pairs
 from catalogue.errors import InvalidRequest
-from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guide.trace import trace
+from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.trace import trace
 from catalogue.plugin.registry import Registry
 from catalogue.testing.contact import DIGITS, Dyad, pose
 from catalogue.testing.sample import even

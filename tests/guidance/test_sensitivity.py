@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, InvalidRequest, StraightLine
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.placement import at_stroke
-from catalogue.guide.sensitivity import COUNT, displaced, rms_gradient, sensitivity
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.placement import at_stroke
+from catalogue.guidance.sensitivity import COUNT, displaced, rms_gradient, sensitivity
 
 DRAWS, BATCH, ERROR = 100_000, 10_000, 1e-4
 WISHES: list[Any] = [

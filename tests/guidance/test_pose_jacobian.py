@@ -7,8 +7,8 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.sensitivity import COUNT, displaced, pose_jacobian
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian
 from catalogue.kinematics.linkage import FAMILIES, Linkage
 from catalogue.kinematics.motion import motion
 from catalogue.kinematics.types import Array

@@ -8,8 +8,8 @@ from functools import cache
 import numpy as np
 import pytest
 
-from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guide.reach import Ladder, scan
+from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.reach import Ladder, scan
 from catalogue.kinematics.linkage import Linkage
 from catalogue.plugin.registry import Registry
 

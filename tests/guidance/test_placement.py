@@ -8,10 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guide.placement import FINE, at_stroke, mirrored, placed
-from catalogue.guide.reach import Ladder, reach
-from catalogue.guide.trace import Traced
+from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.placement import FINE, at_stroke, mirrored, placed
+from catalogue.guidance.reach import Ladder, reach
+from catalogue.guidance.trace import Traced
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 

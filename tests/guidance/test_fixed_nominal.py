@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import catalogue
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.fixed_nominal import Nominal, in_place
-from catalogue.guide.placement import at_stroke
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.fixed_nominal import Nominal, in_place
+from catalogue.guidance.placement import at_stroke
 
 
 @pytest.fixture(scope="module", params=["line", "circle"])

@@ -7,10 +7,10 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from catalogue.guide.arc_window import REACHED, at_sweep
-from catalogue.guide.coupler_curve import CouplerCurve
-from catalogue.guide.reach import Ladder, reach
-from catalogue.guide.trace import Traced, trace
+from catalogue.guidance.arc_window import REACHED, at_sweep
+from catalogue.guidance.coupler_curve import CouplerCurve
+from catalogue.guidance.reach import Ladder, reach
+from catalogue.guidance.trace import Traced, trace
 from catalogue.kinematics.types import Array
 
 Drawn = Callable[..., tuple[CouplerCurve, np.ndarray]]

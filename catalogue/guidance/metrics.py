@@ -2,7 +2,7 @@
 
 Over the stroke it is measured on the finite motion.  One crank drives: the one with the better least transmission
 angle; where a crank must turn fully, the better of those that do.  Everything that depends on the drive is of this
-crank: `Measures.min_transmission` and `drive_angle` here, and all of `catalogue.guide.drive`.
+crank: `Measures.min_transmission` and `drive_angle` here, and all of `catalogue.guidance.drive`.
 
 Over the whole turn it is in closed form.  With a the crank, g the frame, b the coupler, c the other crank, e the
 distance of the crank's fixed pivot from the line of the slider's pivot, and h the distance of the crank's moving pivot
@@ -156,7 +156,7 @@ class Measures(Rows):
         Number of the crank that drives, 1 or 2 (the rule: see the module); 0 where there is no crank.
     drive_angle, rotation : ndarray
         By how much that crank turns from end to end, NaN without one; range of the coupler's angles, as far as `POSES`
-        positions show it [deg].  More exactly: `catalogue.guide.drive`.
+        positions show it [deg].  More exactly: `catalogue.guidance.drive`.
     rotates : ndarray of int
         Bit i: the crank of dyad i turns fully.
     fixed_box, box : ndarray, shape (n, 4)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from catalogue.guide.swept_area import GRAZED, STATIONS, intrusion, protrusion
+from catalogue.guidance.swept_area import GRAZED, STATIONS, intrusion, protrusion
 from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Region
 

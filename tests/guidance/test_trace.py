@@ -11,10 +11,10 @@ import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 import pytest
 
-from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guide.minimum_zone import resolved
-from catalogue.guide.placement import at_stroke, placed
-from catalogue.guide.trace import OFF_CENTRE, Traced, extended, trace
+from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.minimum_zone import resolved
+from catalogue.guidance.placement import at_stroke, placed
+from catalogue.guidance.trace import OFF_CENTRE, Traced, extended, trace
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.series.pairs import circle_pair, linkage_of, slider_pair

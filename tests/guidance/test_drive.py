@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 import catalogue
-from catalogue.guide.drive import SampledPoses, _slopes
-from catalogue.guide.fixed_nominal import Nominal, in_place
-from catalogue.guide.minimum_zone import grid
-from catalogue.guide.placement import at_stroke
-from catalogue.guide.swept_area import intrusion, link_segments, protrusion
+from catalogue.guidance.drive import SampledPoses, _slopes
+from catalogue.guidance.fixed_nominal import Nominal, in_place
+from catalogue.guidance.minimum_zone import grid
+from catalogue.guidance.placement import at_stroke
+from catalogue.guidance.swept_area import intrusion, link_segments, protrusion
 from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Region
 

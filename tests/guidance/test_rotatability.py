@@ -10,9 +10,9 @@ import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 import pytest
 
-from catalogue.guide.coupler_curve import coupler_curve
-from catalogue.guide.metrics import measure, min_transmission_turn, rotates, rotation_margin, transmission_turn
-from catalogue.guide.trace import trace
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.metrics import measure, min_transmission_turn, rotates, rotation_margin, transmission_turn
+from catalogue.guidance.trace import trace
 from catalogue.kinematics.from_lengths import from_lengths
 from catalogue.kinematics.linkage import Linkage
 

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guide.drive import SampledPoses, drive_metrics
-from catalogue.guide.metrics import measure, rotation_margin
-from catalogue.guide.swept_area import link_segments
-from catalogue.guide.trace import Traced, trace
+from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.drive import SampledPoses, drive_metrics
+from catalogue.guidance.metrics import measure, rotation_margin
+from catalogue.guidance.swept_area import link_segments
+from catalogue.guidance.trace import Traced, trace
 from catalogue.kinematics.linkage import FAMILIES, RR, Linkage
 
 Made = tuple[CouplerCurve, Traced]

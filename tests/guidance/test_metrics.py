@@ -10,10 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.guide.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guide.metrics import measure, rotates
-from catalogue.guide.placement import placed
-from catalogue.guide.trace import Traced, trace
+from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.metrics import measure, rotates
+from catalogue.guidance.placement import placed
+from catalogue.guidance.trace import Traced, trace
 from catalogue.kinematics.linkage import FAMILIES, RR, Linkage
 
 Made = tuple[CouplerCurve, Traced]

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from catalogue.curvature_theory.leading_error import EXACT
-from catalogue.guide.coupler_curve import CouplerCurve
-from catalogue.guide.reach import LEVELS, RATIO, USABLE, Ladder, reach, scan
-from catalogue.guide.trace import OFF_CENTRE, trace
+from catalogue.guidance.coupler_curve import CouplerCurve
+from catalogue.guidance.reach import LEVELS, RATIO, USABLE, Ladder, reach, scan
+from catalogue.guidance.trace import OFF_CENTRE, trace
 
 Scanned = Callable[[bool], Ladder]
 Drawn = Callable[..., tuple[CouplerCurve, np.ndarray]]

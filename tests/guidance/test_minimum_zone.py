@@ -10,7 +10,7 @@ import pytest
 from numpy.polynomial import chebyshev
 from scipy.optimize import minimize
 
-from catalogue.guide.minimum_zone import Fit, concentric, grid, minimum_zone, resolved
+from catalogue.guidance.minimum_zone import Fit, concentric, grid, minimum_zone, resolved
 from catalogue.kinematics.types import Array
 
 NODES = 32

@@ -55,7 +55,7 @@ class CircuitMotion(Columns):
 
 @dataclass(frozen=True)
 class CircuitCurve(Columns):
-    """k guides on their circuits: as a `catalogue.guide.coupler_curve.CouplerCurve`, but nothing is sought on it."""
+    """k guides on their circuits: as a `catalogue.guidance.coupler_curve.CouplerCurve`, but nothing is sought on it."""
 
     motion: CircuitMotion
     point: Complexes  # guided, in mid-stroke

@@ -1,0 +1,12 @@
+"""What answers can be ranked by: names only, which the command lists without loading numbers."""
+
+from __future__ import annotations
+
+#: What candidates can be ranked by; of each less is better as a cost.  The score is that of the desirabilities, the
+#: balance the size over the stroke less the transmission angle over 90 degrees.
+CRITERIA = (
+    "score", "balance", "size", "deviation", "transmission", "allowance", "max_link", "min_link", "max_ground",
+    "max_arm",
+)  # fmt: skip
+#: How far from each other answers are as designs unless asked otherwise: refinement leads neighbours to one.
+DISTINCT = 0.02
