@@ -64,6 +64,14 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 GOLDEN = Path(__file__).with_name("golden") / "planar.json"
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _answers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep the answers of all tests in a file of theirs."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CATALOGUE_ANSWERS", str(tmp_path_factory.mktemp("answers") / "answers.db"))
+        yield
+
+
 @pytest.fixture(scope="session")
 def golden() -> list[dict[str, Any]]:
     """Return the golden mechanisms: placed pivots and, from 50- and 60-digit arithmetic, what belongs to them.

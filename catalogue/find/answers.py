@@ -158,9 +158,9 @@ def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None 
     from .measure import Stretch
 
     kinds: dict[str, Any] = {c.__name__: c for c in (Candidate, Stretch, OwnGuide, DwellCandidate)}
-    kind = held.get("kind") if isinstance(held, dict) else None
     try:
-        values = {name: value for name, value in held.items() if name != "kind"}
+        values = dict(held)
+        kind = values.pop("kind", None)
         if kind == "CollectionCandidate":
             return _of_collection(values, collection)
         if "_window" in values:

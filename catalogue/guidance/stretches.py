@@ -31,6 +31,9 @@ BLOCK = 256
 #: Windows of few and of many circuits: where they are tried about the best place, what the way to the farthest becomes
 #: in the next round, and how many rounds.
 FEW, MANY = (np.linspace(-1, 1, 7), 1 / 3, 8), (np.array([0.0, -0.5, 0.5]), 1 / 2, 11)
+#: Windows about each of the first ones, and how many of them are followed: of few and of many circuits; and how far to
+#: either side they are, of a window.
+ABOUT, WIDE = ((13, 2), (7, 1)), 1 / 6
 #: Rounds after which only the best of each linkage is followed, if only that is wanted; of corrections of a stroke.
 FIRST, FIRST_CORRECTIONS = 2, 3
 #: Circuits up to which they are few.
@@ -134,7 +137,7 @@ def straightest(
     for block in _blocks(circuits):
         seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius)
         at = seek.places(stroke[block], max(count, 3))
-        at, by = seek.moved(at, (at.high - at.low) / PIECES, FIRST)
+        at, by = seek.moved(*seek.about(at), FIRST)
         if count == 1:
             lead = seek.leading(at, at.deviation)
             at, by = at[lead], by[lead]
@@ -150,10 +153,10 @@ def longest(
     parts = []
     for block in _blocks(circuits):
         seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius)
-        at = seek.longer(deviation[block], count)
+        at, by = seek.about(seek.longer(deviation[block], count))
         allowed = deviation[block][at.circuit]
         best, beyond = replace(at, stroke=np.zeros_like(at.stroke)), np.full(len(at.low), np.inf)
-        power, last, by = np.full(len(at.low), 3.0), (at.stroke, at.deviation), (at.high - at.low) / PIECES
+        power, last = np.full(len(at.low), 3.0), (at.stroke, at.deviation)
         for turn in range(CORRECTIONS):
             at, by = seek.moved(at, by, 2)
             if count == 1 and turn == FIRST_CORRECTIONS:
@@ -282,20 +285,40 @@ class _Search:
             fit = minimum_zone(seen.real, np.where(forward, seen.imag, np.nan), self.circle, points, held)
             return replace(at, high=high, deviation=half * fit.deviation)
 
+    def about(self, at: Stretches) -> tuple[Stretches, Floats]:
+        """Return of windows, and others about each of them, those that are straighter than their neighbours, and how
+        near the next ones were [rad]."""
+        count, kept = ABOUT[len(at.low) > ALL_AT_ONCE]
+        by = WIDE * (at.high - at.low)
+        tried, off = self._tried(at, by, np.linspace(-1, 1, count))
+        beside = np.pad(off, ((1, 1), (0, 0)), constant_values=np.inf)
+        off = np.where((off <= beside[:-2]) & (off < beside[2:]), off, np.inf)
+        order = np.argsort(off, axis=0, kind="stable")[:kept]
+        good = np.isfinite(np.take_along_axis(off, order, 0)).T
+        column = np.broadcast_to(np.arange(len(by)), order.shape).T[good]
+        lost = np.setdiff1d(np.arange(len(by)), column)  # too long to be followed anywhere near
+        found, near = join(tried[order.T[good] * len(by) + column], at[lost]), np.concatenate([column, lost])
+        return found, (by * 2 / (count - 1))[near]
+
+    def _tried(self, at: Stretches, by: Floats, way: Floats) -> tuple[Stretches, Floats]:
+        """Return windows moved along their paths by parts `way` (m,) of ways (n,) [rad]; their deviations, (m, n)."""
+        each = at[np.tile(np.arange(len(at.low)), len(way))]
+        shift = (way[:, None] * by).ravel()
+        tried = self.measured(replace(each, low=each.low + shift, high=each.high + shift))
+        return tried, np.where(np.isnan(tried.deviation), np.inf, tried.deviation).reshape(len(way), -1)
+
     def moved(self, at: Stretches, by: Floats, rounds: int | None = None) -> tuple[Stretches, Floats]:
         """Return windows moved along their paths to where they are straightest, at first by ways up to `by` (n,) [rad],
         and the ways that would come next."""
         n = len(at.low)
-        places, shorter, all_rounds = FEW if n <= ALL_AT_ONCE else MANY
-        known = n > ALL_AT_ONCE and rounds is None
+        way, shorter, all_rounds = FEW if n <= ALL_AT_ONCE else MANY
         for _ in range(all_rounds if rounds is None else rounds):
-            way = places[1:] if known else places
-            each = at[np.tile(np.arange(n), len(way))]
-            shift = (way[:, None] * by).ravel()
-            tried = self.measured(replace(each, low=each.low + shift, high=each.high + shift))
-            if known:
-                tried, way = join(at, tried), places
-            off = np.where(np.isnan(tried.deviation), np.inf, tried.deviation).reshape(len(way), n)
+            if way[0] or rounds is not None:
+                tried, off = self._tried(at, by, way)
+            else:  # the first is the window as it is, which was measured before
+                tried, off = self._tried(at, by, way[1:])
+                here = np.where(np.isnan(at.deviation), np.inf, at.deviation)
+                tried, off = join(at, tried), np.concatenate([here[None], off])
             best = np.argmin(off, axis=0)
             at = tried[best * n + np.arange(n)]
             by = np.where(np.abs(way[best]) == 1, by, by * shorter)

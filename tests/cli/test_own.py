@@ -1,0 +1,146 @@
+"""Linkages of users, and codes of answers, on the command line."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+Run = Callable[..., Any]
+MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
+
+
+@pytest.fixture
+def mine(tmp_path: Path) -> Path:
+    file = tmp_path / "mine.json"
+    file.write_text(json.dumps(MINE))
+    return file
+
+
+def test_measure_prints_what_a_linkage_is_and_where_it_guides(run: Run, mine: Path) -> None:
+    done = run("measure", mine, "--stroke", 120)
+    assert done.code == 0
+    assert done.out.startswith("four-bar: crank 1 100, crank 2 250, frame 220, coupler 250")
+    assert "2 circuits: crank 1 turns fully" in done.out
+    assert "take the linkage apart" in done.out
+
+
+def test_measure_takes_what_it_printed_by_code(run: Run, mine: Path) -> None:
+    rows = json.loads(run("measure", mine, "--stroke", 120, "--format", "json").out)
+    assert [row["deviation"] for row in rows] == sorted(row["deviation"] for row in rows)
+    shown = json.loads(run("show", rows[0]["code"], "--format", "json").out)
+    assert shown == {key: value for key, value in rows[0].items() if key != "code"}
+    again = json.loads(run("measure", rows[0]["code"], "--stroke", 120, "--format", "json").out)
+    assert again[0]["deviation"] == pytest.approx(rows[0]["deviation"], rel=1e-4)
+    assert "deviation" in run("show", rows[0]["code"]).out
+
+
+def test_the_longest_stroke_within_a_deviation(run: Run, mine: Path) -> None:
+    rows = json.loads(run("measure", mine, "--deviation", 0.05, "--format", "json").out)
+    assert all(row["deviation"] <= 0.05 * (1 + 1e-9) for row in rows)
+    assert rows[0]["stroke"] == max(row["stroke"] for row in rows) > 50
+    assert all(row["allowance"] >= -1e-9 for row in rows)
+
+
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_many_linkages_from_csv(run: Run, tmp_path: Path, delimiter: str) -> None:
+    file = tmp_path / "many.csv"
+    lines = [delimiter.join(f"{x:.6g}" for x in row) for row in np.random.default_rng(0).normal(size=(12, 10))]
+    file.write_text("\ufeff" + "\n".join(lines) + "\n", encoding="utf-8")
+    rows = list(csv.DictReader(io.StringIO(run("measure", file, "--stroke", 0.3, "--format", "csv").out)))
+    assert [int(row["number"]) for row in rows] == sorted({int(row["number"]) for row in rows})
+    assert len(rows) >= 10
+
+
+def test_a_heading_names_lengths(run: Run, tmp_path: Path) -> None:
+    file = tmp_path / "many.csv"
+    file.write_text(
+        "ground,crank,coupler,rocker,along,across,note\n220,100,250,250,125,80,a\n220,90,250,250,125,80,b\n"
+    )
+    rows = json.loads(run("measure", file, "--stroke", 120, "--format", "json").out)
+    assert [row["number"] for row in rows] == [1, 2]
+    assert rows[0]["lengths"]["crank 1"] == pytest.approx(100)
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "code", "said"),
+    [
+        ("{}", (), 2, "object 0 has neither"),
+        ('{"ground":2,"crank":9,"coupler":1,"rocker":1,"along":0,"across":1}', ("--stroke", 1), 3, "cannot be closed"),
+        ('{"ground":220,"crank":100,"coupler":250,"rocker":250}', ("--stroke", 1), 2, "no guided point"),
+        ('{"ground":220,"crank":100,"coupler":250,"rocker":250,"along":1}', ("--stroke", 1), 3, "`along` and `across`"),
+        ("0,0,1,1,3,0,2,2,1,x\n", ("--stroke", 1), 2, "line 1, column 10: 'x' is no number"),
+        ("0,0,1,1,3,0,2,2,1\n", ("--stroke", 1), 2, "9 numbers; 8"),
+        ("0,0,1,1,3,0,2,2,1,1\n", (), 2, "over which stroke"),
+        ("0,0,1,1,3,0,2,2,1,1\n", ("--stroke", -1), 2, "stroke must be"),
+        ("0,0,1,1,3,0,2,2,1,1\n", ("--stroke", 1, "--radius", 0.3), 2, "half circle"),
+        ("[" * 5000, ("--stroke", 1), 2, "no valid JSON"),
+    ],
+)
+def test_what_cannot_be_measured_is_one_line(run: Run, text: str, options: Any, code: int, said: str) -> None:
+    done = run("measure", "-", *options, stdin=text)
+    assert done.code == code
+    assert said in done.line
+
+
+def test_a_stroke_that_nothing_offers_ends_with_1(run: Run, mine: Path) -> None:
+    done = run("measure", mine, "--stroke", 5000)
+    assert done.code == 1
+    assert "runs forward over a stroke of 5000" in done.err or "run forward over a stroke of 5000" in done.err
+
+
+def test_an_unknown_code_says_so(run: Run) -> None:
+    done = run("show", "zzzzzzz")
+    assert done.code == 2
+    assert "no answer has the code zzzzzzz" in done.line
+
+
+def test_trace_prints_motion_with_units(run: Run, mine: Path) -> None:
+    rows = list(
+        csv.DictReader(io.StringIO(run("trace", mine, "--samples", 9, "--unit", "mm", "--also", "end=0,0").out))
+    )
+    assert len(rows) == 9
+    assert {"drive [deg]", "guided x [mm]", "guided vx [mm/rad]", "end x [mm]", "transmission [deg]"} <= {*rows[0]}
+    assert float(rows[-1]["drive [deg]"]) - float(rows[0]["drive [deg]"]) == pytest.approx(360)
+    assert run("trace", mine, "--over", "stroke").code == 2
+    assert run("trace", mine, "--also", "end").code == 2
+
+
+def test_find_saves_plots_and_names_its_answers(run: Run, small_db: Path, tmp_path: Path) -> None:
+    pytest.importorskip("matplotlib")
+    file, folder = tmp_path / "found.json", tmp_path / "plots"
+    asked = ("find", "straight-line", "--stroke", 100, "--deviation", 0.5, "--limit", 2, "--db", small_db)
+    rows = json.loads(run(*asked, "--format", "json", "--save", file, "--plot", folder).out)
+    assert {path.stem for path in folder.iterdir()} == {row["code"] for row in rows}
+    shown = json.loads(run("show", file, "--format", "json").out)
+    assert [one["pivots"] for one in shown] == [row["pivots"] for row in rows]
+    measured = json.loads(run("measure", file, "--stroke", 100, "--format", "json").out)
+    for one, row in zip(measured, rows, strict=True):
+        assert one["deviation"] <= row["deviation"] * (1 + 1e-4)
+
+
+def test_answers_without_a_home_have_no_codes(
+    run: Run, mine: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("CATALOGUE_ANSWERS", str(tmp_path))  # a folder
+    done = run("measure", mine, "--stroke", 120)
+    assert done.code == 0
+    assert "answers have no codes" in done.err
+
+
+@pytest.mark.slow
+def test_improve_prints_before_improved_and_catalogue(run: Run, mine: Path, small_db: Path) -> None:
+    asked = ("improve", mine, "--stroke", 120, "--deviation", 0.4, "--hold", "fixed-pivots", "--db", small_db)
+    rows = json.loads(run(*asked, "--format", "json").out)
+    assert len(rows) == 3
+    assert rows[1]["score"] > rows[0]["score"]
+    table = run(*asked, "--no-catalogue").out
+    assert "before" in table
+    assert "improved" in table
+    assert "catalogue " not in table.split("`")[0]

@@ -1,0 +1,121 @@
+"""Linkages of users improved: what is held is held, what comes is better, and is what is measured of it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import catalogue
+from catalogue import Catalogue, CircularArc, InvalidRequest, OwnGuide, StraightLine
+
+MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
+SLIDER = {"crank": 60, "coupler": 200, "offset": 10, "along": 260, "across": 30}
+
+
+@pytest.fixture(scope="module")
+def mine() -> OwnGuide:
+    return catalogue.guide(MINE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("hold", "same"),
+    [
+        ((), ()),
+        ("fixed-pivots", ("frame",)),
+        (("crank1", "frame"), ("crank 1", "frame")),
+        (("crank 1", "crank-2", "coupler", "frame"), ("crank 1", "crank 2", "coupler", "frame")),
+    ],
+)
+def test_what_is_held_stays_and_the_rest_becomes_better(mine: OwnGuide, hold: Any, same: tuple[str, ...]) -> None:
+    found = catalogue.improve(mine, StraightLine(120, 0.4), hold=hold)
+    before, after = found.before, found.improved
+    assert found.which == ("before", "improved")
+    assert after.deviation <= 0.4 < before.deviation
+    assert after.score > before.score
+    for name in same:
+        assert after.lengths[name] == pytest.approx(mine.lengths[name], rel=1e-12)
+    if "frame" in same:
+        assert [pair[0] for pair in after.pivots] == [pair[0] for pair in mine.pivots]
+    # measured again from its pivots, on its whole circuit
+    again = catalogue.guide(after.pivots, after.guided).measure(stroke=120)
+    assert again[0].deviation <= after.deviation * (1 + 1e-6)
+
+
+@pytest.mark.slow
+def test_the_smallest_deviation_is_sought_if_that_is_ranked(mine: OwnGuide) -> None:
+    found = catalogue.improve(mine, StraightLine(120, 12), hold=("crank 1", "frame"), rank_by="deviation")
+    assert found.improved.deviation < 0.1 * found.before.deviation
+
+
+@pytest.mark.slow
+def test_sliders_and_arcs(mine: OwnGuide) -> None:
+    slider = catalogue.guide(SLIDER)
+    found = catalogue.improve(slider, StraightLine(50, 1), hold="fixed-pivots", rank_by="deviation")
+    name = next(k for k in slider.lengths if k.startswith("offset"))
+    assert found.improved.family == "slider-crank"
+    assert found.improved.lengths[name] == pytest.approx(slider.lengths[name], abs=1e-9)
+    assert found.improved.pivots[0][0] == slider.pivots[0][0]
+    assert found.improved.deviation < found.before.deviation
+    arc = catalogue.improve(mine, CircularArc(120, 0.3, 180), hold="frame")
+    assert arc.improved.radius == 180
+    assert arc.improved.deviation <= 0.3
+
+
+@pytest.mark.slow
+def test_constraints_are_met_as_measured(mine: OwnGuide) -> None:
+    found = catalogue.improve(mine, StraightLine(120, 0.3), hold="frame", min_transmission=60, max_size=260)
+    assert found.improved.min_transmission >= 60 - 1e-6
+    assert found.improved.size <= 260 * (1 + 1e-6)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("within", [0.0, 15.0])
+def test_a_path_that_stays_in_place(mine: OwnGuide, within: float) -> None:
+    at = mine.measure(stroke=120)[0]
+    request = StraightLine(120, 0.3, (at.start[0], at.start[1]), at.along)
+    found = catalogue.improve(mine, request, hold="fixed-pivots", in_place=True, within=within, rank_by="deviation")
+    after = found.improved
+    away = [np.hypot(*np.subtract(a[0], b[0])[:2]) for a, b in zip(after.pivots, mine.pivots, strict=True)]
+    assert max(away) <= within + 1e-9
+    assert (after.start, after.along) == (list(request.start), request.along)
+    start, direction = complex(*request.start), np.exp(1j * np.radians(request.along))
+    path = (after.path(401) @ [1, 1j] - start) / direction
+    assert np.abs(path.imag).max() == pytest.approx(after.deviation, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_the_catalogue_stands_beside_under_the_same_conditions(mine: OwnGuide, small: Catalogue) -> None:
+    found = catalogue.improve(mine, StraightLine(120, 0.3), hold="frame", catalogue=small)
+    assert found.which[-1] == "catalogue"
+    assert found.catalogue.lengths["frame"] == pytest.approx(220, rel=1e-12)
+    assert found.catalogue.deviation <= 0.3
+    assert found.to_pandas().shape[0] == len(found)
+
+
+@pytest.mark.parametrize(
+    ("request_", "how", "said"),
+    [
+        (StraightLine(120, 1), {"hold": "crank 7"}, "nothing is called 'crank 7'"),
+        (StraightLine(2000, 1), {}, "does not run over a stroke of 2000"),
+        (StraightLine(120, 1), {"within": 3}, "give in_place too"),
+        (StraightLine(120, 1), {"fixed_pivots": [(0, 0), (1, 0)]}, "hold its own pivots"),
+        (StraightLine(120, 1, (5000, 0)), {"in_place": True}, "where the request has it"),
+        (CircularArc(120, 1), {"in_place": True}, "give the radius"),
+        (StraightLine(120, 1), {"min_size": 3}, "min_size"),
+        (StraightLine(120, 1), {"effort": 0}, "effort"),
+    ],
+)
+def test_what_cannot_be_done_is_said(mine: OwnGuide, request_: Any, how: dict[str, Any], said: str) -> None:
+    with pytest.raises(InvalidRequest, match=said):
+        catalogue.improve(mine, request_, **how)
+
+
+def test_nothing_found_says_what_to_do(mine: OwnGuide) -> None:
+    held = ("crank 1", "crank 2", "frame", "coupler", "point along", "point across")
+    found = catalogue.improve(mine, StraightLine(120, 1e-6), hold=held)
+    assert found.which == ("before",)
+    assert found.improved is None
+    assert "hold less" in found.explain()
