@@ -240,6 +240,111 @@ def narrowest(path: Any, circle: bool) -> float:
     return narrowest_annulus(path)[0] if circle else strip_of(path)
 
 
+# -- circuits ---------------------------------------------------------------------------------------------------------
+class Chain:
+    """Linkages of one family, closed at an angle of one of their cranks, or (lead 2) of the coupler, from the given
+    position on.
+
+    Parameters
+    ----------
+    pivots : (n, 2, 2, 3) numbers
+        Of dyads in one order; (2, 2, 3), one linkage, with `exact`.
+    lead : int
+        Number of the dyad whose crank leads; 2: the coupler.
+    exact : bool
+        Numbers of mpmath.
+    """
+
+    def __init__(self, pivots: Any, lead: int, exact: bool = False) -> None:
+        self.lead, (self.expj, self.root) = lead, EXACT if exact else FAST
+        first = np.asarray(pivots, float) if exact else np.asarray(pivots, float)[0]
+        self.kinds = ["RR" if f[2] and m[2] else "PR" if m[2] else "RP" for f, m in first]
+
+        def number(i: int, j: int) -> Any:
+            x, y, _ = np.moveaxis(np.asarray(pivots, float)[..., i, j, :], -1, 0)
+            return mp.mpc(float(x), float(y)) if exact else x + 1j * y
+
+        self.fixed, self.moving = ([number(i, j) for i in (0, 1)] for j in (0, 1))
+
+    def pose(self, t: Any, side: int) -> tuple[Any, Any]:
+        """Return d and turn of z -> d + turn z at an angle from the given position on; `side` chooses between the two
+        ways to close the chain."""
+        turn = self.expj(t)
+        if self.lead == 2:
+            return self._led_by_coupler(turn), turn
+        i = self.lead
+        fixed, moving = self.fixed[i], self.moving[i]
+        pin = fixed + turn * (moving - fixed)
+        goal, end, kind = self.fixed[1 - i], self.moving[1 - i], self.kinds[1 - i]
+        if kind == "RP":  # the normal of the slide, of which its pivot keeps its distance from the crank pin
+            away = goal - pin
+            share = dot(end, goal - moving) / abs(away)
+            coupler = away / abs(away) * (share + 1j * side * self.root(1 - share * share)) / end
+        else:
+            bar = end - moving
+            if kind == "RR":
+                reached = circle_circle(pin, abs(bar), goal, abs(end - goal), side, self.root)
+            else:
+                reached = circle_line(pin, abs(bar), goal, dot(goal, end), side, self.root)
+            coupler = (reached - pin) / bar
+        return pin - coupler * moving, coupler
+
+    def _led_by_coupler(self, turn: Any) -> Any:
+        """Return where the coupler goes: normal . d = level, for each dyad."""
+        (m, p), (n, q) = (
+            (b, dot(b, a - turn * a)) if kind == "PR" else (turn * b, dot(turn * b, a - turn * a))
+            for kind, a, b in (
+                (kind, moving, fixed) if kind == "PR" else (kind, fixed, moving)
+                for kind, fixed, moving in zip(self.kinds, self.fixed, self.moving, strict=True)
+            )
+        )
+        return 1j * (n * p - m * q) / (n.conjugate() * m).imag
+
+    def angle(self, d: Any, turn: Any) -> Any:
+        """Return at which angle of the lead a pose stands."""
+        if self.lead == 2:
+            return np.angle(turn)
+        fixed, moving = self.fixed[self.lead], self.moving[self.lead]
+        return np.angle((d + turn * moving - fixed) / (moving - fixed))
+
+    def gaps(self, d: Any, turn: Any) -> Any:
+        """Return how far the dyads of poses (m, n) are from being closed, (2, m, n): by distances of pivots."""
+        found = []
+        for kind, fixed, moving in zip(self.kinds, self.fixed, self.moving, strict=True):
+            at = d + turn * moving
+            if kind == "RR":
+                found.append(np.abs(at - fixed) - np.abs(moving - fixed))
+            elif kind == "PR":
+                found.append(dot(fixed + 0 * at, at - moving))
+            else:  # two points of the coupler's line carry it
+                on, other = d + turn * fixed, d + turn * (fixed + 1j * moving)
+                found.append(((fixed - on) * (other - on).conjugate()).imag)
+        return np.abs(found)
+
+    def followed(self, angles: Any, start: tuple[Any, Any]) -> tuple[Any, Any]:
+        """Return the poses at the lead's angles (m, n) from the first two on, (2, n) each: of the two ways
+        to close the chain each time the one nearest to where the last two poses point."""
+        d, turn = list(start[0]), list(start[1])
+        far = abs(self.moving[0] - self.fixed[0])
+        for t in angles[2:]:
+            ways = [self.pose(t, side) for side in ((1,) if self.lead == 2 else (1, -1))]
+            wanted = 2 * d[-1] - d[-2], 2 * turn[-1] - turn[-2]
+            off = [np.abs(a - wanted[0]) + far * np.abs(b - wanted[1]) for a, b in ways]
+            second = np.nan_to_num(off[-1], nan=np.inf) < np.nan_to_num(off[0], nan=np.inf)
+            d.append(np.where(second, ways[-1][0], ways[0][0]))
+            turn.append(np.where(second, ways[-1][1], ways[0][1]))
+        return np.array(d), np.array(turn)
+
+    def count(self, grid: int = 4096) -> Any:
+        """Return how many circuits there are, (n,): where the crank cannot go all the way round, one in each range of
+        its angles, as both ways to close the chain meet in the ends of the range."""
+        if self.lead == 2:
+            return np.full(len(self.fixed[0]), 2 if {*self.kinds} == {"PR", "RP"} else 1)
+        with np.errstate(all="ignore"):
+            closed = np.isfinite(self.pose(np.linspace(0, 2 * np.pi, grid, endpoint=False)[:, None], 1)[1])
+        return np.where(closed.all(0), 2, (closed & ~np.roll(closed, 1, 0)).sum(0))
+
+
 # -- measures ---------------------------------------------------------------------------------------------------------
 def inside(polygon: Any, x: float, y: float) -> bool:
     """Return whether a point lies in a polygon: the angles under which it sees the sides add up to a full turn."""
