@@ -9,6 +9,7 @@ the best of these places the window is moved on, by ever shorter ways, until its
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -45,9 +46,11 @@ STEPS, CLOSE, NODES, FINER = 5, 1e-5, 16, 32
 TURNING = 0.1
 #: Strokes tried for a deviation that is given, of the largest distance on the curve.
 LADDER = 0.95 * 0.8 ** np.arange(24)
-#: Corrections of those that are best; powers of the stroke with which a deviation may grow; most that the logarithm of
-#: a stroke is changed by; by which part the deviation stays inside.
-CORRECTIONS, STEEP, CHANGE, INSIDE = 10, (0.5, 60.0), (-0.5, 0.2), 1e-3
+#: Corrections of those that are best, on the way and then on the finer grid.
+CORRECTIONS, FINER_CORRECTIONS = 6, 5
+#: Powers of the stroke with which a deviation may grow; most that the logarithm of a stroke is changed by; by which part
+#: the deviation stays inside.
+STEEP, CHANGE, INSIDE = (0.5, 60.0), (-0.5, 0.2), 1e-3
 #: Widest arc, chord over radius.
 FULLEST = 1.95
 
@@ -157,8 +160,12 @@ def longest(
         allowed = deviation[block][at.circuit]
         best, beyond = replace(at, stroke=np.zeros_like(at.stroke)), np.full(len(at.low), np.inf)
         power, last = np.full(len(at.low), 3.0), (at.stroke, at.deviation)
-        for turn in range(CORRECTIONS):
-            at, by = seek.moved(at, by, 2)
+        for turn in range(CORRECTIONS + FINER_CORRECTIONS):
+            nodes = NODES if turn < CORRECTIONS else FINER
+            if turn == CORRECTIONS:  # what holds on the finer grid is sought anew
+                best, beyond = seek.measured(best, FINER), np.full(len(at.low), np.inf)
+                best = replace(best, stroke=np.where(best.deviation <= allowed, best.stroke, 0.0))
+            at, by = seek.moved(at, by, 2, nodes)
             if count == 1 and turn == FIRST_CORRECTIONS:
                 with np.errstate(all="ignore"):
                     reach = np.maximum(best.stroke, at.stroke * (allowed / at.deviation) ** (1 / power))
@@ -258,32 +265,33 @@ class _Search:
         return bend if self.radius is None else np.copysign(half / self.radius, bend)
 
     def measured(self, at: Stretches, nodes: int = NODES) -> Stretches:
-        """Return windows, from where they begin and about how long they are, over exactly their strokes."""
+        """Return windows, from where they begin and about how long they are, over exactly their strokes; pushed back
+        from the ends of open circuits."""
         some, z = self.curves.circuits[at.circuit], self.curves.point[at.circuit]
 
         def path(s: Floats) -> Complexes:
             return np.asarray(some.pose(s).point(z))
 
-        high, before = at.high, at.low + 0.99 * (at.high - at.low)
         with np.errstate(all="ignore"):
-            first, close = path(np.stack([at.low, before]))
-            error = np.abs(close - first) - at.stroke
-            for _ in range(STEPS):
-                now = np.abs(path(high[None])[0] - first) - at.stroke
-                step = now * (high - before) / np.where(now == error, np.inf, now - error)
-                most = 0.2 * (high - at.low)
-                before, error, high = high, now, high - np.clip(step, -most, most)
+            # a circuit from infinity to infinity has two ends, at which windows stop
+            ends = some.kind == OPEN
+            low = np.where(ends, np.maximum(at.low, 0.0), at.low)
+            high = _far_end(path, low, at.high + low - at.low, at.stroke)
+            beyond = ends & (high > 2 * np.pi)
+            if beyond.any():
+                low = np.where(beyond, _far_end(path, np.where(beyond, 2 * np.pi, high), low, at.stroke), low)
+                high = np.where(beyond, 2 * np.pi, high)
             points = grid(nodes)
-            seen, half = _seen(path(0.5 * (at.low + high) + 0.5 * (high - at.low) * points.nodes[:, None]))
+            seen, half = _seen(path(0.5 * (low + high) + 0.5 * (high - low) * points.nodes[:, None]))
             held = self._bend(seen[nodes // 2].imag, half) if self.radius is not None else None
             steps = np.diff(seen, axis=0)
             k = np.clip((seen.real < 0).sum(0) - 1, 1, nodes - 2)
             tangent = sum(steps[k + i, np.arange(len(k))] for i in (-1, 0, 1))
             along = (steps * (tangent / np.abs(tangent)).conj()).real
             forward = (along > TURNING * np.abs(steps)).all(0) & (steps.real > 0).all(0)
-            forward &= np.abs(2 * half - at.stroke) <= CLOSE * at.stroke
+            forward &= (np.abs(2 * half - at.stroke) <= CLOSE * at.stroke) & ~(ends & (low < 0))
             fit = minimum_zone(seen.real, np.where(forward, seen.imag, np.nan), self.circle, points, held)
-            return replace(at, high=high, deviation=half * fit.deviation)
+            return replace(at, low=low, high=high, deviation=half * fit.deviation)
 
     def about(self, at: Stretches) -> tuple[Stretches, Floats]:
         """Return of windows, and others about each of them, those that are straighter than their neighbours, and how
@@ -300,23 +308,25 @@ class _Search:
         found, near = join(tried[order.T[good] * len(by) + column], at[lost]), np.concatenate([column, lost])
         return found, (by * 2 / (count - 1))[near]
 
-    def _tried(self, at: Stretches, by: Floats, way: Floats) -> tuple[Stretches, Floats]:
+    def _tried(self, at: Stretches, by: Floats, way: Floats, nodes: int = NODES) -> tuple[Stretches, Floats]:
         """Return windows moved along their paths by parts `way` (m,) of ways (n,) [rad]; their deviations, (m, n)."""
         each = at[np.tile(np.arange(len(at.low)), len(way))]
         shift = (way[:, None] * by).ravel()
-        tried = self.measured(replace(each, low=each.low + shift, high=each.high + shift))
+        tried = self.measured(replace(each, low=each.low + shift, high=each.high + shift), nodes)
         return tried, np.where(np.isnan(tried.deviation), np.inf, tried.deviation).reshape(len(way), -1)
 
-    def moved(self, at: Stretches, by: Floats, rounds: int | None = None) -> tuple[Stretches, Floats]:
+    def moved(
+        self, at: Stretches, by: Floats, rounds: int | None = None, nodes: int = NODES
+    ) -> tuple[Stretches, Floats]:
         """Return windows moved along their paths to where they are straightest, at first by ways up to `by` (n,) [rad],
         and the ways that would come next."""
         n = len(at.low)
         way, shorter, all_rounds = FEW if n <= ALL_AT_ONCE else MANY
         for _ in range(all_rounds if rounds is None else rounds):
             if way[0] or rounds is not None:
-                tried, off = self._tried(at, by, way)
+                tried, off = self._tried(at, by, way, nodes)
             else:  # the first is the window as it is, which was measured before
-                tried, off = self._tried(at, by, way[1:])
+                tried, off = self._tried(at, by, way[1:], nodes)
                 here = np.where(np.isnan(at.deviation), np.inf, at.deviation)
                 tried, off = join(at, tried), np.concatenate([here[None], off])
             best = np.argmin(off, axis=0)
@@ -353,6 +363,19 @@ class _Search:
         """Return windows measured on the finer grid, with the numbers of their circuits among all."""
         at = self.measured(at, FINER)
         return replace(at, circuit=self.curves.number[at.circuit])
+
+
+def _far_end(path: Callable[[Floats], Complexes], start: Floats, end: Floats, stroke: Floats) -> Floats:
+    """Return where windows (n,) end that start at `start` and end near `end`, over exactly their strokes."""
+    before = start + 0.99 * (end - start)
+    first, close = path(np.stack([start, before]))
+    error = np.abs(close - first) - stroke
+    for _ in range(STEPS):
+        now = np.abs(path(end[None])[0] - first) - stroke
+        step = now * (end - before) / np.where(now == error, np.inf, now - error)
+        most = 0.2 * np.abs(end - start)
+        before, error, end = end, now, end - np.clip(step, -most, most)
+    return end
 
 
 def _seen(w: Complexes) -> tuple[Complexes, Floats]:
