@@ -6,8 +6,9 @@ mpmath alike.
 
 from __future__ import annotations
 
+import cmath
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
@@ -343,6 +344,134 @@ class Chain:
         with np.errstate(all="ignore"):
             closed = np.isfinite(self.pose(np.linspace(0, 2 * np.pi, grid, endpoint=False)[:, None], 1)[1])
         return np.where(closed.all(0), 2, (closed & ~np.roll(closed, 1, 0)).sum(0))
+
+
+def ways_round(pivots: Any, point: complex) -> list[tuple[Callable[[Array], Array], bool]]:
+    """Return the ways of a coupler point on all circuits of one linkage, as functions of a phase from 0 to 2 pi, and
+    whether they are closed: over all angles of a crank that turns fully, or to and fro over a range of them."""
+    cranks = [i for i in (0, 1) if pivots[i, :, 2].all()]
+    chains = [Chain(pivots[None], i) for i in cranks or [2]]
+    if not cranks:
+        return [
+            (lambda s, low=low, high=high: _carried(chains[0], low + (high - low) * s / (2 * np.pi), 1, point), closed)
+            for low, high, closed in _open_ranges(chains[0])
+        ]
+    turns = [_ranges(chain) for chain in chains]
+    chain, ranges = next(((c, r) for c, r in zip(chains, turns, strict=True) if r is None), (chains[0], turns[0]))
+    if ranges is None:
+        return [(lambda s, side=side: _carried(chain, s, side, point), True) for side in (1, -1)]
+
+    def to_and_fro(s: Array, low: float, high: float) -> Array:
+        t = np.clip(0.5 * (low + high) - 0.5 * (high - low) * np.cos(s), low, high)
+        return np.where(np.mod(s, 2 * np.pi) < np.pi, *(_carried(chain, t, side, point) for side in (1, -1)))
+
+    return [(lambda s, low=low, high=high: to_and_fro(s, low, high), True) for low, high in ranges]
+
+
+def _carried(chain: Chain, t: Array, side: int, point: complex) -> Array:
+    with np.errstate(all="ignore"):
+        d, turn = chain.pose(t, side)
+    return d + turn * point
+
+
+def _ranges(chain: Chain, grid: int = 4096) -> list[tuple[float, float]] | None:
+    """Return the ranges of the crank's angle in which the chain can be closed; None if at all of them."""
+    step = 2 * np.pi / grid
+
+    def open_at(t: Any) -> Any:
+        return ~np.isfinite(_carried(chain, np.atleast_1d(t), 1, 0j))
+
+    shut = ~open_at(step * np.arange(grid))
+    if shut.all():
+        return None
+    found = []
+    for first in np.flatnonzero(shut & ~np.roll(shut, 1)):
+        last = first
+        while shut[(last + 1) % grid]:
+            last += 1
+        ends = [(first * step, (first - 1) * step), (last * step, (last + 1) * step)]
+        found.append((_last(open_at, *ends[0]), _last(open_at, *ends[1])))
+    return found
+
+
+def _last(beyond: Callable[[float], Any], inside: float, outside: float) -> float:
+    """Return the last number that is not beyond, by halving."""
+    for _ in range(60):
+        middle = 0.5 * (inside + outside)
+        inside, outside = (inside, middle) if beyond(middle) else (middle, outside)
+    return inside
+
+
+def _open_ranges(chain: Chain) -> list[tuple[float, float, bool]]:
+    """Return the ranges of the coupler's angle, to 0.03 rad from where the point is at infinity."""
+    if {*chain.kinds} != {"PR", "RP"}:
+        return [(0.0, 2 * np.pi, True)]
+    slide = chain.kinds.index("RP")
+    line, normal = complex(chain.fixed[1 - slide][0]), complex(chain.moving[slide][0])
+    at = (cmath.phase(line) - cmath.phase(normal)) % math.pi
+    return [(at + k * math.pi + 0.03, at + (k + 1) * math.pi - 0.03, False) for k in (0, 1)]
+
+
+# -- straight stretches ----------------------------------------------------------------------------------------------
+def straightness(z: Array) -> tuple[float, float]:
+    """Return half the width of the narrowest strip that holds a path, and how far its ends are apart along the strip;
+    infinite and 0 unless it runs forward along its chord, within 84 degrees of the direction of its middle."""
+    w = (z - z[0]) / (z[-1] - z[0]) * abs(z[-1] - z[0])
+    steps = np.diff(w)
+    middle = min(max(int((w.real < 0.5 * w.real[-1]).sum()), 1), len(w) - 2) if len(w) > 2 else 0
+    tangent = w[middle + 1] - w[middle - 1] if middle else steps[0]
+    if not ((steps.real > 0).all() and (dot(tangent / abs(tangent), steps) > 0.1 * abs(steps)).all()):
+        return math.inf, 0.0
+    if len(w) < 4:
+        return 0.5 * np.ptp(w.imag), abs(w[-1])
+    scale = max(abs(w.imag).max(), 1e-9 * abs(w[-1]))
+    half = narrowest_strip(w.real, w.imag / scale, scale)
+    return half, math.sqrt(max(abs(w[-1]) ** 2 - (2 * half) ** 2, 0.0))
+
+
+def longest_stretch(way: Callable[[Array], Array], closed: bool, allowed: float) -> float:
+    """Return the longest stroke over which a way runs straight within a deviation: all windows of 300 points, and about
+    the three longest of 1500, are tried."""
+    phases, best = _even(way, 300), 0.0
+    if closed:
+        phases = np.concatenate([phases[:-1], phases + 2 * np.pi])
+    found = sorted(_windows(way(phases), range(300), 300, allowed), reverse=True)
+    tried: list[int] = []
+    for _, first, last in found:
+        if len(tried) < 3 and all(min(abs(first - k), 300 - abs(first - k)) > 0.1 * (last - first) for k in tried):
+            tried.append(first)
+            low, high = max(first - 3, 0), min(last + 3, len(phases) - 1)
+            fine = np.interp(np.linspace(low, high, 1501), np.arange(len(phases)), phases)
+            starts = range(0, 1 + int(6 * 1500 / (high - low)), 2)
+            best = max(best, *(stroke for stroke, _, _ in _windows(way(fine), starts, 1500, allowed)))
+    return best
+
+
+def _windows(z: Array, starts: range, most: int, allowed: float) -> Iterator[tuple[float, int, int]]:
+    """Yield for each first point stroke, first and last point of the longest window within a deviation."""
+    last = starts[0] + 1
+    for first in starts:
+        last = max(last, first + 1)
+        half, stroke = straightness(z[first : last + 1])
+        while last > first + 1 and half > allowed:
+            last -= 1
+            half, stroke = straightness(z[first : last + 1])
+        while last + 1 < len(z) and last + 1 - first <= most:
+            half, farther = straightness(z[first : last + 2])
+            if half > allowed:
+                break
+            last, stroke = last + 1, farther
+        yield stroke, first, last
+
+
+def _even(way: Callable[[Array], Array], pieces: int) -> Array:
+    """Return phases that cut a way into pieces about equally long."""
+    s = np.linspace(0, 2 * np.pi, 4001)
+    for _ in range(3):
+        run = np.concatenate([[0], np.cumsum(abs(np.diff(way(s))))])
+        share = run / run[-1] + 1e-3 * np.linspace(0, 1, len(s))
+        s = np.interp(np.linspace(0, share[-1], 4001), share, s)
+    return np.interp(np.linspace(0, 4000, pieces + 1), np.arange(4001), s)
 
 
 # -- measures ---------------------------------------------------------------------------------------------------------

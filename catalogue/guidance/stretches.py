@@ -48,8 +48,8 @@ TURNING = 0.1
 LADDER = 0.95 * 0.8 ** np.arange(24)
 #: Corrections of those that are best, on the way and then on the finer grid.
 CORRECTIONS, FINER_CORRECTIONS = 6, 5
-#: Powers of the stroke with which a deviation may grow; most that the logarithm of a stroke is changed by; by which part
-#: the deviation stays inside.
+#: Powers of the stroke with which a deviation may grow; most that the logarithm of a stroke is changed by; by which
+#: part the deviation stays inside.
 STEEP, CHANGE, INSIDE = (0.5, 60.0), (-0.5, 0.2), 1e-3
 #: Widest arc, chord over radius.
 FULLEST = 1.95

@@ -1,0 +1,167 @@
+"""Where coupler points run straightest, against all windows of a path sampled densely."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from catalogue.guidance.deviation_curve import from_circle
+from catalogue.guidance.stretches import Stretches, longest, straightest
+from catalogue.kinematics.circuits import OPEN, Circuits, circuits
+from catalogue.kinematics.linkage import FAMILIES, Linkage
+from catalogue.kinematics.types import Array
+
+Maker = Callable[..., Linkage]
+every_family = pytest.mark.parametrize("family", FAMILIES)
+
+
+def drawn(linkage: Linkage, seed: int) -> tuple[Circuits, Array]:
+    """Return the circuits of linkages, and a random coupler point for each."""
+    draw = np.random.default_rng(seed)
+    n = len(linkage)
+    point = linkage.points[:, 0, 1] + linkage.size * (draw.normal(size=n) + 1j * draw.normal(size=n))
+    found = circuits(linkage)
+    return found, point[found.of]
+
+
+def along(found: Circuits, point: Array, at: Stretches, count: int = 257) -> Array:
+    """Return the points of the paths over stretches, (count, n)."""
+    share = np.linspace(0, 1, count)[:, None]
+    some = found[at.circuit]
+    return np.asarray(some.pose(at.low + (at.high - at.low) * share).point(point[at.circuit]))
+
+
+@pytest.mark.slow
+@every_family
+def test_no_window_within_the_deviation_is_longer(random_linkages: Maker, naive: SimpleNamespace, family: str) -> None:
+    linkage = random_linkages(family, 3, 91)
+    found, point = drawn(linkage, 1)
+    allowed = 0.003 * linkage.size[found.of]
+    at = longest(found, point, allowed, circle=False)
+    assert (at.deviation <= allowed[at.circuit]).all()
+    for k in range(len(linkage)):
+        here = point[found.of == k][0]
+        best = max(naive.longest_stretch(way, closed, allowed[found.of == k][0])
+                   for way, closed in naive.ways_round(linkage.pivots[k], here))  # fmt: skip
+        assert at.stroke[found.of[at.circuit] == k].max() == pytest.approx(best, rel=2e-3)
+
+
+@pytest.mark.slow
+@every_family
+def test_the_deviation_is_half_the_width_of_the_narrowest_strip(
+    random_linkages: Maker, naive: SimpleNamespace, family: str
+) -> None:
+    found, point = drawn(random_linkages(family, 10, 92), 2)
+    size = np.abs(found.linkage.points).max((1, 2))
+    at = straightest(found, point, 0.2 * size, circle=False, count=2)
+    good = at[np.flatnonzero(np.isfinite(at.deviation))]
+    assert len(good.low) > 10
+    for z, deviation, stroke in zip(along(found, point, good, 2001).T, good.deviation, good.stroke, strict=True):
+        assert abs(z[-1] - z[0]) == pytest.approx(stroke, rel=1e-5)
+        assert naive.strip_of(z) == pytest.approx(deviation, rel=1e-3, abs=1e-14 * stroke)
+
+
+@pytest.mark.slow
+@every_family
+def test_no_window_of_the_same_stroke_is_straighter(
+    random_linkages: Maker, naive: SimpleNamespace, family: str
+) -> None:
+    """Each circuit's own path, cut at 1000 places where windows of the stroke begin."""
+    found, point = drawn(random_linkages(family, 3, 93), 3)
+    stroke = 0.3 * np.abs(found.linkage.points).max((1, 2))
+    at = straightest(found, point, stroke, circle=False)
+    for k in range(len(found)):
+        if found.kind[k] == OPEN:
+            continue
+        s = np.linspace(0, 2, 4001) * found.period[k]
+        z = found[k : k + 1].pose(s[:, None]).point(point[k : k + 1])[:, 0]
+        least = math.inf
+        for first in range(0, 2000, 4):
+            far = np.abs(z[first : first + 2000] - z[first])
+            last = int(np.argmax(far >= stroke[k]))
+            if last > 8:
+                half, length = naive.straightness(z[first : first + last + 1 : max(1, last // 60)])
+                least = min(least, half if length < 1.02 * stroke[k] else math.inf)
+        ours = np.fmin.reduce(at.deviation[at.circuit == k], initial=math.inf)
+        # the naive window is longer by up to a step, and read at 60 of its points
+        assert ours <= 1.01 * least or math.isinf(least)
+
+
+@pytest.mark.slow
+def test_stretches_stay_on_open_circuits(random_linkages: Maker) -> None:
+    """The nearer the swinging block is to infinity, the straighter a path: it stops where the circuit does."""
+    linkage = random_linkages("swinging-block", 40, 94)
+    found, point = drawn(linkage, 4)
+    size = linkage.size[found.of]
+    every = [
+        longest(found, point, 0.01 * size, circle=False),
+        longest(found, point, 0.01 * size, circle=False, count=1),
+        straightest(found, point, size, circle=False),
+    ]
+    for at in every:
+        assert at.low.min() >= 0
+        assert at.high.max() <= 2 * np.pi * (1 + 1e-12)
+    at_an_end = (every[0].low == 0) | (every[0].high == 2 * np.pi)
+    assert at_an_end.sum() > 40
+
+
+@pytest.mark.slow
+def test_the_longest_stroke_within_a_deviation_has_that_deviation(random_linkages: Maker) -> None:
+    linkage = random_linkages("four-bar", 60, 95)
+    found, point = drawn(linkage, 5)
+    allowed = 0.003 * linkage.size[found.of]
+    at = longest(found, point, allowed, circle=False)
+    assert np.nanmedian(at.deviation / allowed[at.circuit]) > 0.99
+    at = at[np.flatnonzero(np.isfinite(at.deviation))]
+    again = straightest(found[at.circuit], point[at.circuit], at.stroke, circle=False)
+    # four stretches of each circuit were asked for: the best of them is as good as that which was found
+    best = np.full(len(at.low), np.inf)
+    np.fmin.at(best, again.circuit, again.deviation)
+    assert (best <= 1.01 * at.deviation).mean() > 0.95
+
+
+def test_every_point_of_a_parallelogram_runs_on_circles_of_the_crank() -> None:
+    linkage = Linkage([[[0, 0], [0.6, 0.8]], [[3, 0], [3.6, 0.8]]])
+    found = circuits(linkage)[:1]
+    point = np.array([1.3 + 2.1j])
+    for radius in (None, 1.0):
+        at = straightest(found, point, np.array([1.5]), circle=True, radius=radius, count=1)
+        assert at.deviation[0] < 1e-12
+    wider = straightest(found, point, np.array([1.5]), circle=True, radius=1.1, count=1)
+    assert wider.deviation[0] == pytest.approx(off_the_best_circle(along(found, point, wider)[:, 0], 1.1), rel=1e-3)
+
+
+@pytest.mark.parametrize("radius", [0.8, 3.0])
+def test_an_arc_of_a_given_radius_is_the_best_placed_one_of_exactly_that_radius(
+    random_linkages: Maker, radius: float
+) -> None:
+    found, point = drawn(random_linkages("four-bar", 12, 96), 6)
+    at = straightest(found, point, np.full(len(found), 0.5), circle=True, radius=radius, count=1)
+    good = at[np.flatnonzero(np.isfinite(at.deviation))]
+    assert len(good.low) >= 8
+    for z, deviation in zip(along(found, point, good).T, good.deviation, strict=True):
+        assert off_the_best_circle(z, radius) == pytest.approx(deviation, rel=1e-3)
+        off = from_circle(z, (z[0], z[-1]), radius, deviation)
+        assert np.abs(off).max() == pytest.approx(deviation, rel=1e-3)
+
+
+def off_the_best_circle(z: Array, radius: float) -> float:
+    """Return the largest distance of points from the best-placed circle of a radius: a search over its centre."""
+    best = math.inf
+    chord = z[-1] - z[0]
+    for side in (1, -1):
+        start = 0.5 * (z[0] + z[-1]) + side * 1j * chord / abs(chord) * math.sqrt(radius**2 - 0.25 * abs(chord) ** 2)
+
+        def worst(c: Array) -> float:
+            return float(np.abs(np.abs(z - complex(*c)) - radius).max())
+
+        x = np.array([start.real, start.imag])
+        for _ in range(3):
+            x = minimize(worst, x, method="Nelder-Mead", options={"xatol": 1e-12, "fatol": 1e-14, "maxiter": 2000}).x
+        best = min(best, worst(x))
+    return best
