@@ -31,7 +31,7 @@ PEAK = 1.4
 BLOCK = 256
 #: Windows of few and of many circuits: where they are tried about the best place, what the way to the farthest becomes
 #: in the next round, and how many rounds.
-FEW, MANY = (np.linspace(-1, 1, 7), 1 / 3, 8), (np.array([0.0, -0.5, 0.5]), 1 / 2, 11)
+FEW, MANY = (np.linspace(-1, 1, 7), 1 / 3, 10), (np.array([0.0, -0.5, 0.5]), 1 / 2, 14)
 #: Windows about each of the first ones, and how many of them are followed: of few and of many circuits; and how far to
 #: either side they are, of a window.
 ABOUT, WIDE = ((13, 2), (7, 1)), 1 / 6
