@@ -422,11 +422,19 @@ def straightness(z: Array) -> tuple[float, float]:
     tangent = w[middle + 1] - w[middle - 1] if middle else steps[0]
     if not ((steps.real > 0).all() and (dot(tangent / abs(tangent), steps) > 0.1 * abs(steps)).all()):
         return math.inf, 0.0
-    if len(w) < 4:
-        return 0.5 * np.ptp(w.imag), abs(w[-1])
-    scale = max(abs(w.imag).max(), 1e-9 * abs(w[-1]))
-    half = narrowest_strip(w.real, w.imag / scale, scale)
-    return half, math.sqrt(max(abs(w[-1]) ** 2 - (2 * half) ** 2, 0.0))
+    # the width as a function of the slope has one minimum
+    low, high, golden = -1.0, 1.0, 0.5 * (math.sqrt(5) - 1)
+    for _ in range(36):
+        first, second = high - golden * (high - low), low + golden * (high - low)
+        less = _width(w, first) < _width(w, second)
+        low, high = (low, second) if less else (first, high)
+    slope = 0.5 * (low + high)
+    return 0.5 * _width(w, slope), float(w[-1].real + slope * w[-1].imag) / math.hypot(1, slope)
+
+
+def _width(w: Array, slope: float) -> float:
+    across = w.imag - slope * w.real
+    return float(across.max() - across.min()) / math.hypot(1, slope)
 
 
 def longest_stretch(way: Callable[[Array], Array], closed: bool, allowed: float) -> float:

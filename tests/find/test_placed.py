@@ -173,10 +173,12 @@ def test_the_motion_over_the_stroke_is_what_the_row_says(ask: Ask, wish: str) ->
         along = np.exp(1j * math.radians(c.along))
         # the path starts where the row says, but for a little of its deviation
         assert ((z - start) * along.conjugate()).real[[0, -1]] == pytest.approx([0, c.stroke], abs=0.05 * c.deviation)
-        assert ((z[-1] - z[0]) * along.conjugate()).real == pytest.approx(c.stroke, rel=1e-9)
+        assert ((z[-1] - z[0]) * along.conjugate()).real == pytest.approx(c.stroke, rel=1e-8)
         ends = c.path(2)
         np.testing.assert_allclose([[p.real, p.imag] for p in z[[0, -1]]], ends, atol=1e-9 * c.stroke)
-        assert np.abs(moved.deviation).max() == pytest.approx(c.deviation, rel=1e-4, abs=1e-9 * c.stroke)
+        # the stroke is laid about mid-stroke anew: of a path that is far off its nominal it is a little another one
+        off = 1e-4 if c.deviation < 0.005 * c.stroke else 1e-3
+        assert np.abs(moved.deviation).max() == pytest.approx(c.deviation, rel=off, abs=1e-9 * c.stroke)
         assert moved.transmission.min() == pytest.approx(c.min_transmission, abs=0.05)
         driven(c, moved)
 

@@ -1,0 +1,91 @@
+"""Time to measure linkages of one's own, beside all windows of a path sampled densely.
+
+``python tests/benchmarks/measure_time.py [--write]``: four-bars with random pivots of size about 1 and a coupler point
+each; over a stroke of 0.5, within a deviation of 0.005.  The alternative closes the chain by circles, reads each path
+in 300 points and looks at the narrowest strip of every window, of the best again in 1500; it is asked for one linkage.
+`--write`: the report goes to ``data/reports/measure_time.md`` too.
+"""
+
+from __future__ import annotations
+
+import os
+
+os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the command does
+
+import contextlib
+import io
+import runpy
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from measuring import table, title
+
+from catalogue.find.measure import measure
+from catalogue.find.placed import OwnGuide, guide
+from catalogue.kinematics.linkage import Linkage
+
+COUNT, STROKE, DEVIATION, RUNS = 1000, 0.5, 0.005, 5
+NAIVE: dict[str, Any] = runpy.run_path(str(Path(__file__).parents[1] / "naive.py"))
+REPORT = Path(__file__).parents[2] / "data" / "reports" / "measure_time.md"
+
+
+def guides(count: int) -> list[OwnGuide]:
+    """Return four-bars that differ, each with a coupler point."""
+    draw = np.random.default_rng(12)
+    pivots = np.ones((count, 2, 2, 3))
+    pivots[..., :2] = draw.normal(size=(count, 2, 2, 2))
+    points = pivots[:, :, 1, :2].mean(1) + 0.7 * draw.normal(size=(count, 2))
+    return [guide(Linkage(one), tuple(at)) for one, at in zip(pivots, points, strict=True)]
+
+
+def taken(run: Callable[[], Any], times: int) -> tuple[float, float]:
+    """Return the least wall and process time of several runs, after one that is not counted."""
+    run()
+    found = []
+    for _ in range(times):
+        wall, cpu = time.perf_counter(), time.process_time()
+        run()
+        found.append((time.perf_counter() - wall, time.process_time() - cpu))
+    return min(w for w, _ in found), min(c for _, c in found)
+
+
+def naive_stroke(one: OwnGuide) -> float:
+    """Return the longest stroke within the deviation, from all windows of a path sampled densely."""
+    ways = NAIVE["ways_round"](np.array(one.pivots), complex(*one.guided))
+    return max(float(NAIVE["longest_stretch"](way, closed, DEVIATION)) for way, closed in ways)
+
+
+def main() -> None:
+    """Print the report."""
+    title("Time to measure linkages of one's own")
+    every = guides(COUNT)
+    one = every[0]
+    jobs: list[tuple[str, int, Callable[[], Any], int]] = [
+        ("one, over a stroke, 4 stretches", 1, lambda: measure(one, stroke=STROKE), RUNS),
+        ("one, within a deviation, 4 stretches", 1, lambda: measure(one, deviation=DEVIATION), RUNS),
+        ("one, within a deviation, all windows of samples", 1, lambda: naive_stroke(one), 1),
+        ("over a stroke, the best of each", COUNT, lambda: measure(every, stroke=STROKE, limit=1), 2),
+        ("within a deviation, the best of each", COUNT, lambda: measure(every, deviation=DEVIATION, limit=1), 2),
+    ]
+    rows = []
+    for name, count, run, times in jobs:
+        wall, cpu = taken(run, times)
+        rows.append((name, count, f"{wall:.3f}", f"{cpu:.3f}", f"{1000 * cpu / count:.2f}"))
+    table(["what", "linkages", "s", "s of the processor", "ms per linkage"], rows)
+    best = max(row.stroke for row in measure(one, deviation=DEVIATION))
+    print(f"Longest stroke of the one linkage: {best:.5f}, from samples {naive_stroke(one):.5f}.")
+
+
+if __name__ == "__main__":
+    if "--write" in sys.argv[1:]:
+        text = io.StringIO()
+        with contextlib.redirect_stdout(text):
+            main()
+        REPORT.write_text(text.getvalue(), encoding="utf-8")
+        print(text.getvalue(), end="")
+    else:
+        main()
