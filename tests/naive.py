@@ -9,6 +9,7 @@ from __future__ import annotations
 import cmath
 import math
 from collections.abc import Callable, Iterator
+from functools import partial
 from typing import Any
 
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
@@ -352,23 +353,25 @@ def ways_round(pivots: Any, point: complex) -> list[tuple[Callable[[Array], Arra
     cranks = [i for i in (0, 1) if pivots[i, :, 2].all()]
     chains = [Chain(pivots[None], i) for i in cranks or [2]]
     if not cranks:
-        return [
-            (lambda s, low=low, high=high: _carried(chains[0], low + (high - low) * s / (2 * np.pi), 1, point), closed)
-            for low, high, closed in _open_ranges(chains[0])
-        ]
+        return [(partial(_through, chains[0], point, low, high), closed)
+                for low, high, closed in _open_ranges(chains[0])]  # fmt: skip
     turns = [_ranges(chain) for chain in chains]
     chain, ranges = next(((c, r) for c, r in zip(chains, turns, strict=True) if r is None), (chains[0], turns[0]))
     if ranges is None:
-        return [(lambda s, side=side: _carried(chain, s, side, point), True) for side in (1, -1)]
-
-    def to_and_fro(s: Array, low: float, high: float) -> Array:
-        t = np.clip(0.5 * (low + high) - 0.5 * (high - low) * np.cos(s), low, high)
-        return np.where(np.mod(s, 2 * np.pi) < np.pi, *(_carried(chain, t, side, point) for side in (1, -1)))
-
-    return [(lambda s, low=low, high=high: to_and_fro(s, low, high), True) for low, high in ranges]
+        return [(partial(_carried, chain, point, side), True) for side in (1, -1)]
+    return [(partial(_to_and_fro, chain, point, low, high), True) for low, high in ranges]
 
 
-def _carried(chain: Chain, t: Array, side: int, point: complex) -> Array:
+def _through(chain: Chain, point: complex, low: float, high: float, s: Array) -> Array:
+    return _carried(chain, point, 1, low + (high - low) * s / (2 * np.pi))
+
+
+def _to_and_fro(chain: Chain, point: complex, low: float, high: float, s: Array) -> Array:
+    t = np.clip(0.5 * (low + high) - 0.5 * (high - low) * np.cos(s), low, high)
+    return np.where(np.mod(s, 2 * np.pi) < np.pi, *(_carried(chain, point, side, t) for side in (1, -1)))
+
+
+def _carried(chain: Chain, point: complex, side: int, t: Array) -> Array:
     with np.errstate(all="ignore"):
         d, turn = chain.pose(t, side)
     return d + turn * point
@@ -379,7 +382,7 @@ def _ranges(chain: Chain, grid: int = 4096) -> list[tuple[float, float]] | None:
     step = 2 * np.pi / grid
 
     def open_at(t: Any) -> Any:
-        return ~np.isfinite(_carried(chain, np.atleast_1d(t), 1, 0j))
+        return ~np.isfinite(_carried(chain, 0j, 1, np.atleast_1d(t)))
 
     shut = ~open_at(step * np.arange(grid))
     if shut.all():

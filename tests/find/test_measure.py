@@ -73,6 +73,7 @@ def test_hoekens_straight_part_is_where_he_has_it() -> None:
     assert abs(abs(along) - math.hypot(4, 2)) < 0.1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arc", [{}, {"arc": True}, {"radius": 3.0}], ids=["line", "any arc", "arc"])
 def test_a_stretch_is_as_off_as_its_row_says(naive: SimpleNamespace, arc: dict[str, Any]) -> None:
     for found in (measure(guide(HOEKEN), stroke=1.5, **arc), measure(guide(HOEKEN), deviation=0.02, **arc)):
@@ -127,7 +128,7 @@ def test_a_linkage_without_such_a_stretch_is_told_why() -> None:
         lambda one: measure(one, stroke=1, radius=-3),
         lambda one: measure(one, deviation=0.1, radius=0),
         lambda one: measure(one, stroke=1, limit=0),
-        lambda one: measure(one, stroke="long"),
+        lambda one: measure(one, stroke="long"),  # type: ignore[arg-type]
     ],
 )
 def test_what_cannot_be_meant_is_refused_in_one_line(ask: Callable[[OwnGuide], object]) -> None:
@@ -139,7 +140,7 @@ def test_what_cannot_be_meant_is_refused_in_one_line(ask: Callable[[OwnGuide], o
 def test_a_place_in_the_coupler_is_that_which_lengths_tell(random_linkages: Callable[..., Linkage]) -> None:
     for family in ("four-bar", "slider-crank", "inverted-slider-crank", "swinging-block", "elliptic-trammel", "oldham"):
         linkage = random_linkages(family, 20, 101)
-        point = np.linspace(-1, 1, 20) + 0.3j
+        point = (np.linspace(-1, 1, 20) + 0.3j).astype(complex)
         told = link_lengths(linkage, point)
         again = in_coupler(linkage, told["point along"] + 1j * told["point across"])
         np.testing.assert_allclose(again, point, atol=1e-12 * np.abs(linkage.points).max() * 100)

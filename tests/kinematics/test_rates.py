@@ -63,9 +63,8 @@ def test_they_are_those_of_small_steps_in_60_digits(
     at = np.full(EACH, POINT)
     ours = np.stack([found.velocity_of(at), found.omega, found.acceleration_of(at), found.alpha], axis=1)
     theirs = np.array([differences(naive, one, drive, POINT) for one in linkage.pivots])
-    size = np.array([1.0, 1.0])
     for k in (0, 2):  # an angle and a point at the distance 1
-        scale = np.abs(theirs[:, k : k + 2]).max(1, keepdims=True) * size
+        scale = np.abs(theirs[:, k : k + 2]).max(1, keepdims=True)
         assert (np.abs(ours - theirs)[:, k : k + 2] / scale).max() < 1e-10
 
 
@@ -101,13 +100,14 @@ def test_there_are_none_in_a_dead_point_but_just_beside(kind: str) -> None:
         "inverted-slider-crank": [pin + 1.5 * ray, ray],  # the slide's line, at the distance 1.5 from the pin
     }[kind]
     w = {"four-bar": (1, 1), "slider-crank": (0, 1), "inverted-slider-crank": (1, 0)}[kind]
-    dyads = [[[0, 0, 1], [pin.real, pin.imag, 1]], [[z.real, z.imag, k] for z, k in zip(second, w, strict=True)]]
+    ends = [[z.real, z.imag, k] for z, k in zip(second, w, strict=True)]
+    dyads = np.array([[[0, 0, 1], [pin.real, pin.imag, 1]], ends])
     dead = rates(Linkage(dyads), np.array([0]))
     assert np.isnan([dead.omega[0], dead.alpha[0]]).all()
     assert np.isnan(dead.velocity_of(np.array([0j]))).all()
     beside = []
     for away in (1e-3, 1e-6):
-        near = np.array(dyads)
+        near = dyads.copy()
         turned = np.exp(1j * away) * pin
         near[0, 1, :2] = turned.real, turned.imag
         beside.append(rates(Linkage(near), np.array([0])).omega[0])
@@ -118,6 +118,6 @@ def test_there_are_none_in_a_dead_point_but_just_beside(kind: str) -> None:
 
 
 def test_what_is_no_crank_does_not_drive() -> None:
-    slider = Linkage([[[0, 0, 1], [1, 1, 1]], [[0, 1, 0], [3, 0.5, 1]]])
+    slider = Linkage(np.array([[[0, 0, 1], [1, 1, 1]], [[0, 1, 0], [3, 0.5, 1]]]))
     assert np.isnan(rates(slider, np.array([1])).omega[0])
     assert np.isnan(rates(slider, np.array([0])).crank(slider, 1)[0][0])
