@@ -106,7 +106,7 @@ def measure(
     arc : bool
         Seek arcs of whatever radius fits best.
     limit : int
-        How many stretches of each linkage at most; with 1 the best only, which is quicker.
+        How many stretches of each linkage at most; with 1 the best only, sought quickly and less thoroughly.
     series : function, optional
         That returns the series by code, where the nearest one is to be told.
 

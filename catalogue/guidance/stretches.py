@@ -29,16 +29,14 @@ POINTS = 9
 PEAK = 1.4
 #: Circuits handled at once: their arrays stay in the cache.
 BLOCK = 256
-#: Windows of few and of many circuits: where they are tried about the best place, what the way to the farthest becomes
+#: In a thorough and a quick search: where windows are tried about the best place, what the way to the farthest becomes
 #: in the next round, and how many rounds.
-FEW, MANY = (np.linspace(-1, 1, 7), 1 / 3, 10), (np.array([0.0, -0.5, 0.5]), 1 / 2, 14)
-#: Windows about each of the first ones, and how many of them are followed: of few and of many circuits; and how far to
-#: either side they are, of a window.
+THOROUGH, QUICK = (np.linspace(-1, 1, 7), 1 / 3, 10), (np.array([0.0, -0.5, 0.5]), 1 / 2, 14)
+#: Windows about each of the first ones, and how many of them are followed, in either; and how far to either side they
+#: are, of a window.
 ABOUT, WIDE = ((13, 2), (7, 1)), 1 / 6
 #: Rounds after which only the best of each linkage is followed, if only that is wanted; of corrections of a stroke.
 FIRST, FIRST_CORRECTIONS = 2, 3
-#: Circuits up to which they are few.
-ALL_AT_ONCE = 12
 #: Secant steps to the end of a window, and how near its stroke is to be then; intervals between its Chebyshev points,
 #: on the way and in the end.
 STEPS, CLOSE, NODES, FINER = 5, 1e-5, 16, 32
@@ -127,7 +125,7 @@ def straightest(
     circuits: Circuits, point: Complexes, stroke: Floats, *, circle: bool, radius: float | None = None, count: int = 4
 ) -> Stretches:
     """Return the stretches of circuits (k,) over which coupler points (k,), given with the linkages, run straightest:
-    at most `count` of each circuit, with 1 the best of each linkage only.
+    at most `count` of each circuit, with 1 the best of each linkage only, sought less thoroughly.
 
     Parameters
     ----------
@@ -138,7 +136,7 @@ def straightest(
     """
     parts = []
     for block in _blocks(circuits):
-        seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius)
+        seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius, count == 1)
         at = seek.places(stroke[block], max(count, 3))
         at, by = seek.moved(*seek.about(at), FIRST)
         if count == 1:
@@ -155,7 +153,7 @@ def longest(
     """The same for the longest stretches within deviations (k,) [length]; with 1 the longest of each linkage only."""
     parts = []
     for block in _blocks(circuits):
-        seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius)
+        seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius, count == 1)
         at, by = seek.about(seek.longer(deviation[block], count))
         allowed = deviation[block][at.circuit]
         best, beyond = replace(at, stroke=np.zeros_like(at.stroke)), np.full(len(at.low), np.inf)
@@ -202,6 +200,7 @@ class _Search:
     curves: Curves
     circle: bool
     radius: float | None
+    quick: bool
 
     def places(self, stroke: Floats, count: int, which: Indices | None = None) -> Stretches:
         """Return the windows of curves in which nine points show the path straightest, at most `count` of each."""
@@ -296,7 +295,7 @@ class _Search:
     def about(self, at: Stretches) -> tuple[Stretches, Floats]:
         """Return of windows, and others about each of them, those that are straighter than their neighbours, and how
         near the next ones were [rad]."""
-        count, kept = ABOUT[len(at.low) > ALL_AT_ONCE]
+        count, kept = ABOUT[self.quick]
         by = WIDE * (at.high - at.low)
         tried, off = self._tried(at, by, np.linspace(-1, 1, count))
         beside = np.pad(off, ((1, 1), (0, 0)), constant_values=np.inf)
@@ -321,7 +320,7 @@ class _Search:
         """Return windows moved along their paths to where they are straightest, at first by ways up to `by` (n,) [rad],
         and the ways that would come next."""
         n = len(at.low)
-        way, shorter, all_rounds = FEW if n <= ALL_AT_ONCE else MANY
+        way, shorter, all_rounds = QUICK if self.quick else THOROUGH
         for _ in range(all_rounds if rounds is None else rounds):
             if way[0] or rounds is not None:
                 tried, off = self._tried(at, by, way, nodes)
