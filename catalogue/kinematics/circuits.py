@@ -154,12 +154,17 @@ class Closure(Columns):
             ]
             by_slider = [(r + e - l) / r, (r - e + l) / r, (r + e + l) / r, (r - e - l) / r]
             by_slide = [-np.ones_like(r), np.ones_like(r), (far - high) * (far + high), (high - near) * (high + near)]
-            twice = np.where(slider, 1.0, 2 * r * f)
-            bounds = np.where(slider, by_slider, np.where(slide, by_slide, four_bar)) / twice
+            bounds = np.where(slider, by_slider, np.where(slide, by_slide, four_bar))
+            bounds = bounds / np.where(slider, 1.0, 2 * r * f)
             bounds[:2, slide] = [[-1.0], [1.0]]
-            nearly = CHANGE * np.where(slider, 1.0, np.maximum(r / f, f / r))
+            # by how much links are too short for a full turn, at its far and its near end
+            excess = np.where(slider, [r + e - l, r - e - l], np.where(slide, [-far, high - near],
+                              [far - l - c, np.abs(l - c) - near]))  # fmt: skip
+            nearly = CHANGE * np.maximum(
+                np.maximum(r, l), np.where(slider, np.abs(e), np.maximum(f, np.where(slide, 0, c)))
+            )
             short = bounds[[0, 3]]
-            change, dead = np.abs(short) <= nearly, short > nearly
+            change, dead = np.abs(excess) <= nearly, excess > nearly
             short = np.where(change, 0.0, short)
             at = 2 * np.arctan2(np.sqrt(np.maximum(bounds[[1, 3]], 0)), np.sqrt(np.maximum(bounds[[0, 2]], 0)))
         square = np.where(slider, e, np.where(slide, h, 0.5 * (l - c) * (l + c)))

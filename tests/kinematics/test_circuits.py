@@ -188,3 +188,24 @@ def test_finely_sampled_positions_are_near_each_other_and_the_last_is_the_first(
     # a leap would be as large at any step
     assert (steps[1] < 0.75 * steps[0]).mean() > 0.99
     assert steps[1].max() < 0.5
+
+
+@pytest.mark.parametrize("off", [1e-4, 1e-6, 1e-8])
+@pytest.mark.parametrize("name", SPECIAL)
+def test_beside_a_change_point_the_links_keep_their_lengths(name: str, off: float) -> None:
+    pivots = SPECIAL[name][0].copy()
+    pivots[..., :2] += off * np.random.default_rng(3).normal(size=(2, 2, 2)) * pivots[..., 2:]
+    linkage = Linkage(pivots)
+    found = circuits(linkage)
+    s = np.linspace(0, 1, 501)[:, None] * found.period
+    pose = found.pose(s)
+    for i in (0, 1):
+        (fixed, moving), finite = linkage.points[0, i], linkage.finite[0, i]
+        if finite.all():
+            strayed = np.abs(pose.point(np.array([moving])) - fixed) - abs(moving - fixed)
+        elif finite[1]:
+            strayed = (np.conj(fixed) * (pose.point(np.array([moving])) - moving)).real
+        else:
+            seen = (fixed - pose.point(np.zeros(1))) / (1 + pose.x)  # the fixed pivot from the coupler
+            strayed = (np.conj(moving) * (seen - fixed)).real
+        assert np.nanmax(np.abs(strayed)) < 1e-8
