@@ -145,7 +145,7 @@ class Search:
                 parts.append(synthesis.parallelograms(self.problem, PARALLELOGRAMS, self._random))
         if self.problem.constraints.full_rotation and "four-bar" in self._made:
             parts.append(synthesis.driven(self.problem, DRAWN, self._random))
-        if self.stage >= 2:
+        if self.stage >= 2 and not self.problem.constraints.returns:  # a point that is moved at random returns no more
             parts.append(self._perturbed())
         kept = [self._promising(part, TRIED) for part in parts if part is not None and len(part)]
         return join(*kept) if kept else None

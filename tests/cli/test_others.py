@@ -152,7 +152,7 @@ def test_classify_reads_link_lengths(run: Run) -> None:
     text = "name,ground,crank,offset,angle\na,3,1,0.2,50\nb,3,1,-0.2,50\n"
     assert [r["family"] for r in classified(run(*command, stdin=text))] == ["inverted-slider-crank"] * 2
     for wrong, message in (
-        ("crank,coupler,angle\n1,2\n", "line 2: it has not the 3 columns of the heading"),
+        ("crank,coupler,angle\n1,2\n", "line 2: it has 2 columns, the heading 3"),
         ("crank,coupler,angle\n1,2,x\n", "'x' is no number"),
         ('{"crank": 1, "coupler": 2}', "link lengths need the `angle` of the first crank"),
         ('{"crank": 1, "rocker": 2, "angle": 3}', "crank, rocker make no linkage"),

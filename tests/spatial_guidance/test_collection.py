@@ -354,6 +354,7 @@ def test_the_command_answers(cat: Catalogue, environment: dict[str, str]) -> Non
     assert (done.returncode, done.stderr) == (0, "")
     rows = json.loads(done.stdout)
     assert len(rows) == 3
+    assert all(row.pop("code") for row in rows)
     assert all(row["deviation"] <= 0.01 and row["range"] >= 0.5 for row in rows)
     same = cat.find_in("spatial-guidance", StraightLine(1, 0.01), where={"range": (0.5, None)}, limit=3)
     assert rows == json.loads(same.to_json())
