@@ -40,6 +40,9 @@ from catalogue.problem.constraints import DwellArguments
 LINE, REST = StraightLine(150, 0.5), StandStill(40, 1, 20)
 PIVOTS = [[[-1, 0.6], [0, 0.6]], [[1, -0.6], [0, -0.6]]]
 
+OWN = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
+MINE = catalogue.guide(OWN)
+
 VALUES = {
     "None": None,
     "text": "long",
@@ -98,7 +101,8 @@ def asked(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> dict[str, Callab
         raise Searched
 
     for place in ("find.find searched", "find.prescribed_pivots with_prescribed_pivots", "find.dwells _turning",
-                  "find.specimens _Search", "populate.fill plan"):  # fmt: skip
+                  "find.specimens _Search", "populate.fill plan", "find.measure straightest", "find.measure longest",
+                  "find.improve measure"):  # fmt: skip
         module, name = place.split()
         monkeypatch.setattr(import_module(f"catalogue.{module}"), name, begin)
     monkeypatch.setattr(import_module("catalogue.populate.collect"), "is_current", lambda *_: True)
@@ -113,6 +117,14 @@ def asked(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> dict[str, Callab
         "lengths": lambda **given: catalogue.classify({"crank": 1, "coupler": 3, "angle": 70} | given),
         "StraightLine": lambda **given: StraightLine(**{"stroke": 150, "deviation": 0.05} | given),
         "CircularArc": lambda **given: CircularArc(**{"stroke": 150, "deviation": 0.05} | given),
+        "guide": lambda linkage=PIVOTS, point=(1, 2): catalogue.guide(linkage, point),
+        "own lengths": lambda **given: catalogue.guide(OWN | given),
+        "measure": lambda guides=MINE, **given: catalogue.measure(guides, **{"stroke": 120} | given),
+        "within": lambda deviation: catalogue.measure(MINE, deviation=deviation),
+        "improve": lambda guide=MINE, request=LINE, **given: catalogue.improve(guide, request, **given),
+        "motion": lambda **given: MINE.motion(**given),
+        "recall": lambda code: catalogue.recall(code),
+        "load": lambda path: catalogue.load(path),
         "StandStill": lambda **given: StandStill(**{"angle": 40, "residual": 1, "swing": 20} | given),
     }
 
@@ -128,12 +140,31 @@ TAKEN: dict[str, dict[str, frozenset[str]]] = {
     "lengths": {"crank": MANY, "offset": MANY, "angle": MANY, "branch": EMPTY},
     "StraightLine": LINES,
     "CircularArc": {**LINES, "radius": NOTHING},
+    "guide": {"linkage": NONE, "point": NONE},
+    "own lengths": {"crank": NONE, "along": NONE, "angle": NONE},
+    "measure": {
+        "guides": NONE,
+        "stroke": NOTHING,
+        "deviation": NOTHING,
+        "radius": NOTHING,
+        "limit": NONE,
+        "arc": SWITCH,
+    },
+    "within": {"deviation": NONE},
+    "improve": {
+        **dict.fromkeys(("guide", "request", "rank_by", "effort", "within"), NONE),
+        "hold": EMPTY,
+        "in_place": SWITCH,
+    },
+    "motion": {"samples": NONE, "points": NOTHING | {"mapping"}, "driver": NOTHING},
+    "recall": {"code": NONE},
+    "load": {"path": NONE},
     "StandStill": dict.fromkeys(("angle", "residual", "swing"), NONE),
 }
 
 
 def refusals(what: str, name: str) -> tuple[type[CatalogueError], ...]:
-    if name in ("linkage", "pivots") or what == "lengths":
+    if name in ("linkage", "pivots") or what in ("lengths", "own lengths"):
         return (InvalidLinkage,)
     return (InvalidRequest, PluginError) if name in ("name", "plugins") else (InvalidRequest,)
 

@@ -13,11 +13,12 @@ import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import fields
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from .. import __version__
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, quoted
 from ..folders import answers_file
 from .dwell_results import DwellCandidate
 from .placed import OwnGuide
@@ -95,6 +96,8 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
     InvalidRequest
         If no answer with this code is kept here, or the file of answers cannot be read.
     """
+    if not isinstance(code, str) or not is_code(code):
+        raise InvalidRequest(f"{quoted(code)} is no code of an answer: these have {LENGTH} letters and digits or more")
     with _opened(write=False) as file:
         found = None if file is None else file.execute("SELECT record FROM answer WHERE code = ?", (code,)).fetchone()
     if found is None:
@@ -131,6 +134,8 @@ def load(path: str | Path, collection: Callable[[str], Collection] | None = None
     InvalidRequest
         If it cannot be read, or is no file of answers.
     """
+    if not isinstance(path, str | PathLike):
+        raise InvalidRequest(f"load wants the path of a file, not {quoted(path)}")
     try:
         held = json.loads(Path(path).read_text("utf-8-sig"))
     except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:

@@ -21,7 +21,7 @@ from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
-from ..problem.request import CircularArc, Request, number, switch, whole
+from ..problem.request import CircularArc, Request, names, number, path_request, switch, whole
 from ..refine.held import HeldLengths
 from ..refine.sqp import Refinement
 from .explain import INSIDE
@@ -106,7 +106,11 @@ def improve(
         If the point of the guide does not run over the stroke, there is no such length, or the request or a constraint
         is impossible.
     """
-    effort = whole("effort", effort, 1)
+    if not isinstance(guide, PlacedGuide):
+        raise InvalidRequest(f"improve wants a guide, such as catalogue.guide makes, not {quoted(guide)}")
+    request, effort = path_request("improve", request), whole("effort", effort, 1)
+    if not isinstance(rank_by, str | Mapping):
+        raise InvalidRequest(f"improve ranks by a name, or by names with weights, not {quoted(rank_by)}")
     if constraints.get("max_size") is None:
         constraints["max_size"] = LARGEST * max(float(guide.linkage.size[0]), request.stroke)
     wanted = Constraints.of(constraints)
@@ -275,10 +279,10 @@ def _held(
     guide: PlacedGuide, hold: str | Sequence[str], problem: Problem, in_place: bool, within: float
 ) -> HeldLengths:
     """Return the moves that are left."""
-    lengths, names = guide.lengths, [hold] if isinstance(hold, str) else list(hold)
+    lengths = guide.lengths
     frozen, places = np.zeros(10, bool), None
     values: dict[str, float] = {}
-    for name in names:
+    for name in names("hold", hold):
         if name == "fixed-pivots" and in_place:
             if within:
                 places = (guide.linkage.points[0, :, 0] - problem.shift) / problem.scale

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, quoted
 from ..guidance.circuit_curve import CircuitCurve, ends, laid, on_path
 from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
@@ -19,13 +19,13 @@ from ..kinematics.circuits import Circuits, circuits
 from ..kinematics.link_lengths import link_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices
-from ..problem.request import CircularArc, positive, whole
+from ..problem.request import CircularArc, positive, switch, whole
 from ..series.classification import classify
+from .placed import PlacedGuide
 from .results import Candidate, Frames, Results, listed, measured_columns
 
 if TYPE_CHECKING:
     from ..series.series import Series
-    from .placed import PlacedGuide
 
 #: Positions of a stroke in which the series are looked at.
 INSTANTS = 9
@@ -115,9 +115,11 @@ def measure(
     InvalidRequest
         Unless a stroke or a deviation is given, both above zero, and the radius is wide enough for the stroke.
     """
-    every = list(guides) if isinstance(guides, Sequence) else [guides]
+    every = list(guides) if isinstance(guides, Sequence) and not isinstance(guides, str) else [guides]
     if not every:
         raise InvalidRequest("there is no linkage to measure")
+    if wrong := [one for one in every if not isinstance(one, PlacedGuide)]:
+        raise InvalidRequest(f"measure wants guides, such as catalogue.guide makes, not {quoted(wrong[0])}")
     linkage = Linkage([one.pivots for one in every])
     point = np.array([complex(*one.guided) for one in every])
     limit = whole("limit", limit, 1)
@@ -127,7 +129,7 @@ def measure(
     allowed = np.inf if tolerance is None else tolerance
     if radius is not None:
         radius = positive("radius", radius)
-    curved = arc or radius is not None
+    curved = switch("arc", arc) or radius is not None
     found = circuits(linkage)
     at = point[found.of]
     length = None if stroke is None else positive("stroke", stroke)

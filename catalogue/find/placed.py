@@ -15,8 +15,8 @@ from ..kinematics.circuits import COUPLER, SWING, TURN, Circuits, circuits
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.rates import rates
 from ..kinematics.types import Array, Complexes, Floats
+from ..problem.request import places, whole
 from ..problem.request import point as two_numbers
-from ..problem.request import whole
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,8 +25,8 @@ if TYPE_CHECKING:
     from .improve import Improvement
     from .measure import Measured
 
-#: Positions of a motion if it is not said how many.
-SAMPLES = 361
+#: Positions of a motion if it is not said how many, and at most.
+SAMPLES, MOST = 361, 1_000_000
 
 
 @dataclass(frozen=True)
@@ -133,12 +133,12 @@ class PlacedGuide:
         Raises
         ------
         InvalidRequest
-            If a point is no pair of numbers, there is no such crank, or samples are fewer than 2.
+            If a point is no pair of numbers, there is no such crank, or samples are fewer than 2 or more than a
+            million.
         """
         found = circuits(self.linkage)[:1]
-        whole("samples", samples, 2)
-        s = found.phase + np.linspace(0, 1, samples)[:, None] * found.period
-        return GuideMotion.of(self, found, s, points or {}, driver)
+        s = found.phase + np.linspace(0, 1, sampled(samples))[:, None] * found.period
+        return GuideMotion.of(self, found, s, points, driver)
 
     def measure(self, **asked: Any) -> Measured:
         """Return where the guided point runs straightest, or nearest to a circle; see `catalogue.measure`."""
@@ -190,16 +190,16 @@ def guide(linkage: Any, point: Any = None, *, name: str = "") -> OwnGuide:
 
     if isinstance(linkage, Mapping):
         one, at = guide_from_lengths(linkage)
-        if point is None and not np.isfinite(at).all():
-            raise InvalidRequest("say which point is guided: point=(x, y), or `along` and `across` beside the lengths")
-        place = two_numbers("point", point) if point is not None else (float(at[0].real), float(at[0].imag))
     else:
         one = linkage if isinstance(linkage, Linkage) else Linkage(linkage)
-        if point is None:
-            raise InvalidRequest("say which point is guided: point=(x, y), where it is in the position of the pivots")
-        place = two_numbers("point", point)
+        at = np.full(len(one), complex(np.nan, np.nan))
     if len(one) != 1:
         raise InvalidLinkage(f"one linkage is wanted, not {len(one)}: `catalogue.measure` takes many")
+    if point is None and np.isnan(at[0]):
+        raise InvalidRequest(
+            "say which point is guided: point=(x, y) in that position, or `along` and `across` beside link lengths"
+        )
+    place = two_numbers("point", point) if point is not None else (float(at[0].real), float(at[0].imag))
     return OwnGuide(one.pivots[0].tolist(), [*place], None, name)
 
 
@@ -255,7 +255,7 @@ class GuideMotion:
 
     @classmethod
     def of(
-        cls, placed: PlacedGuide, found: Circuits, s: Floats, points: Mapping[str, Any], driver: int | None
+        cls, placed: PlacedGuide, found: Circuits, s: Floats, points: Mapping[str, Any] | None, driver: int | None
     ) -> GuideMotion:
         """Return the motion of a guide at phases (m, 1) of one circuit."""
         linkage, lead = found.linkage, int(found.lead[0])
@@ -268,7 +268,7 @@ class GuideMotion:
         moves = rates(here, np.full(len(s), chosen - 1 if chosen else COUPLER))
         named = {"guided": complex(*placed.guided)}
         named |= {f"A{i + 1}*": complex(linkage.points[0, i, 1]) for i in (0, 1) if linkage.finite[0, i, 1]}
-        named |= {str(name): complex(*two_numbers(f"point {name}", at)) for name, at in points.items()}
+        named |= {name: complex(*at) for name, at in places("points", points).items()}
         at = {name: pose.point(np.array([z]))[:, 0] for name, z in named.items()}
         z = here.points
         cranks = {i + 1: np.degrees(np.unwrap(np.angle(z[:, i, 1] - z[:, i, 0]))) for i in (0, 1) if kinds[i] == RR}
@@ -314,6 +314,13 @@ class GuideMotion:
             "reason": self.reason,
         }
         return pd.DataFrame(columns)
+
+
+def sampled(samples: Any) -> int:
+    """Return how many positions are asked for; `InvalidRequest` unless from 2 to `MOST`."""
+    if whole("samples", samples, 2) > MOST:
+        raise InvalidRequest(f"samples must be at most {MOST}, not {samples}")
+    return int(samples)
 
 
 def _transmission(linkage: Linkage, driver: int) -> Floats:

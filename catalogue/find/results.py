@@ -22,9 +22,8 @@ from ..kinematics.batch import Rows
 from ..kinematics.motion import CHANGE, conditioning
 from ..kinematics.types import Array, Complexes, Floats
 from ..problem.problem import Problem
-from ..problem.request import CircularArc, Request, StraightLine
-from ..problem.request import whole as count
-from .placed import SAMPLES, GuideMotion, PlacedGuide
+from ..problem.request import CircularArc, Request, StraightLine, switch
+from .placed import SAMPLES, GuideMotion, PlacedGuide, sampled
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -197,12 +196,12 @@ class Candidate(PlacedGuide):
             As of `PlacedGuide.motion`; and if the guided point returns, over the stroke.
         """
         driver = self.driver if driver is None else driver
-        if whole:
+        if switch("whole", whole):
             return super().motion(samples, points=points, driver=driver)
         from ..kinematics.circuits import circuits
 
-        s = np.linspace(*self._phases(), count("samples", samples, 2))[:, None]
-        moved = GuideMotion.of(self, circuits(self.linkage)[:1], s, points or {}, driver)
+        s = np.linspace(*self._phases(), sampled(samples))[:, None]
+        moved = GuideMotion.of(self, circuits(self.linkage)[:1], s, points, driver)
         return replace(moved, deviation=self.off_nominal(moved.points["guided"]))
 
     def _phases(self) -> tuple[float, float]:

@@ -79,6 +79,15 @@ def names(name: str, given: Any) -> tuple[str, ...]:
     return tuple(str(one) for one in found)
 
 
+def places(name: str, given: Any) -> dict[str, tuple[float, float]]:
+    """Return points (x, y) by name; `InvalidRequest` for anything else, None is none."""
+    if given is None:
+        return {}
+    if not isinstance(given, Mapping):
+        raise InvalidRequest(f"{name} must be a mapping of names to points (x, y), not {quoted(given)}")
+    return {str(one): point(f"{name} {one}", at) for one, at in given.items()}
+
+
 class _Placed:
     """What the requests share: the size of a path and where it lies."""
 
