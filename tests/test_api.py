@@ -144,7 +144,7 @@ TAKEN: dict[str, dict[str, frozenset[str]]] = {
     "own lengths": {"crank": NONE, "along": NONE, "angle": NONE},
     "measure": {
         "guides": NONE,
-        "stroke": NOTHING,
+        "stroke": NONE,
         "deviation": NOTHING,
         "radius": NOTHING,
         "limit": NONE,

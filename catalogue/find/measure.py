@@ -12,10 +12,10 @@ from ..errors import InvalidRequest, quoted
 from ..guidance.circuit_curve import CircuitCurve, ends, laid, on_path
 from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
-from ..guidance.stretches import Stretches, longest, straightest
+from ..guidance.stretches import Curves, Stretches, longest, straightest
 from ..guidance.trace import Traced
 from ..kinematics.batch import Columns, join
-from ..kinematics.circuits import Circuits, circuits
+from ..kinematics.circuits import OPEN, Circuits, circuits
 from ..kinematics.link_lengths import link_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices
@@ -31,7 +31,11 @@ if TYPE_CHECKING:
 INSTANTS = 9
 #: Corrections of a stretch until its stroke, as the finer grid has it, is that asked for, and by which part it, and a
 #: deviation, may be off.
-CORRECTIONS, CLOSE = 4, 1e-9
+CORRECTIONS, CLOSE = 8, 1e-9
+#: By which part a stroke is made shorter per part that its deviation is above the one allowed, up to `LITTLE` of that.
+SHORTER, LITTLE = 0.5, 1.02
+#: By which part a stroke that is given may be missed.
+MISSED = 1e-6
 #: Parts of the deviation allowed within which stretches are sought anew where the finer grid finds one too large; of
 #: how many on each circuit.
 STRICTER, MORE = (0.995, 0.97), 4
@@ -133,6 +137,7 @@ def measure(
     found = circuits(linkage)
     at = point[found.of]
     length = None if stroke is None else positive("stroke", stroke)
+    within = allowed if length is None else np.inf
     if length is not None and radius is not None:
         CircularArc(length, 0.05 * length, radius)  # refuses an impossible one
 
@@ -143,16 +148,17 @@ def measure(
         asked = np.full(len(some), share * allowed)
         return longest(found[some], at[some], asked, circle=curved, radius=radius, count=count)
 
-    parts, some = [], np.arange(len(found))
-    for turn, share in enumerate((1.0, *STRICTER)):
-        sought = seek(some, limit if turn == 0 else max(limit, MORE), share)
-        part = Laid.of(found, at, replace(sought, circuit=some[sought.circuit]), curved, radius)
-        bad = np.isnan(part.deviation) | (part.deviation > allowed * (1 + CLOSE)) & (length is None)
-        parts.append(part[np.flatnonzero(~bad)])
+    parts, some, more = [], np.arange(len(found)), limit
+    for share in (1.0, *STRICTER):
+        sought = seek(some, more, share)
+        part = Laid.of(found, at, replace(sought, circuit=some[sought.circuit]), curved, radius, within)
+        over = part.deviation > within * (1 + CLOSE)
+        parts.append(part[np.flatnonzero(np.isfinite(part.deviation) & ~over)])
         seen = np.concatenate([found.of[one.circuit] for one in parts])
-        missed = np.setdiff1d(np.arange(len(linkage)), seen)
+        missed = np.flatnonzero(np.isin(found.of, np.setdiff1d(np.arange(len(linkage)), seen)))
         # what looked best cannot be measured, or is not as good on the finer grid: look at more, and stay inside
-        some = np.union1d(np.flatnonzero(np.isin(found.of, missed)), part.circuit[bad])
+        some = np.union1d(missed if length is None or more < MORE else missed[:0], part.circuit[over])
+        more = max(limit, MORE)
         if not len(some):
             break
     best = join(*(one.stretches for one in parts))
@@ -167,10 +173,20 @@ def measure(
         for i, one in zip(chosen.tolist(), made, strict=True):
             rows[i] = one
     missing = np.setdiff1d(np.arange(len(linkage)), found.of[best.circuit[kept]])
-    asked = f"a stroke of {stroke:g}" if stroke is not None else f"any stroke within {deviation:g}"
-    failed = {int(i) + 1: f"on no circuit does its point run forward over {asked}" for i in missing}
-    told = "" if rows else f"no stretch found: {failed[1]}; ask for a shorter one"
+    failed = {int(i) + 1: _reason(found, at, int(i), length, allowed) for i in missing}
+    told = "" if rows else f"no stretch found: {failed[1]}"
     return Measured([one for one in rows if one is not None], told, failed)
+
+
+def _reason(found: Circuits, point: Complexes, number: int, stroke: float | None, deviation: float) -> str:
+    """Say why a linkage has no stretch, and what to ask for instead."""
+    some = np.flatnonzero(found.of == number)
+    shortest = float(Curves.of(found[some], point[some], some).shortest.min())
+    if stroke is None:
+        return f"none longer than {shortest:.3g} keeps within {deviation:g}: allow a larger deviation"
+    if stroke < shortest:
+        return f"a stroke of {stroke:g} is too short to be looked for: ask for {shortest:.3g} or more"
+    return f"on no circuit does its point run forward over a stroke of {stroke:g}: ask for a shorter one"
 
 
 @dataclass(frozen=True)
@@ -185,20 +201,32 @@ class Laid(Columns):
     frames: Frames
 
     @classmethod
-    def of(cls, found: Circuits, point: Complexes, at: Stretches, curved: bool, radius: float | None) -> Laid:
-        """Return stretches laid along their nominals, over exactly their strokes."""
+    def of(
+        cls, found: Circuits, point: Complexes, at: Stretches, curved: bool, radius: float | None, allowed: float
+    ) -> Laid:
+        """Return stretches laid along their nominals: over exactly their strokes if any deviation is `allowed`, else as
+        long as they are, made shorter where the deviation turns out to be a little above that."""
         some, z, low, high = found[at.circuit], point[at.circuit], at.low, at.high.copy()
+        last = np.where(some.kind == OPEN, 2 * np.pi, np.inf)
         curve, traced = on_path(some, z, low, high, circle=curved, radius=radius)
         for _ in range(CORRECTIONS):
-            missing = at.stroke - traced.fit.stroke
-            off = np.abs(missing) > CLOSE * at.stroke
-            if not off.any():
-                break
-            part = some[off]
             with np.errstate(all="ignore"):
-                high[off] += missing[off] / _speed(part, z[off], high[off], traced.fit.along[off])
-            new, seen = on_path(part, z[off], low[off], high[off], circle=curved, radius=radius)
+                over, length = traced.fit.deviation / allowed, traced.fit.stroke
+                missing = at.stroke - length
+                if np.isfinite(allowed):
+                    missing = (
+                        np.where((over > 1 + CLOSE) & (over < LITTLE), -SHORTER * (over - 1) - CLOSE, 0.0) * length
+                    )
+                off = np.abs(missing) > 0.5 * CLOSE * length
+                if not off.any():
+                    break
+                step = missing[off] / _speed(some[off], z[off], high[off], traced.fit.along[off])
+                high[off] = np.clip(high[off] + step, low[off] + 0.5 * (high - low)[off], last[off])
+            new, seen = on_path(some[off], z[off], low[off], high[off], circle=curved, radius=radius)
             curve, traced = curve.moved(off, new), traced.replaced(off, seen)
+        if not np.isfinite(allowed):  # at the end of an open circuit there may be no such stroke
+            lost = ~(np.abs(at.stroke - traced.fit.stroke) <= MISSED * at.stroke)
+            traced = replace(traced, fit=replace(traced.fit, deviation=np.where(lost, np.nan, traced.fit.deviation)))
         fit = traced.fit
         frames = Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
         return cls(at.circuit, low, high, *laid(curve, traced), frames)

@@ -20,6 +20,8 @@ from .trace import LEAST_SURE, Traced
 NODES = 128
 #: Part of half a stroke to which its middle is known.
 MIDDLE = 1e-14
+#: Cosine of the angle to its middle at which a path no longer runs forward; on so many intervals.
+TURNING, STEPS = 0.1, 16
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,17 @@ class CircuitCurve(Columns):
         return z.real, z.imag
 
 
+def runs_forward(seen: Complexes) -> Mask:
+    """Return which paths (m, k), seen at Chebyshev points with their chords along the real axis, run forward along
+    these, and within `TURNING` of their direction in the middle; the latter on `STEPS` intervals, so that it does not
+    depend on the grid."""
+    steps = np.diff(seen[:: (len(seen) - 1) // STEPS], axis=0)
+    k = np.clip((seen[:: (len(seen) - 1) // STEPS].real < seen[[0, -1]].real.mean(0)).sum(0) - 1, 1, STEPS - 2)
+    tangent = sum(steps[k + i, np.arange(len(k))] for i in (-1, 0, 1))
+    along = (steps * (tangent / np.abs(tangent)).conj()).real
+    return np.asarray((along > TURNING * np.abs(steps)).all(0) & (np.diff(seen.real, axis=0) > 0).all(0))
+
+
 def on_path(
     circuits: Circuits, point: Complexes, low: Floats, high: Floats, *, circle: bool, radius: float | None
 ) -> tuple[CircuitCurve, Traced]:
@@ -123,8 +136,7 @@ def on_path(
         first, chord = z[0], z[-1] - z[0]
         seen, length = (z - first) / chord, np.abs(chord)  # in the frame of its ends
         held = None if radius is None else -length / radius
-        forward = (np.diff(seen.real, axis=0) > 0).all(0)
-        fit = minimum_zone(seen.real, np.where(forward, seen.imag, np.nan), circle, points, held)
+        fit = minimum_zone(seen.real, np.where(runs_forward(seen), seen.imag, np.nan), circle, points, held)
         deviation = np.where(resolved(fit, *LEAST_SURE), fit.deviation, np.nan)
         fit = Fit(
             length * deviation, length * fit.stroke, first + chord * fit.start, chord / length * fit.along,

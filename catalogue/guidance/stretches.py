@@ -17,6 +17,7 @@ import numpy as np
 from ..kinematics.batch import Columns, Rows, join, put
 from ..kinematics.circuits import OPEN, Circuits
 from ..kinematics.types import Complexes, Floats, Indices
+from .circuit_curve import runs_forward
 from .minimum_zone import grid, minimum_zone
 
 #: Phases at which a coupler curve is read to be cut.
@@ -31,17 +32,16 @@ PEAK = 1.4
 BLOCK = 256
 #: In a thorough and a quick search: where windows are tried about the best place, what the way to the farthest becomes
 #: in the next round, and how many rounds.
-THOROUGH, QUICK = (np.linspace(-1, 1, 7), 1 / 3, 10), (np.array([0.0, -0.5, 0.5]), 1 / 2, 14)
+THOROUGH, QUICK = (np.linspace(-1, 1, 13), 1 / 6, 5), (np.array([0.0, -0.5, 0.5]), 1 / 2, 11)
 #: Windows about each of the first ones, and how many of them are followed, in either; and how far to either side they
 #: are, of a window.
 ABOUT, WIDE = ((13, 2), (7, 1)), 1 / 6
-#: Rounds after which only the best of each linkage is followed, if only that is wanted; of corrections of a stroke.
-FIRST, FIRST_CORRECTIONS = 2, 3
+#: Rounds after which only the best of each linkage are followed, of several wanted so many times as many; of
+#: corrections of a stroke, if only one is wanted.
+FIRST, SPARE, FIRST_CORRECTIONS = 2, 2, 3
 #: Secant steps to the end of a window, and how near its stroke is to be then; intervals between its Chebyshev points,
 #: on the way and in the end.
 STEPS, CLOSE, NODES, FINER = 5, 1e-5, 16, 32
-#: Cosine of the angle to its middle at which a path no longer runs forward.
-TURNING = 0.1
 #: Strokes tried for a deviation that is given, of the largest distance on the curve.
 LADDER = 0.95 * 0.8 ** np.arange(24)
 #: Corrections of those that are best, on the way and then on the finer grid.
@@ -108,6 +108,11 @@ class Curves(Columns):
                 s = _interpolated(share, run, s)
         return cls(circuits, point, number, s, run, length, across)
 
+    @property
+    def shortest(self) -> Floats:
+        """Shortest strokes that are looked for, shape (k,) [length]."""
+        return np.asarray(PIECES / MOST * self.length)
+
     def cut(self, pieces: int) -> tuple[Floats, Complexes]:
         """Return the phases (pieces + 1, k) that cut the curves into pieces about equally long, and the points."""
         s = _interpolated(np.linspace(0, 1, pieces + 1)[:, None], self.run, self.s)
@@ -139,10 +144,9 @@ def straightest(
         seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius, count == 1)
         at = seek.places(stroke[block], max(count, 3))
         at, by = seek.moved(*seek.about(at), FIRST)
-        if count == 1:
-            lead = seek.leading(at, at.deviation)
-            at, by = at[lead], by[lead]
-        parts.append(seek.finished(seek.moved(at, by)[0]))
+        lead = seek.leading(at, at.deviation, 1 if count == 1 else SPARE * count)
+        at, _ = seek.moved(at[lead], by[lead], nodes=NODES if count == 1 else FINER)
+        parts.append(seek.numbered(at))
     return join(*parts)
 
 
@@ -167,7 +171,7 @@ def longest(
             if count == 1 and turn == FIRST_CORRECTIONS:
                 with np.errstate(all="ignore"):
                     reach = np.maximum(best.stroke, at.stroke * (allowed / at.deviation) ** (1 / power))
-                lead = seek.leading(at, -np.where(np.isnan(reach), best.stroke, reach))
+                lead = seek.leading(at, -np.where(np.isnan(reach), best.stroke, reach), 1)
                 at, best, last = at[lead], best[lead], (last[0][lead], last[1][lead])
                 by, beyond, power, allowed = (values[lead] for values in (by, beyond, power, allowed))
             holds = at.deviation <= allowed
@@ -185,7 +189,7 @@ def longest(
             ratio = wanted / at.stroke
             by = np.maximum(by, np.abs(ratio - 1) * (at.high - at.low))
             at = replace(at, stroke=wanted, high=at.low + ratio * (at.high - at.low))
-        parts.append(seek.finished(best[best.stroke > 0]))
+        parts.append(seek.numbered(best[best.stroke > 0]))
     return join(*parts)
 
 
@@ -195,7 +199,7 @@ def _blocks(circuits: Circuits) -> list[Indices]:
 
 @dataclass(frozen=True)
 class _Search:
-    """The windows of some coupler curves; circuits are numbered within them, but for what `finished` returns."""
+    """The windows of some coupler curves; circuits are numbered within them, but for what `numbered` returns."""
 
     curves: Curves
     circle: bool
@@ -283,12 +287,8 @@ class _Search:
             points = grid(nodes)
             seen, half = _seen(path(0.5 * (low + high) + 0.5 * (high - low) * points.nodes[:, None]))
             held = self._bend(seen[nodes // 2].imag, half) if self.radius is not None else None
-            steps = np.diff(seen, axis=0)
-            k = np.clip((seen.real < 0).sum(0) - 1, 1, nodes - 2)
-            tangent = sum(steps[k + i, np.arange(len(k))] for i in (-1, 0, 1))
-            along = (steps * (tangent / np.abs(tangent)).conj()).real
-            forward = (along > TURNING * np.abs(steps)).all(0) & (steps.real > 0).all(0)
-            forward &= (np.abs(2 * half - at.stroke) <= CLOSE * at.stroke) & ~(ends & (low < 0))
+            forward = runs_forward(seen) & (np.abs(2 * half - at.stroke) <= CLOSE * at.stroke)
+            forward &= (low < high) & ~(ends & (low < 0))
             fit = minimum_zone(seen.real, np.where(forward, seen.imag, np.nan), self.circle, points, held)
             return replace(at, low=low, high=high, deviation=half * fit.deviation)
 
@@ -322,7 +322,7 @@ class _Search:
         n = len(at.low)
         way, shorter, all_rounds = QUICK if self.quick else THOROUGH
         for _ in range(all_rounds if rounds is None else rounds):
-            if way[0] or rounds is not None:
+            if way[0] or rounds is not None or nodes != NODES:
                 tried, off = self._tried(at, by, way, nodes)
             else:  # the first is the window as it is, which was measured before
                 tried, off = self._tried(at, by, way[1:], nodes)
@@ -333,11 +333,12 @@ class _Search:
             by = np.where(np.abs(way[best]) == 1, by, by * shorter)
         return at, by
 
-    def leading(self, at: Stretches, key: Floats) -> Indices:
-        """Return of the windows of each linkage the one with the least key, NaN last."""
+    def leading(self, at: Stretches, key: Floats, count: int) -> Indices:
+        """Return of the windows of each linkage those with the least keys, at most `count`, NaN last."""
         of = self.curves.circuits.of[at.circuit]
         order = np.lexsort((key, of))
-        return np.sort(order[np.unique(of[order], return_index=True)[1]])
+        rank = np.arange(len(of)) - np.searchsorted(of[order], of[order])
+        return np.sort(order[rank < count])
 
     def longer(self, allowed: Floats, count: int) -> Stretches:
         """Return windows that are about as long as the deviations (k,) allow: of each circuit the longest that seems to
@@ -358,9 +359,8 @@ class _Search:
         first = np.searchsorted(tried.circuit, tried.circuit)
         return tried[np.flatnonzero(np.arange(len(first)) - first < max(count, 2) + 1)]
 
-    def finished(self, at: Stretches) -> Stretches:
-        """Return windows measured on the finer grid, with the numbers of their circuits among all."""
-        at = self.measured(at, FINER)
+    def numbered(self, at: Stretches) -> Stretches:
+        """Return windows with the numbers of their circuits among all."""
         return replace(at, circuit=self.curves.number[at.circuit])
 
 

@@ -86,6 +86,9 @@ def guide_from_lengths(links: Mapping[str, Any]) -> tuple[Linkage, Complexes]:
     pairs = [[values[name] for name in pair if name in values] for pair in (POINT[:2], POINT[2:])]
     if any(len(pair) == 1 for pair in pairs) or all(pairs):
         raise InvalidLinkage("a guided point is given by `x` and `y`, or by `along` and `across`")
+    for name in POINT:
+        if name in values:
+            refuse(np.where(np.isfinite(values[name]), "", f"its `{name}` is NaN or infinite"))
     if pairs[1]:
         return linkage, in_coupler(linkage, pairs[1][0] + 1j * pairs[1][1])
     place = pairs[0][0] + 1j * pairs[0][1] if pairs[0] else complex(np.nan, np.nan)
