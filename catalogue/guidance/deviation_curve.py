@@ -9,6 +9,9 @@ from scipy.optimize import linprog
 
 from ..kinematics.types import Array
 
+#: Shifts of the centre at most, and the part of the deviation below which one is small enough to be the last.
+ROUNDS, STILL = 6, 1e-3
+
 
 def from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float) -> Array:
     """Return the signed distances of an arc's points (m,) from the best-placed circle of a radius; `ends` are those
@@ -20,16 +23,22 @@ def from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float
     # the circle through the ends of the path, seen from the top of its arc; the distance as in `minimum_zone`, which
     # loses no digits on a flat arc
     x, y, c = w.real, w.imag + side * half**2 / (radius + np.sqrt(radius**2 - half**2)), side / radius
-    arm = np.hypot(c * x, 1 - c * y)
-    far = (2 * y - c * (x * x + y * y)) / (1 + arm)
-    # a shift of the centre adds a constant and a sine
-    sine = c * x / arm
-    terms = np.stack([(1 - c * y) / arm, sine / np.abs(sine).max()], 1).astype(float)
-    known = (far / deviation).astype(float)
-    found = linprog(
-        [0, 0, 1],
-        A_ub=np.block([[sign * terms, -np.ones((len(z), 1))] for sign in (1, -1)]),
-        b_ub=np.concatenate([known, -known]),
-        bounds=[(None, None)] * 3,
-    )
-    return np.asarray(far - deviation * (terms @ np.asarray(found.x)[:2]))
+    for _ in range(ROUNDS):
+        arm = np.hypot(c * x, 1 - c * y)
+        far = (2 * y - c * (x * x + y * y)) / (1 + arm)
+        # a small shift of the centre adds a cosine and a sine
+        cosine, sine = (1 - c * y) / arm, c * x / arm
+        unit = np.abs(sine).max()
+        terms = np.stack([cosine, sine / unit], 1).astype(float)
+        known = (far / deviation).astype(float)
+        found = linprog(
+            [0, 0, 1],
+            A_ub=np.block([[sign * terms, -np.ones((len(z), 1))] for sign in (1, -1)]),
+            b_ub=np.concatenate([known, -known]),
+            bounds=[(None, None)] * 3,
+        )
+        by = deviation * np.asarray(found.x)
+        if np.abs(by[:2]).max() <= STILL * by[2]:
+            break
+        y, x = y - by[0], x + by[1] / unit
+    return np.asarray(far - terms @ by[:2])

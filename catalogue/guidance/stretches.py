@@ -130,7 +130,8 @@ def straightest(
     circuits: Circuits, point: Complexes, stroke: Floats, *, circle: bool, radius: float | None = None, count: int = 4
 ) -> Stretches:
     """Return the stretches of circuits (k,) over which coupler points (k,), given with the linkages, run straightest:
-    at most `count` of each circuit, with 1 the best of each linkage only, sought less thoroughly.
+    of each linkage those that look best, `SPARE` times `count` at most, as some may overlap; with 1 the best only,
+    sought less thoroughly.
 
     Parameters
     ----------
@@ -146,7 +147,7 @@ def straightest(
         at, by = seek.moved(*seek.about(at), FIRST)
         lead = seek.leading(at, at.deviation, 1 if count == 1 else SPARE * count)
         at, _ = seek.moved(at[lead], by[lead], nodes=NODES if count == 1 else FINER)
-        parts.append(seek.numbered(at))
+        parts.append(seek.numbered(seek.measured(at, FINER) if count == 1 else at))
     return join(*parts)
 
 

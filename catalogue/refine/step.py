@@ -12,7 +12,7 @@ from ..candidates.feasibility import weight
 from ..kinematics.types import Array, Floats
 from .subproblem import Subproblem
 
-#: Most iterations, and what is left at which they stop: of complementarity and rows, of the gradient as a part of cost.
+#: Most iterations, and what is left of complementarity, rows and gradient at which they stop.
 ITERATIONS, CLOSE = 50, 1e-6
 #: Multipliers start at this power of the largest cost, which is what penalties bring them to in the end.
 FIRST = 0.6
@@ -44,20 +44,19 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
     n, k, p = rows.shape
     solution, multipliers = np.zeros((n, p)), np.ones((n, k))
     x, slack, active = np.zeros((n, p)), np.maximum(right, 1.0), np.arange(n)
-    most = np.maximum(np.abs(cost).max(1), 1.0)
-    dual = np.ones((n, k)) * most[:, None] ** FIRST
+    dual = np.ones((n, k)) * np.maximum(np.abs(cost).max(1, keepdims=True), 1.0) ** FIRST
     turned = np.ascontiguousarray(np.swapaxes(rows, 1, 2))
     for _ in range(ITERATIONS):
         ratio = dual / slack
         outside = (rows @ x[..., None])[..., 0] + slack - right
         uphill = weight * x + cost + (turned @ dual[..., None])[..., 0]
         gap = (slack * dual).mean(1, keepdims=True)
-        left = np.maximum(np.maximum(gap[:, 0], np.abs(uphill).max(1) / most), np.abs(outside).max(1)) > CLOSE
+        left = np.maximum(np.maximum(gap[:, 0], np.abs(uphill).max(1)), np.abs(outside).max(1)) > CLOSE
         if not left.all():
             solution[active], multipliers[active] = x, dual
             active, x, slack, dual, ratio = active[left], x[left], slack[left], dual[left], ratio[left]
             rows, turned, right, weight, cost = rows[left], turned[left], right[left], weight[left], cost[left]
-            outside, uphill, gap, most = outside[left], uphill[left], gap[left], most[left]
+            outside, uphill, gap = outside[left], uphill[left], gap[left]
             if not len(active):
                 break
         normal = (turned * ratio[:, None]) @ rows

@@ -41,7 +41,7 @@ def test_what_is_held_stays_and_the_rest_becomes_better(mine: OwnGuide, hold: An
         assert [pair[0] for pair in after.pivots] == [pair[0] for pair in mine.pivots]
     # measured again from its pivots, on its whole circuit
     again = catalogue.guide(after.pivots, after.guided).measure(stroke=120)
-    assert again[0].deviation <= after.deviation * (1 + 1e-3)
+    assert again[0].deviation <= after.deviation * (1 + 1e-6)
 
 
 @pytest.mark.slow
