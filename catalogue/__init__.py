@@ -28,17 +28,18 @@ if TYPE_CHECKING:
         PluginError,
     )
     from .find.answers import load, recall
+    from .find.candidate import Candidate
     from .find.dwell_results import StandStill
     from .find.improve import Improvement, improve
     from .find.measure import Measured, Stretch, measure
     from .find.placed import GuideMotion, OwnGuide, PlacedGuide, guide
-    from .find.results import Candidate, Found
+    from .find.results import Found
     from .kinematics.linkage import Linkage
     from .problem.constraints import ConstraintArguments, Constraints
     from .problem.request import CircularArc, StraightLine
 
 _HOME = {
-    "Candidate": "find.results",
+    "Candidate": "find.candidate",
     "Catalogue": "api",
     "CatalogueError": "errors",
     "CircularArc": "problem.request",

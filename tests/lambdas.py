@@ -8,8 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from catalogue import StraightLine
-from catalogue.candidates.batch import CandidateBatch, Origin
-from catalogue.candidates.placement import measured, place_on_path
+from catalogue.candidates.batch import CandidateBatch, Origin, measured, place_on_path
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.placement import at_stroke
 from catalogue.kinematics.linkage import Linkage

@@ -17,7 +17,7 @@ from catalogue.draw import draw
 from catalogue.draw.scene import POINTS, scene
 from catalogue.draw.symbols import rounded
 from catalogue.errors import InvalidRequest, MissingExtra
-from catalogue.find.results import Candidate
+from catalogue.find.candidate import Candidate
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.metrics import measure
 from catalogue.guidance.placement import at_stroke, placed
@@ -272,7 +272,7 @@ def test_drawing_leaves_pyplot_and_settings_alone() -> None:
     run(f"""
 import sys, matplotlib
 from catalogue.draw import draw
-from catalogue.find.results import Candidate
+from catalogue.find.candidate import Candidate
 before = matplotlib.rcParams.copy()
 draw(Candidate(**{asdict(ARC)!r}))
 assert 'matplotlib.pyplot' not in sys.modules

@@ -1,18 +1,30 @@
-"""Batches of candidates: guides that stand along the path of a problem, with what was measured of them."""
+"""Batches of candidates: guides laid along the path of a problem, and measured there on their finite motion."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
-from ..guidance.metrics import Measures
-from ..guidance.trace import Traced
+from ..guidance.fixed_nominal import Nominal, in_place
+from ..guidance.metrics import Measures, measure
+from ..guidance.placement import FINE, at_stroke, mid_stroke, mirrored, near_stroke, placed
+from ..guidance.sensitivity import sensitivity
+from ..guidance.trace import Traced, again
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Array, Complexes, Floats, Mask
+from ..problem.problem import Problem
+
+#: Intervals between the Chebyshev points at which the deviation of an answer is measured: 32 leave up to 0.2 per cent
+#: of it open where a dead point is near, or many extremes are as large.
+SHOWN = 128
+#: The ways to lay a guide along a line: travelled the other way, mirrored in it.
+FLIPS = ((False, False), (True, False), (False, True), (True, True))
+#: Intervals between the positions at which the sensitivity is read.
+STATIONS = 8
 
 
 @dataclass(frozen=True)
@@ -70,3 +82,149 @@ class CandidateBatch(Rows):
     def curve(self) -> CouplerCurve:
         """The guides ready to be traced from mid-stroke."""
         return coupler_curve(self.linkage, self.point, pole=self.pole, chart=self.chart)
+
+
+def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes, Complexes]:
+    """Carry traced guides by the similarity that lays their strokes onto the path, arcs bulging to +y; one that was not
+    traced stays where it is.  Return linkages, guided points and poles, shape (n,), in mid-stroke.
+    """
+    there = np.isfinite(traced.fit.deviation) & (traced.fit.stroke > 0)
+    linkage, point, _ = placed(guides, traced, 1.0)
+    with np.errstate(all="ignore"):  # the pole matters at change points, which are the reference position
+        pole = np.where(there, -traced.fit.along.conj() / traced.fit.stroke * traced.fit.start, 0)
+    over = problem.curved & (traced.fit.curvature > 0)
+    return flipped(linkage, point, pole, np.zeros(len(point), bool), over)
+
+
+def flipped(
+    linkage: Linkage, point: Complexes, pole: Complexes, reverse: Mask, over: Mask
+) -> tuple[Linkage, Complexes, Complexes]:
+    """Return laid guides travelled the other way (`reverse`), mirrored in the line of the path (`over`)."""
+    _, pole = mirrored(linkage, pole, 1.0, reverse, over)
+    linkage, point = mirrored(linkage, point, 1.0, reverse, over)
+    return linkage, point, pole
+
+
+def every_flip(problem: Problem, n: int) -> list[tuple[Mask, Mask]]:
+    """Return the ways, each (reverse, over) for n guides, in which a guide may be laid: of an arc the first two."""
+    flips = FLIPS[:2] if problem.curvature != 0 else FLIPS
+    return [(np.full(n, reverse), np.full(n, over)) for reverse, over in flips]
+
+
+def measured(
+    problem: Problem, origin: Origin, linkage: Linkage, point: Complexes, pole: Complexes, bend: Floats | None = None
+) -> CandidateBatch:
+    """Return guides that stand along the path as candidates, measured over exactly the stroke; for arcs of free radius
+    `bend` (n,) are the curvatures of the nominals that are to be expected."""
+    guides = coupler_curve(linkage, point, pole=pole)
+    if problem.fixed_curvature is not None:
+        bend = np.full(len(point), problem.fixed_curvature)
+    free = problem.fixed_curvature is None
+    traced = at_stroke(
+        guides, 1.0, circle=problem.curved, extend=False, curvature=None if free and guides.cusp.any() else bend,
+        exact=not free,
+    )  # fmt: skip
+    return described(problem, origin, guides, traced)
+
+
+def described(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
+    """Return traced guides in mid-stroke with what the problem needs to be measured of them."""
+    wanted = problem.constraints
+    found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
+    known = "allowance" in problem.needed
+    allowance = allowances(problem, guides, traced, STATIONS) if known else np.full(len(guides), np.nan)
+    linkage, point, chart = guides.linkage, guides.point, guides.motion.chart
+    return CandidateBatch(origin, linkage, point, _pole(guides), chart, traced, found, allowance)
+
+
+def allowances(problem: Problem, guides: CouplerCurve, traced: Traced, stations: int) -> Floats:
+    """Return the allowances of traced guides, see `CandidateBatch`, shape (n,)."""
+    with np.errstate(all="ignore"):
+        rms = np.where(guides.cusp, np.nan, sensitivity(guides, traced, stations).rms)
+        return np.asarray((problem.deviation - traced.fit.deviation.astype(float)) / (2 * rms))
+
+
+def near_path(problem: Problem, origin: Origin, moved: CouplerCurve, nominal: Nominal | None = None) -> CandidateBatch:
+    """Return guides that stand nearly along the path, about positions near mid-stroke, laid along it anew and measured;
+    arcs bulge to +y already.  With the path itself as `nominal` distances are from that: guides stay where they stand.
+    """
+    if nominal is not None:
+        linkage, point, traced = mid_stroke(moved, in_place(moved, nominal))
+        return described(problem, origin, coupler_curve(linkage, point, chart=moved.motion.chart), traced)
+    found = near_stroke(moved, 1.0, circle=problem.curved, curvature=problem.fixed_curvature)
+    back = found.fit.along.real < 0  # guides keep their side of the path
+    found = _reversed(found, back)
+    linkage, point, traced = placed(moved, found, 1.0)
+    if problem.curvature is None:  # an arc that has turned over is none of what is asked
+        turned = traced.fit.curvature >= 0
+        traced = replace(traced, fit=replace(traced.fit, deviation=np.where(turned, np.nan, traced.fit.deviation)))
+    with np.errstate(all="ignore"):
+        pole = found.fit.along.conj() / found.fit.stroke * (_pole(moved) - found.fit.start)
+    if moved.cusp.any():
+        return measured(problem, origin, linkage, point, pole, traced.fit.curvature)
+    here = coupler_curve(linkage, point, pole=pole, chart=moved.motion.chart)
+    return described(problem, origin, here, _reversed(traced, back))
+
+
+def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
+    """Return candidates with those measured anew whose motion has a better chart than the one they were traced in."""
+    best = coupler_curve(found.linkage, found.point, pole=found.pole).motion.chart
+    other = np.flatnonzero(best != found.chart)
+    if not len(other):
+        return found
+    some = found[other]
+    bend = _reversed(some.traced, some.traced.fit.along.real < 0).fit.curvature
+    anew = measured(problem, some.origin, some.linkage, some.point, some.pole, bend)
+    return found.replaced(other, anew)
+
+
+def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> CandidateBatch:
+    """Return candidates laid along the nominal that a finer grid gives, their deviation measured there, and with more
+    digits where double lacks them.
+
+    With `rigid` lengths stay to the last digit: the fitted stroke may then differ from the one asked for, by as much as
+    the grids do.
+    """
+    if found.curve.cusp.any():
+        return replace(found, traced=_exactly(problem, found.curve))
+    found = in_best_charts(problem, found)
+    guides = found.curve
+    held = found.traced.fit.curvature if problem.fixed_curvature is not None else None
+    traced = again(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
+    if rigid:
+        traced = unscaled(traced)
+    back = traced.fit.along.real < 0
+    linkage, point, laid = placed(guides, _reversed(traced, back), 1.0)
+    still = guides.motion.branch != 0  # at a change point the pivots as they stand tell the branch, with the pole
+    linkage = Linkage.trusted(np.where(still[:, None, None, None], found.linkage.pivots, linkage.pivots))
+    point, traced = np.where(still, found.point, point), _reversed(laid, back).replaced(still, traced[still])
+    here = coupler_curve(linkage, point, pole=found.pole, chart=found.chart)
+    fine = np.flatnonzero(traced.relative < FINE)
+    if len(fine):
+        traced = traced.replaced(np.isin(np.arange(len(found)), fine), _exactly(problem, here[fine]))
+    shown = described(problem, found.origin, here, traced)
+    return replace(shown, allowance=allowances(problem, here, traced, SHOWN // 4))
+
+
+def _exactly(problem: Problem, guides: CouplerCurve) -> Traced:
+    """Return guides traced over exactly the stroke."""
+    up = None if problem.fixed_curvature is None else np.full(len(guides), problem.fixed_curvature)
+    return at_stroke(guides, 1.0, circle=problem.curved, curvature=up, exact=up is not None)
+
+
+def _pole(guides: CouplerCurve) -> Complexes:
+    return np.full(len(guides), complex(np.nan, np.nan)) if guides.pole is None else guides.pole
+
+
+def unscaled(traced: Traced) -> Traced:
+    """Return traces whose fitted stroke is the one asked for, so that to place them along it changes no length."""
+    return replace(traced, fit=replace(traced.fit, stroke=np.ones(len(traced.low))))
+
+
+def _reversed(traced: Traced, where: Mask) -> Traced:
+    """Return the traces with those `where` a mask says so run through from the other end."""
+    fit = traced.fit
+    start, along = np.where(where, fit.start + fit.stroke * fit.along, fit.start), np.where(where, -1, 1) * fit.along
+    turned = replace(fit, start=start, along=along, curvature=np.where(where, -1, 1) * fit.curvature)
+    low, high = np.where(where, traced.high, traced.low), np.where(where, traced.low, traced.high)
+    return Traced(turned, traced.shift, low, high)

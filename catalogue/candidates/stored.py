@@ -13,8 +13,7 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats
 from ..problem.problem import Problem
 from ..store import stacked_pivots
-from .batch import CandidateBatch, Origin
-from .placement import measured, place_on_path
+from .batch import CandidateBatch, Origin, measured, place_on_path
 
 
 def linkages(pivots: Floats, kind: Array) -> Linkage:

@@ -12,7 +12,8 @@ from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
 from .tables import codes, contact, links, print_results, print_table
 
 if TYPE_CHECKING:
-    from ..find.results import Candidate, Found
+    from ..find.candidate import Candidate
+    from ..find.results import Found
     from ..problem.request import Request
 
 

@@ -14,7 +14,7 @@ from .references import is_answer
 from .tables import print_json, print_table
 
 if TYPE_CHECKING:
-    from ..find.results import Candidate
+    from ..find.candidate import Candidate
     from ..series.membership import Memberships
     from ..series.named_guides import NamedGuide
 

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from click.exceptions import Exit
 
 if TYPE_CHECKING:
-    from ..find.results import Candidate, Results
+    from ..find.candidate import Candidate
+    from ..find.results import Results
 
 T = TypeVar("T", bound="Results[Any]")
 

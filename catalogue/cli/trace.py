@@ -42,7 +42,7 @@ def trace(
     \b
     catalogue trace mine.json --unit mm > motion.csv
     """
-    from ..find.results import Candidate
+    from ..find.candidate import Candidate
 
     with ExitStack() as stack:
         every, _ = given(reference, point, db, plugins, stack)

@@ -17,7 +17,7 @@ from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Array, Complexes, Floats
 
 if TYPE_CHECKING:
-    from ..find.results import Candidate
+    from ..find.candidate import Candidate
 
 #: Points of the drawn path, and positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
 POINTS, POSES = 201, 33

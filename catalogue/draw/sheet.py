@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from ..find.results import Candidate
+    from ..find.candidate import Candidate
 
 # All in inches: the width of the sheet, its margin, the drawing's least and greatest height and its border, and the
 # heights of the title, the scale under the drawing, the deviation (of an exact guide) and its labels.

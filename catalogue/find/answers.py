@@ -20,9 +20,9 @@ from typing import TYPE_CHECKING, Any
 from .. import __version__
 from ..errors import InvalidRequest, quoted
 from ..folders import answers_file
+from .candidate import Candidate
 from .dwell_results import DwellCandidate
 from .placed import OwnGuide
-from .results import Candidate
 
 if TYPE_CHECKING:
     from ..collections.results import CollectionCandidate

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch
+from ..candidates.batch import CandidateBatch, final
 from ..candidates.feasibility import feasibility
-from ..candidates.placement import final
 from ..candidates.select import select_top
 from ..errors import InvalidRequest
 from ..kinematics.batch import join

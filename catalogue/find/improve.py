@@ -9,9 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin
+from ..candidates.batch import SHOWN, CandidateBatch, Origin, described, final, measured, near_path
 from ..candidates.feasibility import feasibility
-from ..candidates.placement import SHOWN, described, final, measured, near_path
 from ..errors import InvalidRequest, quoted
 from ..guidance.coupler_curve import coupler_curve
 from ..guidance.fixed_nominal import Nominal
@@ -24,11 +23,12 @@ from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, names, number, path_request, switch, whole
 from ..refine.held import HeldLengths
 from ..refine.sqp import Refinement
+from .candidate import Candidate
 from .explain import INSIDE
 from .find import Selection
 from .measure import measure
 from .placed import PlacedGuide
-from .results import Candidate, Results, candidates
+from .results import Results, candidates
 
 if TYPE_CHECKING:
     from ..api import Catalogue

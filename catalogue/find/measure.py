@@ -21,8 +21,9 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices
 from ..problem.request import CircularArc, positive, switch, whole
 from ..series.classification import classify
+from .candidate import Candidate
 from .placed import PlacedGuide
-from .results import Candidate, Frames, Results, listed, measured_columns
+from .results import Frames, Results, listed, measured_columns
 
 if TYPE_CHECKING:
     from ..series.series import Series

@@ -6,8 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin
-from ..candidates.placement import measured, place_on_path, unscaled
+from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path, unscaled
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.placement import at_stroke
 from ..guidance.trace import Traced

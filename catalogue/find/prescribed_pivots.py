@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin
+from ..candidates.batch import SHOWN, CandidateBatch, Origin, described, near_path
 from ..candidates.feasibility import feasibility
-from ..candidates.placement import SHOWN, described, near_path
 from ..candidates.select import select_top
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import leading_error

@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from sqlalchemy import func, select
 
-from ..candidates.batch import CandidateBatch, Origin
-from ..candidates.placement import measured, place_on_path
+from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path
 from ..candidates.stored import as_stored, linkages
 from ..errors import InvalidRequest
 from ..guidance.kinds import RETURNS, SLOTS
@@ -25,8 +24,9 @@ from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, StraightLine, positive
 from ..series.named_guides import NamedGuide, named_guides
 from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined, stacked_pivots
+from .candidate import Candidate, known
 from .find import Selection
-from .results import Candidate, candidates, known
+from .results import candidates
 
 if TYPE_CHECKING:
     from ..api import Catalogue

@@ -14,9 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch
+from ..candidates.batch import CandidateBatch, in_best_charts, near_path
 from ..candidates.feasibility import cost, feasibility
-from ..candidates.placement import in_best_charts, near_path
 from ..guidance.coupler_curve import coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..kinematics.batch import join, take

@@ -13,9 +13,8 @@ from typing import Protocol
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch
+from ..candidates.batch import CandidateBatch, near_path
 from ..candidates.feasibility import LARGEST, STANDING, feasibility, values
-from ..candidates.placement import near_path
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.metrics import LEAST_ARM

@@ -11,9 +11,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin
+from ..candidates.batch import CandidateBatch, Origin, every_flip, flipped, measured, place_on_path
 from ..candidates.feasibility import LARGEST, LEAST, standing
-from ..candidates.placement import every_flip, flipped, measured, place_on_path
 from ..candidates.select import ranks
 from ..guidance.arc_window import at_sweep
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve

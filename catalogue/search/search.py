@@ -15,9 +15,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch
+from ..candidates.batch import CandidateBatch, measured
 from ..candidates.feasibility import STANDING, cost, feasibility
-from ..candidates.placement import measured
 from ..candidates.select import distances, normal_form
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage

@@ -22,8 +22,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin
-from ..candidates.placement import measured
+from ..candidates.batch import CandidateBatch, Origin, measured
 from ..guidance.metrics import rotation_margin
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CRANK_1, motion

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from catalogue import CircularArc, StraightLine
-from catalogue.candidates.batch import Origin
+from catalogue.candidates.batch import Origin, measured
 from catalogue.candidates.feasibility import BESIDE, ROUNDING, cost, feasibility, values
-from catalogue.candidates.placement import measured
 from catalogue.kinematics.linkage import Linkage
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, Found, InvalidRequest, Linkage, StraightLine
-from catalogue.find.results import COLUMNS
+from catalogue.find.candidate import COLUMNS
 from catalogue.problem.criteria import CRITERIA
 from tests.find.conftest import at_home
 

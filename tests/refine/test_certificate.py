@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.candidates.batch import CandidateBatch
+from catalogue.candidates.batch import CandidateBatch, near_path
 from catalogue.candidates.feasibility import cost, feasibility
-from catalogue.candidates.placement import near_path
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.minimum_zone import grid
 from catalogue.kinematics.types import Array

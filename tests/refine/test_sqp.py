@@ -10,9 +10,8 @@ import pytest
 from scipy.optimize import linprog
 
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.candidates.batch import CandidateBatch
+from catalogue.candidates.batch import CandidateBatch, near_path
 from catalogue.candidates.feasibility import cost, feasibility
-from catalogue.candidates.placement import near_path
 from catalogue.guidance.fixed_nominal import Nominal, in_place
 from catalogue.kinematics.linkage import RR
 from catalogue.kinematics.types import Array

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from catalogue import CircularArc, StraightLine
+from catalogue.candidates.batch import every_flip, final, flipped, in_best_charts, measured, near_path
 from catalogue.candidates.feasibility import standing
-from catalogue.candidates.placement import every_flip, final, flipped, in_best_charts, measured, near_path
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.sensitivity import displaced
 from catalogue.kinematics.batch import join

@@ -1,0 +1,298 @@
+"""One answer as a user sees it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import dataclass, field, fields, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..guidance.sensitivity import sensitivity
+from ..kinematics.types import Complexes, Floats
+from ..problem.request import CircularArc, Request, StraightLine, switch
+from .placed import SAMPLES, GuideMotion, PlacedGuide, sampled
+
+if TYPE_CHECKING:
+    from ..guidance.circuit_curve import CircuitCurve
+    from ..guidance.coupler_curve import CouplerCurve
+    from ..guidance.sensitivity import Sensitivity
+    from ..guidance.trace import Traced
+    from ..refine.certificate import Drifts
+
+#: Properties of a candidate that are printed besides its fields.
+DERIVED = ("drift", "band", "percent", "lengths")
+
+
+@dataclass(frozen=True, repr=False)
+class Candidate(PlacedGuide):
+    """A verified guide, laid so that its path runs from (0, 0) to (stroke, 0); lengths in the user's unit.
+
+    Attributes
+    ----------
+    id : int or None
+        Of the stored guide it comes from; ``catalogue show ID`` shows it.  None if it was constructed for given pivots.
+    family, series, configuration, order
+        Of the ancestor at its design position; order of contact, 99 if it is exact.
+    stroke, deviation : float
+        Deviation: half the width of the narrowest strip (annulus) that holds the path over the stroke; with given
+        pivots the largest distance from the nominal itself, which stays where it is (`catalogue.guidance.in_place`).
+    radius : float or None
+        Of the best circle; None for a straight line.
+    size, max_link, min_link, max_ground, max_arm, min_transmission, rotates
+        See `catalogue.guidance.metrics.Measures`; None where there is no such length.  `rotates`: numbers of cranks.
+    driver, drive_angle, time_ratio, uniformity, advantage, rotation
+        See `catalogue.guidance.drive.DriveMetrics`; None where there is no such thing.
+    min_transmission_turn : float or None
+        Least transmission angle over the whole turn of the driver [deg]; None if it does not turn fully.
+    allowance : float or None
+        Standard deviation of every pivot coordinate at which the path still stays within the deviation asked; None for
+        a point that returns.
+    sensitivity_rms, expected : float or None
+        Standard deviation of the path's displacement across it, where it is largest, if every coordinate of every pivot
+        is off by a standard deviation of 1; deviation plus two of them for the play that was asked for.  None for a
+        point that returns.
+    pivots, guided : list
+        [[A1, A1*], [A2, A2*]], each [x, y, w], and the guided point, in mid-stroke; one that returns at rest.
+    score : float or None
+        Joint desirability of size, transmission, allowance and shortest link, 0 to 100; see
+        `catalogue.problem.ranking.Ranking.score`.
+    front : int or None
+        Number of its Pareto front, 1 if no other answer is better by all criteria; None unless it was asked for.
+    nearest : float or None
+        How near the nearest other answer is as a design, 0 to 1; see `catalogue.candidates.select`.
+    gap : float or None
+        What moving the pivots by a hundredth of their distance from the guided point could at most still take away
+        from what was ranked by, to first order (`catalogue.refine.certificate`); 0: it is stationary.  None if not
+        refined, and for a point that returns.
+    alternations : int or None
+        Peaks of alternating sign at which the path reaches its deviation, ends included; with `gap`.
+    cognate : int or None
+        1, 2: it is a cognate of the stored guide, the one that shares its first or second fixed pivot.
+    pole : list of float or None
+        Given where the linkage is at a change point at that moment: the pole of the branch on which it moves.
+    start, along
+        Where the path starts, [x, y], and its direction from there [deg].
+    """
+
+    id: int | None
+    family: str
+    series: str
+    configuration: str
+    order: int
+    stroke: float
+    deviation: float
+    radius: float | None
+    size: float
+    max_link: float | None
+    max_ground: float | None
+    max_arm: float | None
+    min_transmission: float
+    rotates: list[int]
+    pivots: list[list[list[float]]]
+    guided: list[float]
+    driver: int | None = None
+    drive_angle: float | None = None
+    time_ratio: float | None = None
+    uniformity: float | None = None
+    advantage: float | None = None
+    rotation: float | None = None
+    min_link: float | None = None
+    min_transmission_turn: float | None = None
+    allowance: float | None = None
+    sensitivity_rms: float | None = None
+    expected: float | None = None
+    score: float | None = None
+    front: int | None = None
+    nearest: float | None = None
+    gap: float | None = None
+    alternations: int | None = None
+    cognate: int | None = None
+    pole: list[float] | None = None
+    start: list[float] = field(default_factory=lambda: [0.0, 0.0])
+    along: float = 0.0
+    _drift: tuple[Drifts, int] | None = field(default=None, repr=False, compare=False)
+
+    @property
+    def request(self) -> Request:
+        """The nominal that this candidate follows, with its own deviation as tolerance."""
+        tolerance = max(self.deviation, 1e-300)
+        start = (self.start[0], self.start[1])
+        if self.radius is None:
+            return StraightLine(self.stroke, tolerance, start, self.along)
+        return CircularArc(self.stroke, tolerance, self.radius, start, self.along)
+
+    def __repr__(self) -> str:
+        kind = " ".join(part for part in (self.series, self.family, self.configuration) if part)
+        arc = "" if self.radius is None else f", radius {self.radius:.6g}"
+        return (
+            f"<{type(self).__name__} {kind}: stroke {self.stroke:.6g}{arc}, deviation {self.deviation:.3g}, "
+            f"size {self.size:.4g}, transmission {self.min_transmission:.0f}\u00b0>"
+        )
+
+    def at_home(self) -> Candidate:
+        """Return the same candidate in the frame in which its path runs from (0, 0) to (stroke, 0)."""
+        if self.along == 0 and self.start == [0.0, 0.0]:
+            return self
+        turn, origin = self.request.direction.conjugate(), self.request.origin
+
+        def carried(x: float, y: float, w: float = 1.0) -> list[float]:
+            z = turn * (complex(x, y) - (origin if w else 0))
+            return [z.real, z.imag]
+
+        pivots = [[[*carried(x, y, w), w] for x, y, w in pair] for pair in self.pivots]
+        x, y = self.guided
+        pole = None if self.pole is None else carried(self.pole[0], self.pole[1])
+        return replace(self, pivots=pivots, guided=carried(x, y), pole=pole, start=[0.0, 0.0], along=0.0)
+
+    def span(self) -> CouplerCurve:
+        """Return the guide ready to be traced from mid-stroke."""
+        from ..guidance.coupler_curve import coupler_curve
+
+        pole = None if self.pole is None else np.array([complex(*self.pole)])
+        return coupler_curve(self.linkage, np.array([complex(*self.guided)]), pole=pole)
+
+    def motion(
+        self,
+        samples: int = SAMPLES,
+        *,
+        points: Mapping[str, Any] | None = None,
+        driver: int | None = None,
+        whole: bool = False,
+    ) -> GuideMotion:
+        """Return the motion over the stroke, from the start of the path to its end; `whole`: over the whole circuit.
+
+        Raises
+        ------
+        InvalidRequest
+            As of `PlacedGuide.motion`; and if the guided point returns, over the stroke.
+        """
+        driver = self.driver if driver is None else driver
+        if switch("whole", whole):
+            return super().motion(samples, points=points, driver=driver)
+        from ..kinematics.circuits import circuits
+
+        s = np.linspace(*self._phases(), sampled(samples))[:, None]
+        moved = GuideMotion.of(self, circuits(self.linkage)[:1], s, points, driver)
+        return replace(moved, deviation=self.off_nominal(moved.points["guided"]))
+
+    def _phases(self) -> tuple[float, float]:
+        """Return the phases, see `kinematics.circuits`, between which the point runs from the start of its path to the
+        end."""
+        from ..kinematics.circuits import circuits
+
+        here, traced = self._traced()
+        if here.cusp.any():
+            raise InvalidRequest("the guided point returns: ask for the motion over the whole circuit")
+        pose = here.motion.pose(np.stack([traced.low, traced.high]).astype(float))
+        phases = circuits(here.linkage)[:1].phases(pose)
+        z = pose.point(here.point)[:, 0]
+        forward = ((z[1] - z[0]) * self.request.direction.conjugate()).real > 0
+        return (phases[0], phases[1]) if forward else (phases[1], phases[0])
+
+    def off_nominal(self, z: Complexes) -> Floats:
+        """Return the distances of places of the guided point (m,), from the start to the end of its stroke, from the
+        nominal, positive to the left."""
+        from ..guidance.deviation_curve import from_circle
+
+        _, traced = self._traced()
+        fit = traced.fit
+        if self.radius is None:
+            side = 1.0 if (fit.along[0].conjugate() * self.request.direction).real > 0 else -1.0
+            return np.asarray(side * ((z - fit.start[0]) * fit.along[0].conjugate()).imag)
+        return from_circle(z, (z[0], z[-1]), self.radius, max(self.deviation, 1e-18 * self.stroke))
+
+    def _traced(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
+        from ..guidance.placement import at_stroke
+
+        here = self.span()
+        return here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
+
+    def path(self, points: int = 101) -> Floats:
+        """Return points of the guided path over the stroke, shape (points, 2)."""
+        here, traced = self._traced()
+        share = np.linspace(-1, 1, points)
+        u, v = here.path.window(traced.low.astype(float), traced.high.astype(float), share)
+        z = here.point + (u + 1j * v)[:, 0] * here.tangent
+        z = z if ((z[-1] - z[0]) * self.request.direction.conjugate()).real > 0 else z[::-1]
+        return np.stack([z.real, z.imag], axis=-1)
+
+    def sensitivity(self) -> Sensitivity:
+        """Return what errors of the pivots and play in the joints do to the path; arrays of one entry.
+
+        Raises
+        ------
+        InvalidRequest
+            If the guided point returns: at its rest it follows no error to first order.
+        """
+        here, traced = self._traced()
+        if here.cusp.any():
+            raise InvalidRequest("the guided point returns: its sensitivity is not known")
+        return sensitivity(here, traced)
+
+    @property
+    def drift(self) -> float | None:
+        """Least residual, over the stroke, of the refined linkage in the series of its ancestor: 0 if it still belongs
+        to it.  None if not refined, or where the series has no residual.  Measured for all answers when first asked
+        for, because it takes the plugins."""
+        if self._drift is None:
+            return None
+        drifts, row = self._drift
+        return known(drifts.least[row])
+
+    @property
+    def band(self) -> float:
+        """Width of the narrowest strip, twice the deviation."""
+        return 2 * self.deviation
+
+    @property
+    def percent(self) -> float:
+        """The band in percent of the stroke."""
+        return 100 * self.band / self.stroke
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the candidate as plain Python numbers, lists and strings, what is derived included."""
+        return {name: deepcopy(getattr(self, name)) for name in self.columns()}
+
+    @classmethod
+    def columns(cls) -> list[str]:
+        """Names of what a candidate is printed as."""
+        return [*(f.name for f in fields(cls) if f.repr), *DERIVED]
+
+    def plot(self, file: str | Path | None = None) -> Any:
+        """Draw the linkage in mid-stroke with ghosts at the ends, its path and the deviation.
+
+        Parameters
+        ----------
+        file : path, optional
+            PNG, SVG or PDF by its suffix.  The same candidate gives the same file.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+            Of its own: pyplot does not know it, and no display is needed.
+
+        Raises
+        ------
+        InvalidRequest
+            If the suffix is none of these, the folder does not exist or cannot be written, or the linkage does not lead
+            its guided point over the whole stroke.
+        MissingExtra
+            Without matplotlib: ``pip install "mechanism-catalogue[plot]"``.
+        """
+        from ..draw import draw
+
+        return draw(self, file)
+
+
+#: What a candidate of a `find` is printed as.
+COLUMNS = tuple(Candidate.columns())
+
+
+def known(value: float) -> float | None:
+    """Return a finite number, None for another."""
+    return float(value) if math.isfinite(value) else None
