@@ -10,6 +10,7 @@ the best of these places the window is moved on, by ever shorter ways, until its
 from __future__ import annotations
 
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,17 +29,17 @@ PIECES, FEWEST, MOST = 12, 192, 6144
 POINTS = 9
 #: A path that is as good as it can be reaches about so many times its mean error.
 PEAK = 1.4
-#: Circuits handled at once: their arrays stay in the cache.
-BLOCK = 256
+#: Circuits handled at once, on one of the cores.
+BLOCK = 512
 #: In a thorough and a quick search: where windows are tried about the best place, what the way to the farthest becomes
 #: in the next round, and how many rounds.
-THOROUGH, QUICK = (np.linspace(-1, 1, 13), 1 / 6, 5), (np.array([0.0, -0.5, 0.5]), 1 / 2, 11)
+THOROUGH, QUICK = (np.linspace(-1, 1, 13), 1 / 6, 5), (np.array([0.0, -0.5, 0.5]), 1 / 2, 9)
 #: Windows about each of the first ones, and how many of them are followed, in either; and how far to either side they
 #: are, of a window.
 ABOUT, WIDE = ((13, 2), (7, 1)), 1 / 6
-#: Rounds after which only the best of each linkage are followed, of several wanted so many times as many; of
-#: corrections of a stroke, if only one is wanted.
-FIRST, SPARE, FIRST_CORRECTIONS = 2, 2, 3
+#: Rounds after which only the best of each linkage are followed, of several wanted so many times as many; if only one
+#: is wanted, how many are looked about and how many are then moved, and corrections of a stroke.
+FIRST, SPARE, SEEN, MOVED, FIRST_CORRECTIONS = 2, 2, 4, 2, 3
 #: Secant steps to the end of a window, and how near its stroke is to be then; intervals between its Chebyshev points,
 #: on the way and in the end.
 STEPS, CLOSE, NODES, FINER = 5, 1e-5, 16, 32
@@ -140,15 +141,19 @@ def straightest(
     circle : bool
         Seek circles, of the `radius` that is given [length] or of any.
     """
-    parts = []
-    for block in _blocks(circuits):
-        seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius, count == 1)
+    quick = count == 1
+
+    def found(block: Indices) -> Stretches:
+        seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius, quick)
         at = seek.places(stroke[block], max(count, 3))
-        at, by = seek.moved(*seek.about(at), FIRST)
-        lead = seek.leading(at, at.deviation, 1 if count == 1 else SPARE * count)
-        at, _ = seek.moved(at[lead], by[lead], nodes=NODES if count == 1 else FINER)
-        parts.append(seek.numbered(seek.measured(at, FINER) if count == 1 else at))
-    return join(*parts)
+        at, by = seek.about(at[seek.leading(at, at.deviation, SEEN)] if quick else at)
+        lead = seek.leading(at, at.deviation, MOVED) if quick else slice(None)
+        at, by = seek.moved(at[lead], by[lead], FIRST)
+        lead = seek.leading(at, at.deviation, 1 if quick else SPARE * count)
+        at, _ = seek.moved(at[lead], by[lead], nodes=NODES if quick else FINER)
+        return seek.numbered(seek.measured(at, FINER) if quick else at)
+
+    return _by_blocks(found, len(circuits))
 
 
 def longest(
@@ -156,9 +161,10 @@ def longest(
     count: int = 4,
 ) -> Stretches:  # fmt: skip
     """The same for the longest stretches within deviations (k,) [length]; with 1 the longest of each linkage only."""
-    parts = []
-    for block in _blocks(circuits):
-        seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius, count == 1)
+    quick = count == 1
+
+    def found(block: Indices) -> Stretches:
+        seek = _Search(Curves.of(circuits[block], point[block], block), circle, radius, quick)
         at, by = seek.about(seek.longer(deviation[block], count))
         allowed = deviation[block][at.circuit]
         best, beyond = replace(at, stroke=np.zeros_like(at.stroke)), np.full(len(at.low), np.inf)
@@ -169,7 +175,7 @@ def longest(
                 best, beyond = seek.measured(best, FINER), np.full(len(at.low), np.inf)
                 best = replace(best, stroke=np.where(best.deviation <= allowed, best.stroke, 0.0))
             at, by = seek.moved(at, by, 2, nodes)
-            if count == 1 and turn == FIRST_CORRECTIONS:
+            if quick and turn == FIRST_CORRECTIONS:
                 with np.errstate(all="ignore"):
                     reach = np.maximum(best.stroke, at.stroke * (allowed / at.deviation) ** (1 / power))
                 lead = seek.leading(at, -np.where(np.isnan(reach), best.stroke, reach), 1)
@@ -190,12 +196,18 @@ def longest(
             ratio = wanted / at.stroke
             by = np.maximum(by, np.abs(ratio - 1) * (at.high - at.low))
             at = replace(at, stroke=wanted, high=at.low + ratio * (at.high - at.low))
-        parts.append(seek.numbered(best[best.stroke > 0]))
-    return join(*parts)
+        return seek.numbered(best[best.stroke > 0])
+
+    return _by_blocks(found, len(circuits))
 
 
-def _blocks(circuits: Circuits) -> list[Indices]:
-    return [np.arange(i, min(i + BLOCK, len(circuits))) for i in range(0, len(circuits), BLOCK)]
+def _by_blocks(found: Callable[[Indices], Stretches], n: int) -> Stretches:
+    """Return what is found in all blocks of n circuits, several at once."""
+    blocks = [np.arange(i, min(i + BLOCK, n)) for i in range(0, n, BLOCK)]
+    if len(blocks) == 1:
+        return found(blocks[0])
+    with ThreadPoolExecutor() as threads:
+        return join(*threads.map(found, blocks))
 
 
 @dataclass(frozen=True)
