@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 #: Rounds of refinement, and starts of the catalogue that are made to keep what is held, per unit of effort.
 ROUNDS, STARTS = 20, 24
 #: Copies of each stretch, moved at random, that are refined too; and how far they are moved [strokes].
-COPIES, SCATTER = 8, 0.05
+COPIES, SCATTER = 12, 0.1
 #: How much larger than the guide, or the stroke, an answer may be if nothing is said.
 LARGEST = 10.0
 #: What stands where the series of an answer stands.
