@@ -34,6 +34,8 @@ BLOCK = 512
 #: In a thorough and a quick search: where windows are tried about the best place, what the way to the farthest becomes
 #: in the next round, and how many rounds.
 THOROUGH, QUICK = (np.linspace(-1, 1, 13), 1 / 6, 5), (np.array([0.0, -0.5, 0.5]), 1 / 2, 9)
+#: What that way becomes where the best is the farthest.
+FARTHER = 3.0
 #: Windows about each of the first ones, and how many of them are followed, in either; and how far to either side they
 #: are, of a window.
 ABOUT, WIDE = ((13, 2), (7, 1)), 1 / 6
@@ -343,7 +345,7 @@ class _Search:
                 tried, off = join(at, tried), np.concatenate([here[None], off])
             best = np.argmin(off, axis=0)
             at = tried[best * n + np.arange(n)]
-            by = np.where(np.abs(way[best]) == 1, by, by * shorter)
+            by = np.where(np.abs(way[best]) == 1, FARTHER * by, by * shorter)
         return at, by
 
     def leading(self, at: Stretches, key: Floats, count: int) -> Indices:
