@@ -34,7 +34,7 @@ BLOCK = 512
 #: In a thorough and a quick search: where windows are tried about the best place, what the way to the farthest becomes
 #: in the next round, and how many rounds.
 THOROUGH, QUICK = (np.linspace(-1, 1, 13), 1 / 6, 5), (np.array([0.0, -0.5, 0.5]), 1 / 2, 9)
-#: What that way becomes where the best is the farthest.
+#: What that way becomes, while a stroke is sought, where the best is the farthest.
 FARTHER = 3.0
 #: Windows about each of the first ones, and how many of them are followed, in either; and how far to either side they
 #: are, of a window.
@@ -176,7 +176,7 @@ def longest(
             if turn == CORRECTIONS:  # what holds on the finer grid is sought anew
                 best, beyond = seek.measured(best, FINER), np.full(len(at.low), np.inf)
                 best = replace(best, stroke=np.where(best.deviation <= allowed, best.stroke, 0.0))
-            at, by = seek.moved(at, by, 2, nodes)
+            at, by = seek.moved(at, by, 2, nodes, FARTHER)
             if quick and turn == FIRST_CORRECTIONS:
                 with np.errstate(all="ignore"):
                     reach = np.maximum(best.stroke, at.stroke * (allowed / at.deviation) ** (1 / power))
@@ -330,7 +330,7 @@ class _Search:
         return tried, np.where(np.isnan(tried.deviation), np.inf, tried.deviation).reshape(len(way), -1)
 
     def moved(
-        self, at: Stretches, by: Floats, rounds: int | None = None, nodes: int = NODES
+        self, at: Stretches, by: Floats, rounds: int | None = None, nodes: int = NODES, farther: float = 1.0
     ) -> tuple[Stretches, Floats]:
         """Return windows moved along their paths to where they are straightest, at first by ways up to `by` (n,) [rad],
         and the ways that would come next."""
@@ -345,7 +345,7 @@ class _Search:
                 tried, off = join(at, tried), np.concatenate([here[None], off])
             best = np.argmin(off, axis=0)
             at = tried[best * n + np.arange(n)]
-            by = np.where(np.abs(way[best]) == 1, FARTHER * by, by * shorter)
+            by = np.where(np.abs(way[best]) == 1, farther * by, by * shorter)
         return at, by
 
     def leading(self, at: Stretches, key: Floats, count: int) -> Indices:
