@@ -9,17 +9,22 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 os.environ.setdefault("MKL_NUM_THREADS", "1")
 
-import fcntl
 import json
 import re
 import runpy
+import sqlite3
 from collections.abc import Callable, Iterator
+from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
+
+if os.environ.get("TEST_DOUBLE"):  # as on platforms on which long double is double: Windows, macOS on ARM
+    vars(np).update(longdouble=np.float64, clongdouble=np.complex128)
+
 import pytest
 from alembic import command
 from alembic.config import Config
@@ -102,8 +107,8 @@ def small_db(tmp_path_factory: pytest.TempPathFactory) -> Path:
     if "PYTEST_XDIST_WORKER" in os.environ:  # each worker has a folder of its own in that of the run
         shared = shared.parent
     path = shared / "small.db"
-    with (shared / "small.lock").open("w") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX)  # until the file is closed
+    with closing(sqlite3.connect(shared / "small.lock", timeout=600, isolation_level=None)) as lock:
+        lock.execute("BEGIN EXCLUSIVE")  # until it is closed
         if not path.exists():
             begun = shared / "begun.db"
             with catalogue.open(begun, build=False) as opened:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import resource
 import runpy
 import shutil
 import sqlite3
@@ -439,6 +438,7 @@ def test_build_refuses(run: Run, tmp_path: Path, options: tuple[Any, ...], messa
 @pytest.mark.slow
 def test_a_full_disk_is_one_line_and_the_file_still_opens(environment: dict[str, str], tmp_path: Path) -> None:
     """A limit on the size of files stands in for the disk."""
+    resource = pytest.importorskip("resource", reason="only POSIX limits the size of files")
     file = tmp_path / "full.db"
     limit = 600_000
 
