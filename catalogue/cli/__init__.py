@@ -117,7 +117,7 @@ def run() -> int:
     """Run the command of `sys.argv`; warnings of plugins become lines on standard error."""
     warnings.showwarning = lambda message, *_, **__: print(f"catalogue: {message}", file=sys.stderr)
     try:
-        return app.main(standalone_mode=False) or 0
+        return app.main(prog_name="catalogue", standalone_mode=False) or 0
     except click.ClickException as error:
         error.show()
         return error.exit_code

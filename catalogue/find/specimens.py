@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from sqlalchemy import ColumnElement, and_, case, func, select, true
+from sqlalchemy import ColumnElement, Float, and_, case, func, select, true
 
 from ..collections.bounds import Bound, bounds
 from ..collections.results import CollectionCandidate
@@ -223,7 +223,8 @@ class _Search:
             value = _stored("deviation" if bound is None else bound.name)
             scale = self.request.stroke if bound is None else bound.scale
             others = [test for name, test in self.tests.items() if name != best]
-            seen = select(func.min(value).label("least"), func.max(value).label("most")).where(self.held, *others)
+            ends = (make(value, type_=Float).label(name) for make, name in ((func.min, "least"), (func.max, "most")))
+            seen = select(*ends).where(self.held, *others)
             least, most = (scale * float(end[0]) for end in self.database.read(seen).values())
             near = f"; the nearest has {most if bound is not None and most < bound.low else least:.4g}"
         return f"relax {best}, which alone excludes {useful[best]} stored specimens{near}"

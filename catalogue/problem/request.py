@@ -52,7 +52,7 @@ def digits(value: float) -> float:
 def whole(name: str, value: Any, least: int) -> int:
     """Return `value` as an int; `InvalidRequest` unless it is a whole number from `least` to `LARGEST`."""
     try:
-        given = None if isinstance(value, bool) else index(value)
+        given = None if isinstance(value, bool | np.bool_) else index(value)
     except TypeError:
         given = None
     if given is None:
