@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import re
+import tomllib
 from pathlib import Path, PurePosixPath
 
 import pytest
@@ -81,3 +82,11 @@ def test_example_plugin_of_the_guide_is_the_one_that_is_tested(root: Path) -> No
     shown, _, _ = rest.partition("```")
     assert shown == (root / "tests/plugins/dropin/my_x0.py").read_text()
     assert len(shown.splitlines()) <= 40
+
+
+def test_the_oldest_versions_are_those_that_are_promised(root: Path) -> None:
+    project = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]
+    extras = project["optional-dependencies"]
+    promised = {line.replace(">=", "==") for line in [*project["dependencies"], *extras["plot"], *extras["parquet"]]}
+    oldest = (root / "tests" / "packaging" / "oldest.txt").read_text("utf-8").split("# what the oldest")[0]
+    assert {line for line in oldest.splitlines() if not line.startswith("#")} == promised
