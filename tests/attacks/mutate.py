@@ -1,0 +1,185 @@
+"""Change the program at random places, one at a time, and see whether the tests notice.
+
+    python tests/attacks/mutate.py [--count 100] [--seed 1] [--only catalogue/refine] [--write]
+
+A mutant is a copy of the checkout in which one operator, number or function has become another one: ``<`` is ``>=``, a
+number is a quarter larger, ``min`` is ``max``.  First the tests of its own room run, then the fast part of all; it is
+killed as soon as one fails, or if they take ten times as long as they may.  Survivors are listed: each is equivalent,
+or a test is missing.  `--write`: the report goes to ``data/reports/mutations.md`` too.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import contextlib
+import io
+import random
+import re
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+ROOT = Path(__file__).parents[2]
+sys.path.insert(0, str(ROOT / "tests" / "benchmarks"))
+from measuring import table, title  # noqa: E402
+
+#: What becomes of an operator, by the name of its class: its sign, and another one.
+OPERATORS = {
+    "Add": ("+", "-"), "Sub": ("-", "+"), "Mult": ("*", "/"), "Div": ("/", "*"), "Pow": ("**", "*"),
+    "Lt": ("<", ">="), "LtE": ("<=", ">"), "Gt": (">", "<="), "GtE": (">=", "<"), "Eq": ("==", "!="),
+    "NotEq": ("!=", "=="), "Is": ("is", "is not"), "IsNot": ("is not", "is"), "In": ("in", "not in"),
+    "NotIn": ("not in", "in"), "And": ("and", "or"), "Or": ("or", "and"), "BitAnd": ("&", "|"), "BitOr": ("|", "&"),
+}  # fmt: skip
+#: What becomes of a function or an attribute.
+NAMES = {
+    "min": "max", "minimum": "maximum", "argmin": "argmax", "all": "any", "sin": "cos", "real": "imag", "floor": "ceil",
+}  # fmt: skip
+NAMES |= {other: name for name, other in NAMES.items()}
+#: Seconds after which tests that have not ended count as failed.
+PATIENCE = 1800
+
+
+@dataclass(frozen=True)
+class Mutation:
+    """Characters `start` to `end` of a file that become `text`."""
+
+    path: str
+    line: int
+    start: int
+    end: int
+    before: str
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.path}:{self.line} `{self.before}` → `{self.text}`"
+
+
+def mutations(path: str, source: str) -> Iterator[Mutation]:
+    """Return all mutations of a file."""
+    starts = [0]
+    for line in source.encode().splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+    tree = ast.parse(source)
+    skipped = {id(inner) for node in ast.walk(tree) for part in _unread(node) for inner in ast.walk(part)}
+
+    def offset(line: int, column: int) -> int:
+        return len(source.encode()[: starts[line - 1] + column].decode())
+
+    def begin(node: ast.expr) -> int:
+        return offset(node.lineno, node.col_offset)
+
+    def end(node: ast.expr) -> int:
+        return offset(node.end_lineno or node.lineno, node.end_col_offset or 0)
+
+    def between(left: ast.expr, right: ast.expr, operator: ast.AST) -> Iterator[Mutation]:
+        sign, other = OPERATORS.get(type(operator).__name__, ("", ""))
+        found = (
+            re.search(rf"(?<![*/<>=!]){re.escape(sign)}(?![*/=])", source[end(left) : begin(right)]) if sign else None
+        )
+        if found is not None:
+            at = end(left) + found.start()
+            yield Mutation(path, left.lineno, at, at + len(sign), sign, other)
+
+    for node in ast.walk(tree):
+        if id(node) in skipped:
+            continue
+        if isinstance(node, ast.BinOp):
+            yield from between(node.left, node.right, node.op)
+        elif isinstance(node, ast.Compare):
+            for left, right, operator in zip([node.left, *node.comparators], node.comparators, node.ops, strict=False):
+                yield from between(left, right, operator)
+        elif isinstance(node, ast.BoolOp):
+            for left, right in zip(node.values, node.values[1:], strict=False):
+                yield from between(left, right, node.op)
+        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.Not | ast.Invert):
+            sign = "not" if isinstance(node.op, ast.Not) else source[begin(node)]
+            yield Mutation(path, node.lineno, begin(node), begin(node) + len(sign), sign, "")
+        elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
+            text = (
+                str(node.value + 1) if isinstance(node.value, int) else repr(1.25 * node.value if node.value else 0.25)
+            )
+            yield Mutation(path, node.lineno, begin(node), end(node), source[begin(node) : end(node)], text)
+        elif isinstance(node, ast.Attribute) and node.attr in NAMES:
+            yield Mutation(path, node.lineno, end(node) - len(node.attr), end(node), node.attr, NAMES[node.attr])
+        elif isinstance(node, ast.Name) and node.id in NAMES:
+            yield Mutation(path, node.lineno, begin(node), end(node), node.id, NAMES[node.id])
+
+
+def _unread(node: ast.AST) -> Iterator[ast.AST]:
+    """Return what is beneath a node and never computed: annotations, and imports for them alone."""
+    for name in ("annotation", "returns"):
+        part = getattr(node, name, None)
+        if isinstance(part, ast.AST):
+            yield part
+    if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
+        yield node
+
+
+def killed(copy: Path, mutation: Mutation) -> str:
+    """Return which tests notice a mutation: ``room``, ``all``, or none."""
+    path = copy / mutation.path
+    source = path.read_text("utf-8")
+    path.write_text(source[: mutation.start] + mutation.text + source[mutation.end :], "utf-8")
+    try:
+        room = copy / "tests" / Path(mutation.path).parts[1].removesuffix(".py")
+        if mutation.path.startswith("plugins"):
+            room = copy / "tests" / ("spatial_guidance" if "spatial" in mutation.path else "plugins")
+        for name, chosen in (("room", [str(room)]), ("all", ["-m", "not slow"])):
+            if name == "room" and not room.is_dir():
+                continue
+            command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "2", "--dist", "worksteal", *chosen]
+            try:
+                done = subprocess.run(command, cwd=copy, capture_output=True, timeout=PATIENCE)
+            except subprocess.TimeoutExpired:
+                return name
+            if done.returncode not in (0, 5):
+                return name
+        return ""
+    finally:
+        path.write_text(source, "utf-8")
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--count", type=int, default=100)
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="")
+    parser.add_argument("--write", action="store_true")
+    asked = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "copy"
+        subprocess.run(["git", "clone", "-q", str(ROOT), str(copy)], check=True)
+        every = [
+            mutation
+            for part in ("catalogue", "plugins")
+            for file in sorted((copy / part).rglob("*.py"))
+            for mutation in mutations(file.relative_to(copy).as_posix(), file.read_text("utf-8"))
+            if mutation.path.startswith(asked.only)
+        ]
+        chosen = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
+        by: dict[str, list[Mutation]] = {"room": [], "all": [], "": []}
+        for number, mutation in enumerate(chosen, 1):
+            start = time.perf_counter()
+            who = killed(copy, mutation)
+            by[who].append(mutation)
+            told = f"killed by {who}" if who else "SURVIVED"
+            print(
+                f"{number:4d} {told:15s} {time.perf_counter() - start:6.0f} s  {mutation}", file=sys.stderr, flush=True
+            )
+    rows = [[asked.only or "all", len(every), len(chosen), len(by["room"]), len(by["all"]), len(by[""])]]
+    with contextlib.redirect_stdout(io.StringIO()) as report:
+        title("Mutations")
+        table(["where", "places", "tried", "killed by the room's tests", "by the fast part", "survived"], rows)
+        print("\n".join(f"- {mutation}" for mutation in by[""]))
+    print(report.getvalue())
+    if asked.write:
+        (ROOT / "data" / "reports" / "mutations.md").write_text(report.getvalue(), "utf-8")
+
+
+if __name__ == "__main__":
+    main()
