@@ -99,10 +99,14 @@ def mutations(path: str, source: str) -> Iterator[Mutation]:
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.Not | ast.Invert):
             sign = "not" if isinstance(node.op, ast.Not) else source[begin(node)]
             yield Mutation(path, node.lineno, begin(node), begin(node) + len(sign), sign, "")
-        elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
-            text = (
-                str(node.value + 1) if isinstance(node.value, int) else repr(1.25 * node.value if node.value else 0.25)
-            )
+        elif isinstance(node, ast.Constant):
+            value = node.value
+            if isinstance(value, float):
+                text = repr(1.25 * value or 0.25)
+            elif isinstance(value, int) and not isinstance(value, bool):
+                text = str(value + 1)
+            else:
+                continue
             yield Mutation(path, node.lineno, begin(node), end(node), source[begin(node) : end(node)], text)
         elif isinstance(node, ast.Attribute) and node.attr in NAMES:
             yield Mutation(path, node.lineno, end(node) - len(node.attr), end(node), node.attr, NAMES[node.attr])
