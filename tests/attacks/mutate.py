@@ -99,19 +99,19 @@ def mutations(path: str, source: str) -> Iterator[Mutation]:
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.Not | ast.Invert):
             sign = "not" if isinstance(node.op, ast.Not) else source[begin(node)]
             yield Mutation(path, node.lineno, begin(node), begin(node) + len(sign), sign, "")
-        elif isinstance(node, ast.Constant):
-            value = node.value
-            if isinstance(value, float):
-                text = repr(1.25 * value or 0.25)
-            elif isinstance(value, int) and not isinstance(value, bool):
-                text = str(value + 1)
-            else:
-                continue
+        elif isinstance(node, ast.Constant) and (text := _number(node.value)):
             yield Mutation(path, node.lineno, begin(node), end(node), source[begin(node) : end(node)], text)
         elif isinstance(node, ast.Attribute) and node.attr in NAMES:
             yield Mutation(path, node.lineno, end(node) - len(node.attr), end(node), node.attr, NAMES[node.attr])
         elif isinstance(node, ast.Name) and node.id in NAMES:
             yield Mutation(path, node.lineno, begin(node), end(node), node.id, NAMES[node.id])
+
+
+def _number(value: object) -> str:
+    """Return what a number becomes, nothing of what is none."""
+    if isinstance(value, float):
+        return repr(1.25 * value or 0.25)
+    return str(value + 1) if isinstance(value, int) and not isinstance(value, bool) else ""
 
 
 def _unread(node: ast.AST) -> Iterator[ast.AST]:
