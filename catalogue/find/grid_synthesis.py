@@ -21,6 +21,8 @@ INTERVALS = 16
 SIDE, HALF = 61, {"crank": 1.5, "moving": 3.0, "fixed": 4.0}
 #: Shortest and longest crank in strokes; no moving pivot is nearer to the point or the other one than the shortest.
 SHORTEST, LONGEST = 0.04, 10.0
+#: Sine of the angle between crank and arm below which they lie in line.
+IN_LINE = 1e-12
 #: Starts for each pair of given pivots.
 STARTS = 40
 
@@ -92,7 +94,8 @@ def turns(fixed: Complexes, moving: Complexes | complex, path: Complexes) -> Com
     crank, arm = moving - fixed, moving - middle
     span = path[:, None] - fixed
     along = 0.5 * (np.abs(span) + (np.abs(crank) ** 2 - np.abs(arm) ** 2) / np.abs(span))
-    side = np.sign((crank * (middle - fixed).conj()).imag)
+    side = (crank * (middle - fixed).conj()).imag
+    side = np.where(np.abs(side) <= IN_LINE * np.abs(crank) * np.abs(middle - fixed), 0.0, np.sign(side))
     across = np.sqrt(np.abs(crank) ** 2 - along**2) * np.where(side == 0, np.nan, side)
     at = fixed + span / np.abs(span) * (along + 1j * across)
     return np.asarray((at - path[:, None]) / arm)

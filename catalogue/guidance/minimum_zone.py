@@ -53,7 +53,7 @@ def grid(count: int, kind: Any = float) -> Grid:
     angle = pi * (1 - np.arange(4 * count + 1) / np.longdouble(4 * count))
     fine = np.cos(np.outer(angle, j)) @ to
     fine[::4] = np.eye(count + 1)
-    return Grid(*(matrix.astype(kind) for matrix in (-np.cos(pi * j / count), fine, to)))
+    return Grid(*(matrix.astype(kind) for matrix in (np.sin(pi * (2 * j - count) / (2 * count)), fine, to)))
 
 
 @dataclass(frozen=True)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from catalogue.curvature_theory.analysis import PARALLEL, curvature
+from tests.precision import EXTENDED
 
 BENCHMARK = runpy.run_path(str(Path(__file__).parents[1] / "benchmarks" / "stability.py"))
 KINDS = list(BENCHMARK["KINDS"])
@@ -32,7 +33,7 @@ def test_no_more_digits_are_lost_than_the_pivots_lack(kind: str, near: float) ->
 def test_principal_pairs_of_a_far_pole_keep_all_digits(near: float) -> None:
     ours = BENCHMARK["measure"](POLE_FAR, near, 10, seed=5)["principal pairs"]["ours"]
     assert np.isfinite(ours).sum() >= 8
-    assert np.nanmax(ours) < 1.5
+    assert np.nanmax(ours) < (1.5 if EXTENDED else 2.5)  # polished in extended precision where there is any
 
 
 def test_nearly_parallel_rays_are_taken_for_parallel_up_to_their_angle() -> None:

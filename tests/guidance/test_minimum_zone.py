@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 
 from catalogue.guidance.minimum_zone import Fit, concentric, grid, minimum_zone, resolved
 from catalogue.kinematics.types import Array
+from tests.precision import EXTENDED
 
 NODES = 32
 DENSE = np.sin(np.linspace(-np.pi / 2, np.pi / 2, 3001))
@@ -211,6 +212,8 @@ def off_arc(u: Array, v: Array, curvature: float, tilt: float, rise: float) -> f
 @pytest.mark.parametrize(("count", "exponent"), [(2, -2), (3, -3), (5, -4), (8, -5)])
 def test_an_arc_of_a_given_radius_is_the_best_placed(curvature: float, count: int, exponent: int) -> None:
     """A path with a wave of its own about an arc, and one that is bent a little more than the arc asked for."""
+    if 0 < abs(curvature) < 1e-6 and not EXTENDED:
+        pytest.skip("the reference subtracts numbers of 1e9: it needs extended precision")
     amplitude, nodes = 10.0**exponent, grid(NODES).nodes
     half = 1.0 if not curvature else float(np.arcsin(abs(curvature)) / abs(curvature))
     for held in (curvature, 0.97 * curvature):
