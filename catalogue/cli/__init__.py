@@ -7,16 +7,19 @@ the command is called for, or listed; it imports `api` and what lies below, late
 
 from __future__ import annotations
 
+import _thread
 import os
 import sys
+import threading
 import warnings
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 import click
 
 from .. import __version__
-from ..errors import CatalogueError
+from ..errors import CatalogueError, printable
 
 #: Exit code after Ctrl-C.
 INTERRUPTED = 130
@@ -31,14 +34,17 @@ def main() -> None:
     try:
         code = run()
     except CatalogueError as error:
-        print(f"catalogue: {error}", file=sys.stderr)
+        print(printable(f"catalogue: {error}"), file=sys.stderr)
         code = error.exit_code
-    except (KeyboardInterrupt, click.Abort):
-        print("catalogue: interrupted; what was finished is kept", file=sys.stderr)
+    except (KeyboardInterrupt, click.Abort) as error:
+        where = f" in {error}" if str(error) else ""
+        print(printable(f"catalogue: interrupted{where}; what was finished is kept"), file=sys.stderr)
         code = INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone
         sys.stderr.close()
         code = 141
+    if sys.stdout is sys.__stdout__ and "catalogue.plugin.registry" in sys.modules:
+        sys.stdout = sys.stderr  # what a plugin prints at the very end is no answer
     sys.exit(code)
 
 
@@ -86,8 +92,8 @@ class Commands(click.Group):
         """Run the command; `main` tells of Ctrl-C, without the empty line that click would print before."""
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt:
-            raise click.Abort from None
+        except KeyboardInterrupt as error:
+            raise click.Abort(*error.args) from None
 
 
 FIND = Commands(
@@ -115,12 +121,21 @@ def app() -> None:
 
 def run() -> int:
     """Run the command of `sys.argv`; warnings of plugins become lines on standard error."""
-    warnings.showwarning = lambda message, *_, **__: print(f"catalogue: {message}", file=sys.stderr)
+    warnings.showwarning = lambda message, *_, **__: print(printable(f"catalogue: {message}"), file=sys.stderr)
+    sys.unraisablehook = _interrupt_again
     try:
         return app.main(standalone_mode=False) or 0
     except click.ClickException as error:
         error.show()
         return error.exit_code
+
+
+def _interrupt_again(unraisable: Any, told: Callable[[Any], object] = sys.unraisablehook) -> None:
+    """Repeat a Ctrl-C that came while Python collected garbage, where no exception gets out of."""
+    if issubclass(unraisable.exc_type, KeyboardInterrupt):
+        threading.Timer(0.05, _thread.interrupt_main).start()
+    else:
+        told(unraisable)
 
 
 def _only_one_catalogue() -> None:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from click.exceptions import Exit
 
+from ..errors import printable
+
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
     from ..find.results import Results
@@ -24,12 +26,24 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]
     from rich import box
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=title, caption=caption, box=box.SIMPLE_HEAD, title_justify="left", caption_justify="left")
+    def plain(cell: Any) -> Text:  # brackets in a text are no markup
+        return Text("-" if cell is None else "\n".join(map(printable, str(cell).split("\n"))))
+
+    table = Table(
+        title=plain(title),
+        caption=plain(caption) if caption else None,
+        box=box.SIMPLE_HEAD,
+        title_justify="left",
+        caption_justify="left",
+    )
     for heading in columns:
-        table.add_column(heading.removeprefix(">"), justify="right" if heading[:1] == ">" else "left", overflow="fold")
+        table.add_column(
+            plain(heading.removeprefix(">")), justify="right" if heading[:1] == ">" else "left", overflow="fold"
+        )
     for row in rows:
-        table.add_row(*("-" if cell is None else str(cell) for cell in row))
+        table.add_row(*map(plain, row))
     console = Console()
     if not console.is_terminal:
         console = Console(width=max(100, 14 * len(columns)))
@@ -45,7 +59,11 @@ def print_csv(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
     """Print a heading and rows; lists and mappings stand in a cell as JSON."""
     writer = csv.writer(sys.stdout, lineterminator="\n")
     writer.writerow([heading.removeprefix(">") for heading in columns])
-    writer.writerows([json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else v for v in row] for row in rows)
+    writer.writerows(
+        [json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else printable(v) if isinstance(v, str) else v
+         for v in row]
+        for row in rows
+    )  # fmt: skip
 
 
 def print_records(output: str, records: Any, title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:

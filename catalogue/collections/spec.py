@@ -26,7 +26,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import PluginError
+from ..errors import PluginError, checked_name, checked_text
 
 if TYPE_CHECKING:
     from ..problem.request import Request
@@ -175,6 +175,8 @@ class Collection:
         A metric ``sweep`` is the stroke over the radius: by it a request for a given radius is narrowed.
     draw, measure, classify, plot
         See the head of the module.
+    origin : str
+        File or package it comes from, as the registry notes it.
 
     Raises
     ------
@@ -192,6 +194,7 @@ class Collection:
     measure: Measure
     classify: Classify
     plot: Plot
+    origin: str = ""
 
     def __post_init__(self) -> None:
         what = f"collection {self.name!r}"
@@ -201,6 +204,10 @@ class Collection:
             raise PluginError(f"{what}: title, source and plan must not be blank")
         if not self.families or not all(f and series and all(series) for f, series in self.families.items()):
             raise PluginError(f"{what}: it needs families, and each of them series")
+        for text in (*self.families, *self.series):
+            checked_name(f"a family or series of {what}", text)
+        for text in (self.title, self.source, self.plan):
+            checked_text(f"title, source or plan of {what}", text)
         for name, metric in self.metrics.items():
             if not re.fullmatch(r"[a-z]\w*", name) or name in COLUMNS:
                 raise PluginError(f"{what}: a metric cannot be called {name!r}")
