@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import DatabaseError, InvalidRequest, PluginError, PluginWarning, one_line, quoted
+from ..errors import DatabaseError, InvalidRequest, PluginError, PluginWarning, WorkerKilled, one_line, quoted
 from ..plugin.registry import Registry
 from ..problem.request import names, whole
 from ..store import (
@@ -123,7 +123,7 @@ def fill(
             report(progress(count, source.series.code))
         if not is_indexed(connection):
             make_indexes(connection)
-    database.set_setting("complete", "yes")
+    database.set_setting("complete", "no" if any(s.lost for s in sources) else "yes")
     finish(database)
     report(done := progress())
     return done
@@ -170,7 +170,7 @@ def _blocks(sources: list[Source], pool: Workers, seed: int) -> Iterator[tuple[S
 def _leave_out(source: Source, error: Exception) -> None:
     plugin, what = source.plugin, f"{source.series.code} {source.member.key}"
     reason = str(error) if isinstance(error, PluginError) else one_line(error)
-    source.failure = f"{plugin.name}: {reason}"
+    source.failure, source.lost = f"{plugin.name}: {reason}", isinstance(error, WorkerKilled)
     warnings.warn(f"plugin {plugin.name} ({plugin.origin}): {what} is left out: {reason}", PluginWarning, stacklevel=2)
 
 

@@ -48,6 +48,7 @@ class Source:
     guides: int = 0
     barren: int = 0
     failure: str = ""  # why it is left out
+    lost: bool = False  # by no fault of its own: the build is not complete without it
     short: list[int] = field(default_factory=list)
 
     @property
