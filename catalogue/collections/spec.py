@@ -22,11 +22,11 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import numpy as np
 
-from ..errors import PluginError, checked_name, checked_text
+from ..errors import PluginError, checked_name, checked_text, quoted
 
 if TYPE_CHECKING:
     from ..problem.request import Request
@@ -222,6 +222,25 @@ class Collection:
         """All series, each once, in order."""
         return list(dict.fromkeys(code for series in self.families.values() for code in series))
 
+    def measures(self, one: Measured) -> None:
+        """Check that what was measured has all metrics, as numbers, or a reason.
+
+        Raises
+        ------
+        PluginError
+            If not.
+        """
+        if not isinstance(one, Measured):
+            raise PluginError(f"measure gave {type(one).__name__} where Measured is wanted")
+        if one.reason:
+            checked_text("a reason", one.reason)
+            return
+        wanted = {"deviation": one.deviation, **{name: one.metrics.get(name) for name in self.metrics}}
+        for name, value in wanted.items():
+            if not isinstance(value, SupportsFloat) or not math.isfinite(value):
+                raise PluginError(f"{name} must be a finite number, not {quoted(value)}")
+        json.dumps(dict(one.parameters), allow_nan=False)
+
     def owns(self, specimen: Specimen) -> None:
         """Check that a specimen has the tags and the metrics that are declared.
 
@@ -230,6 +249,9 @@ class Collection:
         PluginError
             If not.
         """
+        if not isinstance(specimen, Specimen):
+            raise PluginError(f"draw gave {type(specimen).__name__} where Specimen is wanted")
+        checked_text("configuration of a specimen", specimen.configuration, 100)
         if specimen.series not in self.families.get(specimen.family, ()):
             raise PluginError(
                 f"collection {self.name}: a specimen is of {specimen.family} {specimen.series}, undeclared"

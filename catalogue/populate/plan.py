@@ -112,6 +112,12 @@ def plan(database: Database, registry: Registry, codes: Sequence[str], count: in
     return sources
 
 
+def outdated(database: Database, codes: Sequence[str]) -> list[int]:
+    """Return the batches of these series that were drawn in another way than today's."""
+    found = database.read(select(Batch.id).where(Batch.plan != PLAN, Batch.series.in_(codes)))
+    return [int(number) for number in found["id"]]
+
+
 def places(database: Database) -> defaultdict[Key, Counter[str]]:
     """Return how many places in the coverage order the file holds, by series and member, by kind."""
     place = (Mechanism.series, Mechanism.member, Guide.kind)

@@ -83,6 +83,15 @@ def test_interrupted_and_resumed_is_undisturbed(
 
 
 @pytest.mark.slow
+def test_what_another_plan_drew_is_replaced(filled: Filled, path: Path, undisturbed: Path, content: Content) -> None:
+    filled(path)
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute("UPDATE batch SET plan = 'of old'")
+    filled(path)
+    assert content(path) == content(undisturbed)
+
+
+@pytest.mark.slow
 def test_extended_later_is_a_larger_build(filled: Filled, path: Path, tmp_path: Path, content: Content) -> None:
     small = filled(path, count=250)
     large = filled(path, count=900)
@@ -166,7 +175,7 @@ def test_series_that_fails_is_reported_and_the_others_are_complete(
 ) -> None:
     with pytest.warns(PluginWarning, match=rf"plugin rude .*: {code} four-bar general is left out: {reason}$"):
         last = filled(path, count=825, series=(FEW[0], code, FEW[1]), registry=rude)
-    assert re.fullmatch(f"rude: {reason}", *last.failed)
+    assert re.fullmatch(f"rude: {reason}", "".join(last.failed))
     found, expected = content(path), content(undisturbed)
     for table in ("batch", "mechanism", "guide", "reach", "index"):
         assert found[table] == expected[table], table
