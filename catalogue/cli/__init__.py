@@ -108,7 +108,7 @@ FIND = Commands(
     cls=Commands,
     modules={"build": "build", "classify": "classify", "census": "census", "show": "show", "measure": "measure",
              "improve": "improve", "trace": "trace", "plate": "plate", "atlas": "plate", "export": "export",
-             "schema": "schema", "plugins": "plugins"},
+             "schema": "schema", "plugins": "plugins", "doctor": "doctor"},
     commands={"find": FIND},
     epilog="The first `find` builds the database, in half a minute or so. Exit codes: 0 answered, 1 nothing found, "
     "2 bad request, 3 bad linkage, 4 database, 5 plugin, 6 missing package, 130 interrupted.",
