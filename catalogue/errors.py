@@ -144,6 +144,18 @@ def foreign(where: str = "") -> Iterator[None]:
             raise PluginError(one_line(error)) from error
 
 
+def press_ctrl_c() -> None:
+    """Interrupt the main thread, from another one; where the system can, also while it sleeps."""
+    import _thread
+    import signal
+    import threading
+
+    if hasattr(signal, "pthread_kill"):
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+    else:
+        _thread.interrupt_main()
+
+
 class _Alarm:
     """Ctrl-C after some seconds, if in the main thread."""
 
@@ -155,10 +167,8 @@ class _Alarm:
         self.timer = threading.Timer(limit, self.ring) if main else None
 
     def ring(self) -> None:
-        import _thread
-
         self.rang = True
-        _thread.interrupt_main()
+        press_ctrl_c()
 
     def settle(self) -> None:
         """Wait for a Ctrl-C that is on its way."""

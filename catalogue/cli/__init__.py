@@ -7,7 +7,6 @@ the command is called for, or listed; it imports `api` and what lies below, late
 
 from __future__ import annotations
 
-import _thread
 import os
 import sys
 import threading
@@ -19,7 +18,7 @@ from typing import Any
 import click
 
 from .. import __version__
-from ..errors import CatalogueError, printable
+from ..errors import CatalogueError, press_ctrl_c, printable
 
 #: Exit code after Ctrl-C.
 INTERRUPTED = 130
@@ -28,11 +27,13 @@ INTERRUPTED = 130
 def main() -> None:
     """Run the command line; every expected error is one line on standard error and a documented exit code."""
     _only_one_catalogue()
+    _keep_standard_output()
     # The matrices are small: more threads of linear algebra cost more than they bring.  NumPy reads this when imported.
     for name in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{name}_NUM_THREADS", "1")
     try:
         code = run()
+        sys.stdout.flush()
     except CatalogueError as error:
         print(printable(f"catalogue: {error}"), file=sys.stderr)
         code = error.exit_code
@@ -43,7 +44,7 @@ def main() -> None:
     except BrokenPipeError:  # the reader of our output has gone
         sys.stderr.close()
         code = 141
-    if sys.stdout is sys.__stdout__ and "catalogue.plugin.registry" in sys.modules:
+    if "catalogue.plugin.registry" in sys.modules and sys.stdout is not sys.__stdout__ and _is_file(sys.stdout):
         sys.stdout = sys.stderr  # what a plugin prints at the very end is no answer
     sys.exit(code)
 
@@ -130,10 +131,28 @@ def run() -> int:
         return error.exit_code
 
 
+def _keep_standard_output() -> None:
+    """Move standard output to where only the command writes: what a plugin, or a library in C, writes to its number
+    goes to standard error."""
+    was = sys.__stdout__
+    if was is None or sys.stdout is not was or not (_is_file(was) and _is_file(sys.stderr)):
+        return
+    own = os.dup(was.fileno())
+    sys.stdout = open(own, "w", was.isatty() or -1, was.encoding, "backslashreplace")  # noqa: PTH123, SIM115
+    os.dup2(sys.stderr.fileno(), was.fileno())
+
+
+def _is_file(stream: Any) -> bool:
+    try:
+        return bool(stream.fileno() >= 0)
+    except (AttributeError, OSError, ValueError):
+        return False
+
+
 def _interrupt_again(unraisable: Any, told: Callable[[Any], object] = sys.unraisablehook) -> None:
     """Repeat a Ctrl-C that came while Python collected garbage, where no exception gets out of."""
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
-        threading.Timer(0.05, _thread.interrupt_main).start()
+        threading.Timer(0.05, press_ctrl_c).start()
     else:
         told(unraisable)
 

@@ -144,13 +144,12 @@ class _Search:
         """Return what a batch of specimens does on its finite motion."""
         if not stored:
             return []
-        name = self.collection.name
         with self.asked("measured"):
             found = list(self.collection.measure(stored, self.request))
             for one in found:
                 self.collection.measures(one)
-        if len(found) != len(stored):
-            raise PluginError(f"collection {name}: {len(found)} of {len(stored)} mechanisms were measured")
+            if len(found) != len(stored):
+                raise PluginError(f"{len(found)} of {len(stored)} mechanisms were measured")
         self.verified += len(found)
         return found
 

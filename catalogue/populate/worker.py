@@ -9,6 +9,7 @@ from __future__ import annotations
 import faulthandler
 import os
 import pickle
+import signal
 import sys
 import threading
 import warnings
@@ -31,6 +32,7 @@ def main() -> None:
     with Path(os.devnull).open("rb") as nothing:
         os.dup2(nothing.fileno(), 0)
     os.dup2(2, 1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the calling process, which then closes the pipe
     warnings.simplefilter("ignore")  # the calling process has said it already
     tasks: SimpleQueue[Any] = SimpleQueue()
     threading.Thread(target=_listen, args=(source, tasks), daemon=True).start()
