@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import InvalidRequest, MissingExtra
-from .options import DB, FAMILY, FORCE, ORDER, OUTPUT, PINS_ONLY, PLUGINS, SERIES, option, several, switch
+from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, option, several, switch
+from .tables import FORCE, OUTPUT
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -3,21 +3,8 @@
 from __future__ import annotations
 
 from ..problem.criteria import CRITERIA, DISTINCT
-from .options import (
-    COMMON,
-    EFFORT,
-    FAMILY,
-    FORCE,
-    LIMIT,
-    ORDER,
-    OUTPUT,
-    PINS_ONLY,
-    SERIES,
-    number,
-    option,
-    several,
-    switch,
-)
+from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, number, option, several, switch
+from .tables import FORCE, OUTPUT
 
 #: Options that say what path it is to be.
 DEVIATION = number(

@@ -13,9 +13,9 @@ from ..progress import busy
 from .find import place, settled
 from .find_options import IMPROVE, PLACE, RADIUS, STROKE
 from .measure import given
-from .options import FORCE, OUTPUT, Argument, number, option, several, switch
+from .options import Argument, number, option, several, switch
 from .references import HELP, REFERENCE
-from .tables import codes, links, print_results, print_table
+from .tables import FORCE, OUTPUT, codes, links, print_results, print_table
 
 if TYPE_CHECKING:
     from ..find.improve import Improvement

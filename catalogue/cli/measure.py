@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..progress import busy
-from .options import DB, FORCE, FORMAT, OUTPUT, PLUGINS, Argument, number, option, switch
+from .options import DB, FORMAT, PLUGINS, Argument, number, option, switch
 from .references import HELP, REFERENCE, guides
-from .tables import codes, links, print_results, print_table
+from .tables import FORCE, OUTPUT, codes, links, print_results, print_table
 
 if TYPE_CHECKING:
     from ..api import Catalogue

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 from typing import Any
 
@@ -10,29 +9,6 @@ import click
 
 #: A file or a folder, which need not be there.
 PATH: Any = click.Path(path_type=Path)
-
-
-class _Output(click.Path):
-    """A file to be written: one that is there, or a link, only with --force."""
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
-        file = Path(os.fsdecode(super().convert(value, param, ctx)))
-        flag = param.opts[0] if param else "the option"
-        if not (ctx and ctx.meta.get(FORCE_KEY)):
-            refuse_existing(file, flag)
-        return file
-
-
-def refuse_existing(file: Path, flag: str) -> None:
-    """Say that a file is there before work is done for it; a folder may be, for what is written into it."""
-    from ..errors import InvalidRequest
-
-    if file.is_symlink() or (file.exists() and not file.is_dir()):
-        raise InvalidRequest(f"{file} is there already: name another with {flag}, or overwrite it with --force")
-
-
-FORCE_KEY = "catalogue.force"
-OUTPUT: Any = _Output(path_type=Path)
 
 
 class Argument(click.Argument):
@@ -64,10 +40,6 @@ def switch(flag: str, help: str, **more: Any) -> click.Option:
     return click.Option([flag], is_flag=True, help=help, **more)
 
 
-FORCE = click.Option(
-    ["--force"], is_flag=True, is_eager=True, expose_value=False, help="Overwrite a file that is there.",
-    callback=lambda ctx, _, given: ctx.meta.update({FORCE_KEY: given}),
-)  # fmt: skip
 DB = option(
     "--db", "FILE", "Database file.", PATH, envvar="CATALOGUE_DB", show_envvar=True,
     show_default="in the user's data directory",

@@ -14,7 +14,8 @@ import click
 
 from ..errors import InvalidRequest
 from ..folders import write_file
-from .options import FORCE, FORCE_KEY, OUTPUT, PATH, PLUGINS, Argument, option, refuse_existing
+from .options import PATH, PLUGINS, Argument, option
+from .tables import FORCE, FORCE_KEY, OUTPUT, refuse_existing
 
 if TYPE_CHECKING:
     from ..series.series import Series

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import COMMON, FORCE, OUTPUT, Argument, number, option
+from .options import COMMON, Argument, number, option
 from .references import is_answer
-from .tables import print_json, print_table
+from .tables import FORCE, OUTPUT, print_json, print_table
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate

@@ -1,24 +1,51 @@
-"""Answers printed: tables on a terminal, CSV and JSON."""
+"""Answers printed: tables on a terminal, CSV and JSON; and written, to files that are not there."""
 
 from __future__ import annotations
 
 import csv
 import json
+import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import click
 from click.exceptions import Exit
 
-from ..errors import printable
+from ..errors import InvalidRequest, printable
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
     from ..find.results import Results
 
 T = TypeVar("T", bound="Results[Any]")
+
+
+class _Output(click.Path):
+    """A file to be written: one that is there, or a link, only with --force."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        file = Path(os.fsdecode(super().convert(value, param, ctx)))
+        flag = param.opts[0] if param else "the option"
+        if not (ctx and ctx.meta.get(FORCE_KEY)):
+            refuse_existing(file, flag)
+        return file
+
+
+def refuse_existing(file: Path, flag: str) -> None:
+    """Say that a file is there before work is done for it; a folder may be, for what is written into it."""
+    if file.is_symlink() or (file.exists() and not file.is_dir()):
+        raise InvalidRequest(f"{file} is there already: name another with {flag}, or overwrite it with --force")
+
+
+FORCE_KEY = "catalogue.force"
+OUTPUT: Any = _Output(path_type=Path)
+FORCE = click.Option(
+    ["--force"], is_flag=True, is_eager=True, expose_value=False, help="Overwrite a file that is there.",
+    callback=lambda ctx, _, given: ctx.meta.update({FORCE_KEY: given}),
+)  # fmt: skip
 
 
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> None:
@@ -29,18 +56,19 @@ def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]
     from rich.text import Text
 
     def plain(cell: Any) -> Text:  # brackets in a text are no markup
-        return Text("-" if cell is None else "\n".join(map(printable, str(cell).split("\n"))))
+        text = "-" if cell is None else str(cell)
+        return Text(text if text.isprintable() else printable(text))
 
     table = Table(
-        title=plain(title),
-        caption=plain(caption) if caption else None,
+        title=Text(title),
+        caption=Text(caption) if caption else None,
         box=box.SIMPLE_HEAD,
         title_justify="left",
         caption_justify="left",
     )
     for heading in columns:
         table.add_column(
-            plain(heading.removeprefix(">")), justify="right" if heading[:1] == ">" else "left", overflow="fold"
+            Text(heading.removeprefix(">")), justify="right" if heading[:1] == ">" else "left", overflow="fold"
         )
     for row in rows:
         table.add_row(*map(plain, row))
@@ -113,8 +141,6 @@ def print_results(
 def codes(found: Results[Any]) -> list[str]:
     """Return the codes of answers, which are kept under them; where they cannot be kept, dashes and a line that says
     so."""
-    from ..errors import InvalidRequest
-
     try:
         return found.remember()
     except InvalidRequest as error:
