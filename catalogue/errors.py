@@ -150,7 +150,7 @@ def press_ctrl_c() -> None:
     import signal
     import threading
 
-    if hasattr(signal, "pthread_kill"):
+    if hasattr(signal, "pthread_kill") and callable(signal.getsignal(signal.SIGINT)):
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
     else:
         _thread.interrupt_main()

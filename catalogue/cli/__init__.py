@@ -33,7 +33,8 @@ def main() -> None:
         os.environ.setdefault(f"{name}_NUM_THREADS", "1")
     try:
         code = run()
-        sys.stdout.flush()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except CatalogueError as error:
         print(printable(f"catalogue: {error}"), file=sys.stderr)
         code = error.exit_code
