@@ -39,6 +39,18 @@ def user_folder() -> Path:
     return user_data_path("mechanism-catalogue", appauthor=False)
 
 
+def write_file(file: Path, data: bytes) -> None:
+    """Write a file, all of it or nothing of it; a link of that name is replaced, what it leads to is left alone."""
+    part = file.with_name(f"{file.name}.part")
+    part.unlink(missing_ok=True)
+    try:
+        with part.open("xb") as out:
+            out.write(data)
+        part.replace(file)
+    finally:
+        part.unlink(missing_ok=True)
+
+
 def plugin_folders(extra: tuple[str, ...] = ()) -> list[Path]:
     """Return the folders searched for plugins: the built-in one, those of ``CATALOGUE_PLUGINS``, then `extra`."""
     named = [part for part in os.environ.get("CATALOGUE_PLUGINS", "").split(os.pathsep) if part]

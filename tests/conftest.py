@@ -289,9 +289,12 @@ def at_revision() -> Callable[[Path, str], Path]:
         config = Config()
         config.set_main_option("script_location", str(folder("migrations")))
         engine = engine_for(path)
-        with engine.connect() as opened, opened.begin():
+        with engine.connect() as opened:
+            opened.connection.cursor().execute("PRAGMA foreign_keys = OFF")  # as for any upgrade
+            opened.begin()
             config.attributes.update(connection=opened, metadata=Base.metadata)
             command.upgrade(config, revision)
+            opened.commit()
         engine.dispose()
         return path
 

@@ -244,6 +244,17 @@ def test_a_series_may_be_of_a_family_that_a_later_plugin_adds(write: Write) -> N
     assert record(registry, "z_family").families == ["geared"]
 
 
+def test_with_a_plugin_go_the_series_of_its_families_and_its_names_are_free(write: Write) -> None:
+    path = write("a_series.py", SERIES_HOOK + "return [series('test.1', 'geared')]")
+    write("z_family.py", FAMILY.format(name="geared") + SERIES_HOOK + "return 1 / 0")
+    with pytest.warns(PluginWarning) as caught:
+        registry = Registry([str(path.parent)])
+    assert {str(w.message).split()[1] for w in caught} == {"a_series", "z_family"}
+    assert "series test.1 is of family geared, which no plugin provides" in record(registry, "a_series").error
+    assert "test.1" not in registry.series
+    assert "geared" not in registry.families
+
+
 def test_two_plugins_that_claim_one_series_are_an_error_that_names_both_files(write: Write) -> None:
     first, second = write("first.py"), write("second.py", place="other")
     with pytest.raises(DuplicateSeries) as caught:

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import os
 import sys
+import threading
 import warnings
+from collections.abc import Callable
 from importlib import import_module
 from typing import Any
 
 import click
 
 from .. import __version__
-from ..errors import CatalogueError
+from ..errors import CatalogueError, press_ctrl_c, printable
 
 #: Exit code after Ctrl-C.
 INTERRUPTED = 130
@@ -25,20 +27,26 @@ INTERRUPTED = 130
 def main() -> None:
     """Run the command line; every expected error is one line on standard error and a documented exit code."""
     _only_one_catalogue()
+    _keep_standard_output()
     # The matrices are small: more threads of linear algebra cost more than they bring.  NumPy reads this when imported.
     for name in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{name}_NUM_THREADS", "1")
     try:
         code = run()
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except CatalogueError as error:
-        print(f"catalogue: {error}", file=sys.stderr)
+        print(printable(f"catalogue: {error}"), file=sys.stderr)
         code = error.exit_code
-    except (KeyboardInterrupt, click.Abort):
-        print("catalogue: interrupted; what was finished is kept", file=sys.stderr)
+    except (KeyboardInterrupt, click.Abort) as error:
+        where = f" in {error}" if str(error) else ""
+        print(printable(f"catalogue: interrupted{where}; what was finished is kept"), file=sys.stderr)
         code = INTERRUPTED
     except BrokenPipeError:  # the reader of our output has gone
         sys.stderr.close()
         code = 141
+    if "catalogue.plugin.registry" in sys.modules and sys.stdout is not sys.__stdout__ and _is_file(sys.stdout):
+        sys.stdout = sys.stderr  # what a plugin prints at the very end is no answer
     sys.exit(code)
 
 
@@ -86,8 +94,8 @@ class Commands(click.Group):
         """Run the command; `main` tells of Ctrl-C, without the empty line that click would print before."""
         try:
             return super().invoke(ctx)
-        except KeyboardInterrupt:
-            raise click.Abort from None
+        except KeyboardInterrupt as error:
+            raise click.Abort(*error.args) from None
 
 
 FIND = Commands(
@@ -102,7 +110,7 @@ FIND = Commands(
     cls=Commands,
     modules={"build": "build", "classify": "classify", "census": "census", "show": "show", "measure": "measure",
              "improve": "improve", "trace": "trace", "plate": "plate", "atlas": "plate", "export": "export",
-             "schema": "schema", "plugins": "plugins"},
+             "schema": "schema", "plugins": "plugins", "doctor": "doctor"},
     commands={"find": FIND},
     epilog="The first `find` builds the database, in half a minute or so. Exit codes: 0 answered, 1 nothing found, "
     "2 bad request, 3 bad linkage, 4 database, 5 plugin, 6 missing package, 130 interrupted.",
@@ -115,12 +123,39 @@ def app() -> None:
 
 def run() -> int:
     """Run the command of `sys.argv`; warnings of plugins become lines on standard error."""
-    warnings.showwarning = lambda message, *_, **__: print(f"catalogue: {message}", file=sys.stderr)
+    warnings.showwarning = lambda message, *_, **__: print(printable(f"catalogue: {message}"), file=sys.stderr)
+    sys.unraisablehook = _interrupt_again
     try:
         return app.main(prog_name="catalogue", standalone_mode=False) or 0
     except click.ClickException as error:
         error.show()
         return error.exit_code
+
+
+def _keep_standard_output() -> None:
+    """Move standard output to where only the command writes: what a plugin, or a library in C, writes to its number
+    goes to standard error."""
+    was = sys.__stdout__
+    if was is None or sys.stdout is not was or not (_is_file(was) and _is_file(sys.stderr)):
+        return
+    own = os.dup(was.fileno())
+    sys.stdout = open(own, "w", was.isatty() or -1, was.encoding, "backslashreplace")  # noqa: PTH123, SIM115
+    os.dup2(sys.stderr.fileno(), was.fileno())
+
+
+def _is_file(stream: Any) -> bool:
+    try:
+        return bool(stream.fileno() >= 0)
+    except (AttributeError, OSError, ValueError):
+        return False
+
+
+def _interrupt_again(unraisable: Any, told: Callable[[Any], object] = sys.unraisablehook) -> None:
+    """Repeat a Ctrl-C that came while Python collected garbage, where no exception gets out of."""
+    if issubclass(unraisable.exc_type, KeyboardInterrupt):
+        threading.Timer(0.05, press_ctrl_c).start()
+    else:
+        told(unraisable)
 
 
 def _only_one_catalogue() -> None:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import InvalidRequest, MissingExtra
-from .options import DB, FAMILY, ORDER, PATH, PINS_ONLY, PLUGINS, SERIES, option, several, switch
+from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, option, several, switch
+from .tables import FORCE, OUTPUT
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
     params=[
         option("--format", None, "What to write; sqlite: a database with guides, pivots, reaches and what they mean.",
                click.Choice(["csv", "parquet", "sqlite"]), default="csv"),
-        option("--out", "FILE", "Where to; without it csv goes to standard output.", PATH),
-        switch("--force", "Overwrite the file if it is there."),
+        option("--out", "FILE", "Where to; without it csv goes to standard output.", OUTPUT),
+        FORCE,
         switch("--reaches", "One row per reach instead of one per guide; sqlite has both in any case."),
         SERIES,
         FAMILY,
@@ -33,7 +34,7 @@ if TYPE_CHECKING:
     ]
 )  # fmt: skip
 def export(
-    format: str, out: Path | None, force: bool, reaches: bool, series: Sequence[str], family: Sequence[str],
+    format: str, out: Path | None, reaches: bool, series: Sequence[str], family: Sequence[str],
     kind: Sequence[str], order: int, pins_only: bool, db: Path | None, plugins: Sequence[str],
 ) -> None:  # fmt: skip
     """Write the stored guides with their pivots, parameters and curvature as a table for other programs.
@@ -49,7 +50,7 @@ def export(
     if out is None and format != "csv":
         raise InvalidRequest(f"{format} cannot be printed: name a file with --out")
     if out is not None:
-        _check(out, force)
+        _check(out)
     with open(db, plugins=plugins) as catalogue:
         guides = catalogue.guides(
             series=series, families=family, kind=kind, order=order, pins_only=pins_only,
@@ -75,14 +76,12 @@ def export(
     print(f"written: {out}, {len(guides)} rows", file=sys.stderr)
 
 
-def _check(out: Path, force: bool) -> None:
+def _check(out: Path) -> None:
     """Say that a file cannot be written before work is done for it."""
     if not out.parent.is_dir():
         raise InvalidRequest(f"cannot write {out}: there is no folder {out.parent}")
     if out.is_dir():
         raise InvalidRequest(f"{out} is a folder: name a file with --out")
-    if out.exists() and not force:
-        raise InvalidRequest(f"{out} is there already: name another with --out, or overwrite it with --force")
 
 
 def _write_parquet(guides: pd.DataFrame, file: Path) -> None:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from ..problem.criteria import CRITERIA, DISTINCT
-from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PATH, PINS_ONLY, SERIES, number, option, several, switch
+from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, number, option, several, switch
+from .tables import FORCE, OUTPUT
 
 #: Options that say what path it is to be.
 DEVIATION = number(
@@ -20,7 +21,7 @@ PLACE = (
     number("--along", "DEG", "Direction of the path, with --stroke.", default=0.0),
 )
 PLOT = option("--plot", "FILE|DIR", "Draw the best one: PNG, SVG or PDF by the suffix; in a folder all.",
-              PATH)  # fmt: skip
+              OUTPUT)  # fmt: skip
 #: All others.
 OPTIONS = (
     FAMILY,
@@ -80,7 +81,8 @@ OPTIONS = (
             "Bound a metric of the collection by >= or <=, e.g. 'size<=3'; a length in your unit. May be repeated."),
     switch("--explain", "Say what each constraint removed and how long it took."),
     PLOT,
-    option("--save", "FILE", "Keep what is listed in a file, from which it is read again anywhere.", PATH),
+    option("--save", "FILE", "Keep what is listed in a file, from which it is read again anywhere.", OUTPUT),
+    FORCE,
     *COMMON,
 )  # fmt: skip
 #: Those that say what an improved linkage must satisfy, and how it is ranked.

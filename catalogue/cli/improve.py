@@ -13,9 +13,9 @@ from ..progress import busy
 from .find import place, settled
 from .find_options import IMPROVE, PLACE, RADIUS, STROKE
 from .measure import given
-from .options import PATH, Argument, number, option, several, switch
+from .options import Argument, number, option, several, switch
 from .references import HELP, REFERENCE
-from .tables import codes, links, print_results, print_table
+from .tables import FORCE, OUTPUT, codes, links, print_results, print_table
 
 if TYPE_CHECKING:
     from ..find.improve import Improvement
@@ -34,7 +34,8 @@ if TYPE_CHECKING:
         switch("--in-place", "The path stays where --from and --to say."),
         number("--within", "L", "With --in-place: how far held fixed pivots may move.", default=0.0),
         switch("--catalogue/--no-catalogue", "Look for the best of the catalogue too.", default=True),
-        option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", PATH),
+        option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", OUTPUT),
+        FORCE,
         *IMPROVE,
     ]
 )  # fmt: skip

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..progress import busy
-from .options import DB, FORMAT, PATH, PLUGINS, Argument, number, option, switch
+from .options import DB, FORMAT, PLUGINS, Argument, number, option, switch
 from .references import HELP, REFERENCE, guides
-from .tables import codes, links, print_results, print_table
+from .tables import FORCE, OUTPUT, codes, links, print_results, print_table
 
 if TYPE_CHECKING:
     from ..api import Catalogue
@@ -29,8 +29,9 @@ if TYPE_CHECKING:
         number("--radius", "R", "Along an arc of exactly this radius."),
         number("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
         option("--limit", "N", "How many stretches of each linkage.", int, show_default="4, of several linkages 1"),
-        option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", PATH),
-        option("--plot", "FILE|DIR", "Draw the best one; in a folder all, named by their codes.", PATH),
+        option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", OUTPUT),
+        option("--plot", "FILE|DIR", "Draw the best one; in a folder all, named by their codes.", OUTPUT),
+        FORCE,
         FORMAT,
         DB,
         PLUGINS,

@@ -13,7 +13,9 @@ from urllib.parse import quote
 import click
 
 from ..errors import InvalidRequest
+from ..folders import write_file
 from .options import PATH, PLUGINS, Argument, option
+from .tables import FORCE, FORCE_KEY, OUTPUT, refuse_existing
 
 if TYPE_CHECKING:
     from ..series.series import Series
@@ -22,7 +24,8 @@ if TYPE_CHECKING:
 @click.command(
     params=[
         Argument("series", "SERIES", "Code of a series, such as II.xy or 'III*.KK'."),
-        option("--out", "FILE", "PNG, SVG or PDF by the suffix.", PATH, show_default="CODE.svg, here"),
+        option("--out", "FILE", "PNG, SVG or PDF by the suffix.", OUTPUT, show_default="CODE.svg, here"),
+        FORCE,
         PLUGINS,
     ]
 )
@@ -34,12 +37,18 @@ def plate(series: str, out: Path | None, plugins: Sequence[str]) -> None:
 
     chosen = Registry(plugins).get(series)
     file = Path(f"{file_name(chosen.code)}.svg") if out is None else out
+    if not click.get_current_context().meta[FORCE_KEY]:
+        refuse_existing(file, "--out")
     draw(chosen, file)
     print(f"drawn: {file}", file=sys.stderr)
 
 
 @click.command(
-    params=[option("--out", "DIR", "Folder for the plates, made if it is not there.", PATH, required=True), PLUGINS]
+    params=[
+        option("--out", "DIR", "Folder for the plates, made if it is not there.", PATH, required=True),
+        FORCE,
+        PLUGINS,
+    ]
 )
 def atlas(out: Path, plugins: Sequence[str]) -> None:
     """Draw the plates of all series as SVG, with index.html to leaf through them."""
@@ -51,6 +60,9 @@ def atlas(out: Path, plugins: Sequence[str]) -> None:
 
     every = list(Registry(plugins).series.values())
     files = _files(every)
+    if not click.get_current_context().meta[FORCE_KEY]:
+        for name in (*files, "index.html"):
+            refuse_existing(out / name, "--out")
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -66,7 +78,7 @@ def atlas(out: Path, plugins: Sequence[str]) -> None:
             bar.advance(task)
     index = out / "index.html"
     try:
-        index.write_text(_index(every, files), encoding="utf-8")
+        write_file(index, _index(every, files).encode())
     except OSError as error:
         raise InvalidRequest(f"cannot write {index}: {error.strerror}") from error
     print(f"drawn: {len(every)} plates; open {index}", file=sys.stderr)

@@ -9,9 +9,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import COMMON, PATH, Argument, number, option
+from .options import COMMON, Argument, number, option
 from .references import is_answer
-from .tables import print_json, print_table
+from .tables import FORCE, OUTPUT, print_json, print_table
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
@@ -104,7 +104,8 @@ def _plain(value: Any) -> str:
         number("--stroke", None, "Lay the guide along a path of this stroke.", default=1.0),
         option("--level", "N", "Split it for a deviation of 10^N of the stroke.", int,
                show_default="the middle one of those it holds"),
-        option("--plot", "FILE", "Draw it there: PNG, SVG or PDF by the suffix.", PATH),
+        option("--plot", "FILE", "Draw it there: PNG, SVG or PDF by the suffix.", OUTPUT),
+        FORCE,
         *COMMON,
     ]
 )  # fmt: skip

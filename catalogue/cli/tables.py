@@ -1,16 +1,20 @@
-"""Answers printed: tables on a terminal, CSV and JSON."""
+"""Answers printed: tables on a terminal, CSV and JSON; and written, to files that are not there."""
 
 from __future__ import annotations
 
 import csv
 import json
+import os
 import re
 import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import click
 from click.exceptions import Exit
+
+from ..errors import InvalidRequest, printable
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
@@ -19,17 +23,55 @@ if TYPE_CHECKING:
 T = TypeVar("T", bound="Results[Any]")
 
 
+class _Output(click.Path):
+    """A file to be written: one that is there, or a link, only with --force."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        file = Path(os.fsdecode(super().convert(value, param, ctx)))
+        flag = param.opts[0] if param else "the option"
+        if not (ctx and ctx.meta.get(FORCE_KEY)):
+            refuse_existing(file, flag)
+        return file
+
+
+def refuse_existing(file: Path, flag: str) -> None:
+    """Say that a file is there before work is done for it; a folder may be, for what is written into it."""
+    if file.is_symlink() or (file.exists() and not file.is_dir()):
+        raise InvalidRequest(f"{file} is there already: name another with {flag}, or overwrite it with --force")
+
+
+FORCE_KEY = "catalogue.force"
+OUTPUT: Any = _Output(path_type=Path)
+FORCE = click.Option(
+    ["--force"], is_flag=True, is_eager=True, expose_value=False, help="Overwrite a file that is there.",
+    callback=lambda ctx, _, given: ctx.meta.update({FORCE_KEY: given}),
+)  # fmt: skip
+
+
 def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> None:
     """Print a table; columns whose heading begins with ``>`` are set to the right, None in a cell is a dash."""
     from rich import box
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
-    table = Table(title=title, caption=caption, box=box.SIMPLE_HEAD, title_justify="left", caption_justify="left")
+    def plain(cell: Any) -> Text:  # brackets in a text are no markup
+        text = "-" if cell is None else str(cell)
+        return Text(text if text.isprintable() else printable(text))
+
+    table = Table(
+        title=Text(title),
+        caption=Text(caption) if caption else None,
+        box=box.SIMPLE_HEAD,
+        title_justify="left",
+        caption_justify="left",
+    )
     for heading in columns:
-        table.add_column(heading.removeprefix(">"), justify="right" if heading[:1] == ">" else "left", overflow="fold")
+        table.add_column(
+            Text(heading.removeprefix(">")), justify="right" if heading[:1] == ">" else "left", overflow="fold"
+        )
     for row in rows:
-        table.add_row(*("-" if cell is None else str(cell) for cell in row))
+        table.add_row(*map(plain, row))
     console = Console()
     if not console.is_terminal:
         console = Console(width=max(100, 14 * len(columns)))
@@ -45,7 +87,11 @@ def print_csv(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
     """Print a heading and rows; lists and mappings stand in a cell as JSON."""
     writer = csv.writer(sys.stdout, lineterminator="\n")
     writer.writerow([heading.removeprefix(">") for heading in columns])
-    writer.writerows([json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else v for v in row] for row in rows)
+    writer.writerows(
+        [json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else printable(v) if isinstance(v, str) else v
+         for v in row]
+        for row in rows
+    )  # fmt: skip
 
 
 def print_records(output: str, records: Any, title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
@@ -95,8 +141,6 @@ def print_results(
 def codes(found: Results[Any]) -> list[str]:
     """Return the codes of answers, which are kept under them; where they cannot be kept, dashes and a line that says
     so."""
-    from ..errors import InvalidRequest
-
     try:
         return found.remember()
     except InvalidRequest as error:

@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from ..errors import CatalogueError, PluginError, foreign
 from .spec import COLUMNS, Collection, Parameters
 
 
@@ -51,4 +52,11 @@ class CollectionCandidate:
 
     def plot(self, file: str | Path | None = None) -> Any:
         """Draw it, to a PNG, SVG or PDF by the suffix of the file if there is one, and return the figure."""
-        return self.collection.plot(self, Path(file) if file is not None else None)
+        try:
+            with foreign(f"collection {self.collection.name}"):
+                return self.collection.plot(self, Path(file) if file is not None else None)
+        except PluginError as error:
+            if isinstance(cause := error.__cause__, CatalogueError):  # a suffix that is none, a package that is missing
+                raise cause from None
+            name, origin = self.collection.name, self.collection.origin
+            raise PluginError(f"collection {name} cannot be drawn: {error} ({origin})") from error

@@ -22,11 +22,11 @@ import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import numpy as np
 
-from ..errors import PluginError
+from ..errors import PluginError, checked_name, checked_text, quoted
 
 if TYPE_CHECKING:
     from ..problem.request import Request
@@ -175,6 +175,8 @@ class Collection:
         A metric ``sweep`` is the stroke over the radius: by it a request for a given radius is narrowed.
     draw, measure, classify, plot
         See the head of the module.
+    origin : str
+        File or package it comes from, as the registry notes it.
 
     Raises
     ------
@@ -192,6 +194,7 @@ class Collection:
     measure: Measure
     classify: Classify
     plot: Plot
+    origin: str = ""
 
     def __post_init__(self) -> None:
         what = f"collection {self.name!r}"
@@ -201,6 +204,10 @@ class Collection:
             raise PluginError(f"{what}: title, source and plan must not be blank")
         if not self.families or not all(f and series and all(series) for f, series in self.families.items()):
             raise PluginError(f"{what}: it needs families, and each of them series")
+        for text in (*self.families, *self.series):
+            checked_name(f"a family or series of {what}", text)
+        for text in (self.title, self.source, self.plan):
+            checked_text(f"title, source or plan of {what}", text)
         for name, metric in self.metrics.items():
             if not re.fullmatch(r"[a-z]\w*", name) or name in COLUMNS:
                 raise PluginError(f"{what}: a metric cannot be called {name!r}")
@@ -215,6 +222,25 @@ class Collection:
         """All series, each once, in order."""
         return list(dict.fromkeys(code for series in self.families.values() for code in series))
 
+    def measures(self, one: Measured) -> None:
+        """Check that what was measured has all metrics, as numbers, or a reason.
+
+        Raises
+        ------
+        PluginError
+            If not.
+        """
+        if not isinstance(one, Measured):
+            raise PluginError(f"measure gave {type(one).__name__} where Measured is wanted")
+        if one.reason:
+            checked_text("a reason", one.reason)
+            return
+        wanted = {"deviation": one.deviation, **{name: one.metrics.get(name) for name in self.metrics}}
+        for name, value in wanted.items():
+            if not isinstance(value, SupportsFloat) or not math.isfinite(value):
+                raise PluginError(f"{name} must be a finite number, not {quoted(value)}")
+        json.dumps(dict(one.parameters), allow_nan=False)
+
     def owns(self, specimen: Specimen) -> None:
         """Check that a specimen has the tags and the metrics that are declared.
 
@@ -223,6 +249,9 @@ class Collection:
         PluginError
             If not.
         """
+        if not isinstance(specimen, Specimen):
+            raise PluginError(f"draw gave {type(specimen).__name__} where Specimen is wanted")
+        checked_text("configuration of a specimen", specimen.configuration, 100)
         if specimen.series not in self.families.get(specimen.family, ()):
             raise PluginError(
                 f"collection {self.name}: a specimen is of {specimen.family} {specimen.series}, undeclared"

@@ -8,6 +8,7 @@ import numpy as np
 
 from ..curvature_theory.analysis import Curvature
 from ..curvature_theory.instant import Instant
+from ..errors import PluginError, foreign
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats
 from ..series.sampling import draw as sample
@@ -58,8 +59,12 @@ class _Sampled:
 
 def cells(series: Series) -> list[Cell]:
     """Return a cell for each family and configuration that a sample of the series meets, then for each member with a
-    condition of its own, as far as there is room."""
-    sampled = [one for member in series.members if len((one := _sampled(series, member)).cost)]
+    condition of its own, as far as there is room.  `PluginError` if its formulas raise."""
+    try:
+        with foreign(f"series {series.code}"):
+            sampled = [one for member in series.members if len((one := _sampled(series, member)).cost)]
+    except PluginError as error:
+        raise PluginError(f"series {series.code} cannot be drawn: {error} ({series.origin})") from error
     found: list[Cell] = []
     for family in series.families:
         mine = [one for one in sampled if one.member.family == family]

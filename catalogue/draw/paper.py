@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidRequest, MissingExtra
+from ..folders import write_file
 from .symbols import PAPER
 
 if TYPE_CHECKING:
@@ -46,9 +47,9 @@ def blank(width: float, height: float) -> Figure:
 
 
 def write(figure: Figure, file: Path, kind: str) -> None:
-    """Write a figure to a file of a kind."""
+    """Write a figure to a file of a kind, in place of one that is there."""
     try:
-        file.write_bytes(_written(figure, kind))
+        write_file(file, _written(figure, kind))
     except OSError as error:
         raise InvalidRequest(f"cannot write {file}: {error.strerror}") from error
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..errors import InvalidRequest, quoted
-from ..folders import answers_file
+from ..folders import answers_file, write_file
 from .candidate import Candidate
 from .dwell_results import DwellCandidate
 from .placed import OwnGuide
@@ -118,10 +118,8 @@ def save(answers: Sequence[Answer], path: str | Path) -> None:
     """
     held = {"format": FORMAT, "version": __version__, "answers": [record(one) for one in answers]}
     path = Path(path)
-    part = path.with_name(f"{path.name}.part")
     try:
-        part.write_text(json.dumps(held, indent=1, allow_nan=False) + "\n", "utf-8")
-        part.replace(path)
+        write_file(path, (json.dumps(held, indent=1, allow_nan=False) + "\n").encode())
     except OSError as error:
         raise InvalidRequest(f"cannot write {path}: {error.strerror}") from None
 

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import warnings
 from dataclasses import dataclass
 
 import numpy as np
 from sqlalchemy import func, select
 
 from ..curvature_theory.instant import Instant
+from ..errors import PluginError, PluginWarning, foreign
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array
 from ..plugin.registry import Registry
@@ -53,8 +55,14 @@ def census(database: Database, registry: Registry) -> list[Cell]:
     cells = []
     for series in registry.series.values():
         found: dict[tuple[str, str], tuple[int, Array]] = {}
-        for member in series.members:
-            for configuration, counts in _configurations(series, member).items():
+        try:
+            with foreign(f"series {series.code}"):
+                looked = [(member, _configurations(series, member)) for member in series.members]
+        except PluginError as error:
+            warnings.warn(series.left_out(error), PluginWarning, stacklevel=2)
+            continue
+        for member, configurations in looked:
+            for configuration, counts in configurations.items():
                 key = (member.family, configuration)
                 dimension, before = found.get(key, (0, 0))
                 found[key] = (max(dimension, len(member.parameters)), before + counts)

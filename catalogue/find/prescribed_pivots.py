@@ -7,6 +7,7 @@ of them is checked and ranked.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
@@ -17,7 +18,7 @@ from ..candidates.feasibility import feasibility
 from ..candidates.select import select_top
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import leading_error
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, PluginError, PluginWarning
 from ..guidance.coupler_curve import coupler_curve
 from ..guidance.fixed_nominal import Nominal, in_place
 from ..kinematics.batch import join, take
@@ -140,7 +141,11 @@ def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) 
     found = [Built(Linkage.trusted(np.zeros((0, 2, 2, 3))), np.zeros(0, complex), np.zeros(0, str), np.zeros(0, bool))]
     exact = (problems.pivots == problems.pivots[:1]).all(1)
     for one in series:
-        answers = one.answers(problems)
+        try:
+            answers = one.answers(problems)
+        except PluginError as error:
+            warnings.warn(one.left_out(error), PluginWarning, stacklevel=2)
+            continue
         k = answers.shape[1]
         linkage, good = Linkage.valid(answers.reshape(-1, 2, 2, 3))
         if constraints.families:

@@ -6,6 +6,7 @@ import json
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,7 +15,7 @@ from sqlalchemy import ColumnElement, Float, and_, case, func, select, true
 from ..collections.bounds import Bound, bounds
 from ..collections.results import CollectionCandidate
 from ..collections.spec import COLUMNS, Collection, Measured
-from ..errors import InvalidRequest, PluginError, one_line, quoted
+from ..errors import InvalidRequest, PluginError, checked_text, foreign, quoted
 from ..problem.request import Request, names, whole
 from ..store import Database
 from ..store import SpecimenRow as Row
@@ -143,15 +144,24 @@ class _Search:
         """Return what a batch of specimens does on its finite motion."""
         if not stored:
             return []
-        name = self.collection.name
-        try:
+        with self.asked("measured"):
             found = list(self.collection.measure(stored, self.request))
-        except Exception as error:
-            raise PluginError(f"collection {name} cannot be measured: {one_line(error)}") from error
-        if len(found) != len(stored):
-            raise PluginError(f"collection {name}: {len(found)} of {len(stored)} mechanisms were measured")
+            for one in found:
+                self.collection.measures(one)
+            if len(found) != len(stored):
+                raise PluginError(f"{len(found)} of {len(stored)} mechanisms were measured")
         self.verified += len(found)
         return found
+
+    @contextmanager
+    def asked(self, what: str) -> Iterator[None]:
+        """Run a function of the collection; what is wrong with it names the collection and its file."""
+        try:
+            with foreign(f"collection {self.collection.name}"):
+                yield
+        except PluginError as error:
+            name, origin = self.collection.name, self.collection.origin
+            raise PluginError(f"collection {name} cannot be {what}: {error} ({origin})") from error
 
     def serves(self, one: Measured) -> bool:
         """Return whether a measured specimen is an answer; if not, count it with the first test that it fails."""
@@ -180,7 +190,10 @@ class _Search:
 
     def candidate(self, number: int, m: Measured) -> CollectionCandidate:
         """Return the answer that a stored specimen is."""
-        tags = self.collection.classify(m.parameters)
+        with self.asked("classified"):
+            tags = self.collection.classify(m.parameters)
+            for tag in (tags.family, tags.series, tags.configuration, *tags.special):
+                checked_text("a tag", tag, 100)
         metrics = {name: float(m.metrics[name]) for name in self.collection.metrics}
         return CollectionCandidate(
             number, self.collection, tags.family, tags.series, tags.configuration, tuple(tags.special),

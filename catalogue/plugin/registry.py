@@ -10,10 +10,11 @@ import importlib.util
 import sys
 import warnings
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from hashlib import sha1
 from importlib.metadata import entry_points
+from itertools import chain
 from pathlib import Path
 from types import ModuleType
 from typing import Any, TypeVar
@@ -22,12 +23,16 @@ import pluggy
 
 from .. import __version__
 from ..collections.spec import Collection
-from ..errors import DuplicateSeries, PluginError, PluginWarning, one_line, quoted
+from ..errors import DuplicateSeries, PluginError, PluginWarning, checked_text, foreign, quoted
 from ..folders import folder, plugin_folders
 from ..kinematics.families import Family
 from ..problem.request import names
 from ..series.series import Series
 from . import hookspecs
+from .checks import checked
+
+#: Most families, series or collections of one plugin.
+MOST = 1000
 
 Item = TypeVar("Item", Series, Collection)
 
@@ -120,22 +125,22 @@ class Registry:
         for entry in sorted(entry_points(group="catalogue"), key=lambda e: e.name):
             record, module = Record(entry.name, entry.dist.name if entry.dist else entry.value), None
             try:
-                module = entry.load()
-                record.version = entry.dist.version if entry.dist else ""
-            except (Exception, SystemExit) as error:
-                record.error = one_line(error)
+                with foreign(f"plugin {record.name} ({record.origin})"):
+                    module = entry.load()
+                    record.version = entry.dist.version if entry.dist else ""
+            except PluginError as error:
+                record.error = str(error)
             found.append((record, module))
         return found
 
     def _register(self, record: Record, module: ModuleType) -> None:
         name = f"{record.name} of {record.origin}"
         try:
-            self._manager.register(module, name)
-            self._manager.check_pending()
-        except Exception as error:
-            record.error = one_line(error)
-            if self._manager.has_plugin(name):
-                self._manager.unregister(module)
+            with foreign():
+                self._manager.register(module, name)
+                self._manager.check_pending()
+        except PluginError as error:
+            self._leave_out(record, str(error))
 
     def _ask(self, what: str, kind: type[Any], held: dict[str, Any]) -> None:
         """Ask the plugins what ``families``, ``series`` or ``collections`` they add; of each all of it counts, or
@@ -144,18 +149,12 @@ class Registry:
             if record.error:
                 continue
             try:
-                items = self._answers(f"catalogue_{what}", kind, module)
-            except (Exception, SystemExit) as error:
-                record.error = one_line(error)
-                self._manager.unregister(module)
-                for code in record.series:
-                    del self.series[code]
-                for name in record.families:
-                    del self.families[name]
-                record.series, record.families = [], []
+                with foreign(f"plugin {record.name} ({record.origin})"):
+                    items = self._answers(f"catalogue_{what}", kind, module, record.origin)
+            except PluginError as error:
+                self._leave_out(record, str(error))
                 continue
-            for item in items:
-                name = item.code if isinstance(item, Series) else item.name
+            for name, item in items.items():
                 if other := self._provider.get(name):
                     raise DuplicateSeries(
                         f"{name} is claimed by two plugins, {other.origin} and {record.origin}; remove one"
@@ -163,18 +162,35 @@ class Registry:
                 self._provider[name], held[name] = record, item
                 getattr(record, what).append(name)
 
-    def _answers(self, hook: str, kind: type[Any], module: ModuleType | None) -> list[Any]:
-        """Return what one plugin says through one hook."""
+    def _leave_out(self, record: Record, error: str) -> None:
+        """Forget a plugin with all that it has added, and those whose series are of its families."""
+        record.error, name = error, f"{record.name} of {record.origin}"
+        if self._manager.has_plugin(name):
+            self._manager.unregister(name=name)
+        for added, held in ((record.series, self.series), (record.families, self.families)):
+            for code in added:
+                del held[code], self._provider[code]
+            added.clear()
+        for code, one in list(self.series.items()):
+            if code in self.series and (gone := [f for f in one.families if f not in self.families]):
+                self._leave_out(self._provider[code], f"series {code} is of family {gone[0]}, which no plugin provides")
+
+    def _answers(self, hook: str, kind: type[Any], module: ModuleType | None, origin: str) -> dict[str, Any]:
+        """Return what one plugin says through one hook, by name."""
         others = [plugin for plugin in self._manager.get_plugins() if plugin is not module]
         answers = self._manager.subset_hook_caller(hook, others)()
-        if not answers and hasattr(module, hook):
+        if not answers and hook in dir(module):
             raise PluginError(f"{hook} gave nothing: mark it with @hookimpl and return a list")
-        items = [item for answer in answers for item in answer]
-        for item in items:
+        items: dict[str, Any] = {}
+        for item in chain.from_iterable(answers):
             if not isinstance(item, kind):
                 raise PluginError(f"{hook} returned {type(item).__name__} where {kind.__name__} is wanted")
+            name = checked(item)
             if isinstance(item, Series) and (unknown := [f for f in item.families if f not in self.families]):
                 raise PluginError(f"series {item.code} is of family {unknown[0]}, which no plugin provides")
+            if name in items or len(items) == MOST:
+                raise PluginError(f"{hook} returned {name} twice" if name in items else f"{hook} returned over {MOST}")
+            items[name] = replace(item, origin=origin) if hasattr(item, "origin") else item
         return items
 
 
@@ -191,13 +207,15 @@ def _load(path: Path) -> tuple[Record, ModuleType | None]:
     module = importlib.util.module_from_spec(spec)
     sys.modules[unique] = module  # dataclasses and pickling look a class's module up there
     try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
+        with foreign(f"plugin {name} ({path})"):
+            spec.loader.exec_module(module)
+            if "__version__" in vars(module):
+                record.version = checked_text("__version__", vars(module)["__version__"], 40)
+    except PluginError as error:
         for loaded in [key for key in sys.modules if key == unique or key.startswith(f"{unique}.")]:
             del sys.modules[loaded]
-        record.error = one_line(error)
+        record.error = str(error)
         return record, None
-    record.version = str(getattr(module, "__version__", record.version))
     return record, module
 
 

@@ -21,6 +21,8 @@ from .cover import cells_of, designs, order
 from .elements import elements_worth_tracing
 from .rows import Columns, guide_columns, mechanism_columns, together
 
+#: How long a block may take, which takes a second or two [s].
+LIMIT = 120.0
 #: Most guides that a block gives.
 MOST = 256
 #: So many times as many candidates are traced as guides are wanted, and a few more: some hold no level.

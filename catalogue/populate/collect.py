@@ -1,26 +1,33 @@
-"""Fill a database with the specimens of a collection: family by family, block by block, a transaction per block."""
+"""Fill a database with the specimens of a collection: family by family, block by block, a transaction per block.
+
+Several processes may do so at once: a block that another one has stored meanwhile is not stored again.
+"""
 
 from __future__ import annotations
 
 import json
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from itertools import islice
 from typing import Any
 from zlib import crc32
 
 import numpy as np
-from sqlalchemy import delete, func, insert, select
+from sqlalchemy import Connection, delete, func, insert, select
 
 from ..collections.spec import Collection
-from ..errors import PluginError, one_line
+from ..errors import DatabaseError, PluginError, foreign
 from ..problem.request import whole
-from ..store import Database, SpecimenRow
+from ..store import Database, Setting, SpecimenRow
 from .fill import Progress
 
 #: Specimens of a collection if no other number is asked for.
 COUNT = 3000
 #: Mechanisms that are drawn together.
 BLOCK = 192
+#: Specimens of a block at most: a mechanism may guide several things.
+MOST = 50 * BLOCK
 #: A family that gives nothing in so many blocks in a row gives nothing.
 BARREN = 8
 
@@ -47,7 +54,7 @@ def collect(
     PluginError
         If the collection raises or breaks its contract.
     DatabaseError
-        If the disk is full or the file is locked.
+        If the disk is full, the file is locked, or another process draws the collection otherwise.
     """
     name, families = collection.name, collection.families
     begun = state(database, name)
@@ -55,10 +62,10 @@ def collect(
     seed = int(begun.get("seed", 0)) if seed is None else seed
     count, seed = whole("count", count, 1), whole("seed", seed, 0)
     source = {"seed": seed, "plan": collection.plan, "version": version}
-    if not source.items() <= begun.items():
-        with database.begin() as connection:
+    with database.begin() as connection:
+        if not source.items() <= _state(connection, name).items():
             connection.execute(delete(SpecimenRow).where(SpecimenRow.collection == name))
-    database.set_setting(f"collection {name}", json.dumps({**source, "count": count, "complete": False}))
+        _note(connection, name, {**source, "count": count, "complete": False})
     share = -(-count // len(families))
     held, clock = dict.fromkeys(families, (0, 0)) | stored(database, name), time.perf_counter()
     before = sum(number for number, _ in held.values())
@@ -71,11 +78,14 @@ def collect(
         barren = 0
         while held[family][0] < share and barren < BARREN:
             number, block = held[family]
-            made = _draw_block(database, collection, family, seed, block)
+            rows = _drawn(collection, family, seed, block)
+            with _still(database, name, source) as connection:
+                made = _store(connection, rows)
             held[family] = number + made, block + 1
             barren = 0 if made else barren + 1
             report(progress(family))
-    database.set_setting(f"collection {name}", json.dumps({**source, "count": count, "complete": True}))
+    with _still(database, name, source) as connection:
+        _note(connection, name, {**source, "count": count, "complete": True})
     report(done := progress(""))
     return done
 
@@ -103,28 +113,58 @@ def stored(database: Database, name: str) -> dict[str, tuple[int, int]]:
     return {f: (int(n), int(b) + 1) for f, n, b in zip(found["family"], found["number"], found["last"], strict=True)}
 
 
-def _draw_block(database: Database, collection: Collection, family: str, seed: int, number: int) -> int:
-    """Draw one block, from a stream of random numbers of its own, store it, and return how many specimens it has."""
-    rng = np.random.default_rng([seed, crc32(f"{collection.name} {family}".encode()), number])
-    compact = json.JSONEncoder(separators=(",", ":")).encode
-    try:
-        specimens = list(collection.draw(family, rng, BLOCK))
-        for specimen in specimens:
-            collection.owns(specimen)
-    except Exception as error:
-        raise PluginError(f"collection {collection.name} cannot be drawn: {one_line(error)}") from error
-    rows = [
-        {
-            **{tag: getattr(s, tag) for tag in ("family", "series", "configuration", "kind")},
-            "collection": collection.name,
-            "block": number,
-            "deviation": float(s.deviation),
-            "parameters": compact(dict(s.parameters)),
-            "metrics": compact({k: float(v) for k, v in s.metrics.items()}),
-        }
-        for s in specimens
-    ]
+def _state(connection: Connection, name: str) -> dict[str, Any]:
+    """Return the same within a transaction."""
+    kept = connection.scalar(select(Setting.value).where(Setting.key == f"collection {name}"))
+    found: dict[str, Any] = json.loads(kept or "{}")
+    return found
+
+
+def _note(connection: Connection, name: str, values: dict[str, Any]) -> None:
+    setting = {"key": f"collection {name}", "value": json.dumps(values)}
+    connection.execute(insert(Setting).prefix_with("OR REPLACE"), setting)
+
+
+@contextmanager
+def _still(database: Database, name: str, source: dict[str, Any]) -> Iterator[Connection]:
+    """Yield a transaction on a file in which the collection is still drawn in this way."""
+    with database.begin() as connection:
+        if not source.items() <= _state(connection, name).items():
+            raise DatabaseError(
+                f"in {database.path} another process draws {name} with another seed or version: wait for its end"
+            )
+        yield connection
+
+
+def _store(connection: Connection, rows: list[dict[str, Any]]) -> int:
+    """Store a block, unless it is stored already, and return how many specimens it has."""
     if rows:
-        with database.begin() as connection:
+        block = [getattr(SpecimenRow, key) == rows[0][key] for key in ("collection", "family", "block")]
+        if not connection.scalar(select(func.count(SpecimenRow.id)).where(*block)):
             connection.execute(insert(SpecimenRow), rows)
     return len(rows)
+
+
+def _drawn(collection: Collection, family: str, seed: int, number: int) -> list[dict[str, Any]]:
+    """Return one block as it is stored, from a stream of random numbers of its own."""
+    rng = np.random.default_rng([seed, crc32(f"{collection.name} {family}".encode()), number])
+    compact = json.JSONEncoder(separators=(",", ":"), allow_nan=False).encode
+    try:
+        with foreign(f"collection {collection.name}"):
+            specimens = list(islice(collection.draw(family, rng, BLOCK), MOST))
+            for specimen in specimens:
+                collection.owns(specimen)
+            return [
+                {
+                    **{tag: getattr(s, tag) for tag in ("family", "series", "configuration", "kind")},
+                    "collection": collection.name,
+                    "block": number,
+                    "place": place,
+                    "deviation": float(s.deviation),
+                    "parameters": compact(dict(s.parameters)),
+                    "metrics": compact({k: float(v) for k, v in s.metrics.items()}),
+                }
+                for place, s in enumerate(specimens)
+            ]
+    except PluginError as error:
+        raise PluginError(f"collection {collection.name} cannot be drawn: {error} ({collection.origin})") from error

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import DatabaseError, InvalidRequest, PluginError, PluginWarning, one_line, quoted
+from ..errors import DatabaseError, InvalidRequest, PluginError, PluginWarning, WorkerKilled, one_line, quoted
 from ..plugin.registry import Registry
 from ..problem.request import names, whole
 from ..store import (
@@ -29,7 +29,7 @@ from ..store import (
 )
 from .block import Block
 from .named_guides import write_named_guides
-from .plan import Source, places, plan
+from .plan import Source, outdated, places, plan
 from .rows import Columns
 from .workers import Workers
 
@@ -71,7 +71,8 @@ def fill(
     """Fill a database up to a number of guides.
 
     The blocks that are already there count, but the last of a member is made anew if more of it is wanted; a build that
-    was interrupted goes on where it stopped and ends with the content of one that was not.  Same seed and count, same
+    was interrupted goes on where it stopped and ends with the content of one that was not.  Blocks that were drawn in
+    another way than today's are replaced.  Same seed and count, same
     content.  The named guides are there from the start, whichever series are chosen: without codes all that are
     registered.  How `count` is shared is said in `catalogue.populate.plan`.  There are as many worker processes as
     processors unless told; `report` is called after each block.
@@ -98,13 +99,13 @@ def fill(
         done, failed = sum(s.guides for s in sources), tuple(s.failure for s in sources if s.failure)
         return Progress(done, wanted or done, rows, time.perf_counter() - start, making, failed)
 
-    before = sum(s.guides for s in sources)
+    before, old = sum(s.guides for s in sources), outdated(database, series or list(registry.series))
     prepare(database)
     for key, value in {"count": count, "seed": seed, "series": " ".join(series), "complete": "no"}.items():
         database.set_setting(key, str(value))
     workers = Workers(processes or os.cpu_count() or 1, registry.folders)
     with _alone(database), database.engine.connect() as connection, workers as pool:
-        remove_batches(connection, [batch for s in sources for batch in s.short])
+        remove_batches(connection, [*old, *(batch for s in sources for batch in s.short)])
         covered = places(database)
         if any(not s.full for s in sources) and count > 2 * before:
             drop_indexes(connection)
@@ -123,7 +124,7 @@ def fill(
             report(progress(count, source.series.code))
         if not is_indexed(connection):
             make_indexes(connection)
-    database.set_setting("complete", "yes")
+    database.set_setting("complete", "no" if any(s.lost for s in sources) else "yes")
     finish(database)
     report(done := progress())
     return done
@@ -170,7 +171,7 @@ def _blocks(sources: list[Source], pool: Workers, seed: int) -> Iterator[tuple[S
 def _leave_out(source: Source, error: Exception) -> None:
     plugin, what = source.plugin, f"{source.series.code} {source.member.key}"
     reason = str(error) if isinstance(error, PluginError) else one_line(error)
-    source.failure = f"{plugin.name}: {reason}"
+    source.failure, source.lost = f"{plugin.name}: {reason}", isinstance(error, WorkerKilled)
     warnings.warn(f"plugin {plugin.name} ({plugin.origin}): {what} is left out: {reason}", PluginWarning, stacklevel=2)
 
 

@@ -48,6 +48,7 @@ class Source:
     guides: int = 0
     barren: int = 0
     failure: str = ""  # why it is left out
+    lost: bool = False  # by no fault of its own: the build is not complete without it
     short: list[int] = field(default_factory=list)
 
     @property
@@ -109,6 +110,12 @@ def plan(database: Database, registry: Registry, codes: Sequence[str], count: in
             sources.append(Source(one, registry.provider(code), member, target, held.get((code, member.key), {})))
             sources[-1].skip()
     return sources
+
+
+def outdated(database: Database, codes: Sequence[str]) -> list[int]:
+    """Return the batches of these series that were drawn in another way than today's."""
+    found = database.read(select(Batch.id).where(Batch.plan != PLAN, Batch.series.in_(codes)))
+    return [int(number) for number in found["id"]]
 
 
 def places(database: Database) -> defaultdict[Key, Counter[str]]:

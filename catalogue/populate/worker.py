@@ -1,39 +1,67 @@
-"""What a worker process runs: read a task, answer with its block, until the pipe closes (see `workers`)."""
+"""What a worker process runs: read a task, answer with its block, until the pipe closes (see `workers`).
+
+A thread waits at the pipe: when the calling process is done, or has been killed, this one ends at once, whatever a
+plugin is doing.  Should a plugin let no thread run, a watchdog that needs none ends it after `LIMIT`.
+"""
 
 from __future__ import annotations
 
+import faulthandler
 import os
 import pickle
+import signal
 import sys
+import threading
 import warnings
-from contextlib import suppress
 from pathlib import Path
+from queue import SimpleQueue
+from typing import Any, BinaryIO
 
-from ..errors import one_line
+from ..errors import PluginError, WorkerKilled, one_line
 from ..plugin.registry import Registry
-from .block import Block, block
+from .block import LIMIT, Block, block
+
+#: How much longer than the calling process the watchdog waits [s].
+GRACE = 10.0
 
 
 def main() -> None:
     """Answer tasks on standard input, moved out of the way of what a plugin reads and prints: with a `Block`, or with
-    one line that says what went wrong."""
+    the error that says what went wrong."""
     source, sink = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb", buffering=0)
     with Path(os.devnull).open("rb") as nothing:
         os.dup2(nothing.fileno(), 0)
     os.dup2(2, 1)
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is for the calling process, which then closes the pipe
     warnings.simplefilter("ignore")  # the calling process has said it already
+    tasks: SimpleQueue[Any] = SimpleQueue()
+    threading.Thread(target=_listen, args=(source, tasks), daemon=True).start()
     registry = Registry(sys.argv[1:])
-    with suppress(EOFError, BrokenPipeError):  # the calling process is done, or has been killed
+    with Path(os.devnull).open("w") as nowhere:
         while True:
-            code, *rest = pickle.load(source)
-            answer: Block | str
-            try:
-                answer = block(registry.get(code), *rest)
-            except (Exception, SystemExit) as error:
-                answer = one_line(error)
-            view = memoryview(pickle.dumps(answer))
+            code, *rest = tasks.get()
+            faulthandler.dump_traceback_later(LIMIT + GRACE, exit=True, file=nowhere)
+            view = memoryview(pickle.dumps(_answer(registry, code, *rest)))
             while view:  # an unbuffered pipe may take a part only
                 view = view[sink.write(view) :]
+            faulthandler.cancel_dump_traceback_later()
+
+
+def _answer(registry: Registry, code: str, *rest: Any) -> Block | PluginError:
+    try:
+        return block(registry.get(code), *rest)
+    except MemoryError as error:
+        return WorkerKilled(one_line(error))
+    except BaseException as error:
+        return PluginError(one_line(error))
+
+
+def _listen(source: BinaryIO, tasks: SimpleQueue[Any]) -> None:
+    try:
+        while True:
+            tasks.put(pickle.load(source))
+    finally:
+        os._exit(0)
 
 
 if __name__ == "__main__":

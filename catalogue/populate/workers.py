@@ -2,7 +2,7 @@
 
 They are started as ``python -m catalogue.populate.worker`` and talk over their pipes: unlike the standard pools they do
 not import the caller's main module, so that a script needs no guard and a notebook works.  They end when their pipe
-closes, also when this process is killed.
+closes, also when this process is killed.  What a plugin does to one is said; what the system kills is tried again.
 """
 
 from __future__ import annotations
@@ -19,11 +19,15 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ..errors import PluginError
-from .block import Block
+from ..errors import PluginError, WorkerKilled
+from .block import LIMIT, Block
 
 #: How long a process that closed its pipe may take to end [s].
 GRACE = 5.0
+#: So often a block is tried whose process the system kills.
+TRIES = 3
+#: Signals by which a system, or who runs it, ends a process; by others it ends itself.
+SYSTEM = ("SIGKILL", "SIGTERM", "SIGHUP", "SIGINT", "SIGXCPU")
 
 
 class Workers:
@@ -35,38 +39,69 @@ class Workers:
         self._threads = ThreadPoolExecutor(count)
         self._local = threading.local()
         self._processes: list[subprocess.Popen[bytes]] = []
+        self._over = False
 
     def submit(self, *task: Any) -> Future[Block]:
         """Make a block; `task` are the arguments of `block` with the code of the series first."""
         return self._threads.submit(self._ask, task)
 
-    def _ask(self, task: tuple[Any, ...]) -> Block:
+    def _ask(self, task: tuple[Any, ...], tries: int = TRIES) -> Block:
+        try:
+            return self._made(task)
+        except WorkerKilled as error:
+            if tries > 1 and not self._over:
+                return self._ask(task, tries - 1)
+            remedy = "free some memory, or build with fewer --processes"
+            raise WorkerKilled(f"{error}, {TRIES} times: {remedy}, and run `catalogue build` again") from error
+
+    def _process(self) -> subprocess.Popen[bytes]:
         process: subprocess.Popen[bytes] | None = getattr(self._local, "process", None)
         if process is None:
             # each process computes on one core: several threads of linear algebra would only get in their way
             single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
             # the same modules as here are found there: -P, lest a file in the current folder take the place of one
             path = os.pathsep.join(str(Path(p).absolute()) for p in sys.path)
-            process = self._local.process = subprocess.Popen(
-                [sys.executable, "-P", "-m", "catalogue.populate.worker", *self._folders],
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                env={**os.environ, **single, "PYTHONPATH": path},
-                start_new_session=True,  # Ctrl-C reaches this process alone, which then closes the pipes
-            )
+            try:
+                process = self._local.process = subprocess.Popen(
+                    [sys.executable, "-P", "-m", "catalogue.populate.worker", *self._folders],
+                    stdin=subprocess.PIPE,
+                    stdout=subprocess.PIPE,
+                    env={**os.environ, **single, "PYTHONPATH": path},
+                    start_new_session=True,  # Ctrl-C reaches this process alone, which then closes the pipes
+                )
+            except OSError as error:
+                raise WorkerKilled(f"no process can be started ({error.strerror})") from error
             self._processes.append(process)
+            if self._over:
+                process.kill()
+        return process
+
+    def _made(self, task: tuple[Any, ...]) -> Block:
+        process, late = self._process(), threading.Event()
+
+        def end() -> None:
+            late.set()
+            process.kill()
+
+        alarm = threading.Timer(LIMIT, end)
+        alarm.daemon = True
         assert process.stdin is not None  # both are pipes
         assert process.stdout is not None
         try:
+            alarm.start()
             pickle.dump(task, process.stdin)
             process.stdin.flush()
-            answer = pickle.load(process.stdout)
-        except (EOFError, OSError) as error:
+            answer: Block | PluginError = pickle.load(process.stdout)
+        except (EOFError, OSError, pickle.UnpicklingError) as error:
             self._local.process = None  # the next task gets a new one
-            raise PluginError(f"the process that makes {task[0]} {_end(process)}") from error
-        if isinstance(answer, str):
-            raise PluginError(answer)
-        assert isinstance(answer, Block)
+            kind, how = _end(process)
+            if late.is_set():
+                raise PluginError(f"a block of {task[0]} takes longer than {LIMIT:g} s") from error
+            raise kind(f"the process that makes {task[0]} {how}") from error
+        finally:
+            alarm.cancel()
+        if isinstance(answer, PluginError):
+            raise answer
         return answer
 
     def __enter__(self) -> Workers:
@@ -75,6 +110,7 @@ class Workers:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self._threads.shutdown(wait=False, cancel_futures=True)
         if kind is not None:
+            self._over = True
             for process in self._processes:
                 process.kill()
         self._threads.shutdown(wait=True)
@@ -85,11 +121,14 @@ class Workers:
             process.wait()
 
 
-def _end(process: subprocess.Popen[bytes]) -> str:
-    """Say how a process ended that closed its pipe."""
+def _end(process: subprocess.Popen[bytes]) -> tuple[type[PluginError], str]:
+    """Say how a process ended that closed its pipe, and whose doing that is."""
     try:
         code = process.wait(GRACE)
     except subprocess.TimeoutExpired:
         process.kill()
-        return "closed its channel"
-    return f"was killed by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+        return PluginError, "closed its channel"
+    if code >= 0:
+        return PluginError, f"ended with exit code {code}"
+    name = signal.Signals(-code).name
+    return WorkerKilled if name in SYSTEM else PluginError, f"was killed by {name}"

@@ -13,6 +13,7 @@ where the guide is stationary.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -21,6 +22,7 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch
 from ..curvature_theory.instant import Instant
+from ..errors import PluginError
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.minimum_zone import grid
 from ..kinematics.linkage import Linkage
@@ -126,6 +128,7 @@ def drift(found: CandidateBatch, series: Mapping[str, Series], slots: bool = Fal
         linkage, good = Linkage.valid(pivots[:, of].reshape(-1, 2, 2, 3))
         with np.errstate(all="ignore"):
             residual = np.full(len(good), np.nan)
-            residual[good] = series[str(code)].classify(Instant(linkage.inverted() if slots else linkage))[0]
+            with suppress(PluginError):  # NaN: what it breaks is said by `classify`
+                residual[good], _ = series[str(code)].residuals(Instant(linkage.inverted() if slots else linkage))
         least[of] = np.fmin.reduce(residual.reshape(len(t), len(of)), axis=0)
     return np.where(found.origin.cognate != 0, np.nan, least)

@@ -14,7 +14,7 @@ import numpy.typing as npt
 from ..curvature_theory.guided_elements import GuidedElements, guided_elements
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import path_singularity
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, PluginError, PluginWarning
 from ..kinematics.linkage import FAMILIES, Linkage, LinkageLike
 from ..kinematics.types import Array, Floats, Mask
 from ..problem.request import number
@@ -171,8 +171,6 @@ def classify(linkage: LinkageLike, series: Mapping[str, Series], tolerance: floa
     InvalidRequest
         If the tolerance is not in [0, 1).
     """
-    from ..errors import PluginWarning, one_line
-
     instant = Instant(Linkage.of(linkage))
     tolerance = TOLERANCE if tolerance is None else number("the tolerance", tolerance)
     if not 0 <= tolerance < 1:
@@ -181,8 +179,7 @@ def classify(linkage: LinkageLike, series: Mapping[str, Series], tolerance: floa
     residual, margin = (np.full((len(instant.linkage), len(tested)), np.nan) for _ in range(2))
     for k, one in enumerate(tested):
         try:
-            residual[:, k], margin[:, k] = one.classify(instant)
-        except Exception as error:  # a plugin may raise anything
-            residual[:, k] = margin[:, k] = np.nan
-            warnings.warn(f"series {one.code} is left out: {one_line(error)}", PluginWarning, stacklevel=3)
+            residual[:, k], margin[:, k] = one.residuals(instant)
+        except PluginError as error:
+            warnings.warn(one.left_out(error), PluginWarning, stacklevel=3)
     return Classification(instant, tested, residual, margin, tolerance)

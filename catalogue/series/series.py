@@ -22,7 +22,7 @@ from itertools import pairwise
 import numpy as np
 
 from ..curvature_theory.instant import Instant
-from ..errors import PluginError
+from ..errors import PluginError, checked_text, foreign, quoted
 from ..kinematics.linkage import FAMILIES, Linkage
 from ..kinematics.types import Array, Floats, Mask
 from .pairs import half_turn
@@ -102,14 +102,21 @@ class Member:
         if missing:
             raise PluginError(f"{self.key}: parameter {', '.join(missing)} is missing")
         arrays = {p.name: np.atleast_1d(np.asarray(free[p.name], dtype=float)) for p in self.parameters}
-        return {**arrays, **self.derive(arrays)} if self.derive else arrays
+        complete = {**arrays, **self.derive(arrays)} if self.derive else arrays
+        if len({np.shape(values) for values in complete.values()}) > 1:
+            shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in complete.items())
+            raise PluginError(f"{self.key}: the shapes of its parameters differ: {shapes}")
+        return complete
 
     def synthesise(self, free: Parameters) -> Array:
         """Return pivots (n, 2, 2, 3) in the canonical frame."""
-        pivots = np.asarray(self.pivots(self.complete(free)), dtype=float)
-        if pivots.ndim != 4 or pivots.shape[1:] != (2, 2, 3):
-            raise PluginError(f"{self.key}: pivots have shape {pivots.shape}, not (n, 2, 2, 3)")
-        return pivots
+        complete = self.complete(free)
+        pivots = np.asarray(self.pivots(complete))
+        wanted = (*np.shape(next(iter(complete.values()), [0])), 2, 2, 3)
+        if pivots.shape != wanted or pivots.dtype.kind not in "fiu":
+            odd = f"shape {pivots.shape} and type {pivots.dtype}"
+            raise PluginError(f"{self.key}: pivots have {odd}, not (n, 2, 2, 3) numbers, n = {wanted[0]}")
+        return pivots.astype(float)
 
 
 @dataclass(frozen=True)
@@ -130,6 +137,9 @@ class Guided:
     label: str
     pairs: Array
     order: int | Array
+
+    def __post_init__(self) -> None:
+        checked_text("label of a guided element", self.label, 60)
 
     def inverted(self) -> Guided:
         """The element seen in the inverse motion, canonical frame."""
@@ -161,6 +171,8 @@ class Series:
     degenerate : bool
         False for a class that degenerate ones bound, such as all linkages with a finite pole: it is nearest to a
         linkage only where no degenerate series is known.
+    origin : str
+        File or package it comes from, as the registry notes it.
 
     Raises
     ------
@@ -177,10 +189,11 @@ class Series:
     guided: Callable[[Parameters], Iterable[Guided]]
     solve: Solve | None = None
     degenerate: bool = True
+    origin: str = ""
 
     def __post_init__(self) -> None:
         if not self.code or not self.title or not self.source:
-            raise PluginError(f"series {self.code!r}: code, title and source must not be empty")
+            raise PluginError(f"series {quoted(self.code)}: code, title and source must not be empty")
         if not self.members:
             raise PluginError(f"series {self.code}: it has no member")
         keys = [m.key for m in self.members]
@@ -189,6 +202,10 @@ class Series:
 
     def __repr__(self) -> str:
         return f"<Series {self.code}: {self.title}>"
+
+    def left_out(self, error: PluginError) -> str:
+        """Return a line that says why the series is left out, and where it is from."""
+        return f"series {self.code} is left out: {error}" + f" ({self.origin})" * bool(self.origin)
 
     @property
     def families(self) -> list[str]:
@@ -207,14 +224,37 @@ class Series:
         return named[key]
 
     def answers(self, posed: Posed) -> Floats:
-        """Return the linkages of posed problems, shape (n, k, 2, 2, 3), NaN where there are fewer than k."""
-        found = None
+        """Return the linkages of posed problems, shape (n, k, 2, 2, 3), NaN where there are fewer than k.
+
+        Raises
+        ------
+        PluginError
+            If `solve` raises, or gives no such thing.
+        """
+        found, n = None, len(posed.axis)
         if self.solve:
-            with np.errstate(all="ignore"):
+            with foreign(f"series {self.code}"), np.errstate(all="ignore"):
                 found = self.solve(posed)
                 if found is None and self.inverse == self.code:
                     found = dual(self.solve)(posed)
-        return np.zeros((len(posed.axis), 0, 2, 2, 3)) if found is None else found
+                if found is not None and (found.ndim, found.shape[0], *found.shape[2:]) != (5, n, 2, 2, 3):
+                    raise ValueError(f"solve gives shape {found.shape}, not ({n}, k, 2, 2, 3)")
+        return np.zeros((n, 0, 2, 2, 3)) if found is None else found
+
+    def residuals(self, instant: Instant) -> tuple[Floats, Floats]:
+        """Return what `classify` gives of n linkages, residual and margin, shape (n,).
+
+        Raises
+        ------
+        PluginError
+            If it raises, or gives no such thing.
+        """
+        n = len(instant.linkage)
+        with foreign(f"series {self.code}"):
+            residual, margin = (np.asarray(values, dtype=float) for values in self.classify(instant))
+            if residual.shape != (n,) or margin.shape != (n,):
+                raise ValueError(f"classify gives shapes {residual.shape} and {margin.shape}, not ({n},)")
+            return residual, margin
 
     def inversion(self, code: str, title: str) -> Series:
         """Return the inverse series: fixed and moving plane exchanged in everything."""

@@ -10,7 +10,8 @@ from __future__ import annotations
 import os
 import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
+from filecmp import cmp
 from functools import partial
 from itertools import chain, count
 from pathlib import Path
@@ -32,10 +33,10 @@ PRAGMA mmap_size = 2147418112;
 """
 
 
-_RENEW = "delete it and run `catalogue build`, or name another with --db"
+_RENEW = "put it elsewhere and run `catalogue build`, or name another with --db"
 
 _SAYINGS = {
-    sqlite3.SQLITE_NOTADB: f"is not a database: {_RENEW}",
+    sqlite3.SQLITE_NOTADB: "is not a database: name another with --db",
     sqlite3.SQLITE_CORRUPT: f"is damaged: {_RENEW}",
     sqlite3.SQLITE_IOERR: f"cannot be read or written to the end, the disk may fail: {_RENEW}",
     sqlite3.SQLITE_FULL: "cannot grow, the disk is full: free some space, or name a file elsewhere with --db",
@@ -160,7 +161,7 @@ def revision(path: Path) -> str | None:
 def bring_up_to_date(path: Path) -> None:
     """Create the tables in the file `path` if it has none, upgrade them if they are older than this package's.
 
-    An older file is first copied to ``<name>.backup-<revision>`` beside it.
+    An older file is first copied to ``<name>.backup-<revision>`` beside it: one copy of each revision that it had.
 
     Raises
     ------
@@ -183,34 +184,45 @@ def bring_up_to_date(path: Path) -> None:
             "upgrade mechanism-catalogue, or name another with --db"
         )
     else:
-        copy = _back_up(path, found)
         try:
             with database_errors(path):
                 _migrate(path)
         except Exception as error:  # a migration may fail in any way, and the user must hear that nothing is lost
             reason = (str(error) or repr(error)).splitlines()[0]
             raise DatabaseError(
-                f"{path} could not be upgraded from revision {found} to {known[-1]} ({reason}): "
-                f"it is unchanged, and so is its copy {copy.name}"
+                f"{path} could not be upgraded from revision {found} to {known[-1]} ({reason}): it is unchanged"
             ) from error
 
 
-def _back_up(path: Path, found: str) -> Path:
-    """Copy the database to the first free backup name, and return that."""
+@contextmanager
+def _backed_up(path: Path, found: str) -> Iterator[None]:
+    """Copy the database to the first free backup name, unless such a copy is there; the name is there once all of the
+    copy is, and goes if what is done meanwhile fails."""
     endings = chain([""], (f"-{number}" for number in count(2)))
     copies = (path.with_name(f"{path.name}.backup-{found}{ending}") for ending in endings)
-    copy = next(name for name in copies if not name.exists())
+    part = path.with_name(f"{path.name}.backup.part")  # who copies has the write lock, so that no other does
     try:
-        with closing(connect(path)) as source, closing(connect(copy, create=True)) as target:
+        part.unlink(missing_ok=True)
+        with closing(connect(path)) as source, closing(connect(part, create=True)) as target:
             source.backup(target)
+        copy = next(name for name in copies if not name.exists() or cmp(name, part, shallow=False))
+        new = not copy.exists()
+        if new:
+            with part.open("rb+") as whole:
+                os.fsync(whole.fileno())
+            part.rename(copy)
+    finally:
+        part.unlink(missing_ok=True)
+    try:
+        yield
     except BaseException:
-        copy.unlink(missing_ok=True)  # half a copy must not pass for one
+        if new:
+            copy.unlink(missing_ok=True)
         raise
-    return copy
 
 
 def _migrate(path: Path) -> None:
-    """Run the missing migrations, and let the file say anew what it holds, in one transaction."""
+    """Run the missing migrations, and let the file say anew what it holds, in one transaction, after a backup."""
     from alembic import command
     from alembic.config import Config
 
@@ -225,7 +237,12 @@ def _migrate(path: Path) -> None:
             # A batch migration drops and recreates a table, and a drop deletes the children by cascade.  The switch
             # does nothing inside a transaction, hence the bare cursor.
             connection.connection.cursor().execute("PRAGMA foreign_keys = OFF")
-            with connection.begin():
+            with ExitStack() as stack, connection.begin():
+                older = revision(path)  # another process may have been faster
+                if older == revisions()[-1]:
+                    return
+                if older is not None:
+                    stack.enter_context(_backed_up(path, older))
                 config.attributes.update(connection=connection, metadata=Base.metadata)
                 drop_views(connection)  # SQLite renames no table that a view reads
                 command.upgrade(config, "head")

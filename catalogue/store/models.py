@@ -279,6 +279,7 @@ class SpecimenRow(Base):
     configuration: Mapped[str] = mapped_column(comment="configuration in the collection")
     kind: Mapped[str] = mapped_column(comment="what it guides its point along: line, circle")
     block: Mapped[int] = mapped_column(comment="which block of the draws it came from")
+    place: Mapped[int] = mapped_column(comment="which of its block it is, from 0")
     deviation: Mapped[float] = mapped_column(comment="largest distance of the path from its nominal [stroke]")
     parameters: Mapped[str] = mapped_column(comment="what it is made from, by name, as a JSON object")
     metrics: Mapped[str] = mapped_column(
@@ -286,8 +287,10 @@ class SpecimenRow(Base):
     )
 
     __table_args__ = (
+        UniqueConstraint("collection", "family", "block", "place"),
         CheckConstraint("kind IN ('line', 'circle')", name="kind"),
         CheckConstraint("block >= 0", name="block"),
+        CheckConstraint("place >= 0", name="place"),
         CheckConstraint("deviation >= 0", name="deviation"),
         CheckConstraint("json_valid(parameters) AND json_type(parameters) = 'object'", name="parameters"),
         CheckConstraint("json_valid(metrics) AND json_type(metrics) = 'object'", name="metrics"),

@@ -77,6 +77,33 @@ def test_ctrl_c_is_one_line_and_exit_code_130(run: Run, monkeypatch: pytest.Monk
     assert done.err == "catalogue: interrupted; what was finished is kept\n"
 
 
+@pytest.mark.parametrize("link", [False, True], ids=["file", "link"])
+@pytest.mark.parametrize(
+    "words",
+    [("show", "watt", "--plot"), ("plate", "I.GG", "--out"), ("export", "--series", "I.GG", "--out")],
+    ids=["show", "plate", "export"],
+)
+@pytest.mark.slow
+def test_nothing_is_overwritten_without_force(
+    run: Run, small_db: Path, tmp_path: Path, words: tuple[str, ...], link: bool
+) -> None:
+    """With it a link is replaced, and what it leads to left alone."""
+    other, file = tmp_path / "other", tmp_path / "mine.svg"
+    other.write_text("precious")
+    if link:
+        file.symlink_to(other)
+    else:
+        file.write_text("precious")
+    options = () if words[0] == "plate" else ("--db", small_db)
+    refused = run(*words, file, *options)
+    assert (refused.code, file.read_text()) == (2, "precious")
+    assert refused.line.endswith(f"is there already: name another with {words[-1]}, or overwrite it with --force")
+    assert run(*words, file, *options, "--force").code == 0
+    assert file.read_text("utf-8") != "precious"
+    assert other.read_text() == "precious"
+    assert not file.is_symlink()
+
+
 def test_help_loads_no_database(environment: dict[str, str]) -> None:
     """Each command imports what it needs when it runs."""
     code = (

@@ -141,6 +141,28 @@ def test_a_collection_that_raises_or_lies_is_named(make: Make, swings: Collectio
         assert content(cat) == []
 
 
+@pytest.mark.slow
+def test_two_first_uses_at_once_store_each_specimen_once(make: Make) -> None:
+    def report(_: Any) -> None:  # a second process, whenever the first has stored a block
+        with make() as second:
+            second.build_collection("swings", count=600)
+
+    with make() as cat, make("alone") as alone:
+        cat.build_collection("swings", count=600, report=report)
+        alone.build_collection("swings", count=600)
+        assert content(cat) == content(alone)
+
+
+@pytest.mark.slow
+def test_drawing_otherwise_meanwhile_is_said(make: Make) -> None:
+    def report(_: Any) -> None:
+        with make() as second:
+            second.build_collection("swings", count=100, seed=9)
+
+    with make() as cat, pytest.raises(catalogue.DatabaseError, match="another process draws swings with another seed"):
+        cat.build_collection("swings", count=900, report=report)
+
+
 @pytest.mark.parametrize("wrong", [{"count": 0}, {"seed": -1}])
 def test_impossible_numbers_are_refused(make: Make, wrong: dict[str, Any]) -> None:
     with make() as cat, pytest.raises(InvalidRequest, match=r"^(count|seed) must be at least"):

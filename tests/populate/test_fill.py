@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import signal
 import sqlite3
 import subprocess
@@ -82,6 +83,15 @@ def test_interrupted_and_resumed_is_undisturbed(
 
 
 @pytest.mark.slow
+def test_what_another_plan_drew_is_replaced(filled: Filled, path: Path, undisturbed: Path, content: Content) -> None:
+    filled(path)
+    with closing(sqlite3.connect(path)) as connection, connection:
+        connection.execute("UPDATE batch SET plan = 'of old'")
+    filled(path)
+    assert content(path) == content(undisturbed)
+
+
+@pytest.mark.slow
 def test_extended_later_is_a_larger_build(filled: Filled, path: Path, tmp_path: Path, content: Content) -> None:
     small = filled(path, count=250)
     large = filled(path, count=900)
@@ -155,7 +165,8 @@ def test_member_without_guides_is_given_up_once(rude: Registry, filled: Filled, 
         ("R.raises", "ZeroDivisionError: first line"),
         ("R.exits", "SystemExit: enough"),
         ("R.ends", "the process that makes R.ends ended with exit code 7"),
-        ("R.killed", "the process that makes R.killed was killed by SIGKILL"),
+        ("R.killed", "the process that makes R.killed was killed by SIGKILL, 3 times: .* again"),
+        ("R.few", r"PluginError: four-bar general: pivots have shape \(7, .* n = 1024"),
         ("R.refused", "IntegrityError: CHECK constraint failed: ck_guide_contact_order"),
     ],
 )
@@ -164,12 +175,12 @@ def test_series_that_fails_is_reported_and_the_others_are_complete(
 ) -> None:
     with pytest.warns(PluginWarning, match=rf"plugin rude .*: {code} four-bar general is left out: {reason}$"):
         last = filled(path, count=825, series=(FEW[0], code, FEW[1]), registry=rude)
-    assert last.failed == (f"rude: {reason}",)
+    assert re.fullmatch(f"rude: {reason}", "".join(last.failed))
     found, expected = content(path), content(undisturbed)
     for table in ("batch", "mechanism", "guide", "reach", "index"):
         assert found[table] == expected[table], table
     with Database.open(path) as database:
-        assert database.get_setting("complete") == "yes"
+        assert database.get_setting("complete") == ("no" if code == "R.killed" else "yes")  # the system may do better
 
 
 @pytest.mark.slow

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import os
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from catalogue.errors import PluginError
+from catalogue.errors import PluginError, WorkerKilled
 from catalogue.plugin.registry import Registry
 from catalogue.populate.workers import Workers
 
@@ -23,10 +25,58 @@ def bad(code: str) -> tuple[str, str, int, int, int, str, str]:
 @pytest.mark.slow
 def test_worker_that_dies_is_named_and_replaced(rude: Registry) -> None:
     with Workers(1, rude.folders) as pool:
-        for code, end in (("R.ends", "ended with exit code 7"), ("R.killed", "was killed by SIGKILL")):
+        for code, end in (("R.ends", "ended with exit code 7"), ("R.aborts", "was killed by SIGABRT")):
             with pytest.raises(PluginError, match=f"^the process that makes {code} {end}$"):
                 pool.submit(*bad(code)).result()
             assert pool.submit(*GOOD).result().count > 0
+
+
+@pytest.mark.slow
+def test_block_whose_process_the_system_kills_is_tried_again(
+    rude: Registry, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("TEST_ONCE", str(tmp_path / "once"))
+    with Workers(1, rude.folders) as pool:
+        assert pool.submit(*bad("R.once")).result().count > 0
+        assert (tmp_path / "once").exists()
+        for code, end in (("R.killed", "the process that makes R.killed was killed by SIGKILL"),
+                          ("R.greedy", "MemoryError")):  # fmt: skip
+            with pytest.raises(WorkerKilled, match=f"^{end}, 3 times: free some memory, .* again$"):
+                pool.submit(*bad(code)).result()
+        assert pool.submit(*GOOD).result().count > 0
+
+
+@pytest.mark.slow
+def test_endless_block_is_ended_and_named(rude: Registry, monkeypatch: pytest.MonkeyPatch) -> None:
+    with Workers(1, rude.folders) as pool:
+        assert pool.submit(*GOOD).result().count > 0
+        monkeypatch.setattr("catalogue.populate.workers.LIMIT", 0.5)
+        with pytest.raises(PluginError, match=r"^a block of R.endless takes longer than 0.5 s$"):
+            pool.submit(*bad("R.endless")).result()
+
+
+@pytest.mark.slow
+def test_worker_does_not_outlive_a_killed_build(
+    tmp_path: Path, environment: dict[str, str], all_gone: Callable[[float], None]
+) -> None:
+    folders = [environment["CATALOGUE_PLUGINS"], str(Path(__file__).parent / "rude")]
+    command = [sys.executable, "-m", "catalogue", "build", "--series", "R.endless", "--db", str(tmp_path / "some.db")]
+    with subprocess.Popen(
+        command, env={**environment, "CATALOGUE_PLUGINS": os.pathsep.join(folders)}, stderr=subprocess.PIPE
+    ) as process:
+        end = time.monotonic() + 60
+        while len(list((tmp_path / "locks").iterdir())) < 2 and time.monotonic() < end:
+            time.sleep(0.05)
+        time.sleep(3)  # until the block has begun
+        process.kill()
+    all_gone(3)
+
+
+@pytest.mark.slow
+def test_fewer_rows_than_parameters_are_refused(rude: Registry) -> None:
+    shape = r"pivots have shape \(7, 2, 2, 3\).*n = 1024"
+    with Workers(1, rude.folders) as pool, pytest.raises(PluginError, match=shape):
+        pool.submit(*bad("R.few")).result()
 
 
 @pytest.mark.slow

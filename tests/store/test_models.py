@@ -96,6 +96,7 @@ ROWS: dict[str, dict[str, Any]] = {
         "configuration": "bar",
         "kind": "line",
         "block": 0,
+        "place": 0,
         "deviation": 0.0,
         "parameters": "{}",
         "metrics": '{"size": 2.5}',
@@ -138,6 +139,7 @@ BROKEN: list[tuple[str, dict[str, Any]]] = [
     *(("ck_reach_all_box", {name: 2.0}) for name in ("all_x0", "all_y0")),
     ("ck_specimens_kind", {"kind": "parabola"}),
     ("ck_specimens_block", {"block": -1}),
+    ("ck_specimens_place", {"place": -1}),
     ("ck_specimens_deviation", {"deviation": -1e-9}),
     *((f"ck_specimens_{name}", {name: text}) for name in ("parameters", "metrics") for text in ("", "{", "[]", "1")),
 ]

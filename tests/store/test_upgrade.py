@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 import struct
 from collections.abc import Callable
 from contextlib import closing
+from hashlib import sha256
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +18,7 @@ from alembic.migration import MigrationContext
 from alembic.script import ScriptDirectory
 from sqlalchemy import create_engine, func, select
 
+import catalogue
 from catalogue.errors import DatabaseError, DatabaseTooNew
 from catalogue.folders import folder
 from catalogue.store import PIVOTS, Base, Database, SpecimenRow, write_batch
@@ -44,6 +47,38 @@ def rows(path: Path, query: str) -> list[Any]:
 def schema(connection: sqlite3.Connection) -> dict[str, str]:
     found = connection.execute("SELECT name, sql FROM sqlite_master WHERE name NOT LIKE 'sqlite_%'")
     return {name: " ".join(sql.split()) for name, sql in found if name != "alembic_version"}
+
+
+def fill_backwards(old: Path, built: Path, mechanisms: str = "TRUE") -> None:
+    """Fill the tables of an older revision with mechanisms, and all that belongs to them, of a file of today."""
+    made = {
+        "pivots": f"blob({', '.join(column.key for column in PIVOTS)})",
+        "balance": "size - min_transmission / 90",
+        "floor": "size - min_transmission / 90",
+        "spread": "0.0",
+        "inner_sweep": "iif(sweep > 0, sweep, NULL)",
+        "inner_size": "iif(sweep > 0, size, NULL)",
+        "inner_transmission": "iif(sweep > 0, min_transmission, NULL)",
+        **dict.fromkeys(("halfway", "farther"), "iif(sweep > 0, NULL, 1.0)"),
+        **dict.fromkeys(("still", "grows", "angle", "turns"), "iif(sweep > 0, 1.0, NULL)"),
+    }
+    wanted = {
+        "batch": "TRUE",
+        "mechanism": mechanisms,
+        "guide": "mechanism_id IN (SELECT id FROM main.mechanism)",
+        "reach": "guide_id IN (SELECT id FROM main.guide)",
+    }
+    with closing(sqlite3.connect(old)) as target, target:
+        target.execute("ATTACH ? AS built", (str(built),))
+        target.create_function("blob", len(PIVOTS), lambda *numbers: struct.pack("<12d", *numbers))
+        for table, condition in wanted.items():
+            names = [row[1] for row in target.execute(f"PRAGMA main.table_info({table})")]
+            held = {row[1] for row in target.execute(f"PRAGMA built.table_info({table})")}
+            chosen = [name if name in held else made[name] for name in names]
+            target.execute(
+                f"INSERT INTO main.{table} ({', '.join(names)}) SELECT {', '.join(chosen)} FROM built.{table}"
+                f" WHERE {condition}"
+            )
 
 
 @pytest.fixture
@@ -112,8 +147,66 @@ def test_failed_upgrade_leaves_the_file_as_it_was(
     with pytest.raises(DatabaseError, match=reason) as caught:
         Database.open(filled)
     assert filled.read_bytes() == before
-    assert f"some.db.backup-{HEAD}" in str(caught.value)
+    assert str(caught.value).endswith("it is unchanged")
     assert "\n" not in str(caught.value)
+    assert [file.name for file in filled.parent.glob("some.db*")] == ["some.db"]  # no copy per attempt
+
+
+def test_upgrade_that_was_killed_after_its_copy_makes_no_second_one(
+    filled: Path, add_migration: Callable[[str], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    add_migration(ADD_COLUMN)
+    with monkeypatch.context() as killed:
+        killed.setattr(Path, "unlink", lambda *_, **__: None)  # of a process that is gone
+        killed.setattr("alembic.command.upgrade", lambda *_: 1 / 0)
+        with pytest.raises(DatabaseError):
+            Database.open(filled)
+    copy = filled.with_name(f"some.db.backup-{HEAD}")
+    assert copy.exists()
+    filled.with_name("some.db.backup.part").write_bytes(b"half a copy")
+    Database.open(filled).close()
+    assert revision(filled) == NEXT
+    assert {file.name for file in filled.parent.glob("some.db*")} == {"some.db", copy.name}
+
+
+def test_a_published_revision_is_as_it_was_published() -> None:
+    """What a file went through cannot be told from its revision otherwise: write another one."""
+    files = sorted((folder("migrations") / "versions").glob("[0-9]*.py"))
+    now = {file.stem: sha256("".join(file.read_text("utf-8").split()).encode()).hexdigest() for file in files}
+    assert now == json.loads((Path(__file__).parents[1] / "golden" / "revisions.json").read_text("utf-8"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("older", revisions()[:-1])
+def test_a_file_of_any_revision_is_upgraded_and_used(
+    small_db: Path, tmp_path: Path, at_revision: Callable[[Path, str], Path], older: str
+) -> None:
+    old = at_revision(tmp_path / "old.db", older)
+    fill_backwards(old, small_db, "batch_id IS NULL OR batch_id < 4")
+    with catalogue.open(old, build=False) as cat, catalogue.open(small_db, build=False) as now:
+        assert revision(old) == HEAD
+        found = cat.find(catalogue.StraightLine(1, 0.01), refine=False, limit=5)
+        assert len(found) == 5
+        assert all(one.deviation <= 0.01 for one in found)
+        for name in ("watt", int(found[0].id or 0)):
+            assert cat.guide(name).at(1.0).to_dict() == now.guide(name).at(1.0).to_dict()
+    copies = [file.name for file in tmp_path.glob("old.db*")]
+    assert sorted(copies) == ["old.db", f"old.db.backup-{older}"]
+
+
+def test_specimens_that_two_processes_stored_are_there_once(
+    path: Path, at_revision: Callable[[Path, str], Path]
+) -> None:
+    at_revision(path, "0007")
+    names = "collection, family, series, configuration, kind, block, deviation, parameters, metrics"
+    values = ("a", "b", "c", "d", "line", 0, 0.5, "{}", '{"size": 1.0}')
+    with closing(sqlite3.connect(path)) as connection, connection:
+        for size in (1, 2, 1, 2):
+            changed = (*values[:-1], f'{{"size": {size}}}')
+            connection.execute(f"INSERT INTO specimens ({names}) VALUES ({', '.join('?' * 9)})", changed)
+    Database.open(path).close()
+    held = rows(path, "SELECT id, place, metrics FROM specimens ORDER BY id")
+    assert held == [(1, 0, '{"size": 1}'), (2, 1, '{"size": 2}')]
 
 
 def test_failed_copy_leaves_none(
@@ -159,22 +252,7 @@ def test_guides_of_an_older_file_are_put_in_an_order_of_coverage(
         _, mechanisms, guides, reaches = sample(2, 1)
         write_batch(connection, None, {**mechanisms, "name": ["Watt's"]}, {**guides, "cover": 0}, reaches)
     old = at_revision(tmp_path / "old.db", "0005")
-    made = {
-        "pivots": f"blob({', '.join(column.key for column in PIVOTS)})",
-        "floor": "size - min_transmission / 90",
-        "inner_sweep": "iif(sweep > 0, sweep, NULL)",
-        **dict.fromkeys(("halfway", "farther"), "iif(sweep > 0, NULL, 1.0)"),
-        **dict.fromkeys(("still", "grows", "angle", "turns"), "iif(sweep > 0, 1.0, NULL)"),
-    }
-    with closing(sqlite3.connect(old)) as target, target:
-        target.execute("ATTACH ? AS built", (str(path),))
-        target.create_function("blob", len(PIVOTS), lambda *numbers: struct.pack("<12d", *numbers))
-        for table in ("batch", "mechanism", "guide", "reach"):
-            names = [row[1] for row in target.execute(f"PRAGMA main.table_info({table})")]
-            chosen = [made.get(name, name) if table in ("reach", "mechanism") else name for name in names]
-            target.execute(
-                f"INSERT INTO main.{table} ({', '.join(names)}) SELECT {', '.join(chosen)} FROM built.{table}"
-            )
+    fill_backwards(old, path)
     Database.open(old).close()
     assert revision(old) == HEAD
     with closing(sqlite3.connect(old)) as one, closing(sqlite3.connect(path)) as other:

@@ -29,6 +29,28 @@ def raises():
     raise ZeroDivisionError("first line\nsecond line")
 
 
+def once(file):
+    """Kill the process, the first time that it is called with the file."""
+    try:
+        os.close(os.open(file, os.O_CREAT | os.O_EXCL))
+    except FileExistsError:
+        return
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+def endless():
+    while True:
+        pass
+
+
+def allocates():
+    raise MemoryError
+
+
+def few(p):
+    return linkage_of(circle_pair(p["kappa"], p["phi1"]), circle_pair(p["kappa"], np.pi - p["phi1"]))[:7]
+
+
 def series(code, *members, order=4, pairs=normal_pair):
     def guided(p):
         return [Guided("undulation", pairs(np.zeros_like(p["kappa"])), order)]
@@ -48,6 +70,11 @@ def catalogue_series():
         series("R.exits", member(lambda: sys.exit("enough"))),
         series("R.ends", member(lambda: os._exit(7))),
         series("R.killed", member(lambda: os.kill(os.getpid(), signal.SIGKILL))),
+        series("R.aborts", member(os.abort)),
+        series("R.once", member(lambda: once(os.environ["TEST_ONCE"]))),
+        series("R.endless", member(endless)),
+        series("R.greedy", member(allocates)),
+        series("R.few", Member("general", "four-bar", [KAPPA, PHI], few)),
         series("R.refused", member(), order=1),
         series("R.empty", member(), pairs=lambda v: normal_pair(v) * np.nan),
     ]
