@@ -67,7 +67,14 @@ def one_line(error: BaseException) -> str:
 def quoted(value: object) -> str:
     """Return a value as an error quotes it: its repr, on one short line."""
     try:
-        text = " ".join(repr(value).split())
+        text = repr(value)
     except Exception:  # of a number with thousands of digits, or of anybody's class
         text = f"a {type(value).__name__}"
-    return text if len(text) <= 60 else f"{text[:57]}..."
+    return shortened(text, 60)
+
+
+def shortened(text: str, most: int) -> str:
+    """Return a text on one line of so many letters at most: of a longer one its middle is left out."""
+    line = " ".join(text.split())
+    half = (most - 3) // 2
+    return line if len(line) <= most else f"{line[:half]}...{line[-half:]}"

@@ -6,12 +6,12 @@ import csv
 import io
 import json
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..errors import InvalidLinkage, InvalidRequest, quoted
+from ..folders import expanded
 from ..kinematics.from_lengths import CLOSURES, POINT, POSITION, guide_from_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes
@@ -34,8 +34,8 @@ def read_text(file: str) -> str:
     try:
         if file == "-":
             return sys.stdin.read().removeprefix("\ufeff")
-        return Path(file).expanduser().read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError, RuntimeError, ValueError) as error:
+        return expanded(file).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError, ValueError) as error:
         raise InvalidRequest(f"cannot read {file}: {error}") from None
 
 

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from click.exceptions import Exit
 
+from ..folders import is_folder
+
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
     from ..find.results import Results
@@ -82,7 +84,7 @@ def print_results(
         print(f"saved: {save}, {len(found)} answers", file=sys.stderr)
     if plot is None:
         return
-    if plot.is_dir() or not plot.suffix:
+    if is_folder(plot) or not plot.suffix:
         plot.mkdir(parents=True, exist_ok=True)
         for code, one in zip(codes(found), found, strict=True):
             one.plot(plot / f"{code}.svg")

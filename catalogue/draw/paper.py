@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import InvalidRequest, MissingExtra
+from ..folders import is_folder
 from .symbols import PAPER
 
 if TYPE_CHECKING:
@@ -27,7 +28,7 @@ def kind_of(file: Path) -> str:
     if kind not in FORMATS:
         named = f"the suffix {file.suffix!r}" if kind else "no suffix"
         raise InvalidRequest(f"cannot draw to {file} with {named}; choose .png, .svg or .pdf")
-    if not file.parent.is_dir():
+    if not is_folder(file.parent):
         raise InvalidRequest(f"cannot draw to {file}: there is no folder {file.parent}")
     return kind
 

@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..errors import InvalidRequest, quoted
-from ..folders import answers_file
+from ..folders import answers_file, replacing
 from .candidate import Candidate
 from .dwell_results import DwellCandidate
 from .placed import OwnGuide
@@ -118,10 +118,9 @@ def save(answers: Sequence[Answer], path: str | Path) -> None:
     """
     held = {"format": FORMAT, "version": __version__, "answers": [record(one) for one in answers]}
     path = Path(path)
-    part = path.with_name(f"{path.name}.part")
     try:
-        part.write_text(json.dumps(held, indent=1, allow_nan=False) + "\n", "utf-8")
-        part.replace(path)
+        with replacing(path) as part:
+            part.write_text(json.dumps(held, indent=1, allow_nan=False) + "\n", "utf-8")
     except OSError as error:
         raise InvalidRequest(f"cannot write {path}: {error.strerror}") from None
 
@@ -188,8 +187,9 @@ def _of_collection(values: dict[str, Any], collection: Callable[[str], Collectio
 @contextmanager
 def _opened(*, write: bool) -> Iterator[Any]:
     """Open the file of answers; None if it is only to be read and is not there."""
-    path = answers_file()
+    path: Path | str = "CATALOGUE_ANSWERS"
     try:
+        path = answers_file()
         if not write and not path.exists():
             yield None
             return

@@ -23,7 +23,7 @@ import pluggy
 from .. import __version__
 from ..collections.spec import Collection
 from ..errors import DuplicateSeries, PluginError, PluginWarning, one_line, quoted
-from ..folders import folder, plugin_folders
+from ..folders import folder, is_folder, plugin_folders
 from ..kinematics.families import Family
 from ..problem.request import names
 from ..series.series import Series
@@ -110,8 +110,12 @@ class Registry:
     def _modules(self) -> list[tuple[Record, ModuleType | None]]:
         found: list[tuple[Record, ModuleType | None]] = []
         seen: set[Path] = set()
-        for place in plugin_folders(self.folders):
-            if not place.is_dir():
+        try:
+            places = plugin_folders(self.folders)
+        except OSError as error:
+            raise PluginError(f"plugin folder {error.filename} cannot be used: {error.strerror}") from None
+        for place in places:
+            if not is_folder(place):
                 raise PluginError(f"plugin folder {place} does not exist; correct --plugins or CATALOGUE_PLUGINS")
             for path in sorted([*place.glob("[!_]*.py"), *place.glob("[!_]*/__init__.py")]):
                 if path.resolve() not in seen:

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..errors import DatabaseError
+from ..errors import DatabaseError, quoted
+from ..folders import expanded
 from ..kinematics.types import Array, Floats
 from . import engine as files
 from .engine import bring_up_to_date, database_errors, engine_for
@@ -106,8 +107,10 @@ class Database:
             If it is absent and not to be created, is not a database of the catalogue, is damaged or locked, or may
             not be read.
         """
-        path = Path(path).expanduser().absolute()
-        with database_errors(path):
+        if not isinstance(path, str | PathLike):
+            raise DatabaseError(f"{quoted(path)} is no path of a file: name one with --db")
+        with database_errors(Path(path)):
+            path = expanded(path).absolute()
             if not create and not path.exists():
                 raise DatabaseError(f"{path} does not exist: run `catalogue build` first, or name another with --db")
             bring_up_to_date(path)

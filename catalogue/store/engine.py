@@ -28,8 +28,8 @@ _PRAGMAS = """
 PRAGMA foreign_keys = ON;
 PRAGMA synchronous = NORMAL;
 PRAGMA cache_size = -65536;
-PRAGMA mmap_size = 2147418112;
-"""
+PRAGMA mmap_size = 0;
+"""  # of a file that is mapped and cut short the process would be killed, not told
 
 
 _RENEW = "delete it and run `catalogue build`, or name another with --db"
@@ -90,7 +90,7 @@ def engine_for(path: Path, *, keep: bool = False) -> Engine:
 
     A connection with the execution option ``immediate`` takes the write lock at once: a transaction that reads before
     it writes would fail, not wait, when another process writes in between.  With `keep` a connection is kept for later:
-    what it has mapped of a large file need not be mapped again.  Until the engine is disposed of, the log of what is
+    what it has read of a large file need not be read again.  Until the engine is disposed of, the log of what is
     written meanwhile is not folded into the file.  A file that has taken the place of this one is noticed.
     """
     from sqlalchemy import URL, create_engine, event
