@@ -273,12 +273,12 @@ class Catalogue:
         from .populate.fill import COUNT
 
         series = names("series", series)
-        begun = {key: self.database.get_setting(key) or "" for key in ("count", "seed", "series")}
+        begun = (self.database.get_setting("series") or "").split()
         if count is None and not series and not self.complete:  # finish what was begun
-            series = tuple(code for code in begun["series"].split() if code in self.registry.series)
+            series = tuple(code for code in begun if code in self.registry.series)
         if count is None:
-            count = int(begun["count"] or COUNT) if list(series) == begun["series"].split() else COUNT
-        seed = int(begun["seed"] or 0) if seed is None else seed
+            count = self.database.get_number("count", COUNT) if list(series) == begun else COUNT
+        seed = self.database.get_number("seed", 0) if seed is None else seed
         return fill(
             self.database, self.registry, count=count, series=series, seed=seed, processes=processes, report=report
         )

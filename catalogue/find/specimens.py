@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -131,7 +130,7 @@ class _Search:
         found = 0
         for part in range(BATCHES):
             rows = self.database.read(ranked.offset(BATCH * part))
-            measured = self.measured([json.loads(text) for text in rows["parameters"]])
+            measured = self.measured([*self.database.objects(rows["parameters"])])
             for number, one in zip(rows["id"].tolist(), measured, strict=True):
                 if self.serves(one):
                     found += 1

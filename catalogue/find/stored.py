@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -23,7 +22,7 @@ from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, StraightLine, positive
 from ..series.named_guides import NamedGuide, named_guides
-from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined, stacked_pivots
+from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
 from .candidate import Candidate, known
 from .find import Selection
 from .results import candidates
@@ -104,6 +103,7 @@ def laid(request: Request, place: Callable[[Problem], CandidateBatch]) -> Candid
 
 def stored(database: Database, name: int | str) -> StoredGuide:
     """Return the guide with an id, or the first guide of a named design; see `Catalogue.guide`."""
+    database.check()
     try:
         test = Guide.id == min(int(name), 2**63 - 1)
     except ValueError:
@@ -127,8 +127,8 @@ def stored(database: Database, name: int | str) -> StoredGuide:
         **{k: one[k] for k in same},
         **curvature,
         order=one["contact_order"],
-        parameters=json.loads(one["parameters"]),
-        linkage=linkages(stacked_pivots(found)[:1], found["kind"][:1]),
+        parameters=database.objects([one["parameters"]])[0],
+        linkage=linkages(database.pivots(found)[:1], found["kind"][:1]),
         point=complex(one["x"], one["y"]),
         provenance={k: one[k] for k in batch} if one["plugin"] is not None else {},
         reaches={k: found[k] for k in SHOWN},

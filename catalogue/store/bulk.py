@@ -16,7 +16,7 @@ import numpy as np
 from sqlalchemy import Connection, Index, delete
 
 from ..errors import DatabaseError
-from .database import Database
+from .database import UNSEALED, Database
 from .engine import connect, database_errors
 from .models import PIVOTS, Base, Batch, Mechanism
 
@@ -125,6 +125,8 @@ def finish(database: Database) -> bool:
         if getattr(error.__cause__, "sqlite_errorcode", None) != sqlite3.SQLITE_BUSY:
             raise
         return False
+    if mode == "delete":
+        database.seal()
     return bool(mode == "delete")
 
 
@@ -133,6 +135,7 @@ def _writing(connection: Connection) -> Iterator[None]:
     """Open a transaction that has the write lock from its start, and say plainly what the disk has against it."""
     path = Path(connection.engine.url.database or "")
     with database_errors(path), connection.execution_options(immediate=True).begin():
+        connection.exec_driver_sql(UNSEALED)
         yield
 
 

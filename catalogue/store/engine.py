@@ -16,7 +16,7 @@ from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import DatabaseError, DatabaseTooNew
+from ..errors import DatabaseError, DatabaseTooNew, shortened
 from ..folders import folder
 
 if TYPE_CHECKING:
@@ -47,6 +47,9 @@ _SAYINGS = {
     "or name another with --db",
     sqlite3.SQLITE_PERM: "may not be opened: change its permissions, or name another with --db",
 }
+#: How errors begin that say what cannot be of a file with current tables, unless something else has changed it.
+IMPOSSIBLE = "impossible: "
+_CHANGED = (IMPOSSIBLE, "Could not decode to UTF-8", "no such table", "no such column", "malformed JSON")
 
 
 @contextmanager
@@ -59,12 +62,16 @@ def database_errors(path: Path) -> Iterator[None]:
         yield
     except OSError as error:
         raise DatabaseError(f"{path} cannot be used ({error.strerror}): name another with --db") from error
+    except UnicodeDecodeError as error:  # of what SQLite says of the tables
+        raise DatabaseError(f"{path} is damaged: {_RENEW}") from error
     except Exception as error:
         cause = getattr(error, "orig", error)  # SQLAlchemy's errors hold that of the driver
         if not isinstance(cause, sqlite3.Error):
             raise
         # The low byte is the kind of failure, the rest a detail of it.
         saying = _SAYINGS.get(getattr(cause, "sqlite_errorcode", 0) & 0xFF)
+        if saying is None and str(cause).startswith(_CHANGED):
+            saying = f"is damaged ({shortened(str(cause), 200)}): {_RENEW}"
         if saying is None:
             raise
         raise DatabaseError(f"{path} {saying}") from error
@@ -226,6 +233,7 @@ def _migrate(path: Path) -> None:
             # does nothing inside a transaction, hence the bare cursor.
             connection.connection.cursor().execute("PRAGMA foreign_keys = OFF")
             with connection.begin():
+                connection.exec_driver_sql("PRAGMA user_version = 0")  # the seal of the older tables
                 config.attributes.update(connection=connection, metadata=Base.metadata)
                 drop_views(connection)  # SQLite renames no table that a view reads
                 command.upgrade(config, "head")

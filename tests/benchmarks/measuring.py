@@ -29,7 +29,7 @@ def seconds(run: Callable[..., Any], times: int) -> float:
 def title(text: str) -> None:
     """Print a heading, the command, and where, when and with which revision it ran."""
     spec = sys.modules["__main__"].__spec__
-    how = f"-m {spec.name}" if spec else f"tests/benchmarks/{Path(sys.argv[0]).name}"
+    how = f"-m {spec.name}" if spec else "/".join(["tests", *Path(sys.argv[0]).resolve().parts[-2:]])
     given = ("DATABASE" if a.endswith(".db") else "FOLDER" if a.startswith("/") else a for a in sys.argv[1:])
     words = " ".join([f"python {how}", *given])
     machine = f"{os.cpu_count()} cores, {platform.machine()}, load {os.getloadavg()[0]:.1f}"
