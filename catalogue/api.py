@@ -251,7 +251,7 @@ class Catalogue:
         from .find.frame import guides_frame
 
         constraints = Constraints(families, series, configurations, pins_only, order)
-        return guides_frame(self.database, constraints, (kind,) if isinstance(kind, str) else kind, reaches=reaches)
+        return guides_frame(self.database, constraints, names("kind", kind), reaches=switch("reaches", reaches))
 
     def classify(self, linkage: LinkageLike, *, tolerance: float | None = None) -> Classification:
         """Return the memberships of given linkages in all series that are registered; see `catalogue.classify`."""

@@ -5,10 +5,11 @@ from __future__ import annotations
 import io
 import re
 from functools import partial
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import InvalidRequest, MissingExtra
+from ..errors import InvalidRequest, MissingExtra, quoted
 from ..folders import is_folder
 from .symbols import PAPER
 
@@ -22,8 +23,11 @@ DPI = 200
 SANS, SERIF = "DejaVu Sans", "STIXGeneral"  # both come with matplotlib
 
 
-def kind_of(file: Path) -> str:
+def kind_of(file: str | PathLike[str]) -> str:
     """Return the format that the suffix of a file names, once it is clear that it can be written."""
+    if not isinstance(file, str | PathLike):
+        raise InvalidRequest(f"a drawing is written to a file, not to {quoted(file)}")
+    file = Path(file)
     kind = file.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         named = f"the suffix {file.suffix!r}" if kind else "no suffix"

@@ -137,7 +137,7 @@ def load(path: str | Path, collection: Callable[[str], Collection] | None = None
         raise InvalidRequest(f"load wants the path of a file, not {quoted(path)}")
     try:
         held = json.loads(Path(path).read_text("utf-8-sig"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InvalidRequest(f"cannot read {path}: {error}") from None
     if not is_saved(held):
         raise InvalidRequest(f"{path} is no file of answers: `find --save FILE` writes one")

@@ -14,6 +14,7 @@ import numpy as np
 from ..candidates.batch import CandidateBatch, Origin, every_flip, flipped, measured, place_on_path
 from ..candidates.feasibility import LARGEST, LEAST, standing
 from ..candidates.select import ranks
+from ..errors import DatabaseError
 from ..guidance.arc_window import at_sweep
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.kinds import POINTS, RETURNS, SLOTS
@@ -291,9 +292,10 @@ def _stored(database: Database, found: Reaches, chosen: Indices) -> tuple[Couple
     ids = found.guide[chosen].tolist()
     rows = database.plain(columns, f"{JOINED} WHERE reach.guide_id IN ({_marks(ids)})", ids)
     place = {pair: i for i, pair in enumerate(zip(rows["guide_id"].tolist(), rows["level"].tolist(), strict=True))}
-    at = np.array(
-        [place[pair] for pair in zip(found.guide[chosen].tolist(), found.level[chosen].tolist(), strict=True)]
-    )
+    wanted = zip(found.guide[chosen].tolist(), found.level[chosen].tolist(), strict=True)
+    at = np.array([place.get(pair, -1) for pair in wanted], int)
+    if (at < 0).any():
+        raise DatabaseError(f"{database.path} has changed while it was read, or is damaged: try again or build it")
     pivots = database.pivots(rows)[at]
     slot = np.isin(found.kind[chosen].astype(str), list(SLOTS.values()))[:, None, None, None]
     linkage = Linkage.trusted(np.where(slot, pivots[:, :, ::-1], pivots))

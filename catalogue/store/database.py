@@ -228,7 +228,7 @@ class Database:
                 if sealed and sealed != digest:
                     raise sqlite3.DataError(f"{IMPOSSIBLE}it is not as it was written")
                 if not sealed and rules:
-                    [(said,)] = connection.execute("PRAGMA quick_check(1)").fetchall()
+                    [(said,)] = connection.execute("PRAGMA integrity_check(1)").fetchall()
                     orphan = connection.execute("PRAGMA foreign_key_check").fetchone()
                     if said != "ok" or orphan:
                         raise sqlite3.DataError(IMPOSSIBLE + (said if said != "ok" else f"orphans in {orphan[0]}"))

@@ -16,7 +16,7 @@ from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import DatabaseError, DatabaseTooNew, shortened
+from ..errors import DatabaseError, DatabaseTooNew, InvalidRequest, quoted, shortened
 from ..folders import folder
 
 if TYPE_CHECKING:
@@ -47,21 +47,23 @@ _SAYINGS = {
     "or name another with --db",
     sqlite3.SQLITE_PERM: "may not be opened: change its permissions, or name another with --db",
 }
-#: How errors begin that say what cannot be of a file with current tables, unless something else has changed it.
+#: How errors begin that say what cannot be of a file, unless something else than the catalogue has changed it.
 IMPOSSIBLE = "impossible: "
-_CHANGED = (IMPOSSIBLE, "Could not decode to UTF-8", "no such table", "no such column", "malformed JSON")
 
 
 @contextmanager
 def database_errors(path: Path) -> Iterator[None]:
     """Turn what the disk, the permissions or another process do to `path` into a one-line `DatabaseError`.
 
-    A broken constraint or a wrong statement is a fault of the program, not of the file, and passes unchanged.
+    A broken constraint is a fault of the program, not of the file, and passes unchanged; a statement that fails is not,
+    as all are tried on sound files.
     """
     try:
         yield
     except OSError as error:
         raise DatabaseError(f"{path} cannot be used ({error.strerror}): name another with --db") from error
+    except UnicodeEncodeError as error:
+        raise InvalidRequest(f"{quoted(error.object)} is no text: it has half of a pair of code units") from None
     except UnicodeDecodeError as error:  # of what SQLite says of the tables
         raise DatabaseError(f"{path} is damaged: {_RENEW}") from error
     except Exception as error:
@@ -70,7 +72,7 @@ def database_errors(path: Path) -> Iterator[None]:
             raise
         # The low byte is the kind of failure, the rest a detail of it.
         saying = _SAYINGS.get(getattr(cause, "sqlite_errorcode", 0) & 0xFF)
-        if saying is None and str(cause).startswith(_CHANGED):
+        if saying is None and isinstance(cause, sqlite3.OperationalError | sqlite3.DataError):
             saying = f"is damaged ({shortened(str(cause), 200)}): {_RENEW}"
         if saying is None:
             raise
