@@ -143,9 +143,11 @@ def _line(row: list[str], file: str, line: int) -> dict[str, Any]:
 
 def _cell(text: str, file: str, line: int, column: str) -> float:
     value = _float(text)
-    if value is None or not math.isfinite(value):
-        kind = "number" if value is None else "finite number"
-        raise InvalidRequest(f"{file}, line {line}, column {column}: {quoted(text)} is no {kind}")
+    where = f"{file}, line {line}, column {column}"
+    if value is None:
+        raise InvalidRequest(f"{where}: {quoted(text)} is no number")
+    if not math.isfinite(value):
+        raise InvalidLinkage(f"{where}: {quoted(text)} is NaN or infinite")
     return value
 
 

@@ -213,7 +213,7 @@ class Candidate(PlacedGuide):
         return here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
 
     def path(self, points: int = 101) -> Floats:
-        """Return points of the guided path over the stroke, shape (points, 2); from 2 to a million."""
+        """Return points of the guided path over the stroke, shape (points, 2), from 2 to a million."""
         points = sampled(points)
         here, traced = self._traced()
         share = np.linspace(-1, 1, points)

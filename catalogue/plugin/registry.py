@@ -188,7 +188,7 @@ def _load(path: Path) -> tuple[Record, ModuleType | None]:
     builtin = folder("plugins").resolve() in path.resolve().parents
     record = Record(name, str(path), __version__ if builtin else "")
     where = [str(path.parent)] if package else None
-    unique = f"catalogue_plugin_{name}_{sha1(str(path.resolve()).encode()).hexdigest()[:8]}"
+    unique = f"catalogue_plugin_{name}_{sha1(str(path.resolve()).encode(), usedforsecurity=False).hexdigest()[:8]}"
     spec = importlib.util.spec_from_file_location(unique, path, submodule_search_locations=where)
     assert spec is not None  # true of every file that ends in .py
     assert spec.loader is not None

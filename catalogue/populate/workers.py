@@ -8,9 +8,9 @@ closes, also when this process is killed.
 from __future__ import annotations
 
 import os
-import pickle
+import pickle  # nosec B403  # of what a process sends that was started here; no file is read by it
 import signal
-import subprocess
+import subprocess  # nosec B404  # this Python, with this package
 import sys
 import threading
 from collections.abc import Sequence
@@ -47,7 +47,7 @@ class Workers:
             single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL")}
             # the same modules as here are found there: -P, lest a file in the current folder take the place of one
             path = os.pathsep.join(str(Path(p).absolute()) for p in sys.path)
-            process = self._local.process = subprocess.Popen(
+            process = self._local.process = subprocess.Popen(  # nosec B603
                 [sys.executable, "-P", "-m", "catalogue.populate.worker", *self._folders],
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
@@ -60,7 +60,7 @@ class Workers:
         try:
             pickle.dump(task, process.stdin)
             process.stdin.flush()
-            answer = pickle.load(process.stdout)
+            answer = pickle.load(process.stdout)  # nosec B301
         except (EOFError, OSError) as error:
             self._local.process = None  # the next task gets a new one
             raise PluginError(f"the process that makes {task[0]} {_end(process)}") from error

@@ -128,7 +128,7 @@ class Classification(Sequence[Memberships]):
             z = np.full((), np.nan, complex)
         if z.shape not in ((), (len(self),)) or not np.isfinite(z).all():
             raise InvalidRequest(
-                f"point must be a complex number x + iy, or {len(self)} of them, finite, not {quoted(point)}"
+                f"point must be x + iy, or {len(self)} of them, with finite coordinates, not {quoted(point)}"
             )
         return path_singularity(self.instant.linkage, z, pole=self.instant.pole)
 

@@ -36,11 +36,12 @@ class Ran:
 
 
 @pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[..., Ran]:
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Ran]:
     """Return the command as a function; warnings are shown as they are to a user."""
     monkeypatch.setattr("warnings.showwarning", None)
     for name in ("CATALOGUE_DB", "CATALOGUE_PLUGINS"):
         monkeypatch.delenv(name, raising=False)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "home"))  # whose database is nobody's
     for name in ("OMP", "OPENBLAS", "MKL"):  # the command sets them: that is to end with the test
         monkeypatch.setenv(f"{name}_NUM_THREADS", "1")
 
