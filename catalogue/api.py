@@ -176,14 +176,17 @@ class Catalogue:
 
         request, quiet = path_request("find_in", request), switch("quiet", quiet)
         collection = self.registry.collection(name)
-        if not is_current(self.database, collection, self.registry.provider(name).version):
-            from .progress import shown
 
-            with shown(quiet=quiet, label=f"drawing {name}") as report:
-                self.build_collection(name, report=report)
+        def drawn() -> None:
+            if not is_current(self.database, collection, self.registry.provider(name).version):
+                from .progress import shown
+
+                with shown(quiet=quiet, label=f"drawing {name}") as report:
+                    self.build_collection(name, report=report)
+
         return find_in(
             self.database, collection, request, limit=limit, rank_by=rank_by, families=families, series=series,
-            where=where,
+            where=where, drawn=drawn,
         )  # fmt: skip
 
     def build_collection(

@@ -20,9 +20,11 @@ from typing import TYPE_CHECKING, Any
 from .. import __version__
 from ..errors import InvalidRequest, quoted
 from ..folders import answers_file, replacing
+from ..kinematics.linkage import Linkage
+from ..problem.request import number, point
 from .candidate import Candidate
 from .dwell_results import DwellCandidate
-from .placed import OwnGuide
+from .placed import OwnGuide, PlacedGuide
 
 if TYPE_CHECKING:
     from ..collections.results import CollectionCandidate
@@ -169,9 +171,25 @@ def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None 
             return _of_collection(values, collection)
         if "_window" in values:
             values["_window"] = tuple(values["_window"])
-        return kinds[str(kind)](**values)
+        return _sound(kinds[str(kind)](**values))
     except (KeyError, TypeError, ValueError) as error:
         raise InvalidRequest(f"an answer is damaged, or of another version than {__version__}: {error}") from None
+
+
+def _sound(one: Answer) -> Answer:
+    """Return an answer whose fields are what they are said to be; `ValueError` if one is not."""
+    for f in fields(one):
+        value = getattr(one, f.name)
+        if value is None and "None" in str(f.type):
+            continue
+        if str(f.type).startswith(("float", "int")):
+            number(f.name, value)
+        elif f.type == "str" and not isinstance(value, str):
+            raise InvalidRequest(f"{f.name} must be a text, not {quoted(value)}")
+    if isinstance(one, PlacedGuide):
+        Linkage(one.pivots)
+        point("guided", one.guided)
+    return one
 
 
 def _of_collection(values: dict[str, Any], collection: Callable[[str], Collection] | None) -> CollectionCandidate:

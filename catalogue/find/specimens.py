@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -51,8 +51,10 @@ def find_in(
     families: Sequence[str] = (),
     series: Sequence[str] = (),
     where: Mapping[str, Any] | None = None,
+    drawn: Callable[[], None] = lambda: None,
 ) -> CollectionResults:
-    """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`."""
+    """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`.  `drawn` is called
+    once it is clear that what is asked can be meant, before anything is read."""
     limit, clock = whole("limit", limit, 1), time.perf_counter()
     criteria = ["deviation", *collection.metrics]
     if not isinstance(rank_by, str) or rank_by not in criteria:
@@ -64,6 +66,7 @@ def find_in(
     for what, (_, held) in named.items():
         if unknown := [name for name in allowed[what] if name not in held]:
             raise InvalidRequest(f"there is no {what} {unknown[0]!r}; there are {', '.join(held)}")
+    drawn()
     search = _Search(database, collection, request, given, _tests(collection, request, given, allowed))
     more = rank_by != "deviation" and collection.metrics[rank_by].more
     # Stored numbers decide what is verified, measured ones what comes first; the sort is stable.
