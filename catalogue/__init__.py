@@ -9,10 +9,19 @@ Names are loaded when they are first used; see README.md.
 
 from __future__ import annotations
 
+import sys
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from .folders import other_distribution
+
 __version__ = "0.1.0"
+
+_is_command = getattr(sys, "argv", [""])[0].endswith(("catalogue", "-m"))  # which says it itself
+if not _is_command and (_other := other_distribution()):
+    import warnings
+
+    warnings.warn(_other, stacklevel=2)
 
 if TYPE_CHECKING:
     from .api import Catalogue, classify, open

@@ -176,14 +176,17 @@ class Catalogue:
 
         request, quiet = path_request("find_in", request), switch("quiet", quiet)
         collection = self.registry.collection(name)
-        if not is_current(self.database, collection, self.registry.provider(name).version):
-            from .progress import shown
 
-            with shown(quiet=quiet, label=f"drawing {name}") as report:
-                self.build_collection(name, report=report)
+        def drawn() -> None:
+            if not is_current(self.database, collection, self.registry.provider(name).version):
+                from .progress import shown
+
+                with shown(quiet=quiet, label=f"drawing {name}") as report:
+                    self.build_collection(name, report=report)
+
         return find_in(
             self.database, collection, request, limit=limit, rank_by=rank_by, families=families, series=series,
-            where=where,
+            where=where, drawn=drawn,
         )  # fmt: skip
 
     def build_collection(
@@ -251,7 +254,7 @@ class Catalogue:
         from .find.frame import guides_frame
 
         constraints = Constraints(families, series, configurations, pins_only, order)
-        return guides_frame(self.database, constraints, (kind,) if isinstance(kind, str) else kind, reaches=reaches)
+        return guides_frame(self.database, constraints, names("kind", kind), reaches=switch("reaches", reaches))
 
     def classify(self, linkage: LinkageLike, *, tolerance: float | None = None) -> Classification:
         """Return the memberships of given linkages in all series that are registered; see `catalogue.classify`."""
@@ -273,12 +276,12 @@ class Catalogue:
         from .populate.fill import COUNT
 
         series = names("series", series)
-        begun = {key: self.database.get_setting(key) or "" for key in ("count", "seed", "series")}
+        begun = (self.database.get_setting("series") or "").split()
         if count is None and not series and not self.complete:  # finish what was begun
-            series = tuple(code for code in begun["series"].split() if code in self.registry.series)
+            series = tuple(code for code in begun if code in self.registry.series)
         if count is None:
-            count = int(begun["count"] or COUNT) if list(series) == begun["series"].split() else COUNT
-        seed = int(begun["seed"] or 0) if seed is None else seed
+            count = self.database.get_number("count", COUNT) if list(series) == begun else COUNT
+        seed = self.database.get_number("seed", 0) if seed is None else seed
         return fill(
             self.database, self.registry, count=count, series=series, seed=seed, processes=processes, report=report
         )

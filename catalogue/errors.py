@@ -87,7 +87,7 @@ def one_line(error: BaseException) -> str:
 def quoted(value: object) -> str:
     """Return a value as an error quotes it: its repr, on one short line."""
     try:
-        text = " ".join(repr(value).split())
+        text = repr(value)
     except BaseException as error:  # of a number with thousands of digits, or of anybody's class
         _pass_on(error)
         text = f"a {type(value).__name__}"
@@ -100,9 +100,10 @@ def printable(text: str) -> str:
 
 
 def shortened(text: str, longest: int) -> str:
-    """Return printable text, cut off beyond so many characters."""
-    text = printable(text[: longest + 1])
-    return text if len(text) <= longest else f"{text[: longest - 3]}..."
+    """Return printable text on one line of so many characters at most: of a longer one its middle is left out."""
+    half = (longest - 3) // 2
+    line = printable(" ".join(text.split()))
+    return line if len(line) <= longest else f"{line[:half]}...{line[-half:]}"
 
 
 def checked_name(what: str, text: object) -> str:

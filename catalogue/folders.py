@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from errno import ENOENT
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -17,19 +20,28 @@ def folder(name: str) -> Path:
     return packed if packed.is_dir() else _PACKAGE.parent / name
 
 
+def other_distribution() -> str:
+    """Return what is wrong where the distribution `catalogue` was installed into the folder that ours is in: both own
+    the package `catalogue` and overwrite each other's files.  An empty text if it was not."""
+    if next(_PACKAGE.parent.glob("catalogue-*.*-info"), None) is None:
+        return ""
+    return (
+        "the distribution `catalogue` is installed beside `mechanism-catalogue` and both own the package `catalogue`; "
+        "uninstall both, then install the one you need, or use a virtual environment for each"
+    )
+
+
 def default_database() -> Path:
     """Return the database file used when none is named: ``CATALOGUE_DB``, else one in the user's data directory."""
     named = os.environ.get("CATALOGUE_DB")
-    if named:
-        return Path(named).expanduser()
-    return user_folder() / "catalogue.db"
+    return Path(named) if named else user_folder() / "catalogue.db"
 
 
 def answers_file() -> Path:
     """Return the file in which answers are kept by their codes: ``CATALOGUE_ANSWERS``, else one in the user's data
     directory."""
     named = os.environ.get("CATALOGUE_ANSWERS")
-    return Path(named).expanduser() if named else user_folder() / "answers.db"
+    return expanded(named) if named else user_folder() / "answers.db"
 
 
 def user_folder() -> Path:
@@ -39,19 +51,43 @@ def user_folder() -> Path:
     return user_data_path("mechanism-catalogue", appauthor=False)
 
 
-def write_file(file: Path, data: bytes) -> None:
-    """Write a file, all of it or nothing of it; a link of that name is replaced, what it leads to is left alone."""
-    part = file.with_name(f"{file.name}.part")
-    part.unlink(missing_ok=True)
+def expanded(path: str | os.PathLike[str]) -> Path:
+    """Return a path with the home that ``~`` stands for; `OSError` if nobody of that name has one."""
     try:
-        with part.open("xb") as out:
-            out.write(data)
+        return Path(path).expanduser()
+    except RuntimeError:
+        raise FileNotFoundError(ENOENT, "nobody of that name has a home", str(path)) from None
+
+
+def is_folder(path: Path) -> bool:
+    """Return whether a folder is there; of a name that none can have it is not."""
+    with suppress(OSError):
+        return path.is_dir()
+    return False
+
+
+@contextmanager
+def replacing(file: Path) -> Iterator[Path]:
+    """Yield a name to write to, beside a file whose place it takes at the end: what was there stays until then.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written, or what is there is a folder or a device, which must not be replaced.
+    """
+    part = file.parent / f"{file.name}.part"
+    try:
+        if file.exists() and not file.is_file():
+            raise OSError(0, "a folder or a device is there", str(file))
+        part.unlink(missing_ok=True)
+        yield part
         part.replace(file)
     finally:
-        part.unlink(missing_ok=True)
+        with suppress(OSError):
+            part.unlink(missing_ok=True)
 
 
 def plugin_folders(extra: tuple[str, ...] = ()) -> list[Path]:
     """Return the folders searched for plugins: the built-in one, those of ``CATALOGUE_PLUGINS``, then `extra`."""
     named = [part for part in os.environ.get("CATALOGUE_PLUGINS", "").split(os.pathsep) if part]
-    return [folder("plugins"), *(Path(part).expanduser() for part in (*named, *extra))]
+    return [folder("plugins"), *(expanded(part) for part in (*named, *extra))]

@@ -12,42 +12,68 @@ import sys
 import threading
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import click
 
-from .. import __version__
-from ..errors import CatalogueError, press_ctrl_c, printable
+from ..errors import CatalogueError, InvalidRequest, PluginError, press_ctrl_c, printable, shortened
+from ..folders import other_distribution
 
-#: Exit code after Ctrl-C.
-INTERRUPTED = 130
+#: Not there where another package has put its own `__init__` in the place of ours, which `main` tells of.
+VERSION = getattr(sys.modules[__name__.rpartition(".")[0]], "__version__", "unknown")
+#: Exit codes after Ctrl-C, and where the reader of our output has gone.
+INTERRUPTED, UNREAD = 130, 141
+#: Letters of an error, at most: a name that is too long for a file is too long for a line.
+LINE = 1000
 
 
 def main() -> None:
     """Run the command line; every expected error is one line on standard error and a documented exit code."""
-    _only_one_catalogue()
     _keep_standard_output()
     # The matrices are small: more threads of linear algebra cost more than they bring.  NumPy reads this when imported.
     for name in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{name}_NUM_THREADS", "1")
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:  # closed by who called us
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115  # for good
     try:
+        if other := other_distribution():
+            raise PluginError(other)
         code = run()
         if sys.stdout is not None:
-            sys.stdout.flush()
+            sys.stdout.flush()  # a full disk is told of here, not when Python ends
     except CatalogueError as error:
-        print(printable(f"catalogue: {error}"), file=sys.stderr)
-        code = error.exit_code
+        code = _told(str(error), error.exit_code)
     except (KeyboardInterrupt, click.Abort) as error:
         where = f" in {error}" if str(error) else ""
-        print(printable(f"catalogue: interrupted{where}; what was finished is kept"), file=sys.stderr)
-        code = INTERRUPTED
-    except BrokenPipeError:  # the reader of our output has gone
-        sys.stderr.close()
-        code = 141
+        code = _told(f"interrupted{where}; what was finished is kept", INTERRUPTED)
+    except BrokenPipeError:
+        code = _unwritten(UNREAD)
+    except OSError as error:
+        what = error.filename or "what is to be printed"
+        code = _unwritten(_told(f"{what} cannot be read or written: {error.strerror}", InvalidRequest.exit_code))
+    except MemoryError:
+        code = _told("there is not enough memory: ask for less at once", InvalidRequest.exit_code)
     if "catalogue.plugin.registry" in sys.modules and sys.stdout is not sys.__stdout__ and _is_file(sys.stdout):
         sys.stdout = sys.stderr  # what a plugin prints at the very end is no answer
     sys.exit(code)
+
+
+def _told(text: str, code: int) -> int:
+    """Print what went wrong as one line of bounded length, and return the exit code."""
+    with suppress(OSError):  # nobody can be told
+        print(f"catalogue: {shortened(text, LINE)}", file=sys.stderr, flush=True)
+    return code
+
+
+def _unwritten(code: int) -> int:
+    """Let what could not be written be forgotten, which Python would try again at its end, and return the exit code."""
+    with suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+    return code
 
 
 class Commands(click.Group):
@@ -116,7 +142,7 @@ FIND = Commands(
     "2 bad request, 3 bad linkage, 4 database, 5 plugin, 6 missing package, 130 interrupted.",
     context_settings={"show_default": True, "max_content_width": 120},
 )  # fmt: skip
-@click.version_option(__version__, message="mechanism-catalogue %(version)s", help="Print the version and exit.")
+@click.version_option(VERSION, message="mechanism-catalogue %(version)s", help="Print the version and exit.")
 def app() -> None:
     """A design catalogue of guide mechanisms: linkages that carry a point along a straight line or an arc."""
 
@@ -128,7 +154,7 @@ def run() -> int:
     try:
         return app.main(prog_name="catalogue", standalone_mode=False) or 0
     except click.ClickException as error:
-        error.show()
+        click.UsageError(shortened(error.format_message(), LINE), getattr(error, "ctx", None)).show()
         return error.exit_code
 
 
@@ -156,19 +182,3 @@ def _interrupt_again(unraisable: Any, told: Callable[[Any], object] = sys.unrais
         threading.Timer(0.05, press_ctrl_c).start()
     else:
         told(unraisable)
-
-
-def _only_one_catalogue() -> None:
-    """Another distribution installs a package of the same name; together they overwrite each other's files."""
-    from importlib.metadata import PackageNotFoundError, distribution
-
-    try:
-        distribution("catalogue")
-    except PackageNotFoundError:
-        return
-    print(
-        "catalogue: the distribution `catalogue` is installed beside `mechanism-catalogue` and both own the package "
-        "`catalogue`; uninstall both, then install the one you need, or use a virtual environment for each",
-        file=sys.stderr,
-    )
-    sys.exit(5)

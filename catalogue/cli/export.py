@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import click
 
 from ..errors import InvalidRequest, MissingExtra
+from ..folders import is_folder, replacing
 from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, option, several, switch
 from .tables import FORCE, OUTPUT
 
@@ -59,28 +60,24 @@ def export(
         if out is None:
             guides.to_csv(sys.stdout, index=False)
             return
-        part = out.with_name(f"{out.name}.part")  # what was there stays until all is written
         try:
-            part.unlink(missing_ok=True)
-            if format == "sqlite":
-                write_extract(catalogue.database, guides["id"].tolist(), part)
-            elif format == "parquet":
-                _write_parquet(guides, part)
-            else:
-                guides.to_csv(part, index=False)
-            part.replace(out)
+            with replacing(out) as part:
+                if format == "sqlite":
+                    write_extract(catalogue.database, guides["id"].tolist(), part)
+                elif format == "parquet":
+                    _write_parquet(guides, part)
+                else:
+                    guides.to_csv(part, index=False)
         except OSError as error:
             raise InvalidRequest(f"cannot write {out}: {error.strerror}") from error
-        finally:
-            part.unlink(missing_ok=True)
     print(f"written: {out}, {len(guides)} rows", file=sys.stderr)
 
 
 def _check(out: Path) -> None:
     """Say that a file cannot be written before work is done for it."""
-    if not out.parent.is_dir():
+    if not is_folder(out.parent):
         raise InvalidRequest(f"cannot write {out}: there is no folder {out.parent}")
-    if out.is_dir():
+    if is_folder(out):
         raise InvalidRequest(f"{out} is a folder: name a file with --out")
 
 

@@ -13,7 +13,7 @@ from urllib.parse import quote
 import click
 
 from ..errors import InvalidRequest
-from ..folders import write_file
+from ..folders import replacing
 from .options import PATH, PLUGINS, Argument, option
 from .tables import FORCE, FORCE_KEY, OUTPUT, refuse_existing
 
@@ -78,7 +78,8 @@ def atlas(out: Path, plugins: Sequence[str]) -> None:
             bar.advance(task)
     index = out / "index.html"
     try:
-        write_file(index, _index(every, files).encode())
+        with replacing(index) as part:
+            part.write_text(_index(every, files), "utf-8")
     except OSError as error:
         raise InvalidRequest(f"cannot write {index}: {error.strerror}") from error
     print(f"drawn: {len(every)} plates; open {index}", file=sys.stderr)

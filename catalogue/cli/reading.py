@@ -5,16 +5,18 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from ..errors import InvalidLinkage, InvalidRequest, quoted
+from ..folders import expanded
 from ..kinematics.from_lengths import CLOSURES, POINT, POSITION, guide_from_lengths
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array, Complexes
+from ..kinematics.types import Array, Complexes, doubles
+from ..problem.request import number, point
 
 NAMES = {*POSITION, *POINT, *(name for names in CLOSURES for name in names)}
 #: What separates the cells of a line: the first of these that the first line holds.
@@ -34,8 +36,8 @@ def read_text(file: str) -> str:
     try:
         if file == "-":
             return sys.stdin.read().removeprefix("\ufeff")
-        return Path(file).expanduser().read_text(encoding="utf-8-sig")
-    except (OSError, UnicodeDecodeError, RuntimeError, ValueError) as error:
+        return expanded(file).read_text(encoding="utf-8-sig")
+    except (OSError, UnicodeDecodeError, ValueError) as error:
         raise InvalidRequest(f"cannot read {file}: {error}") from None
 
 
@@ -66,9 +68,9 @@ def linkages_of(given: list[dict[str, Any]], file: str) -> tuple[Linkage, Comple
         if "pivots" in names:
             pivots[rows] = _pivots([given[i]["pivots"] for i in rows], file)
             if "point" in names:
-                points[rows] = [_point(given[i]["point"], file) for i in rows]
+                points[rows] = [complex(*point(f"{file}: the guided point", given[i]["point"])) for i in rows]
         else:
-            table = {name: [_number(given[i][name], file) for i in rows] for name in names}
+            table = {name: [number(f"{file}: {name}", given[i][name]) for i in rows] for name in names}
             linkage, points[rows] = guide_from_lengths(table)
             pivots[rows] = linkage.pivots
     return Linkage(pivots), points
@@ -84,8 +86,10 @@ def entries(text: str, file: str) -> list[dict[str, Any]]:
 
 def _json(text: str, file: str) -> list[dict[str, Any]]:
     try:
-        given = json.loads(text)
-    except (json.JSONDecodeError, RecursionError, ValueError) as error:
+        given = json.loads(text, parse_int=float)  # whose digits nobody counts
+    except RecursionError:
+        raise InvalidRequest(f"{file} is no valid JSON: it is nested too deeply") from None
+    except ValueError as error:
         raise InvalidRequest(f"{file} is no valid JSON: {error}") from None
     if isinstance(given, dict) or _depth(given) == 3:
         given = [given]
@@ -139,8 +143,11 @@ def _line(row: list[str], file: str, line: int) -> dict[str, Any]:
 
 def _cell(text: str, file: str, line: int, column: str) -> float:
     value = _float(text)
+    where = f"{file}, line {line}, column {column}"
     if value is None:
-        raise InvalidRequest(f"{file}, line {line}, column {column}: {quoted(text)} is no number")
+        raise InvalidRequest(f"{where}: {quoted(text)} is no number")
+    if not math.isfinite(value):
+        raise InvalidLinkage(f"{where}: {quoted(text)} is NaN or infinite")
     return value
 
 
@@ -154,27 +161,12 @@ def _float(text: str) -> float | None:
 def _pivots(given: list[Any], file: str) -> Array:
     try:
         full = [[[[*p, 1.0] if len(p) == 2 else list(p) for p in dyad] for dyad in one] for one in given]
-        pivots = np.array(full, dtype=float)
-    except (TypeError, ValueError, OverflowError):
+        pivots = doubles(full)
+    except (TypeError, ValueError):
         pivots = np.zeros(0)
     if pivots.shape[1:] != (2, 2, 3):
         raise InvalidLinkage(f"{file}: a linkage is [[A1, A1*], [A2, A2*]], each pivot [x, y] or [x, y, w]")
     return pivots
-
-
-def _point(given: Any, file: str) -> complex:
-    try:
-        x, y = given
-        return complex(float(x), float(y))
-    except (TypeError, ValueError, OverflowError):
-        raise InvalidRequest(f"{file}: a guided point is [x, y], not {quoted(given)}") from None
-
-
-def _number(value: Any, file: str) -> float:
-    try:
-        return float(value)
-    except (TypeError, ValueError, OverflowError):
-        raise InvalidRequest(f"{file}: {quoted(value)} is no number") from None
 
 
 def _depth(given: Any) -> int:

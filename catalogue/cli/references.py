@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -98,7 +99,9 @@ def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
 
 def _is_file(reference: str) -> bool:
     path = Path(reference)
-    return path.suffix != "" or len(path.parts) > 1 or path.is_file()
+    with suppress(OSError):  # a name that no file can have
+        return path.suffix != "" or len(path.parts) > 1 or path.is_file()
+    return False
 
 
 def _is_design(reference: str) -> bool:

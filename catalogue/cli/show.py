@@ -126,6 +126,8 @@ def show(
     if is_answer(name):
         _show_answers(_kept(name, db, plugins), name, plot, format)
         return
+    from ..find.candidate import digits
+
     with open(db, plugins=plugins) as catalogue:
         guide = catalogue.guide(name)
         design, told, words = named_guides().get(guide.name or ""), {}, []
@@ -179,4 +181,5 @@ def show(
     ]
     lines.append(["", "guided", *(f"{v:.6g}" for v in laid.guided), ""])
     columns = [">dyad", "point", ">x", ">y", ""]
-    print_table(f"Laid from (0, 0) to ({stroke:g}, 0), in mid-stroke; deviation {laid.deviation:.3g}", columns, lines)
+    place = f"Laid from (0, 0) to ({stroke:g}, 0), in mid-stroke"
+    print_table(f"{place}; deviation {digits(laid.deviation)}", columns, lines)

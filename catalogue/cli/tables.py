@@ -15,6 +15,7 @@ import click
 from click.exceptions import Exit
 
 from ..errors import InvalidRequest, printable
+from ..folders import is_folder
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
@@ -128,7 +129,7 @@ def print_results(
         print(f"saved: {save}, {len(found)} answers", file=sys.stderr)
     if plot is None:
         return
-    if plot.is_dir() or not plot.suffix:
+    if is_folder(plot) or not plot.suffix:
         plot.mkdir(parents=True, exist_ok=True)
         for code, one in zip(codes(found), found, strict=True):
             one.plot(plot / f"{code}.svg")

@@ -5,11 +5,12 @@ from __future__ import annotations
 import io
 import re
 from functools import partial
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import InvalidRequest, MissingExtra
-from ..folders import write_file
+from ..errors import InvalidRequest, MissingExtra, quoted
+from ..folders import is_folder, replacing
 from .symbols import PAPER
 
 if TYPE_CHECKING:
@@ -22,13 +23,16 @@ DPI = 200
 SANS, SERIF = "DejaVu Sans", "STIXGeneral"  # both come with matplotlib
 
 
-def kind_of(file: Path) -> str:
+def kind_of(file: str | PathLike[str]) -> str:
     """Return the format that the suffix of a file names, once it is clear that it can be written."""
+    if not isinstance(file, str | PathLike):
+        raise InvalidRequest(f"a drawing is written to a file, not to {quoted(file)}")
+    file = Path(file)
     kind = file.suffix.lower().removeprefix(".")
     if kind not in FORMATS:
         named = f"the suffix {file.suffix!r}" if kind else "no suffix"
         raise InvalidRequest(f"cannot draw to {file} with {named}; choose .png, .svg or .pdf")
-    if not file.parent.is_dir():
+    if not is_folder(file.parent):
         raise InvalidRequest(f"cannot draw to {file}: there is no folder {file.parent}")
     return kind
 
@@ -49,7 +53,8 @@ def blank(width: float, height: float) -> Figure:
 def write(figure: Figure, file: Path, kind: str) -> None:
     """Write a figure to a file of a kind, in place of one that is there."""
     try:
-        write_file(file, _written(figure, kind))
+        with replacing(file) as part:
+            part.write_bytes(_written(figure, kind))
     except OSError as error:
         raise InvalidRequest(f"cannot write {file}: {error.strerror}") from error
 

@@ -37,7 +37,7 @@ def draw(candidate: Candidate, file: str | Path | None = None) -> Figure:
     """Draw a candidate in mid-stroke with ghosts at the ends of the stroke, its path and its deviation; see
     `catalogue.Candidate.plot`.
     """
-    kind = None if file is None else kind_of(Path(file))
+    kind = None if file is None else kind_of(file)
     shown = scene(candidate)
     x0, y0, x1, y1 = shown.box
     inner = WIDTH - 2 * MARGIN

@@ -19,10 +19,12 @@ from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..errors import InvalidRequest, quoted
-from ..folders import answers_file, write_file
+from ..folders import answers_file, replacing
+from ..kinematics.linkage import Linkage
+from ..problem.request import number, point
 from .candidate import Candidate
 from .dwell_results import DwellCandidate
-from .placed import OwnGuide
+from .placed import OwnGuide, PlacedGuide
 
 if TYPE_CHECKING:
     from ..collections.results import CollectionCandidate
@@ -119,7 +121,8 @@ def save(answers: Sequence[Answer], path: str | Path) -> None:
     held = {"format": FORMAT, "version": __version__, "answers": [record(one) for one in answers]}
     path = Path(path)
     try:
-        write_file(path, (json.dumps(held, indent=1, allow_nan=False) + "\n").encode())
+        with replacing(path) as part:
+            part.write_text(json.dumps(held, indent=1, allow_nan=False) + "\n", "utf-8")
     except OSError as error:
         raise InvalidRequest(f"cannot write {path}: {error.strerror}") from None
 
@@ -136,7 +139,7 @@ def load(path: str | Path, collection: Callable[[str], Collection] | None = None
         raise InvalidRequest(f"load wants the path of a file, not {quoted(path)}")
     try:
         held = json.loads(Path(path).read_text("utf-8-sig"))
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+    except (OSError, ValueError, RecursionError) as error:
         raise InvalidRequest(f"cannot read {path}: {error}") from None
     if not is_saved(held):
         raise InvalidRequest(f"{path} is no file of answers: `find --save FILE` writes one")
@@ -168,9 +171,25 @@ def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None 
             return _of_collection(values, collection)
         if "_window" in values:
             values["_window"] = tuple(values["_window"])
-        return kinds[str(kind)](**values)
+        return _sound(kinds[str(kind)](**values))
     except (KeyError, TypeError, ValueError) as error:
         raise InvalidRequest(f"an answer is damaged, or of another version than {__version__}: {error}") from None
+
+
+def _sound(one: Answer) -> Answer:
+    """Return an answer whose fields are what they are said to be; `ValueError` if one is not."""
+    for f in fields(one):
+        value = getattr(one, f.name)
+        if value is None and "None" in str(f.type):
+            continue
+        if str(f.type).startswith(("float", "int")):
+            number(f.name, value)
+        elif f.type == "str" and not isinstance(value, str):
+            raise InvalidRequest(f"{f.name} must be a text, not {quoted(value)}")
+    if isinstance(one, PlacedGuide):
+        Linkage(one.pivots)
+        point("guided", one.guided)
+    return one
 
 
 def _of_collection(values: dict[str, Any], collection: Callable[[str], Collection] | None) -> CollectionCandidate:
@@ -186,8 +205,9 @@ def _of_collection(values: dict[str, Any], collection: Callable[[str], Collectio
 @contextmanager
 def _opened(*, write: bool) -> Iterator[Any]:
     """Open the file of answers; None if it is only to be read and is not there."""
-    path = answers_file()
+    path: Path | str = "CATALOGUE_ANSWERS"
     try:
+        path = answers_file()
         if not write and not path.exists():
             yield None
             return

@@ -130,8 +130,8 @@ class Candidate(PlacedGuide):
         kind = " ".join(part for part in (self.series, self.family, self.configuration) if part)
         arc = "" if self.radius is None else f", radius {self.radius:.6g}"
         return (
-            f"<{type(self).__name__} {kind}: stroke {self.stroke:.6g}{arc}, deviation {self.deviation:.3g}, "
-            f"size {self.size:.4g}, transmission {self.min_transmission:.0f}\u00b0>"
+            f"<{type(self).__name__} {kind}: stroke {self.stroke:.6g}{arc}, deviation {digits(self.deviation)}, "
+            f"size {digits(self.size, '.4g')}, transmission {digits(self.min_transmission, '.0f')}\u00b0>"
         )
 
     def at_home(self) -> Candidate:
@@ -213,7 +213,8 @@ class Candidate(PlacedGuide):
         return here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
 
     def path(self, points: int = 101) -> Floats:
-        """Return points of the guided path over the stroke, shape (points, 2)."""
+        """Return points of the guided path over the stroke, shape (points, 2), from 2 to a million."""
+        points = sampled(points)
         here, traced = self._traced()
         share = np.linspace(-1, 1, points)
         u, v = here.path.window(traced.low.astype(float), traced.high.astype(float), share)
@@ -291,6 +292,11 @@ class Candidate(PlacedGuide):
 
 #: What a candidate of a `find` is printed as.
 COLUMNS = tuple(Candidate.columns())
+
+
+def digits(value: float | None, format: str = ".3g") -> str:
+    """Return a number as it is printed, a dash where none was measured."""
+    return "-" if value is None else f"{value:{format}}"
 
 
 def known(value: float) -> float | None:

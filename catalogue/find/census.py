@@ -50,6 +50,7 @@ class Cell:
 
 def census(database: Database, registry: Registry) -> list[Cell]:
     """Return the cells of all registered series, in their order."""
+    database.check()
     held = _held(database)
     built = set(database.read(select(Batch.series.label("code")).distinct())["code"])
     cells = []
@@ -74,6 +75,8 @@ def census(database: Database, registry: Registry) -> list[Cell]:
             if remark and counts[-1] and series.code not in built:
                 remark = f"not built: `catalogue build --series {series.code}`"
             cells.append(Cell(series.code, family, configuration, dimension, mechanisms, guides, smallest, remark))
+    unknown = {key: of for key, of in held.items() if key[0] not in registry.series}
+    cells += [Cell(*key, 0, *of, "no plugin brings this series") for key, of in unknown.items()]
     return cells
 
 

@@ -21,7 +21,7 @@ from ..refine.sqp import Refinement
 from ..search.search import Search, SearchReport
 from ..store import Database
 from .grid_synthesis import reaches
-from .names import SINGULAR
+from .names import EMPTY, SINGULAR
 
 #: Points from which each relaxation is sought, and rounds of refinement.
 STARTS, ROUNDS = 8, 6
@@ -94,6 +94,8 @@ class Explanation:
                 "no guide found: no linkage with these pivots carries the point from end to end; move them, or give a "
                 "tolerance (--within)"
             )
+        if not len(self.database.plain({"id": int}, "FROM guide LIMIT 1")["id"]):
+            return f"no guide found: {EMPTY}"
         names = [option(n) for n in ("families", "series", "configurations", "order", "slots", "returns", "pins_only")
                  if getattr(wanted, n)]  # fmt: skip
         what = " and ".join(names) or "this path"

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -25,6 +24,7 @@ def guides_frame(
     """Return stored guides of what is asked for by name, order and joints; see `Catalogue.guides`."""
     import pandas as pd
 
+    database.check()
     check_names(database, constraints)
     check_kinds(kinds)
 
@@ -40,8 +40,9 @@ def guides_frame(
 
     found = database.read(wanted(GUIDES).order_by(Guide.id))
     texts = found.pop("parameters")
+    database.pivots(found)
     guides = pd.DataFrame(found)
-    parameters = pd.DataFrame(json.loads(f"[{','.join(texts)}]"), index=guides.index)
+    parameters = pd.DataFrame(database.objects(texts), index=guides.index)
     guides = guides.join(parameters.astype(float).add_prefix("parameter_"))
     if not reaches:
         return guides

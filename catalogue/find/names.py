@@ -12,6 +12,8 @@ from ..store import Database
 
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
 
+#: What is said of a database without guides.
+EMPTY = "the database holds no guides: `catalogue build` fills it, or name another with --db"
 #: All kinds of guides.
 KINDS = (*POINTS.values(), *SLOTS.values(), *RETURNS.values())
 
@@ -23,6 +25,8 @@ def check_names(database: Database, constraints: Constraints) -> None:
         for code in getattr(constraints, name):
             if not len(database.plain(column, f"FROM mechanism WHERE {singular} = ? LIMIT 1", [code])[singular]):
                 held = sorted(set(database.plain(column, "FROM mechanism")[singular]))
+                if not held:
+                    raise InvalidRequest(EMPTY)
                 raise InvalidRequest(
                     f"the database holds no {singular} {code!r}; it holds {', '.join(held)}. "
                     f"`catalogue build --series CODE` adds a series{_nearest(code, held)}"

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidLinkage, InvalidRequest
+from ..errors import InvalidLinkage, InvalidRequest, quoted
 from ..kinematics.circuits import COUPLER, SWING, TURN, Circuits, circuits
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.rates import rates
@@ -188,6 +188,8 @@ def guide(linkage: Any, point: Any = None, *, name: str = "") -> OwnGuide:
     """
     from ..kinematics.from_lengths import guide_from_lengths
 
+    if not isinstance(name, str):
+        raise InvalidRequest(f"name must be a text, not {quoted(name)}")
     if isinstance(linkage, Mapping):
         one, at = guide_from_lengths(linkage)
     else:

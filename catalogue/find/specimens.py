@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import json
 import time
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any
@@ -53,8 +52,10 @@ def find_in(
     families: Sequence[str] = (),
     series: Sequence[str] = (),
     where: Mapping[str, Any] | None = None,
+    drawn: Callable[[], None] = lambda: None,
 ) -> CollectionResults:
-    """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`."""
+    """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`.  `drawn` is called
+    once it is clear that what is asked can be meant, before anything is read."""
     limit, clock = whole("limit", limit, 1), time.perf_counter()
     criteria = ["deviation", *collection.metrics]
     if not isinstance(rank_by, str) or rank_by not in criteria:
@@ -66,6 +67,7 @@ def find_in(
     for what, (_, held) in named.items():
         if unknown := [name for name in allowed[what] if name not in held]:
             raise InvalidRequest(f"there is no {what} {unknown[0]!r}; there are {', '.join(held)}")
+    drawn()
     search = _Search(database, collection, request, given, _tests(collection, request, given, allowed))
     more = rank_by != "deviation" and collection.metrics[rank_by].more
     # Stored numbers decide what is verified, measured ones what comes first; the sort is stable.
@@ -132,7 +134,7 @@ class _Search:
         found = 0
         for part in range(BATCHES):
             rows = self.database.read(ranked.offset(BATCH * part))
-            measured = self.measured([json.loads(text) for text in rows["parameters"]])
+            measured = self.measured([*self.database.objects(rows["parameters"])])
             for number, one in zip(rows["id"].tolist(), measured, strict=True):
                 if self.serves(one):
                     found += 1

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from difflib import get_close_matches
@@ -13,7 +12,7 @@ from sqlalchemy import func, select
 
 from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path
 from ..candidates.stored import as_stored, linkages
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, shortened
 from ..guidance.kinds import RETURNS, SLOTS
 from ..guidance.reach import LEVELS
 from ..kinematics.linkage import Linkage
@@ -21,9 +20,9 @@ from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
-from ..problem.request import CircularArc, Request, StraightLine, positive
+from ..problem.request import LARGEST, CircularArc, Request, StraightLine, positive, whole
 from ..series.named_guides import NamedGuide, named_guides
-from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined, stacked_pivots
+from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
 from .candidate import Candidate, known
 from .find import Selection
 from .results import candidates
@@ -85,14 +84,14 @@ class StoredGuide:
         levels = sorted(self.rows)
         if level is None:
             level = levels[len(levels) // 2]
-        if level not in self.rows:
+        if whole("level", level, -99) not in self.rows:
             known = ", ".join(str(k) for k in levels)
             raise InvalidRequest(f"guide {self.id} has no reach of level {level}; it has {known}")
         row = self.rows[level]
         stroke = positive("stroke", stroke)
         request: Request = StraightLine(stroke, 0.1 * stroke)
         if self.curvature:
-            request = CircularArc(stroke, 0.1 * stroke, stroke / float(row["sweep"][0]))
+            request = CircularArc(stroke, 0.1 * stroke)
         return laid(request, lambda problem: as_stored(problem, row))
 
 
@@ -104,9 +103,12 @@ def laid(request: Request, place: Callable[[Problem], CandidateBatch]) -> Candid
 
 def stored(database: Database, name: int | str) -> StoredGuide:
     """Return the guide with an id, or the first guide of a named design; see `Catalogue.guide`."""
+    database.check()
     try:
-        test = Guide.id == min(int(name), 2**63 - 1)
-    except ValueError:
+        test = Guide.id == min(int(name) if isinstance(name, str) else whole("the number of a guide", name, 0), LARGEST)
+    except ValueError as error:
+        if isinstance(error, InvalidRequest):
+            raise
         test = Mechanism.name == str(name)
     # a design entered by hand is of no batch
     extra = (
@@ -117,7 +119,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
     every = joined(*COLUMNS, *extra).outerjoin(Batch, Batch.id == Mechanism.batch_id)
     found = database.read(every.where(test).order_by(Guide.id, Reach.level))
     if not len(found["id"]):
-        raise InvalidRequest(f"the database holds no guide {name}; {_instead(database, str(name))}")
+        raise InvalidRequest(f"the database holds no guide {shortened(str(name), 60)}; {_instead(database, str(name))}")
     found = {k: v[found["id"] == found["id"][0]] for k, v in found.items()}
     one = {k: v[0].item() if isinstance(v[0], np.generic) else v[0] for k, v in found.items()}
     same = ("id", "name", "family", "series", "member", "configuration", "kind", "label", "inflections", "curvature")
@@ -127,8 +129,8 @@ def stored(database: Database, name: int | str) -> StoredGuide:
         **{k: one[k] for k in same},
         **curvature,
         order=one["contact_order"],
-        parameters=json.loads(one["parameters"]),
-        linkage=linkages(stacked_pivots(found)[:1], found["kind"][:1]),
+        parameters=database.objects([one["parameters"]])[0],
+        linkage=linkages(database.pivots(found)[:1], found["kind"][:1]),
         point=complex(one["x"], one["y"]),
         provenance={k: one[k] for k in batch} if one["plugin"] is not None else {},
         reaches={k: found[k] for k in SHOWN},

@@ -163,10 +163,13 @@ class Linkage:
         InvalidLinkage
             If a scale is zero or not finite, or a shift not finite.
         """
-        a, b = np.asarray(scale, dtype=complex), np.asarray(shift, dtype=complex)
+        try:
+            given = np.asarray(scale, dtype=complex), np.asarray(shift, dtype=complex), np.asarray(mirror, dtype=bool)
+            a, b, flip = (np.broadcast_to(v, len(self))[:, None, None] for v in given)
+        except (TypeError, ValueError, OverflowError):
+            raise InvalidLinkage("scale, shift and mirror must be one number each, or one for each linkage") from None
         if not (np.all(np.isfinite(a)) and np.all(np.isfinite(b)) and np.all(a != 0)):
             raise InvalidLinkage("a similarity needs a finite shift and a finite scale other than zero")
-        a, b, flip = (np.broadcast_to(v, len(self))[:, None, None] for v in (a, b, np.asarray(mirror)))
         z = np.where(flip, self.points.conj(), self.points)
         z = np.where(self.finite, a * z + b, a / np.abs(a) * z)
         return self.trusted(homogeneous(z, self.pivots[..., 2]))

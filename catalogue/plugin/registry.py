@@ -24,7 +24,7 @@ import pluggy
 from .. import __version__
 from ..collections.spec import Collection
 from ..errors import DuplicateSeries, PluginError, PluginWarning, checked_text, foreign, quoted
-from ..folders import folder, plugin_folders
+from ..folders import folder, is_folder, plugin_folders
 from ..kinematics.families import Family
 from ..problem.request import names
 from ..series.series import Series
@@ -115,8 +115,12 @@ class Registry:
     def _modules(self) -> list[tuple[Record, ModuleType | None]]:
         found: list[tuple[Record, ModuleType | None]] = []
         seen: set[Path] = set()
-        for place in plugin_folders(self.folders):
-            if not place.is_dir():
+        try:
+            places = plugin_folders(self.folders)
+        except OSError as error:
+            raise PluginError(f"plugin folder {error.filename} cannot be used: {error.strerror}") from None
+        for place in places:
+            if not is_folder(place):
                 raise PluginError(f"plugin folder {place} does not exist; correct --plugins or CATALOGUE_PLUGINS")
             for path in sorted([*place.glob("[!_]*.py"), *place.glob("[!_]*/__init__.py")]):
                 if path.resolve() not in seen:
@@ -200,7 +204,7 @@ def _load(path: Path) -> tuple[Record, ModuleType | None]:
     builtin = folder("plugins").resolve() in path.resolve().parents
     record = Record(name, str(path), __version__ if builtin else "")
     where = [str(path.parent)] if package else None
-    unique = f"catalogue_plugin_{name}_{sha1(str(path.resolve()).encode()).hexdigest()[:8]}"
+    unique = f"catalogue_plugin_{name}_{sha1(str(path.resolve()).encode(), usedforsecurity=False).hexdigest()[:8]}"
     spec = importlib.util.spec_from_file_location(unique, path, submodule_search_locations=where)
     assert spec is not None  # true of every file that ends in .py
     assert spec.loader is not None

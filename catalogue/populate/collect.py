@@ -58,8 +58,8 @@ def collect(
     """
     name, families = collection.name, collection.families
     begun = state(database, name)
-    count = int(begun.get("count", COUNT)) if count is None else count
-    seed = int(begun.get("seed", 0)) if seed is None else seed
+    count = begun.get("count", COUNT) if count is None else count
+    seed = begun.get("seed", 0) if seed is None else seed
     count, seed = whole("count", count, 1), whole("seed", seed, 0)
     source = {"seed": seed, "plan": collection.plan, "version": version}
     with database.begin() as connection:
@@ -86,20 +86,20 @@ def collect(
             report(progress(family))
     with _still(database, name, source) as connection:
         _note(connection, name, {**source, "count": count, "complete": True})
+    database.seal()
     report(done := progress(""))
     return done
 
 
 def state(database: Database, name: str) -> dict[str, Any]:
     """Return what is kept of a build: seed, plan, version, count, complete; empty if there is none."""
-    found: dict[str, Any] = json.loads(database.get_setting(f"collection {name}") or "{}")
-    return found
+    return database.objects([database.get_setting(f"collection {name}") or "{}"])[0]
 
 
 def is_current(database: Database, collection: Collection, version: str) -> bool:
     """Return whether a collection was drawn to the end, in the way that it is drawn now."""
     begun = state(database, collection.name)
-    return bool(begun.get("complete")) and (begun["plan"], begun["version"]) == (collection.plan, version)
+    return bool(begun.get("complete")) and (begun.get("plan"), begun.get("version")) == (collection.plan, version)
 
 
 def stored(database: Database, name: str) -> dict[str, tuple[int, int]]:

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import faulthandler
 import os
-import pickle
+import pickle  # nosec B403  # of what the process that started this one sends
 import signal
 import sys
 import threading

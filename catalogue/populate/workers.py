@@ -8,9 +8,9 @@ closes, also when this process is killed.  What a plugin does to one is said; wh
 from __future__ import annotations
 
 import os
-import pickle
+import pickle  # nosec B403  # of what a process sends that was started here; no file is read by it
 import signal
-import subprocess
+import subprocess  # nosec B404  # this Python, with this package
 import sys
 import threading
 from collections.abc import Sequence
@@ -62,7 +62,7 @@ class Workers:
             # the same modules as here are found there: -P, lest a file in the current folder take the place of one
             path = os.pathsep.join(str(Path(p).absolute()) for p in sys.path)
             try:
-                process = self._local.process = subprocess.Popen(
+                process = self._local.process = subprocess.Popen(  # nosec B603
                     [sys.executable, "-P", "-m", "catalogue.populate.worker", *self._folders],
                     stdin=subprocess.PIPE,
                     stdout=subprocess.PIPE,
@@ -91,7 +91,7 @@ class Workers:
             alarm.start()
             pickle.dump(task, process.stdin)
             process.stdin.flush()
-            answer: Block | PluginError = pickle.load(process.stdout)
+            answer: Block | PluginError = pickle.load(process.stdout)  # nosec B301
         except (EOFError, OSError, pickle.UnpicklingError) as error:
             self._local.process = None  # the next task gets a new one
             kind, how = _end(process)

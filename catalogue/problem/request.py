@@ -20,6 +20,8 @@ from ..errors import InvalidRequest, quoted
 FULLEST = 1.98
 #: Largest whole number that is taken: beyond it doubles hold no more all of them.
 LARGEST = 2**53
+#: Lengths that are taken: a thousand times of them is a number still, with all its digits.
+RANGE = 1e-305, 1e304
 
 
 def number(name: str, value: Any, kind: str = "a number") -> float:
@@ -37,10 +39,12 @@ def number(name: str, value: Any, kind: str = "a number") -> float:
 
 
 def positive(name: str, value: Any) -> float:
-    """Return `value` as a float; `InvalidRequest` unless it is a finite number above zero."""
+    """Return `value` as a float; `InvalidRequest` unless it is a number above zero in `RANGE`."""
     given = number(name, value)
     if not math.isfinite(given) or given <= 0:
         raise InvalidRequest(f"{name} must be a finite number above zero, not {given:g}")
+    if not RANGE[0] <= given <= RANGE[1]:
+        raise InvalidRequest(f"{name} must lie between {RANGE[0]:g} and {RANGE[1]:g}, not {given:g}: take another unit")
     return given
 
 

@@ -14,6 +14,7 @@ import numpy as np
 from ..candidates.batch import CandidateBatch, Origin, every_flip, flipped, measured, place_on_path
 from ..candidates.feasibility import LARGEST, LEAST, standing
 from ..candidates.select import ranks
+from ..errors import DatabaseError
 from ..guidance.arc_window import at_sweep
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.kinds import POINTS, RETURNS, SLOTS
@@ -23,7 +24,7 @@ from ..kinematics.batch import take
 from ..kinematics.linkage import SLIDING, Linkage
 from ..kinematics.types import Array, Floats, Indices, Mask
 from ..problem.problem import Problem
-from ..store import JOINED, PIVOT_NAMES, Database, stacked_pivots
+from ..store import JOINED, PIVOT_NAMES, Database
 
 #: Guides of each member that are read per unit of effort, in the order in which they cover it.
 COVER = 2000
@@ -37,6 +38,8 @@ CELL = (0.15, 0.12)
 TYPICAL_ALLOWANCE = 0.4
 #: Lines serve arcs whose sagitta is less than this part of the stroke, and such arcs lines.
 FLAT = 0.05
+#: Largest file of which a search checks the seal [bytes]: a larger one would take it longer than the search.
+WHOLE = 100_000_000
 
 
 @dataclass(frozen=True)
@@ -85,6 +88,8 @@ def stored_reaches(problem: Problem, database: Database) -> Reaches:
     kept = _KEPT.setdefault(database, {})
     if kept.get("stamp") != stamp:
         kept.clear()
+        if database.path.stat().st_size <= WHOLE:
+            database.check(rules=False)
         kept["stamp"] = stamp
     if what not in kept:
         kept[what] = read(database, *what)
@@ -287,10 +292,11 @@ def _stored(database: Database, found: Reaches, chosen: Indices) -> tuple[Couple
     ids = found.guide[chosen].tolist()
     rows = database.plain(columns, f"{JOINED} WHERE reach.guide_id IN ({_marks(ids)})", ids)
     place = {pair: i for i, pair in enumerate(zip(rows["guide_id"].tolist(), rows["level"].tolist(), strict=True))}
-    at = np.array(
-        [place[pair] for pair in zip(found.guide[chosen].tolist(), found.level[chosen].tolist(), strict=True)]
-    )
-    pivots = stacked_pivots(rows)[at]
+    wanted = zip(found.guide[chosen].tolist(), found.level[chosen].tolist(), strict=True)
+    at = np.array([place.get(pair, -1) for pair in wanted], int)
+    if (at < 0).any():
+        raise DatabaseError(f"{database.path} has changed while it was read, or is damaged: try again or build it")
+    pivots = database.pivots(rows)[at]
     slot = np.isin(found.kind[chosen].astype(str), list(SLOTS.values()))[:, None, None, None]
     linkage = Linkage.trusted(np.where(slot, pivots[:, :, ::-1], pivots))
     z = rows["x"][at] + 1j * rows["y"][at]

@@ -14,10 +14,10 @@ import numpy.typing as npt
 from ..curvature_theory.guided_elements import GuidedElements, guided_elements
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import path_singularity
-from ..errors import InvalidRequest, PluginError, PluginWarning
+from ..errors import InvalidRequest, PluginError, PluginWarning, quoted
 from ..kinematics.linkage import FAMILIES, Linkage, LinkageLike
 from ..kinematics.types import Array, Floats, Mask
-from ..problem.request import number
+from ..problem.request import number, positive
 from .membership import Membership, Memberships
 from .series import Series
 
@@ -111,7 +111,7 @@ class Classification(Sequence[Memberships]):
 
     def guided(self, radius: float | None = None) -> GuidedElements:
         """Return what the linkages guide, and with which order; given a radius [length], circling points too."""
-        return guided_elements(self.instant, radius)
+        return guided_elements(self.instant, None if radius is None else positive("radius", radius))
 
     def singularity(self, point: npt.ArrayLike) -> tuple[Array, Array]:
         """Return how many cusps and inflections coincide in the paths of coupler points, complex, () or (n,), given in
@@ -122,9 +122,14 @@ class Classification(Sequence[Memberships]):
         InvalidRequest
             If a coordinate is NaN or infinite.
         """
-        z = np.asarray(point, dtype=complex)
-        if not np.isfinite(z).all():
-            raise InvalidRequest("the point of which the singularity is asked must have finite coordinates")
+        try:
+            z = np.asarray(point, dtype=complex)
+        except (TypeError, ValueError, OverflowError):
+            z = np.full((), np.nan, complex)
+        if z.shape not in ((), (len(self),)) or not np.isfinite(z).all():
+            raise InvalidRequest(
+                f"point must be x + iy, or {len(self)} of them, with finite coordinates, not {quoted(point)}"
+            )
         return path_singularity(self.instant.linkage, z, pole=self.instant.pole)
 
     def to_pandas(self) -> pd.DataFrame:

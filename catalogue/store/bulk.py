@@ -16,7 +16,7 @@ import numpy as np
 from sqlalchemy import Connection, Index, delete
 
 from ..errors import DatabaseError
-from .database import Database
+from .database import UNSEALED, Database
 from .engine import connect, database_errors
 from .models import PIVOTS, Base, Batch, Mechanism
 
@@ -125,6 +125,8 @@ def finish(database: Database) -> bool:
         if getattr(error.__cause__, "sqlite_errorcode", None) != sqlite3.SQLITE_BUSY:
             raise
         return False
+    if mode == "delete":
+        database.seal()
     return bool(mode == "delete")
 
 
@@ -133,6 +135,7 @@ def _writing(connection: Connection) -> Iterator[None]:
     """Open a transaction that has the write lock from its start, and say plainly what the disk has against it."""
     path = Path(connection.engine.url.database or "")
     with database_errors(path), connection.execution_options(immediate=True).begin():
+        connection.exec_driver_sql(UNSEALED)
         yield
 
 
@@ -156,13 +159,13 @@ def _insert(connection: Connection, table: str, count: int, columns: Columns) ->
     known = Base.metadata.tables[table].columns
     first = 1
     if "id" in known:
-        first += connection.exec_driver_sql(f"SELECT coalesce(max(id), 0) FROM {table}").scalar_one()
+        first += connection.exec_driver_sql(f"SELECT coalesce(max(id), 0) FROM {table}").scalar_one()  # nosec B608  # names of our own tables
         columns = {"id": range(first, first + count), **columns}
     names = ", ".join(f'"{known[name].name}"' for name in columns)
     places = ", ".join("?" * len(columns))
     rows = zip(*(_values(column, count) for column in columns.values()), strict=True)
     cursor = cast(sqlite3.Cursor, connection.connection.cursor())  # unlike others it takes an iterator
-    cursor.executemany(f"INSERT INTO {table} ({names}) VALUES ({places})", rows)
+    cursor.executemany(f"INSERT INTO {table} ({names}) VALUES ({places})", rows)  # nosec B608  # names of our own tables
     return first
 
 

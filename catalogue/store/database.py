@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import json
+import sqlite3
 import weakref
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from decimal import Decimal
@@ -13,15 +16,28 @@ from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from ..errors import DatabaseError
+from ..errors import DatabaseError, quoted
+from ..folders import expanded
+from ..kinematics.linkage import Linkage, faults
 from ..kinematics.types import Array, Floats
 from . import engine as files
-from .engine import bring_up_to_date, database_errors, engine_for
+from .engine import IMPOSSIBLE, bring_up_to_date, database_errors, engine_for
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine, Select
 
 _CHUNK = 50_000  # rows held as Python objects at a time
+#: Least and most of what is stored, by column; all other numbers are finite.
+_RANGES = {
+    **dict.fromkeys(("stroke", "half", "size", "max_link", "min_link", "rho0"), (5e-324, 1e300)),
+    **dict.fromkeys(("deviation", "sweep", "max_ground", "max_arm"), (0, 1e300)),
+    **dict.fromkeys(("centre", "tangent_x", "tangent_y"), (-1.000000001, 1.000000001)),
+    **{"min_transmission": (0, 90), "level": (-12, -1), "rotates": (0, 3), "contact_order": (2, 99)},
+    **dict.fromkeys(("drive_angle", "rotation"), (0, 1e6)),
+    **dict.fromkeys(("inflections", "cover", "seed", "number"), (0, 2**53)),
+}
+#: Columns in which NULL is a value.
+_NULL = {"max_link", "min_link", "max_ground", "rho0", "drive_angle", "rotation"}
 _DTYPES = {bool: np.bool_, int: np.int64, float: np.float64, Decimal: np.float64}
 #: Columns of the pivots of a mechanism in the order of its array (dyad, (fixed, moving), (x, y, w)).
 PIVOT_NAMES = tuple(f"{joint}_{dyad}_{part}" for dyad in (1, 2) for joint in ("fixed", "moving") for part in "xyw")
@@ -49,8 +65,8 @@ def read_columns(
 
     Raises
     ------
-    TypeError
-        If an INTEGER is NULL (say in the select what stands for it).
+    sqlite3.DataError
+        If a value cannot be: an INTEGER is NULL (say in the select what stands for it), a size is negative.
     """
     types = [column.type.python_type for column in select.selected_columns]
     result = connection.execute(select, bound)
@@ -65,8 +81,8 @@ def as_columns(cursor: Any, types: Mapping[str, type]) -> dict[str, Array]:
     """Return what a cursor of the driver holds as columns of these names and types."""
     parts: list[list[Array]] = [[as_array(kind, ())] for kind in types.values()]
     while rows := cursor.fetchmany(_CHUNK):
-        for part, kind, values in zip(parts, types.values(), zip(*rows, strict=True), strict=True):
-            part.append(as_array(kind, values))
+        for part, (name, kind), values in zip(parts, types.items(), zip(*rows, strict=True), strict=True):
+            part.append(_read(name, kind, values))
     return {name: np.concatenate(part[1:] or part) for name, part in zip(types, parts, strict=True)}
 
 
@@ -75,11 +91,33 @@ def as_array(kind: type, values: Sequence[Any]) -> Array:
     return np.array(values, dtype=_DTYPES.get(kind, object))
 
 
+def _read(name: str, kind: type, values: Sequence[Any]) -> Array:
+    """Return the values of a column as an array; `sqlite3.DataError` if one cannot be: what is stored may have been
+    changed."""
+    try:
+        found = as_array(kind, values)
+    except (TypeError, ValueError, OverflowError):
+        raise sqlite3.DataError(f"{IMPOSSIBLE}{name} is no column of numbers") from None
+    if found.dtype == object:
+        text = kind is str and not {*map(type, values)} <= {str, type(None)}
+        wrong = [v for v in values if not isinstance(v, str | None)] if text else []
+    elif found.dtype.kind == "f" or name in _RANGES:
+        low, high = _RANGES.get(name, (-1.7e308, 1.7e308))
+        good = (found >= low) & (found <= high)
+        wrong = found[~good & ~np.isnan(found) if name in _NULL or name not in _RANGES else ~good].tolist()
+    else:
+        wrong = []
+    if wrong:
+        raise sqlite3.DataError(f"{IMPOSSIBLE}{name} is {quoted(wrong[0])}")
+    return found
+
+
 class Database:
     """A database file with current tables; leave it as a context manager, or `close` it."""
 
     def __init__(self, path: Path) -> None:
         self.path = path  # absolute
+        self._checked: tuple[int, ...] = ()
 
     @cached_property
     def engine(self) -> Engine:
@@ -106,8 +144,10 @@ class Database:
             If it is absent and not to be created, is not a database of the catalogue, is damaged or locked, or may
             not be read.
         """
-        path = Path(path).expanduser().absolute()
-        with database_errors(path):
+        if not isinstance(path, str | PathLike):
+            raise DatabaseError(f"{quoted(path)} is no path of a file: name one with --db")
+        with database_errors(Path(path)):
+            path = expanded(path).absolute()
             if not create and not path.exists():
                 raise DatabaseError(f"{path} does not exist: run `catalogue build` first, or name another with --db")
             bring_up_to_date(path)
@@ -118,6 +158,7 @@ class Database:
         """Yield a connection in a transaction that may write; it is committed at the end, rolled back on an error."""
         engine = self.engine.execution_options(immediate=True)
         with database_errors(self.path), engine.begin() as connection:
+            connection.exec_driver_sql(UNSEALED)
             yield connection
 
     def read(self, select: Select[*tuple[Any, ...]]) -> dict[str, Array]:
@@ -144,6 +185,62 @@ class Database:
             cursor = connection.execute(f"SELECT {', '.join(columns)} {rest}", tuple(values))
             return as_columns(cursor, {name.rpartition(".")[2]: kind for name, kind in columns.items()})
 
+    def objects(self, texts: Iterable[str]) -> list[dict[str, Any]]:
+        """Return the JSON objects that stored texts are; `DatabaseError` if one is none."""
+        with database_errors(self.path):
+            try:
+                found = [json.loads(text) for text in texts]
+            except (ValueError, RecursionError, TypeError):
+                found = [None]
+            if not all(isinstance(one, dict) for one in found):
+                raise sqlite3.DataError(f"{IMPOSSIBLE}a text is no JSON object")
+            return found
+
+    def pivots(self, rows: Mapping[str, Array]) -> Floats:
+        """Return `stacked_pivots`, once it is clear that they are those of linkages; else `DatabaseError`."""
+        found = stacked_pivots(rows)
+        far = found[..., 2] == 0
+        with database_errors(self.path):
+            if not np.isin(found[..., 2], (0, 1)).all() or (abs(np.hypot(*found[far, :2].T) - 1) > 1e-9).any():
+                raise sqlite3.DataError(f"{IMPOSSIBLE}a pivot is not (x, y, 1), nor (x, y, 0) of length 1")
+            if wrong := [text for text in faults(found) if text]:
+                raise sqlite3.DataError(f"{IMPOSSIBLE}{wrong[0]}")
+            if "family" in rows and (wrong := rows["family"][rows["family"] != Linkage.trusted(found).family].tolist()):
+                raise sqlite3.DataError(f"{IMPOSSIBLE}the family of other pivots is {quoted(wrong[0])}")
+        return found
+
+    def check(self, *, rules: bool = True) -> None:
+        """Compare the file with its seal; one without, which was not built to its end or was changed since, with the
+        rules of its tables, if `rules`.  Nothing is done while the file is as it was when it was last checked.
+
+        Raises
+        ------
+        DatabaseError
+            If it is damaged.
+        """
+        with database_errors(self.path):
+            found = self.path.stat()
+            stamp = (found.st_mtime_ns, found.st_size)
+            if self._checked in ((*stamp, True), (*stamp, rules)):
+                return
+            with closing(files.connect(self.path)) as connection:
+                sealed, digest = _seal(connection)
+                if sealed and sealed != digest:
+                    raise sqlite3.DataError(f"{IMPOSSIBLE}it is not as it was written")
+                if not sealed and rules:
+                    [(said,)] = connection.execute("PRAGMA integrity_check(1)").fetchall()
+                    orphan = connection.execute("PRAGMA foreign_key_check").fetchone()
+                    if said != "ok" or orphan:
+                        raise sqlite3.DataError(IMPOSSIBLE + (said if said != "ok" else f"orphans in {orphan[0]}"))
+            self._checked = (*stamp, rules)
+
+    def seal(self) -> None:
+        """Keep a digest of the file in it, by which `check` sees any change; who writes takes it away."""
+        with database_errors(self.path), closing(files.connect(self.path)) as connection:
+            connection.execute("BEGIN IMMEDIATE")
+            connection.execute(f"PRAGMA user_version = {_seal(connection)[1]}")
+            connection.execute("COMMIT")
+
     @contextmanager
     def reading(self) -> Iterator[Callable[..., dict[str, Array]]]:
         """Yield a function like `read_columns` that keeps one connection, for several reads in a row."""
@@ -154,6 +251,20 @@ class Database:
         """Return the text kept under `key`, None if there is none."""
         found = self.plain({"value": str}, "FROM setting WHERE key = ?", [key])["value"]
         return str(found[0]) if len(found) else None
+
+    def get_number(self, key: str, default: int) -> int:
+        """Return the whole number kept under `key`, or what stands for it if there is none.
+
+        Raises
+        ------
+        DatabaseError
+            If what is kept is no whole number.
+        """
+        text = self.get_setting(key)
+        with database_errors(self.path):
+            if text and not text.isdecimal():
+                raise sqlite3.DataError(f"{IMPOSSIBLE}the setting {key} is {quoted(text)}")
+        return int(text) if text else default
 
     def set_setting(self, key: str, value: str) -> None:
         """Keep the text `value` under `key`, in place of what was there."""
@@ -182,6 +293,23 @@ class Database:
 
     def __repr__(self) -> str:
         return f"Database({str(self.path)!r})"
+
+
+#: What every transaction that writes begins with.
+UNSEALED = "PRAGMA user_version = 0"
+#: Bytes of a file that change though nothing is changed: journal mode, counters, and the seal itself.
+_COUNTERS = ((18, 20), (24, 28), (60, 64), (92, 100))
+
+
+def _seal(connection: sqlite3.Connection) -> tuple[int, int]:
+    """Return the seal of a file, 0 if it has none, and the one that it should have."""
+    content = connection.serialize()
+    head = bytearray(content[:100])
+    sealed = int.from_bytes(head[60:64], "big", signed=True)
+    for start, end in _COUNTERS:
+        head[start:end] = bytes(end - start)
+    digest = zlib.crc32(memoryview(content)[100:], zlib.crc32(head)) - 2**31
+    return sealed, digest or 1
 
 
 def stacked_pivots(rows: Mapping[str, Array]) -> Floats:

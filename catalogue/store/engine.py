@@ -17,7 +17,7 @@ from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from ..errors import DatabaseError, DatabaseTooNew
+from ..errors import DatabaseError, DatabaseTooNew, InvalidRequest, quoted, shortened
 from ..folders import folder
 
 if TYPE_CHECKING:
@@ -29,8 +29,8 @@ _PRAGMAS = """
 PRAGMA foreign_keys = ON;
 PRAGMA synchronous = NORMAL;
 PRAGMA cache_size = -65536;
-PRAGMA mmap_size = 2147418112;
-"""
+PRAGMA mmap_size = 0;
+"""  # of a file that is mapped and cut short the process would be killed, not told
 
 
 _RENEW = "put it elsewhere and run `catalogue build`, or name another with --db"
@@ -48,24 +48,33 @@ _SAYINGS = {
     "or name another with --db",
     sqlite3.SQLITE_PERM: "may not be opened: change its permissions, or name another with --db",
 }
+#: How errors begin that say what cannot be of a file, unless something else than the catalogue has changed it.
+IMPOSSIBLE = "impossible: "
 
 
 @contextmanager
 def database_errors(path: Path) -> Iterator[None]:
     """Turn what the disk, the permissions or another process do to `path` into a one-line `DatabaseError`.
 
-    A broken constraint or a wrong statement is a fault of the program, not of the file, and passes unchanged.
+    A broken constraint is a fault of the program, not of the file, and passes unchanged; a statement that fails is not,
+    as all are tried on sound files.
     """
     try:
         yield
     except OSError as error:
         raise DatabaseError(f"{path} cannot be used ({error.strerror}): name another with --db") from error
+    except UnicodeEncodeError as error:
+        raise InvalidRequest(f"{quoted(error.object)} is no text: it has half of a pair of code units") from None
+    except UnicodeDecodeError as error:  # of what SQLite says of the tables
+        raise DatabaseError(f"{path} is damaged: {_RENEW}") from error
     except Exception as error:
         cause = getattr(error, "orig", error)  # SQLAlchemy's errors hold that of the driver
         if not isinstance(cause, sqlite3.Error):
             raise
         # The low byte is the kind of failure, the rest a detail of it.
         saying = _SAYINGS.get(getattr(cause, "sqlite_errorcode", 0) & 0xFF)
+        if saying is None and isinstance(cause, sqlite3.OperationalError | sqlite3.DataError):
+            saying = f"is damaged ({shortened(str(cause), 200)}): {_RENEW}"
         if saying is None:
             raise
         raise DatabaseError(f"{path} {saying}") from error
@@ -91,7 +100,7 @@ def engine_for(path: Path, *, keep: bool = False) -> Engine:
 
     A connection with the execution option ``immediate`` takes the write lock at once: a transaction that reads before
     it writes would fail, not wait, when another process writes in between.  With `keep` a connection is kept for later:
-    what it has mapped of a large file need not be mapped again.  Until the engine is disposed of, the log of what is
+    what it has read of a large file need not be read again.  Until the engine is disposed of, the log of what is
     written meanwhile is not folded into the file.  A file that has taken the place of this one is noticed.
     """
     from sqlalchemy import URL, create_engine, event
@@ -243,6 +252,7 @@ def _migrate(path: Path) -> None:
                     return
                 if older is not None:
                     stack.enter_context(_backed_up(path, older))
+                connection.exec_driver_sql("PRAGMA user_version = 0")  # the seal of the older tables
                 config.attributes.update(connection=connection, metadata=Base.metadata)
                 drop_views(connection)  # SQLite renames no table that a view reads
                 command.upgrade(config, "head")

@@ -40,7 +40,8 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
     """Return the command as a function; warnings are shown as they are to a user."""
     monkeypatch.setattr("warnings.showwarning", None)
     monkeypatch.delenv("CATALOGUE_PLUGINS", raising=False)
-    monkeypatch.setenv("CATALOGUE_DB", str(tmp_path / "catalogue.db"))  # not that of who tests
+    monkeypatch.delenv("CATALOGUE_DB", raising=False)
+    monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "home"))  # whose database is nobody's
     for name in ("OMP", "OPENBLAS", "MKL"):  # the command sets them: that is to end with the test
         monkeypatch.setenv(f"{name}_NUM_THREADS", "1")
 

@@ -495,3 +495,28 @@ def test_the_page_of_the_command_says_what_its_help_says() -> None:
     page = here.parents[2] / "catalogue" / "cli" / "README.md"
     made = runpy.run_path(str(here.with_name("reference.py")))["reference"]()
     assert page.read_text("utf-8") == made, "renew it: python tests/cli/reference.py > catalogue/cli/README.md"
+
+
+@pytest.mark.parametrize(
+    ("content", "code", "said"),
+    [
+        (b"\xff\xfe0\x00,\x00", 2, "cannot read"),
+        (b"0,0,1,1,3,0,2,2\n0,0,1,nan,3,0,2,2\n", 3, "line 2, column 4: 'nan' is NaN or infinite"),
+        (b"9" * 400 + b",0,1,1,3,0,2,2\n", 3, "line 1, column 1: '999"),
+        (b"0,0,1,1,3,0,2," + b"2" * 140_000, 2, "is no valid CSV: field larger than field limit"),
+        (b"[" * 100_000, 2, "is no valid JSON: it is nested too deeply"),
+        (b"[[[" + b"9" * 5000 + b",0],[1,1]]]", 3, "a linkage is [[A1, A1*]"),
+        (b'{"pivots": [[["0", "0"], [1, 1]], [[3, 0], [2, 2]]]}', 3, "a linkage is [[A1, A1*]"),
+        (b'{"crank": "2", "coupler": 3, "angle": 60}', 2, "crank must be a number, not '2'"),
+        (b"0,0;1;1\n", 2, "2 numbers|3 numbers|numbers; 8"),
+    ],
+    ids=lambda value: repr(value)[:24],
+)
+def test_files_that_hold_no_linkage_are_told_in_one_line(
+    run: Run, tmp_path: Path, content: bytes, code: int, said: str
+) -> None:
+    (file := tmp_path / "given").write_bytes(content)
+    done = run("classify", file)
+    assert done.code == code
+    assert any(part in done.line for part in said.split("|")), done.line
+    assert len(done.line) < 400

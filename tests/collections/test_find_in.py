@@ -176,6 +176,17 @@ def test_a_wish_that_cannot_be_meant(swings: Catalogue, wish: dict[str, Any], me
         swings.find_in("swings", LINE, **wish)
 
 
+@pytest.mark.parametrize(
+    "wish", [{"where": {"beauty": (1, 2)}}, {"rank_by": "beauty"}, {"limit": 0}, {"families": "x"}]
+)
+def test_what_cannot_be_meant_is_refused_before_anything_is_drawn(
+    make: Callable[..., Catalogue], monkeypatch: pytest.MonkeyPatch, wish: dict[str, Any]
+) -> None:
+    monkeypatch.setattr(Catalogue, "build_collection", lambda *_, **__: pytest.fail("it was drawn"))
+    with make() as opened, pytest.raises(InvalidRequest):
+        opened.find_in("swings", StraightLine(1, 0.01), **wish)
+
+
 def test_a_wish_that_is_none(swings: Catalogue) -> None:
     with pytest.raises(InvalidRequest, match="find_in wants a StraightLine or CircularArc, not 3"):
         swings.find_in("swings", 3)  # type: ignore[arg-type]  # wrong on purpose

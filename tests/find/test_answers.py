@@ -131,3 +131,21 @@ def test_answers_and_results_copy_pickle_compare_and_slice(ask: Callable[..., Fo
     assert found[:1] != found[1:2]
     assert len(repr(found).splitlines()) <= 25
     assert all(len(line) < 160 for line in repr(found).splitlines())
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("stroke", "long"),
+        ("deviation", []),
+        ("series", 7),
+        ("pivots", [[1, 2], [3, 4]]),
+        ("guided", [1]),
+        ("size", True),
+    ],
+)
+def test_a_record_that_was_changed_is_told(small: Catalogue, name: str, value: Any) -> None:
+    held = answers.record(small.guide("watt").at(1.0))
+    assert answers.answer(held) == small.guide("watt").at(1.0)
+    with pytest.raises(InvalidRequest, match=r"^an answer is damaged, or of another version"):
+        answers.answer(held | {name: value})

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from sqlalchemy import func, select
 
+from catalogue.errors import DatabaseError
 from catalogue.store import PIVOTS, Batch, Database, Guide, Mechanism, Reach, stacked_pivots, write_batch
 
 
@@ -86,7 +87,9 @@ def test_columns_of_two_tables_are_told_apart_by_labels(filled: Database) -> Non
 def test_null_integer_is_refused(filled: Database) -> None:
     with filled.begin() as connection:
         connection.exec_driver_sql("UPDATE mechanism SET batch_id = NULL WHERE id = 2")
-    with pytest.raises(TypeError):
+    with pytest.raises(
+        DatabaseError, match=r"is damaged \(impossible: .* is no column of numbers\): delete it and run"
+    ):
         filled.read(select(Mechanism.batch_id))
     query = select(func.coalesce(Mechanism.batch_id, 0).label("batch")).order_by(Mechanism.id)
     assert list(filled.read(query)["batch"]) == [1, 0, 1, 1]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import shutil
 import sqlite3
 import subprocess
 import sys
@@ -107,6 +108,36 @@ def test_damage_met_while_reading_is_told(filled: Path) -> None:
     filled.write_bytes(content[: 40 * page] + b"\xff" * (len(content) - 40 * page))
     with Database.open(filled) as database, pytest.raises(DatabaseError, match="is damaged"):
         database.read(select(Mechanism.kappa, Mechanism.parameters))
+
+
+CUT = """
+import sys
+from catalogue.errors import DatabaseError
+from catalogue.store import Database, Mechanism
+from sqlalchemy import select
+with Database.open(sys.argv[1]) as database, database.reading() as read:
+    every = select(Mechanism.family, Mechanism.parameters)
+    assert len(read(every)["family"])
+    with open(sys.argv[1], "r+b") as file:
+        file.truncate(4096)
+    for ask in (lambda: read(every), lambda: database.plain({"family": str, "parameters": str}, "FROM mechanism")):
+        try:
+            ask()
+        except DatabaseError as error:
+            print(error)
+"""
+
+
+def test_a_file_that_is_cut_short_while_it_is_open_is_told(
+    small_db: Path, tmp_path: Path, environment: dict[str, str]
+) -> None:
+    """Of a file that is mapped the process would be killed by SIGBUS."""
+    path = shutil.copy(small_db, tmp_path / "cut.db")
+    done = subprocess.run(
+        [sys.executable, "-c", CUT, path], env=environment, capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.count("is damaged: delete it and run `catalogue build`") >= 1
 
 
 @pytest.mark.parametrize("table", ["mechanism", "alembic_version"])

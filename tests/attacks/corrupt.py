@@ -1,0 +1,270 @@
+"""What becomes of answers when the file they come from is damaged, or values in it are replaced.
+
+``python tests/attacks/corrupt.py DATABASE [--count 1000] [--values 0.25] [--seed 0] [--write]`` damages so many copies
+of a small database, replaces such a part of its columns by what they cannot be, asks each copy and prints what came of
+it; ``--write`` writes it to ``data/reports/corrupt.md``.  Some thousand guides are enough: each copy takes seconds.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import shutil
+import sqlite3
+import sys
+import tempfile
+import warnings
+from argparse import ArgumentParser
+from collections import Counter
+from collections.abc import Callable, Iterator
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import catalogue
+from catalogue import Catalogue, CatalogueError, CircularArc, StraightLine
+from catalogue.find import census
+from catalogue.plugin.registry import Registry
+
+ASKED = StraightLine(100, 0.5), CircularArc(100, 0.5)
+PAGE = 4096
+#: What a stored value is replaced by.  NULL is what SQLite makes of NaN.
+VALUES: dict[str, Any] = {
+    "NULL": None, "infinity": float("inf"), "minus infinity": float("-inf"), "-7": -7, "1e306": 1e306, "1e-320": 1e-320,
+    "2**62": 2**62, "a word": "word", "no text": b"\xff\xfe\xfd", "broken UTF-8": "CAST(x'fffe41' AS TEXT)",
+    "no JSON": '{"a": [', "a list": "[1]", "NaN in JSON": '{"a": NaN}', "a long text": "x" * 100_000,
+}  # fmt: skip
+TABLES = ("mechanism", "guide", "reach", "batch", "setting")
+
+Damage = Callable[[bytearray, np.random.Generator], None]
+
+
+# -- damage -----------------------------------------------------------------------------------------------------------
+def _bytes(content: bytearray, draw: np.random.Generator) -> None:
+    for at in draw.integers(0, len(content), draw.integers(1, 200)):
+        content[at] = int(draw.integers(256))
+
+
+def _bit(content: bytearray, draw: np.random.Generator) -> None:
+    content[draw.integers(len(content))] ^= 1 << int(draw.integers(8))
+
+
+def _header(content: bytearray, draw: np.random.Generator) -> None:
+    for at in draw.integers(16, 400, 3):
+        content[at] = int(draw.integers(256))
+
+
+def _noise(content: bytearray, draw: np.random.Generator) -> None:
+    at = PAGE * int(draw.integers(len(content) // PAGE))
+    content[at : at + PAGE] = draw.bytes(PAGE)
+
+
+def _zeros(content: bytearray, draw: np.random.Generator) -> None:
+    at = PAGE * int(draw.integers(len(content) // PAGE))
+    content[at : at + PAGE] = bytes(PAGE)
+
+
+def _swapped(content: bytearray, draw: np.random.Generator) -> None:
+    one, other = (PAGE * int(k) for k in draw.choice(len(content) // PAGE, 2, replace=False))
+    content[one : one + PAGE], content[other : other + PAGE] = (
+        content[other : other + PAGE],
+        content[one : one + PAGE],
+    )
+
+
+def _cut(content: bytearray, draw: np.random.Generator) -> None:
+    del content[int(draw.integers(len(content))) :]
+
+
+def _unsealed(damage: Damage) -> Damage:
+    def damaged(content: bytearray, draw: np.random.Generator) -> None:
+        content[60:64] = bytes(4)  # where the seal is
+        damage(content, draw)
+
+    return damaged
+
+
+DAMAGES: dict[str, Damage] = {
+    "random bytes": _bytes, "one bit": _bit, "bytes of the header": _header, "a page of noise": _noise,
+    "a page of zeros": _zeros, "two pages swapped": _swapped, "cut off": _cut,
+    "random bytes, no seal": _unsealed(_bytes), "two pages swapped, no seal": _unsealed(_swapped),
+    "a page of noise, no seal": _unsealed(_noise),
+}  # fmt: skip
+
+
+def tampered(path: Path) -> Iterator[tuple[str, str, Any]]:
+    """Yield table, column and value of all that can be replaced."""
+    with contextlib.closing(sqlite3.connect(path)) as file:
+        for table in TABLES:
+            for _, column, *_ in file.execute(f"PRAGMA table_info({table})").fetchall():
+                yield from ((table, column, value) for value in VALUES)
+
+
+def tamper(path: Path, table: str, column: str, value: str, *, rows: int = 10**9) -> bool:
+    """Replace a column of the first rows of a file that is not sealed, and return whether SQLite does it: rules and
+    types of the tables are taken away before."""
+    given = VALUES[value]
+    text = isinstance(given, str) and given.startswith("CAST")
+    with contextlib.closing(sqlite3.connect(path, isolation_level=None)) as file:
+        file.executescript(
+            "PRAGMA user_version = 0; PRAGMA writable_schema = ON; PRAGMA ignore_check_constraints = ON;"
+            "UPDATE sqlite_schema SET sql = replace(replace(sql, 'NOT NULL', ''), ' STRICT', '');"
+            "PRAGMA writable_schema = RESET;"
+        )
+        try:
+            file.execute(
+                f"UPDATE {table} SET {column} = {given if text else '?'} WHERE rowid <= {rows}",
+                () if text else (given,),
+            )
+        except (sqlite3.Error, OverflowError):
+            return False
+    return True
+
+
+# -- questions --------------------------------------------------------------------------------------------------------
+@cache
+def registry() -> Registry:
+    """Return the plugins, and have what a census draws kept: it does not come from the file."""
+    kept: dict[tuple[str, str], Any] = {}
+    plain = census._configurations
+
+    def configurations(series: Any, member: Any) -> Any:
+        key = series.code, member.key
+        if key not in kept:
+            kept[key] = plain(series, member)
+        return kept[key]
+
+    census._configurations = configurations
+    return Registry()
+
+
+def _find(request: Any, **how: Any) -> Callable[[Catalogue], Any]:
+    return lambda opened: [one.to_dict() | {"drift": None} for one in opened.find(request, limit=3, **how)]
+
+
+def _frame(opened: Catalogue, **how: Any) -> str:
+    out = io.StringIO()
+    opened.guides(**how).to_csv(out)
+    return out.getvalue()
+
+
+def _shown(opened: Catalogue, name: int | str) -> Any:
+    guide = opened.guide(name)
+    return {k: str(v) for k, v in vars(guide).items() if k not in ("rows", "linkage")}, guide.at(1.0).to_dict()
+
+
+QUESTIONS: dict[str, Callable[[Catalogue], Any]] = {
+    "find": _find(ASKED[0], refine=False),
+    "find arc": _find(ASKED[1], refine=False),
+    "find refined": _find(ASKED[0], families="four-bar"),
+    "show": lambda opened: [_shown(opened, name) for name in (1, 100, "watt")],
+    "census": lambda opened: census.census(opened.database, registry()),
+    "export": lambda opened: (_frame(opened), _frame(opened, reaches=True)),
+    "settings": lambda opened: (opened.complete, opened.database.get_number("count", 0)),
+}
+
+
+def ask(path: Path, name: str) -> Any:
+    """Return the answer to a question, or the documented error: a `CatalogueError`."""
+    try:
+        with catalogue.open(path, build=False) as opened:
+            vars(opened)["registry"] = registry()
+            return QUESTIONS[name](opened)
+    except CatalogueError as error:
+        if len(str(error)) > 1000 or "\n" in str(error):
+            raise AssertionError("an error is no short line") from error
+        return error
+
+
+def right(answer: Any, question: str) -> bool:
+    """Return whether another answer than that of the sound file is right all the same: measured again, from its pivots
+    alone, it keeps to what was asked."""
+    if not question.startswith("find"):
+        return False
+    request = ASKED[question == "find arc"]
+    for one in answer:
+        measured = catalogue.measure(
+            catalogue.guide(one["pivots"], one["guided"]), stroke=request.stroke, arc=question == "find arc", limit=30
+        )
+        if min((m.deviation for m in measured), default=np.inf) > request.deviation * 1.01:
+            return False
+    return True
+
+
+def outcome(path: Path, question: str, sound: Any) -> str:
+    """Return what came of a question: error, same, right (another answer, which is right), other, or a traceback."""
+    try:
+        answer = ask(path, question)
+        if isinstance(answer, CatalogueError):
+            return "error"
+        return "same" if answer == sound else "right" if right(answer, question) else "other"
+    except Exception as error:
+        return f"traceback: {type(error).__name__}: {error}"[:150]
+
+
+def run(path: Path, count: int, seed: int, *, values: float = 1.0, questions: Any = QUESTIONS) -> Iterator[Any]:
+    """Yield for each copy what was done to it, the question and what came of it."""
+    content = path.read_bytes()
+    draw = np.random.default_rng(seed)
+    sound = {name: ask(path, name) for name in questions}
+    with tempfile.TemporaryDirectory() as folder:
+        copy = Path(folder) / "copy.db"
+        for k in range(count):
+            name = [*DAMAGES][k % len(DAMAGES)]
+            damaged = bytearray(content)
+            DAMAGES[name](damaged, draw)
+            copy.write_bytes(damaged)
+            for question in questions:
+                yield name, question, outcome(copy, question, sound[question]), k
+            copy.unlink()
+        for table, column, value in tampered(path):
+            if draw.random() >= values:
+                continue
+            shutil.copy(path, copy)
+            if tamper(copy, table, column, value):
+                for question in questions:
+                    what = "a value that cannot be, no seal"
+                    yield what, question, outcome(copy, question, sound[question]), f"{table}.{column} = {value}"
+            copy.unlink()
+
+
+def main() -> None:
+    """Damage, ask, print."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+    from measuring import table, title
+
+    parser = ArgumentParser()
+    parser.add_argument("database", type=Path)
+    parser.add_argument("--count", type=int, default=1000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--values", type=float, default=0.25, help="which part of the values to replace")
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
+    warnings.simplefilter("ignore")
+    rows: dict[str, Counter[str]] = {}
+    copies: dict[str, set[Any]] = {}
+    for what, question, came, case in run(given.database, given.count, given.seed, values=given.values):
+        rows.setdefault(what, Counter())[came.partition(":")[0]] += 1
+        copies.setdefault(what, set()).add(case)
+        if came not in ("error", "same", "right"):
+            print(what, question, case, came, file=sys.stderr, flush=True)
+    out = io.StringIO()
+    kinds = ("error", "same", "right", "other", "traceback")
+    with contextlib.redirect_stdout(out):
+        title("What becomes of answers when the file is damaged")
+        print(
+            f"Each copy of a database was asked {len(QUESTIONS)} questions: {', '.join(QUESTIONS)}.\n"
+            "Error: one line, a documented class.  Same: the answer of the sound file.  Right: another answer, which\n"
+            "keeps to what was asked when it is measured again from its pivots.  Other: another answer, of stored\n"
+            "values that may be.  No seal: the file had been written to by somebody since it was built.\n"
+        )
+        table(["damage", "copies", *kinds], [[w, len(copies[w]), *(n[k] for k in kinds)] for w, n in rows.items()])
+    print(out.getvalue())
+    if given.write:
+        (Path(__file__).parents[2] / "data" / "reports" / "corrupt.md").write_text(out.getvalue(), "utf-8")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,337 @@
+"""Hostile input: what is given to functions, in files and on the command line is answered or refused, never a crash.
+
+``python tests/attacks/fuzz.py DATABASE [--cases 100000] [--write]`` tries so many cases on a database, shared by the
+targets, prints what came of them and the least case of each that fell; ``--write`` writes ``data/reports/fuzz.md``.
+Nothing is searched, drawn or built: what would be begun raises `Begun`, which counts as taken.
+"""
+
+# ruff: noqa: E501, N811, PT017  # the table of targets; nothing here is a test by itself
+
+from __future__ import annotations
+
+import contextlib
+import io
+import math
+import os
+import sys
+import tempfile
+import traceback
+import warnings
+from argparse import ArgumentParser
+from collections import Counter
+from collections.abc import Callable, Iterator
+from decimal import Decimal
+from fractions import Fraction
+from importlib import import_module
+from pathlib import Path
+from typing import Any
+from unittest import mock
+
+import numpy as np
+from hypothesis import HealthCheck, given, seed, settings
+from hypothesis import strategies as st
+
+import catalogue
+from catalogue import CatalogueError, CircularArc, Linkage, StandStill, StraightLine
+from catalogue.problem.constraints import ConstraintArguments, DwellArguments
+
+OWN = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
+LINE = StraightLine(100, 0.5)
+
+
+class Begun(Exception):
+    """Everything was taken, and work would begin."""
+
+
+#: What begins work: module and name.
+WORK = ("find.find searched", "find.prescribed_pivots with_prescribed_pivots", "find.dwells _turning",
+        "find.specimens _Search", "populate.fill plan", "populate.collect state", "find.measure straightest",
+        "find.measure longest", "find.improve measure", "draw.sheet sheet", "draw.plate plate")  # fmt: skip
+
+
+@contextlib.contextmanager
+def idle() -> Iterator[None]:
+    """Let nothing be searched, drawn or built."""
+
+    def begin(*_: Any, **__: Any) -> None:
+        raise Begun
+
+    with contextlib.ExitStack() as stack:
+        for place in WORK:
+            module, name = place.split()
+            found = import_module(f"catalogue.{module}")
+            if hasattr(found, name):
+                stack.enter_context(mock.patch.object(found, name, begin))
+        current = mock.patch.object(import_module("catalogue.populate.collect"), "is_current", return_value=True)
+        stack.enter_context(current)
+        yield
+
+
+# -- what is given ----------------------------------------------------------------------------------------------------
+NUMBERS = st.one_of(
+    st.floats(), st.integers(), st.sampled_from([0, -1, 1, 2, 1e-320, 1e308, 10**400, 2**63, 2**64]),
+    st.sampled_from([math.nan, math.inf, Decimal("sNaN"), Decimal("1e9999"), Fraction(1, 3), np.float32(2), np.int8(3)]),
+)  # fmt: skip
+WORDS = st.one_of(
+    st.text(max_size=8),
+    st.sampled_from(["", "four-bar", "II.xy", "watt", "size", "150", "nan", "~nosuch/x", "a" * 300, "\0", "a/" * 2100]),
+    st.sampled_from(["\ud800", "size=1,transmission=nan", "size>=3", "line", "9" * 400, "-", ".", "/", "s140ke5"]),
+)
+SCALARS = st.one_of(NUMBERS, WORDS, st.none(), st.booleans(), st.binary(max_size=4), st.complex_numbers())
+ARRAYS = st.sampled_from(
+    [np.zeros(0), np.zeros((3, 3)), np.array(["a"]), np.array([1j]), np.ones((1, 2, 2, 3)), np.full((2, 2, 2), np.nan),
+     np.array([None]), np.zeros((0, 2, 2, 3)), np.arange(4), np.array(7), np.zeros((2, 2, 2, 2, 3))]
+)  # fmt: skip
+ANYTHING = st.recursive(
+    st.one_of(SCALARS, ARRAYS, st.sampled_from([object(), int, LINE])),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=4), st.tuples(inner, inner), st.dictionaries(WORDS, inner, max_size=3),
+        st.sets(st.integers(), max_size=2), st.builds(iter, st.lists(inner, max_size=2)),
+    ),
+    max_leaves=8,
+)  # fmt: skip
+PAIR = st.one_of(st.tuples(NUMBERS, NUMBERS), st.tuples(st.floats(-9, 9), st.floats(-9, 9)))
+PIVOT = st.one_of(PAIR, st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.sampled_from([0, 1, 1e-310, 2, math.nan])))
+PIVOTS = st.one_of(ANYTHING, st.tuples(st.tuples(PIVOT, PIVOT), st.tuples(PIVOT, PIVOT)))
+LENGTHS = st.dictionaries(st.sampled_from([*OWN, "angle", "offset", "branch", "sum"]), st.one_of(NUMBERS, ANYTHING))
+LINKAGES = st.one_of(PIVOTS, LENGTHS)
+
+
+def _keywords(names: Any) -> Any:
+    """Return a strategy of some keywords, one or two of them hostile."""
+    return st.dictionaries(st.sampled_from([*names]), st.one_of(ANYTHING, NUMBERS, PAIR, WORDS), max_size=2)
+
+
+FIND = (*ConstraintArguments.__annotations__, "limit", "rank_by", "per_series", "distinct", "effort", "refine",
+        "cognates", "round_to", "desires")  # fmt: skip
+Target = Callable[[catalogue.Catalogue, Any], Any]
+
+
+def _moved(opened: catalogue.Catalogue, data: Any) -> Any:  # noqa: ARG001
+    linkage = Linkage([[[0, 0], [1, 1]], [[3, 0], [2, 2]]])
+    return linkage.moved(**data)
+
+
+MINE = catalogue.guide(OWN)
+#: What is tried, by name: what is given, and to whom.
+TARGETS: dict[str, tuple[Any, Target]] = {
+    "StraightLine": (_keywords(("stroke", "deviation", "start", "along")),
+                     lambda _, k: StraightLine(**{"stroke": 100, "deviation": 0.5} | k)),
+    "CircularArc": (_keywords(("stroke", "deviation", "radius", "start", "along")),
+                    lambda _, k: CircularArc(**{"stroke": 100, "deviation": 0.5} | k)),
+    "between": (st.tuples(ANYTHING | PAIR, ANYTHING | PAIR, NUMBERS | ANYTHING), lambda _, k: StraightLine.between(*k)),
+    "StandStill": (_keywords(("angle", "residual", "swing")),
+                   lambda _, k: StandStill(**{"angle": 40, "residual": 1, "swing": 20} | k)),
+    "Linkage": (PIVOTS, lambda _, k: (Linkage(k).family, Linkage(k).size, repr(Linkage(k)))),
+    "Linkage.moved": (_keywords(("scale", "shift", "mirror")), _moved),
+    "classify": (LINKAGES, lambda opened, k: opened.classify(k).to_pandas()),
+    "classify guided": (ANYTHING | NUMBERS, lambda opened, k: opened.classify([[[0, 0], [1, 1]], [[3, 0], [2, 2]]]).guided(k)),
+    "singularity": (ANYTHING | NUMBERS, lambda opened, k: opened.classify([[[0, 0], [1, 1]], [[3, 0], [2, 2]]]).singularity(k)),
+    "tolerance": (ANYTHING | NUMBERS, lambda opened, k: opened.classify(OWN | {"angle": 60}, tolerance=k)),
+    "curvature": (LINKAGES, lambda _, k: catalogue.curvature(k).reason),
+    "curvature branch": (ANYTHING, lambda _, k: catalogue.curvature([[[0, 0], [1, 1]], [[3, 0], [2, 2]]], k)),
+    "guide": (st.tuples(LINKAGES, ANYTHING | PAIR), lambda _, k: _all_of(catalogue.guide(*k))),
+    "guide name": (ANYTHING, lambda _, k: repr(catalogue.guide(OWN, name=k))),
+    "motion": (_keywords(("samples", "points", "driver")), lambda _, k: MINE.motion(**{"samples": 5} | k)),
+    "measure": (st.tuples(ANYTHING | st.just(MINE), _keywords(("stroke", "deviation", "arc", "radius", "limit"))),
+                lambda _, k: catalogue.measure(k[0], **{"stroke": 120} | k[1])),
+    "improve": (st.tuples(ANYTHING | st.just(LINE), _keywords(("hold", "rank_by", "effort", "within", "in_place", *FIND))),
+                lambda _, k: catalogue.improve(MINE, k[0], **k[1])),
+    "find": (st.tuples(ANYTHING | st.just(LINE), _keywords(FIND)), lambda opened, k: opened.find(k[0], **k[1])),
+    "find dwells": (_keywords((*DwellArguments.__annotations__, "limit", "effort")),
+                    lambda opened, k: opened.find_dwells(StandStill(40, 1, 20), **k)),
+    "find in": (_keywords(("name", "request", "limit", "rank_by", "families", "series", "where", "quiet")),
+                lambda opened, k: opened.find_in(**{"name": "spatial-guidance", "request": LINE} | k)),
+    "build": (_keywords(("count", "seed", "processes", "series", "report")), lambda opened, k: opened.build(**k)),
+    "build collection": (_keywords(("name", "count", "seed", "report")),
+                         lambda opened, k: opened.build_collection(**{"name": "spatial-guidance"} | k)),
+    "Catalogue.guide": (ANYTHING | NUMBERS | WORDS, lambda opened, k: opened.guide(k)),
+    "guides": (_keywords(("series", "families", "configurations", "kind", "order", "pins_only", "reaches")),
+               lambda opened, k: opened.guides(**{"series": "II.xy"} | k)),
+    "StoredGuide.at": (st.tuples(NUMBERS | ANYTHING, NUMBERS | ANYTHING), lambda opened, k: opened.guide(1).at(*k)),
+    "Candidate.path": (ANYTHING | NUMBERS, lambda opened, k: _first(opened).path(k)),
+    "Candidate.motion": (_keywords(("samples", "points", "driver", "whole")), lambda opened, k: _first(opened).motion(**{"samples": 5} | k)),
+    "Candidate.plot": (ANYTHING | WORDS, lambda opened, k: _first(opened).plot(k)),
+    "recall": (ANYTHING | WORDS, lambda _, k: catalogue.recall(k)),
+    "load": (ANYTHING | WORDS, lambda _, k: catalogue.load(k)),
+    "open": (_keywords(("path", "plugins", "build", "quiet")), lambda opened, k: _opened(opened, k)),
+}  # fmt: skip
+
+
+def _all_of(one: Any) -> Any:
+    return one.lengths, one.circuits, one.dead_points, one.change_points, repr(one)
+
+
+def _first(opened: catalogue.Catalogue) -> Any:
+    if "first" not in vars(opened):
+        vars(opened)["first"] = opened.guide(1).at(1.0)
+    return vars(opened)["first"]
+
+
+def _opened(opened: catalogue.Catalogue, given: dict[str, Any]) -> None:
+    how: dict[str, Any] = {"path": opened.database.path, "build": False} | given
+    with catalogue.open(**how) as other:
+        _ = other.registry if "plugins" in given else other.complete
+
+
+# -- files ------------------------------------------------------------------------------------------------------------
+CELL = st.one_of(st.floats(-9, 9).map(repr), st.sampled_from(["", "x", "nan", "9" * 400, "1,5", '"', "\0", "\ufeff", "1e400", "A1", "crank", "a" * 140_000]), st.text(max_size=3))  # fmt: skip
+CSV = st.builds(
+    lambda rows, by, end: end.join(by.join(row) for row in rows),
+    st.lists(st.one_of(st.lists(CELL, max_size=14), st.lists(st.floats(-9, 9).map(repr), min_size=8, max_size=8)), max_size=4),
+    st.sampled_from([",", ";", "\t", ", "]), st.sampled_from(["\n", "\r\n", "\r"]),
+)  # fmt: skip
+JSON_VALUE = st.recursive(
+    st.one_of(st.floats(-9, 9).map(repr), st.sampled_from(["null", "true", "NaN", "9" * 400, "9" * 5000, '"a"', '"\\ud800"', "1e400", "{}", "[]", "[" * 3000])),
+    lambda inner: st.one_of(
+        st.lists(inner, max_size=4).map(lambda parts: f"[{','.join(parts)}]"),
+        st.dictionaries(st.sampled_from([*OWN, "pivots", "point", "guided", "x", "y", "angle", "answers", "format"]), inner, max_size=5)
+        .map(lambda held: "{" + ",".join(f'"{k}":{v}' for k, v in held.items()) + "}"),
+    ),
+    max_leaves=16,
+)  # fmt: skip
+SAVED = JSON_VALUE.map(lambda one: f'{{"format":"mechanism-catalogue answers","answers":[{one}]}}')
+TEXTS = st.one_of(CSV, JSON_VALUE, SAVED, st.text()).map(lambda text: text.encode("utf-8", "surrogatepass"))
+FILES = st.one_of(TEXTS, st.binary(max_size=64))
+
+
+def _read(opened: catalogue.Catalogue, content: bytes) -> None:
+    from catalogue.cli.reading import read_linkages
+    from catalogue.cli.references import guides
+
+    with tempfile.TemporaryDirectory() as folder:
+        (file := Path(folder) / "given.csv").write_bytes(content)
+        with contextlib.suppress(CatalogueError):
+            catalogue.curvature(read_linkages(str(file)))
+        with contextlib.suppress(CatalogueError):
+            catalogue.load(file)
+        for one in guides(str(file), None, lambda: opened):
+            assert one.lengths
+
+
+TARGETS["files"] = (FILES, _read)
+
+
+# -- the command ------------------------------------------------------------------------------------------------------
+def _options() -> dict[tuple[str, ...], list[str]]:
+    """Return the flags of each command."""
+    from catalogue.cli import FIND as finding
+    from catalogue.cli import app
+
+    found: dict[tuple[str, ...], Any] = {(name,): app.get_command(None, name) for name in app.modules}  # type: ignore[arg-type]
+    found |= {("find", name): finding.get_command(None, name) for name in finding.modules}  # type: ignore
+    return {name: [f for p in one.params for f in p.opts if f[:2] == "--"] for name, one in found.items() if one}
+
+
+ARGUMENT = st.one_of(WORDS, st.floats().map(repr), st.integers().map(str))
+ARGV = st.sampled_from([*_options().items()]).flatmap(
+    lambda command: st.tuples(
+        st.just(command[0]),
+        st.lists(st.one_of(st.sampled_from(command[1]), ARGUMENT), max_size=5),
+        st.lists(ARGUMENT, max_size=2),
+    )
+)
+
+
+def _commanded(opened: catalogue.Catalogue, given: Any) -> None:
+    from catalogue.cli import main
+
+    name, options, arguments = given
+    usual = ["--stroke", "100", "--deviation", "0.5"] if name[0] == "find" and name[1] != "dwell" else []
+    argv = ["catalogue", *name, *usual, *(str(one) for one in (*options, *arguments))]
+    told = io.StringIO()
+    with (
+        tempfile.TemporaryDirectory() as folder,
+        contextlib.chdir(folder),
+        mock.patch.object(sys, "argv", argv),
+        mock.patch.object(sys, "stdin", io.StringIO("0,0,1,1,3,0,2,2,1,1\n")),
+        mock.patch.dict(os.environ, {"CATALOGUE_DB": str(opened.database.path)}),
+        contextlib.redirect_stdout(io.StringIO()),
+        contextlib.redirect_stderr(told),
+    ):
+        try:
+            main()
+        except SystemExit as end:
+            assert end.code in (0, 1, 2, 3, 4, 5, 6), (end.code, told.getvalue())
+            assert not end.code or told.getvalue(), "an error without a word"
+            assert len(told.getvalue()) < 3000
+
+
+TARGETS["command line"] = (ARGV, _commanded)
+
+
+# -- runs -------------------------------------------------------------------------------------------------------------
+def tried(opened: catalogue.Catalogue, name: str, data: Any) -> str:
+    """Return whether a case is answered or refused; what is neither is raised."""
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            TARGETS[name][1](opened, data)
+    except Begun:
+        pass
+    except CatalogueError as error:
+        said = str(error)
+        assert said, error
+        assert "\n" not in said, said
+        assert len(said) < 10_000, said  # a name that is too long is quoted
+        return "refused"
+    return "answered"
+
+
+def attack(opened: catalogue.Catalogue, name: str, cases: int, *, number: int = 0) -> Counter[str]:
+    """Try a target so many times; the least case that is neither answered nor refused is raised."""
+    count: Counter[str] = Counter()
+
+    @seed(number)
+    @settings(max_examples=cases, deadline=None, database=None, suppress_health_check=[*HealthCheck])
+    @given(TARGETS[name][0])
+    def case(data: Any) -> None:
+        count[tried(opened, name, data)] += 1
+
+    case()
+    return count
+
+
+def main() -> None:
+    """Try all targets, print a table and what fell."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+    from measuring import table, title
+
+    parser = ArgumentParser()
+    parser.add_argument("database", type=Path)
+    parser.add_argument("--cases", type=int, default=100_000)
+    parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--only", action="append", default=[])
+    parser.add_argument("--write", action="store_true")
+    asked = parser.parse_args()
+    # files and command lines are the widest ways in: each gets as much as six functions
+    share = {name: 6 if name in ("files", "command line") else 1 for name in asked.only or TARGETS}
+    rows: list[list[Any]] = []
+    fallen: list[str] = []
+    with catalogue.open(asked.database, build=False) as opened:
+        assert opened.registry.series
+        for name, weight in share.items():
+            count: Counter[str] = Counter()
+            try:
+                with idle():
+                    count = attack(opened, name, -(-asked.cases * weight // sum(share.values())), number=asked.seed)
+            except Exception as error:  # or several of them
+                fallen.append(name)
+                lines = traceback.format_exception(error)
+                print(f"--- {name}\n{''.join(lines)[-3000:]}", file=sys.stderr, flush=True)
+            rows.append([name, count.total(), count["answered"], count["refused"], int(name in fallen)])
+    out = io.StringIO()
+    with contextlib.redirect_stdout(out):
+        title("What becomes of hostile input")
+        print("Cases that Hypothesis made, by what they were given to.  Answered: taken, up to where work would begin.\n"
+              "Refused: one line of a documented class.  Fell: targets for which anything else happened.\n")  # fmt: skip
+        total: list[Any] = [sum(row[k] for row in rows) for k in range(1, 5)]
+        table(["target", "cases", "answered", "refused", "fell"], [*rows, ["all", *total]])
+    print(out.getvalue())
+    if asked.write:
+        (Path(__file__).parents[2] / "data" / "reports" / "fuzz.md").write_text(out.getvalue(), "utf-8")
+    sys.exit(bool(fallen))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,125 @@
+"""A sample of what `corrupt.py` does, and one case of each kind that fell: a documented error or a right answer."""
+
+from __future__ import annotations
+
+import re
+import runpy
+import shutil
+import sqlite3
+from contextlib import closing
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+import catalogue
+from catalogue import Catalogue, DatabaseError, InvalidRequest, StraightLine
+
+LINE = StraightLine(100, 0.5)
+QUESTIONS = ("find", "show", "export")
+
+
+@pytest.fixture(scope="module")
+def attack() -> SimpleNamespace:
+    """Return `corrupt.py`."""
+    return SimpleNamespace(**runpy.run_path(str(Path(__file__).with_name("corrupt.py"))))
+
+
+@pytest.fixture
+def copied(small_db: Path, tmp_path: Path) -> Path:
+    """Return a database of its own."""
+    return Path(shutil.copy(small_db, tmp_path / "copy.db"))
+
+
+@pytest.mark.slow
+def test_damaged_files_are_told_or_answer_rightly(small_db: Path, attack: SimpleNamespace) -> None:
+    for what, question, came, case in attack.run(small_db, 20, seed=1, values=0.01, questions=QUESTIONS):
+        assert not came.startswith("traceback"), (what, question, case, came)
+        assert came != "other" or "value" in what, (what, question, case)
+
+
+#: Column, value of `corrupt.VALUES`, and what is said of it.
+IMPOSSIBLE = [
+    ("mechanism.fixed_1_x", "NULL", "a pivot"),
+    ("mechanism.fixed_1_x", "infinity", "fixed_1_x is inf"),
+    ("mechanism.fixed_1_w", "-7", "CHECK constraint failed in mechanism"),
+    ("mechanism.moving_2_x", "a word", "moving_2_x is no column of numbers"),
+    ("mechanism.family", "a word", "family"),
+    ("mechanism.family", "broken UTF-8", "Could not decode to UTF-8"),
+    ("mechanism.parameters", "no JSON", "CHECK constraint|no JSON object|malformed"),
+    ("mechanism.parameters", "a list", "no JSON object|CHECK constraint"),
+    ("guide.kind", "no text", "CHECK constraint failed in guide"),
+    ("guide.contact_order", "NULL", "contact_order"),
+    ("guide.contact_order", "2**62", "contact_order"),
+    ("reach.size", "-7", "size is -7|CHECK constraint"),
+    ("reach.stroke", "NULL", "stroke"),
+    ("reach.rotates", "infinity", "CHECK constraint failed in reach"),
+]
+
+
+@pytest.mark.parametrize(("where", "value", "said"), IMPOSSIBLE, ids=lambda value: str(value)[:24])
+def test_what_cannot_be_is_told_in_one_line(
+    copied: Path, attack: SimpleNamespace, where: str, value: str, said: str
+) -> None:
+    assert attack.tamper(copied, *where.split("."), value)
+    error = attack.ask(copied, "export")
+    assert isinstance(error, DatabaseError)
+    assert re.search(rf"copy\.db is damaged \(.*({said}).*delete it and run `catalogue build`", str(error)), str(error)
+
+
+def test_a_table_that_is_missing_is_told(copied: Path) -> None:
+    with closing(sqlite3.connect(copied)) as file:
+        file.execute("DROP TABLE setting")
+    with pytest.raises(DatabaseError, match=r"is damaged .*no such table: setting"):
+        catalogue.open(copied)
+
+
+@pytest.mark.parametrize(("key", "asked"), [("count", {}), ("seed", {"count": 1})])
+def test_a_setting_that_cannot_be_read_is_told(copied: Path, key: str, asked: dict[str, Any]) -> None:
+    with closing(sqlite3.connect(copied, isolation_level=None)) as file:
+        file.execute("UPDATE setting SET value = 'many' WHERE key = ?", [key])
+        file.execute("UPDATE setting SET value = '' WHERE key = 'series'")
+    with catalogue.open(copied, build=False) as opened, pytest.raises(DatabaseError, match=f"setting {key} is 'many'"):
+        opened.build(**asked)
+
+
+def test_one_bit_is_noticed_by_whoever_quotes_the_file(copied: Path, attack: SimpleNamespace) -> None:
+    """Also where the value could be: the seal says that it is not as it was written; who edits a file takes it away."""
+    content = bytearray(copied.read_bytes())
+    content[len(content) // 2] ^= 1
+    copied.write_bytes(content)
+    for question in ("show", "census", "export", "find"):
+        assert "not as it was written" in str(attack.ask(copied, question))
+
+
+def test_a_file_that_is_edited_and_says_so_is_read(copied: Path, small: Catalogue) -> None:
+    with closing(sqlite3.connect(copied, isolation_level=None)) as file:
+        file.executescript("PRAGMA user_version = 0; PRAGMA foreign_keys = ON; DELETE FROM guide WHERE id = 7")
+    with catalogue.open(copied, build=False) as opened:
+        assert [*opened.guides()["id"]] == [i for i in small.guides()["id"] if i != 7]
+
+
+def test_what_writes_takes_the_seal_away_and_a_build_gives_it_back(copied: Path, small: Catalogue) -> None:
+    def seal() -> int:
+        with closing(sqlite3.connect(copied)) as file:
+            return int(file.execute("PRAGMA user_version").fetchone()[0])
+
+    assert seal()
+    with catalogue.open(copied, build=False) as opened:
+        opened.database.set_setting("mine", "1")
+        assert not seal()
+        opened.build(count=small.database.get_number("count", 0), series=small.database.get_setting("series").split())  # type: ignore[union-attr]
+        assert seal()
+        opened.database.check()
+
+
+def test_a_catalogue_without_guides_says_so(copied: Path) -> None:
+    with closing(sqlite3.connect(copied, isolation_level=None)) as file:
+        file.executescript("PRAGMA foreign_keys = ON; PRAGMA user_version = 0; DELETE FROM mechanism")
+    with catalogue.open(copied) as opened:
+        found = opened.find(LINE, refine=False)
+        assert not found
+        assert "the database holds no guides: `catalogue build` fills it" in found.explain()
+        with pytest.raises(InvalidRequest, match="the database holds no guides"):
+            opened.find(LINE, families="four-bar")
