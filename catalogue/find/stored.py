@@ -12,7 +12,7 @@ from sqlalchemy import func, select
 
 from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path
 from ..candidates.stored import as_stored, linkages
-from ..errors import InvalidRequest, shortened
+from ..errors import InvalidRequest, quoted, shortened
 from ..guidance.kinds import RETURNS, SLOTS
 from ..guidance.reach import LEVELS
 from ..kinematics.linkage import Linkage
@@ -104,12 +104,12 @@ def laid(request: Request, place: Callable[[Problem], CandidateBatch]) -> Candid
 def stored(database: Database, name: int | str) -> StoredGuide:
     """Return the guide with an id, or the first guide of a named design; see `Catalogue.guide`."""
     database.check()
+    if not isinstance(name, str | int) or isinstance(name, bool):
+        raise InvalidRequest(f"a guide has a number or a name, not {quoted(name)}")
     try:
-        test = Guide.id == min(int(name) if isinstance(name, str) else whole("the number of a guide", name, 0), LARGEST)
-    except ValueError as error:
-        if isinstance(error, InvalidRequest):
-            raise
-        test = Mechanism.name == str(name)
+        test = Guide.id == min(max(int(name), 0), LARGEST)
+    except ValueError:
+        test = Mechanism.name == name
     # a design entered by hand is of no batch
     extra = (
         Reach.min_transmission, Guide.curvature, Guide.inflections, Mechanism.name, Mechanism.parameters,

@@ -86,7 +86,7 @@ def test_a_device_is_not_replaced_by_a_file(run: Run, small_db: Path, tmp_path: 
     done = run("export", "--out", pipe, "--force", "--db", small_db)
     assert done.code == 2
     assert "a folder or a device is there" in done.line
-    done = run(*LINE, "--save", pipe, "--db", small_db)
+    done = run(*LINE, "--save", pipe, "--force", "--db", small_db)
     assert done.code == 2
     assert "a folder or a device is there" in done.err
     assert pipe.is_fifo()

@@ -88,7 +88,7 @@ def test_null_integer_is_refused(filled: Database) -> None:
     with filled.begin() as connection:
         connection.exec_driver_sql("UPDATE mechanism SET batch_id = NULL WHERE id = 2")
     with pytest.raises(
-        DatabaseError, match=r"is damaged \(impossible: .* is no column of numbers\): delete it and run"
+        DatabaseError, match=r"is damaged \(impossible: .* is no column of numbers\): put it elsewhere and run"
     ):
         filled.read(select(Mechanism.batch_id))
     query = select(func.coalesce(Mechanism.batch_id, 0).label("batch")).order_by(Mechanism.id)

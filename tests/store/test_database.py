@@ -94,12 +94,12 @@ def test_processes_may_make_one_file_at_once(path: Path, environment: dict[str, 
 
 def test_text_is_refused(path: Path) -> None:
     path.write_text("not a database at all, but long enough to hold the header of one" * 9)
-    assert refused(path).endswith("is not a database: delete it and run `catalogue build`, or name another with --db")
+    assert refused(path).endswith("is not a database: name another with --db")
 
 
 def test_truncated_file_is_refused(filled: Path) -> None:
     os.truncate(filled, filled.stat().st_size // 2)
-    assert "is damaged: delete it and run `catalogue build`, or name another with --db" in refused(filled)
+    assert "is damaged: put it elsewhere and run `catalogue build`, or name another with --db" in refused(filled)
 
 
 def test_damage_met_while_reading_is_told(filled: Path) -> None:
@@ -137,7 +137,7 @@ def test_a_file_that_is_cut_short_while_it_is_open_is_told(
         [sys.executable, "-c", CUT, path], env=environment, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
-    assert done.stdout.count("is damaged: delete it and run `catalogue build`") >= 1
+    assert done.stdout.count("is damaged: put it elsewhere and run `catalogue build`") >= 1
 
 
 @pytest.mark.parametrize("table", ["mechanism", "alembic_version"])
