@@ -23,6 +23,10 @@ class CatalogueError(Exception):
 
     exit_code = 1
 
+    def __str__(self) -> str:
+        """Return the text on one line, also where it quotes a name of several."""
+        return " ".join(super().__str__().splitlines())
+
 
 class InvalidLinkage(CatalogueError, ValueError):
     """Pivots that do not form a linkage: NaN, coincident pivots, a dyad with both pivots at infinity."""

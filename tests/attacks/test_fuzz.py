@@ -45,6 +45,7 @@ FELL: list[tuple[str, Any]] = [
     ("guides", {"kind": (0.0, 0.0)}),
     ("guides", {"series": "\ud800"}),
     ("guides", {"reaches": "yes"}),
+    ("find in", {"name": "\n"}),
     ("StoredGuide.at", (1.0, Decimal("sNaN"))),
     ("Candidate.path", "x"),
     ("Candidate.path", 10**400),
