@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catalogue.plugin import Array
+from ...kinematics.types import Array
 
 
 def matrix(q: Array) -> Array:

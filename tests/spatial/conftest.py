@@ -1,9 +1,8 @@
-"""The plugin as the catalogue loads it, its golden cases, and random mechanisms."""
+"""The solver of the six classes, its golden cases, and random mechanisms."""
 
 from __future__ import annotations
 
 import json
-import sys
 from collections.abc import Callable
 from importlib import import_module
 from pathlib import Path
@@ -13,12 +12,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue.plugin.registry import Registry
-
 GOLDEN = Path(__file__).with_name("golden.json")
 MODULES = {
     "geometry": ("kinds", "power_series", "rotation", "guides"),
-    "kinematics": ("elimination", "mechanism", "unknowns", "equations", "newton", "position", "derivatives",
+    "guided": ("elimination", "mechanism", "unknowns", "equations", "newton", "position", "derivatives",
                    "predictor_corrector", "continuation", "follow", "assemblies"),
 }  # fmt: skip
 SURFACES = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere", "plane")
@@ -34,14 +31,12 @@ CLASSES = {
 }
 
 
-def plugin() -> SimpleNamespace:
-    """Return the public names of the plugin's modules."""
-    Registry()
-    package = next(name for name in sys.modules if name.startswith("catalogue_plugin_spatial_guidance_"))
-    names: dict[str, Any] = {"package": sys.modules[package.partition(".")[0]]}
+def solver() -> SimpleNamespace:
+    """Return the public names of the modules."""
+    names: dict[str, Any] = {}
     for room, modules in MODULES.items():
         for module in modules:
-            loaded = import_module(f"{package.partition('.')[0]}.{room}.{module}")
+            loaded = import_module(f"catalogue.spatial.{room}.{module}")
             names |= {k: v for k, v in vars(loaded).items() if not k.startswith("_")} | {f"{module}_": loaded}
     return SimpleNamespace(**names)
 
@@ -128,8 +123,8 @@ def driven(mechanisms: Any, coordinates: Any) -> Any:
 
 @pytest.fixture(scope="session")
 def spatial() -> SimpleNamespace:
-    """Return the public names of the plugin."""
-    return plugin()
+    """Return the public names of the solver."""
+    return solver()
 
 
 @pytest.fixture(scope="session")

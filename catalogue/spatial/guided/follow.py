@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import Array, InvalidRequest
-
+from ...errors import InvalidRequest
+from ...kinematics.types import Array
 from .continuation import Walk
 from .equations import System
 from .mechanism import Mechanisms

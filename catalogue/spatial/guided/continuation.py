@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catalogue.plugin import Array
-
+from ...kinematics.types import Array
 from .equations import System
 from .mechanism import Mechanisms
 from .newton import LAST

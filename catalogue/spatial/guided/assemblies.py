@@ -11,8 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import Array
-
+from ...kinematics.types import Array
 from .elimination import solve
 from .equations import System
 from .mechanism import Mechanisms

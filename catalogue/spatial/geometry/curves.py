@@ -7,8 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import Array
-
+from ...kinematics.types import Array
 from .kinds import Point, Quadric, Revolved, rows
 
 

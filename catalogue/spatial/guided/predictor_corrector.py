@@ -12,8 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from catalogue.plugin import Array
-
+from ...kinematics.types import Array
 from .elimination import solve
 from .equations import System
 from .newton import LAST, NOISE

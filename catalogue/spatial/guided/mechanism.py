@@ -9,8 +9,8 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import Array, InvalidLinkage, InvalidRequest
-
+from ...errors import InvalidLinkage, InvalidRequest
+from ...kinematics.types import Array
 from ..geometry.guides import Guides, same
 
 #: Class and degrees of freedom by (curves, surfaces): Mangeron, Oğuztöreli and Plitea 1970, sec. 2 to 4.

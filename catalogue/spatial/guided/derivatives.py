@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import Array, InvalidRequest
-
+from ...errors import InvalidRequest
+from ...kinematics.types import Array
 from ..geometry.kinds import Kind
 from ..geometry.power_series import Taylor, coefficients
 from ..geometry.rotation import cross

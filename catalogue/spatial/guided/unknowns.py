@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import Array
-
+from ...kinematics.types import Array
 from ..geometry.kinds import Kind
 from ..geometry.rotation import turned
 

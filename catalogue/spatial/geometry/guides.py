@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import Array, InvalidLinkage
-
+from ...errors import InvalidLinkage
+from ...kinematics.types import Array
 from .curves import Circle, Helix, Line
 from .kinds import Kind
 from .surfaces import (

@@ -227,15 +227,14 @@ def test_wrong_requests_are_refused(spatial: SimpleNamespace, golden_cases: Any)
         spatial.jets(c.mechanism, c.at, [[np.nan]])
 
 
-def test_loading_the_catalogue_does_not_load_the_solver(spatial: SimpleNamespace) -> None:
+def test_loading_the_catalogue_does_not_load_the_solver() -> None:
     import subprocess
     import sys
 
     code = (
         "import sys; from catalogue.plugin.registry import Registry; r = Registry();"
         "print([x.error for x in r.records if x.name == 'spatial_guidance'],"
-        "[m for m in sys.modules if 'spatial_guidance' in m and '.' in m])"
+        "[m for m in sys.modules if 'spatial_guidance' in m and '.' in m or 'catalogue.spatial' in m])"
     )
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.split("\n")[0] == "[''] []"
-    assert (spatial.package.__doc__ or "").count("\n") > 5

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import Array, InvalidRequest
-
+from ...errors import InvalidRequest
+from ...kinematics.types import Array
 from ..geometry.kinds import Kind
 from ..geometry.rotation import fitted, matrix
 from .elimination import condition, solve

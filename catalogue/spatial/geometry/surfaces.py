@@ -10,8 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from catalogue.plugin import Array
-
+from ...kinematics.types import Array
 from .kinds import Kind, Point, Quadric, Revolved, rows
 
 

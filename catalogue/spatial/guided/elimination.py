@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from catalogue.plugin import Array
+from ...kinematics.types import Array
 
 
 def solve(matrix: Array, right: Array) -> tuple[Array, Array]:

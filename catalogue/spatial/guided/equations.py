@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from catalogue.plugin import Array
-
+from ...kinematics.types import Array
 from ..geometry.guides import Guides
 from ..geometry.kinds import Quadric
 from ..geometry.rotation import cross, matrix

@@ -14,8 +14,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from catalogue.plugin import Array
-
+from ...kinematics.types import Array
 from .power_series import coefficients, variable
 
 #: Three coordinates, arrays of one shape or series.

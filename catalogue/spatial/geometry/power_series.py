@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.lib.mixins import NDArrayOperatorsMixin
 
-from catalogue.plugin import Array, taylor_product, taylor_quotient, taylor_root
+from ...kinematics.power_series import taylor_product, taylor_quotient, taylor_root
+from ...kinematics.types import Array
 
 
 class Taylor(NDArrayOperatorsMixin):
