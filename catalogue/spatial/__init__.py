@@ -18,6 +18,16 @@
 >>> motion = follow(batch, path, start)
 >>> jets(batch, motion.node(0), [[1.0, 0.0]]).spin
 
+``jointed``
+    Bodies on revolute, prismatic, cylindrical and spherical joints, on links with spherical joints at both ends, and on
+    guides, from hard points in the design pose.  ``Mechanism(elements)``; ``sweep(drive, values)`` is its ``Motion``
+    with derivatives, ``circuit(drive)`` all of it, ``mobility`` its freedoms.  Any scalar drives: ``Joint``,
+    ``Travel``, ``Length``, ``Angle``, ``GuideCoordinate``.
+
+>>> from catalogue.spatial import Link, Mechanism, Travel
+>>> axle = Mechanism([Link("ground", a, "wheel", b) for a, b in zip(inner, outer)])
+>>> axle.sweep(Travel("wheel", centre), np.linspace(-80, 80, 161)).point("wheel", centre)
+
 Names are loaded when first used; no planar request loads any.
 """
 
@@ -35,6 +45,24 @@ if TYPE_CHECKING:
     from .guided.follow import follow
     from .guided.mechanism import Mechanisms
     from .guided.position import Positions, solve_positions
+    from .jointed.axle import Wheel, anti_dive, kinematics
+    from .jointed.circuit import Circuit
+    from .jointed.elements import (
+        Angle,
+        Cylindrical,
+        GuideCoordinate,
+        Joint,
+        KeepAngle,
+        Length,
+        Link,
+        OnGuide,
+        Prismatic,
+        Revolute,
+        Spherical,
+        Travel,
+    )
+    from .jointed.mechanism import Mechanism, Mobility
+    from .jointed.motion import Motion, in_time
 
 #: Where the names stand.
 _HOME = {
@@ -46,22 +74,48 @@ _HOME = {
     "guided.follow": "follow",
     "guided.mechanism": "Mechanisms",
     "guided.position": "Positions solve_positions",
+    "jointed.axle": "Wheel anti_dive kinematics",
+    "jointed.circuit": "Circuit",
+    "jointed.elements": "Angle Cylindrical GuideCoordinate Joint KeepAngle Length Link OnGuide Prismatic Revolute "
+    "Spherical Travel",
+    "jointed.mechanism": "Mechanism Mobility",
+    "jointed.motion": "Motion in_time",
 }
 _MODULE = {name: home for home, names in _HOME.items() for name in names.split()}
 
 __all__ = [
     "KINDS",
+    "Angle",
     "Assemblies",
+    "Circuit",
+    "Cylindrical",
+    "GuideCoordinate",
     "Guides",
     "Jets",
+    "Joint",
+    "KeepAngle",
     "Kind",
+    "Length",
+    "Link",
+    "Mechanism",
     "Mechanisms",
+    "Mobility",
+    "Motion",
+    "OnGuide",
     "Positions",
+    "Prismatic",
     "Quadric",
+    "Revolute",
     "Revolved",
+    "Spherical",
+    "Travel",
+    "Wheel",
+    "anti_dive",
     "assemblies",
     "follow",
+    "in_time",
     "jets",
+    "kinematics",
     "matrix",
     "quaternion",
     "solve_positions",

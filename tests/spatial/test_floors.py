@@ -12,7 +12,7 @@ import catalogue
 
 ROOT = Path(catalogue.__file__).parent / "spatial"
 #: What each room may import from, besides itself.
-ROOMS = {"geometry": (), "guided": ("geometry",)}
+ROOMS = {"geometry": (), "guided": ("geometry",), "jointed": ("geometry",)}
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path.parent != ROOT)
 
 

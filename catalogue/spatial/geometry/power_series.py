@@ -81,6 +81,19 @@ def _waves(sign: float, sine: Callable[[Array], Array], cosine: Callable[[Array]
     return pair
 
 
+def _arctan2(y: Any, x: Any) -> Taylor:
+    """(x dy - y dx) / (x^2 + y^2), integrated."""
+    some = x if isinstance(x, Taylor) else y
+    a, b = _like(y, some), _like(x, some)
+    c = np.empty_like(b)
+    c[0] = np.arctan2(a[0], b[0])
+    if len(c) > 1:
+        k = np.arange(1.0, len(c)).reshape(-1, *[1] * (c.ndim - 1))
+        turning = taylor_product(b[:-1], k * a[1:]) - taylor_product(a[:-1], k * b[1:])
+        c[1:] = taylor_quotient(turning, (taylor_product(a, a) + taylor_product(b, b))[:-1]) / k
+    return Taylor(c)
+
+
 _circular = _waves(-1, np.sin, np.cos)
 _hyperbolic = _waves(1, np.sinh, np.cosh)
 
@@ -95,6 +108,7 @@ RULES: dict[Any, Callable[..., Taylor]] = {
     np.sqrt: _sqrt,
     np.sin: lambda x: _circular(x)[0],
     np.cos: lambda x: _circular(x)[1],
+    np.arctan2: _arctan2,
     np.sinh: lambda x: _hyperbolic(x)[0],
     np.cosh: lambda x: _hyperbolic(x)[1],
 }

@@ -1,0 +1,331 @@
+"""Along the curve of all poses that a mechanism of one freedom can take: coarse steps first, then all poses at once.
+
+The conditions leave a curve; its arc length is regular where any drive has a dead point, so that the curve is followed
+without regard to what drives (Allgower and Georg, Introduction to Numerical Continuation Methods).  Nodes on it are as
+far apart as a cubic through the last two allows; poses asked for are put on cubics between nodes, and corrected
+together by Newton's method.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...kinematics.types import Array
+from .system import System
+
+#: First correction at a node that is aimed at, above which a step is refused, and steps [rad, units].
+AIM, REFUSED, FIRST, LONGEST, SHORTEST = 4e-4, 4e-3, 0.05, 0.7, 1e-7
+#: Largest turn of the tangent between nodes [cos].
+TURN = np.cos(0.7)
+#: A Newton step below this is the last: the next would be less than a rounding error.
+LAST = 1e-8
+#: Nodes of a curve at most.
+MOST = 2000
+#: Poses that are corrected together: their arrays stay in the cache.
+BLOCK = 2048
+TURNING, BRANCH, STUCK, LONG = "dead point", "branch point", "step too small", "no end after 2000 nodes"
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The poses that satisfy the conditions and keep held scalars (n, h); the last scalar of the system is read off."""
+
+    system: System
+    held: Array
+
+    def take(self, index: Array) -> Curve:
+        return Curve(self.system.take(index), self.held[index])
+
+    def __call__(self, y: Array) -> tuple[Array, Array, Array, Array]:
+        """Return residual (n, m - 1) and Jacobian of the conditions, value (n,) and gradient (n, m) of the drive."""
+        residual, values, jacobian = self.system.evaluate(y)
+        rows = self.system.rows
+        use = self.system.use
+        f, j = residual, jacobian[:, :-1]
+        if len(use) < rows:
+            keep = np.concatenate([use, np.arange(rows, j.shape[1])])
+            f, j = residual[:, use], j[:, keep]
+        if values.shape[1] > 1:
+            f = np.concatenate([f, _wrapped(self.system, values[:, :-1] - self.held)], axis=1)
+        return f, j, values[:, -1], jacobian[:, -1]
+
+
+def _wrapped(system: System, difference: Array) -> Array:
+    for k, s in enumerate(system.scalars[: difference.shape[1]]):
+        if s.periodic:
+            difference[:, k] = _around(difference[:, k])
+    return difference
+
+
+def _around(angle: Array) -> Array:
+    return np.asarray(np.remainder(angle + np.pi, 2 * np.pi) - np.pi)
+
+
+class Trace(NamedTuple):
+    """Nodes of one curve.
+
+    Attributes
+    ----------
+    s : ndarray, shape (k,)
+        Arc length [rad, units].
+    y, rate : ndarray, shape (k, numbers)
+        States, and their derivatives by s.
+    drive, slope : ndarray, shape (k,)
+        The driven scalar, and its derivative by s.
+    tangent : ndarray, shape (k, m)
+    reason : str
+        Why it ends; empty where it was to.
+    """
+
+    s: Array
+    y: Array
+    rate: Array
+    drive: Array
+    slope: Array
+    tangent: Array
+    reason: str = ""
+
+    def at(self, s: Array) -> Array:
+        """Return states at arc lengths by the cubics between nodes, shape (n, numbers)."""
+        i = np.clip(np.searchsorted(self.s, s) - 1, 0, len(self.s) - 2)
+        h = (self.s[i + 1] - self.s[i])[:, None]
+        return _cubic(((s - self.s[i])[:, None]) / h, h, self.y[i], self.y[i + 1], self.rate[i], self.rate[i + 1])
+
+    def where(self, value: Array) -> Array:
+        """Return the arc lengths at which the drive, which must run one way, has given values."""
+        way = np.sign(self.drive[-1] - self.drive[0]) or 1.0
+        i = np.clip(np.searchsorted(way * self.drive, way * value) - 1, 0, len(self.s) - 2)
+        h = self.s[i + 1] - self.s[i]
+        g = self.drive[i], self.drive[i + 1], self.slope[i], self.slope[i + 1]
+        low, high = np.zeros_like(value), np.ones_like(value)
+        t = np.clip((value - g[0]) / np.where(g[1] == g[0], 1, g[1] - g[0]), 0, 1)
+        for _ in range(6):  # Newton's method, kept between bounds
+            off = _cubic(t, h, *g) - value
+            low, high = np.where(way * off < 0, t, low), np.where(way * off < 0, high, t)
+            with np.errstate(all="ignore"):
+                better = t - off / _cubic_slope(t, h, *g)
+            t = np.where((better >= low) & (better <= high), better, (low + high) / 2)
+        return np.asarray(self.s[i] + t * h)
+
+    def joined(self, other: Trace) -> Trace:
+        """Return this one backwards, and then the other, which begins at the same node."""
+        both = [
+            np.concatenate([sign * getattr(self, name)[:0:-1], getattr(other, name)])
+            for name, sign in (("s", -1), ("y", 1), ("rate", -1), ("drive", 1), ("slope", -1), ("tangent", -1))
+        ]
+        return Trace._make([*both, other.reason])
+
+
+def _cubic(t: Array, h: Array, a: Array, b: Array, da: Array, db: Array) -> Array:
+    """Return Hermite's cubic at the part t of an interval h."""
+    u = 1 - t
+    return np.asarray(u * u * ((1 + 2 * t) * a + t * h * da) + t * t * ((3 - 2 * t) * b - u * h * db))
+
+
+def _cubic_slope(t: Array, h: Array, a: Array, b: Array, da: Array, db: Array) -> Array:
+    """Return the derivative of the cubic by t."""
+    return np.asarray(6 * t * (1 - t) * (b - a) + h * ((1 - t) * (1 - 3 * t) * da + t * (3 * t - 2) * db))
+
+
+def tangents(curve: Curve, y: Array) -> tuple[Array, Array]:
+    """Return unit vectors along the curves at states (n, numbers), and slopes of the drive, which are not negative."""
+    _, j, _, by = curve(y)
+    t = np.linalg.svd(j, full_matrices=True)[2][:, -1]
+    slope = (t * by).sum(1)
+    return np.where(slope < 0, -1, 1)[:, None] * t, np.abs(slope)
+
+
+def _solve(a: Array, b: Array) -> Array:
+    try:
+        return np.asarray(np.linalg.solve(a, b))
+    except np.linalg.LinAlgError:
+        return np.asarray(np.linalg.pinv(a) @ b)
+
+
+class March:
+    """Curves on their way from states y (n, numbers), each along its tangent (n, m), with steps of its own."""
+
+    def __init__(self, curve: Curve, y: Array, tangent: Array) -> None:
+        _, _, drive, by = curve(y)
+        self.curve, self.n = curve, len(y)
+        one: tuple[Array, ...] = (
+            np.zeros(self.n),
+            y,
+            curve.system.lifted(y, tangent),
+            drive,
+            (by * tangent).sum(1),
+            tangent,
+        )
+        self.last = one
+        self.before: tuple[Array, ...] | None = None
+        self.nodes: list[tuple[Array, ...]] = [one]
+        self.taken: list[Array] = [np.ones(self.n, bool)]
+        self.h = np.full(self.n, FIRST)
+        self.reason = np.full(self.n, "", dtype="U30")
+        self.active = np.ones(self.n, bool)
+
+    def step(self) -> Array:
+        """Try a step of every active curve; return where one was made."""
+        s, y, rate, drive, _, tangent = self.last
+        h = self.h[:, None]
+        if self.before is None:
+            guess = y + h * rate
+        else:
+            back = (s - self.before[0])[:, None]
+            guess = _cubic(1 + h / back, back, self.before[1], y, self.before[2], rate)
+        system = self.curve.system
+        guess = system.unitary(guess)
+        f, j, value, by = self.curve(guess)
+        m = j.shape[2]
+        right = np.zeros((self.n, m, 2))
+        right[:, :-1, 0], right[:, -1, 1] = -f, 1
+        z = _solve(np.concatenate([j, tangent[:, None]], axis=1), right)
+        off, new = z[..., 0], z[..., 1]
+        with np.errstate(all="ignore"):
+            new = new / np.sqrt((new * new).sum(1, keepdims=True))
+            size = np.sqrt((off * off).sum(1))
+            turn = (new * tangent).sum(1)
+            good = (size <= np.minimum(REFUSED, 0.1 * self.h)) & (turn >= TURN) & self.active
+            change = np.clip((AIM / np.maximum(size, 1e-12)) ** 0.25, 0.3, 2.0)
+            change = np.where(turn < 0.5 * (1 + TURN), np.minimum(change, 0.8), change)
+        y_new = system.moved(guess, off)
+        if system.scalars[-1].periodic:
+            value = drive + _around(value - drive)
+        rate_new = system.lifted(y_new, new)
+        with np.errstate(all="ignore"):  # the arc over the chord: the cubics, and the next guess, rely on it
+            chord = np.sqrt((system.weight * (y_new - y) ** 2).sum(1))
+            bend = 2 - 2 * (system.weight * rate_new * rate).sum(1)
+            arc = chord * (1 + bend / 24)
+        node = (s + arc, y_new, rate_new, value + (by * off).sum(1), (by * new).sum(1), new)
+        if good.all():
+            self.before, self.last = self.last, node
+        else:
+            mixed: tuple[Array, ...] = tuple(_where(good, a, b) for a, b in zip(node, self.last, strict=True))
+            if self.before is None:
+                # where no step was made yet, the node before is one straight behind
+                behind: tuple[Array, ...] = (s - self.h, y - h * rate, *self.last[2:])
+                self.before = tuple(_where(good, a, b) for a, b in zip(self.last, behind, strict=True))
+            else:
+                self.before = tuple(_where(good, a, b) for a, b in zip(self.last, self.before, strict=True))
+            self.last = mixed
+        self.nodes.append(self.last)
+        self.taken.append(good)
+        self.h = np.where(
+            self.active, np.clip(np.where(good, change, np.minimum(change, 0.5)) * self.h, 0, LONGEST), self.h
+        )
+        if (self.active & ~good).any():  # a node that is only nearly on its curve would refuse every shorter step
+            s, y, _, drive, _, tangent = self.last
+            y, tangent, slope = across(self.curve, y, tangent)
+            self.last = (s, y, system.lifted(y, tangent), drive, slope, tangent)
+        stuck = self.active & (self.h < SHORTEST)
+        self.reason[stuck] = STUCK
+        self.active &= ~stuck
+        return np.asarray(good)
+
+    def trace(self, i: int) -> Trace:
+        """Return the nodes of one curve."""
+        taken = [k for k, t in enumerate(self.taken) if t[i]]
+        return Trace._make([*(np.stack([self.nodes[k][c][i] for k in taken]) for c in range(6)), str(self.reason[i])])
+
+
+def _where(mask: Array, a: Array, b: Array) -> Array:
+    return np.asarray(np.where(mask if a.ndim == 1 else mask[:, None], a, b))
+
+
+def toward(curve: Curve, y: Array, tangent: Array, target: Array) -> list[Trace]:
+    """Follow each curve until its drive has passed a target (n,), or turns back."""
+    march = March(curve, y, tangent)
+    way = np.sign(target - march.last[3])
+    march.active &= way != 0
+    while march.active.any() and len(march.nodes) < MOST:
+        good = march.step()
+        passed = good & (way * (march.last[3] - target) >= 0)
+        turned = good & ~passed & (way * march.last[4] <= 0)
+        march.reason[turned] = TURNING
+        march.active &= ~(passed | turned)
+    march.reason[march.active] = LONG
+    return [_ended(march.curve.take(np.array([i])), march.trace(i)) for i in range(march.n)]
+
+
+def _ended(curve: Curve, trace: Trace) -> Trace:
+    """Return a trace up to its turning point, if it was ended by one, or to where a branch crosses."""
+    if trace.reason == TURNING:
+        at, tangent = stationary(curve, trace, len(trace.s) - 2)
+        _, _, value, _ = curve(at[1][None])
+        one: tuple[Any, ...] = (at[0], at[1], curve.system.lifted(at[1][None], tangent)[0], value[0], 0.0, tangent[0])
+        if curve.system.scalars[-1].periodic:
+            one = (*one[:3], trace.drive[-2] + _around(value - trace.drive[-2])[0], *one[4:])
+        arrays = [np.concatenate([v[:-1], np.asarray(w)[None]]) for v, w in zip(trace[:6], one, strict=True)]
+        trace = Trace._make([*arrays, TURNING])
+    return crossed(curve, trace)
+
+
+def crossed(curve: Curve, trace: Trace) -> Trace:
+    """Return a trace up to where another branch crosses it: where the bordered determinant changes its sign."""
+    if len(trace.s) < 2:
+        return trace
+    _, j, _, _ = curve.take(np.zeros(len(trace.s), int))(trace.y)
+    sign = np.linalg.slogdet(np.concatenate([j, trace.tangent[:, None]], axis=1))[0]
+    k = int((sign != sign[0]).argmax())
+    if not k:
+        return trace
+    return Trace._make([*(v[:k] for v in trace[:6]), BRANCH])
+
+
+def stationary(curve: Curve, trace: Trace, i: int) -> tuple[tuple[float, Array], Array]:
+    """Return arc length and state between nodes i and i + 1 where the drive is stationary, and the tangent there.
+
+    Illinois' method on the slope; the drive is stationary, so that its error is the square of that of the place.
+    """
+    low, high = trace.s[i], trace.s[i + 1]
+    f_low, f_high, kept = trace.slope[i], trace.slope[i + 1], 0
+    for _ in range(40):
+        s = high - f_high * (high - low) / (f_high - f_low) if f_high != f_low else (low + high) / 2
+        y, tangent, slope = across(curve, trace.at(np.array([s])), trace.tangent[i][None])
+        if abs(slope[0]) < 1e-9 or abs(high - low) < 1e-12:
+            break
+        if slope[0] * f_low > 0:
+            low, f_low, f_high, kept = s, slope[0], f_high / (2 if kept > 0 else 1), 1
+        else:
+            high, f_high, f_low, kept = s, slope[0], f_low / (2 if kept < 0 else 1), -1
+    return (float(s), y[0]), tangent
+
+
+def across(curve: Curve, y: Array, tangent: Array) -> tuple[Array, Array, Array]:
+    """Return states corrected across tangents (n, m), the tangents there and the slope of the drive."""
+    y = curve.system.unitary(y)
+    for _ in range(8):
+        f, j, _, by = curve(y)
+        right = np.zeros((len(y), j.shape[2], 2))
+        right[:, :-1, 0], right[:, -1, 1] = -f, 1
+        z = _solve(np.concatenate([j, tangent[:, None]], axis=1), right)
+        y = curve.system.moved(y, z[..., 0])
+        new = z[..., 1] / np.sqrt((z[..., 1] ** 2).sum(1, keepdims=True))
+        if not np.abs(z[..., 0]).max() > LAST:
+            break
+    return y, new, (new * by).sum(1)
+
+
+def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
+    """Correct states (n, numbers) so that the drive has given values (n,); return them and where that was possible."""
+    y = curve.system.unitary(y)
+    found = np.zeros(len(y), bool)
+    for low in range(0, len(y), BLOCK):
+        some = np.arange(low, min(low + BLOCK, len(y)))
+        sub = curve.take(some)
+        at, periodic = y[some], curve.system.scalars[-1].periodic
+        for _ in range(8):
+            f, j, value, by = sub(at)
+            off = value - target[some]
+            right = -np.concatenate([f, (_around(off) if periodic else off)[:, None]], axis=1)
+            step = _solve(np.concatenate([j, by[:, None]], axis=1), right[..., None])[..., 0]
+            with np.errstate(all="ignore"):
+                size = np.abs(step).max(1)
+                at = curve.system.moved(at, step)
+            if not (size > LAST).any():
+                break
+        y[some], found[some] = at, size <= 1e-6
+    return y, found
