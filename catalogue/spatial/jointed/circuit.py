@@ -10,7 +10,7 @@ import numpy as np
 from ...kinematics.types import Array
 from .elements import Scalar
 from .motion import Motion
-from .tracing import BRANCH, LONG, MOST, Curve, March, Trace, across, crossed, stationary, tangents
+from .tracing import BRANCH, LONG, MOST, SHORTEST, STUCK, Curve, March, Trace, across, crossed, stationary, tangents
 
 if TYPE_CHECKING:
     from .mechanism import Mechanism
@@ -100,13 +100,15 @@ def _around(curve: Curve, y: Array, tangent: Array) -> tuple[Trace, bool]:
     away = _signature(curve, y + 1e-6 * curve.system.lifted(y, tangent)) - first
     away /= np.sqrt(away @ away)
     behind = 0.0
-    reason = ""
-    while march.active[0] and len(march.nodes) < MOST:
+    for _ in range(MOST):
+        if march.h[0] < SHORTEST:
+            march.reason[0] = STUCK
+            break
         if not march.step()[0]:
             continue
         apart = _signature(curve, march.last[1]) - first
         ahead = float(apart @ away)
-        step = march.last[0][0] - march.before[0][0]  # type: ignore[index]
+        step = march.last[0][0] - march.before[0][0]
         if behind < 0 <= ahead and np.sqrt(apart @ apart) < NEAR * step:
             trace = march.trace(0)
             low, high = trace.s[-2], trace.s[-1]
@@ -117,8 +119,7 @@ def _around(curve: Curve, y: Array, tangent: Array) -> tuple[Trace, bool]:
             if np.sqrt(apart @ apart) < CLOSED * step:
                 return _closing(curve, trace, s), True
         behind = ahead
-    else:
-        reason = str(march.reason[0]) or LONG
+    reason = march.reason[0] or LONG
     trace = crossed(curve, march.trace(0))
     return Trace._make([*trace[:6], BRANCH if trace.reason == BRANCH else reason]), False
 

@@ -26,6 +26,18 @@ REVOLUTE, PRISMATIC, CYLINDRICAL, SURFACE, CURVE, FREE = range(6)
 UNKNOWNS, NUMBERS = (1, 1, 2, 2, 1, 6), (1, 1, 2, 2, 1, 7)
 
 
+#: Of the vector product, so that a vector times it is its skew matrix, row by row.
+LEVI_CIVITA = np.zeros((3, 9))
+for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+    LEVI_CIVITA[_i, 3 * _k + _j], LEVI_CIVITA[_i, 3 * _j + _k] = 1, -1
+EYE = np.eye(3)
+
+
+def skew(a: Array) -> Array:
+    """Return the matrices (..., 3, 3) that take the vector product of vectors (..., 3) with another."""
+    return np.asarray((a @ LEVI_CIVITA).reshape(*a.shape, 3))
+
+
 def cross(a: Array, b: Array) -> Array:
     """Return the vector product along the last axis."""
     return np.asarray(a[..., YZX] * b[..., ZXY] - a[..., ZXY] * b[..., YZX])
@@ -175,14 +187,14 @@ class System:
         n, order = len(y), 1 if x is None else len(x)
         rotation = np.zeros((order, n, len(self.bodies), 3, 3))
         shift = np.zeros((order, n, len(self.bodies), 3))
-        rotation[0, :, 0] = np.eye(3)
-        for p in self.placed:
+        rotation[0, :, 0] = EYE
+        for p, axes in zip(self.placed, self._axes, strict=True):
             if p.sort == FREE:
                 turn, move = self._freed(p, y, x)
             elif p.guide:
                 turn, move = self._charted(p, y, x)
             else:
-                turn, move = self._jointed(p, y, x)
+                turn, move = self._jointed(p, axes, y, x)
             if any(p.on):
                 on = rotation[:, :, p.on]
                 move = series(on, move[..., None], np.matmul)[..., 0] + shift[:, :, p.on]
@@ -197,18 +209,16 @@ class System:
         out[0] = y[:, number]
         return out
 
-    def _jointed(self, p: Placed, y: Array, x: Array | None) -> tuple[Array, Array]:
-        q = self._coordinates(y, x, p.number, p.unknown)
-        order = len(q)
-        axis, at = self.directions[:, p.direction], self.points[:, p.point]
-        turn = np.broadcast_to(np.eye(3), (order, len(y), len(p.bodies), 3, 3)).copy()
-        turn[1:] = 0
-        move = np.zeros((order, len(y), len(p.bodies), 3))
-        if p.sort != PRISMATIC:
-            along, across, skew = axis[..., :, None] * axis[..., None, :], None, _skew(axis)
-            across = np.eye(3) - along
+    def _jointed(self, p: Placed, axes: tuple[Array, ...], y: Array, x: Array | None) -> tuple[Array, Array]:
+        order, n = 1 if x is None else len(x), len(y)
+        axis, at, along, across, turning = axes
+        if p.sort == PRISMATIC:
+            turn, move = np.zeros((order, n, len(p.bodies), 3, 3)), np.zeros((order, n, len(p.bodies), 3))
+            turn[0] = EYE
+        else:
+            q = self._coordinates(y, x, p.number, p.unknown)
             s, c = (np.sin(q)[..., None, None], np.cos(q)[..., None, None]) if order == 1 else _waves(q)
-            turn = c * across + s * skew
+            turn = c * across + s * turning
             turn[0] += along
             move = -(turn @ at[..., None])[..., 0]
             move[0] += at
@@ -217,6 +227,36 @@ class System:
             slide = self._coordinates(y, x, [k + one for k in p.number], [k + one for k in p.unknown])
             move = move + slide[..., None] * axis
         return turn, move
+
+    @cached_property
+    def _axes(self) -> list[tuple[Array, ...]]:
+        """Axis and point of joints, and the parts of a rotation about the axis that are constant."""
+        out: list[tuple[Array, ...]] = []
+        for p in self.placed:
+            at = self.points[:, p.point]
+            axis = self.directions[:, p.direction] if p.sort < SURFACE else np.zeros_like(at)
+            along = axis[..., :, None] * axis[..., None, :]
+            out.append((axis, at, along, EYE - along, skew(axis)))
+        return out
+
+    @cached_property
+    def _still(self) -> Array:
+        """Screws that never change: of joints on the ground, and translations of free bodies; (N, unknowns, 6)."""
+        out = np.zeros((len(self.points), self.unknowns, 6))
+        for p, (axis, at, *_) in zip(self.placed, self._axes, strict=True):
+            if p.sort == FREE:
+                for u in p.unknown:
+                    out[:, u : u + 3, 3:] = out[:, u + 3 : u + 6, :3] = EYE
+            elif not p.guide and not any(p.on):
+                self._screwed(out, p, axis, at)
+        return out
+
+    @staticmethod
+    def _screwed(out: Array, p: Placed, axis: Array, at: Array) -> None:
+        if p.sort != PRISMATIC:
+            out[:, p.unknown, 3:], out[:, p.unknown, :3] = axis, cross(at, axis)
+        if p.sort != REVOLUTE:
+            out[:, [k + (p.sort == CYLINDRICAL) for k in p.unknown], :3] = axis
 
     def _charted(self, p: Placed, y: Array, x: Array | None) -> tuple[Array, Array]:
         """A point carried by a guide: its body is moved by it without turning."""
@@ -248,30 +288,22 @@ class System:
 
     def screws(self, y: Array, rotation: Array, shift: Array) -> Array:
         """Return the screw of every unknown, shape (n, unknowns, 6): the velocity of the origin, and the rotation."""
-        out = np.zeros((len(y), self.unknowns, 6))
-        for p in self.placed:
-            on, back = rotation[0][:, p.on], shift[0][:, p.on]
+        out = np.empty((len(y), self.unknowns, 6))
+        out[:] = self._still
+        for p, (axis, at, *_) in zip(self.placed, self._axes, strict=True):
             if p.sort == FREE:
-                unknown = np.asarray(p.unknown)
-                ref = self.points[:, p.point] + y[:, np.asarray(p.number)[:, None] + np.arange(4, 7)]
-                for i in range(3):
-                    j, k = YZX[i], ZXY[i]
-                    out[:, unknown + i, 3 + i] = 1
-                    out[:, unknown + i, j], out[:, unknown + i, k] = ref[..., k], -ref[..., j]
-                    out[:, unknown + 3 + i, i] = 1
+                for i, (k, c) in enumerate(zip(p.unknown, p.number, strict=True)):
+                    out[:, k : k + 3, :3] = np.swapaxes(skew(at[:, i] + y[:, c + 4 : c + 7]), 1, 2)
             elif p.guide:
                 size = UNKNOWNS[p.sort]
                 u, w = y[:, p.number[0]], y[:, p.number[0] + size - 1]
                 _, t = p.guide.kind.tangents(u, w, p.guide.shapes(len(y)))
                 world = np.moveaxis(t[:size], 2, 0) @ p.guide.frame.T
-                out[:, p.unknown[0] : p.unknown[0] + size, :3] = world @ np.swapaxes(on[:, 0], 1, 2)
-            else:
-                axis = (on @ self.directions[:, p.direction][..., None])[..., 0]
-                if p.sort != PRISMATIC:
-                    at = (on @ self.points[:, p.point][..., None])[..., 0] + back
-                    out[:, p.unknown, 3:], out[:, p.unknown, :3] = axis, cross(at, axis)
-                if p.sort != REVOLUTE:
-                    out[:, [k + (p.sort == CYLINDRICAL) for k in p.unknown], :3] = axis
+                out[:, p.unknown[0] : p.unknown[0] + size, :3] = world @ np.swapaxes(rotation[0][:, p.on[0]], 1, 2)
+            elif any(p.on):
+                on = rotation[0][:, p.on]
+                here = (on @ at[..., None])[..., 0] + shift[0][:, p.on]
+                self._screwed(out, p, (on @ axis[..., None])[..., 0], here)
         return out
 
     # -- conditions ---------------------------------------------------------------------------------------------------
@@ -418,13 +450,6 @@ class System:
         return out
 
 
-def _skew(a: Array) -> Array:
-    out = np.zeros((*a.shape, 3))
-    for i, (j, k) in enumerate(zip(YZX, ZXY, strict=True)):
-        out[..., k, j], out[..., j, k] = a[..., i], -a[..., i]
-    return out
-
-
 def _waves(q: Array) -> tuple[Array, Array]:
     t = Taylor(q)
     return np.sin(t).c[..., None, None], np.cos(t).c[..., None, None]
@@ -432,7 +457,7 @@ def _waves(q: Array) -> tuple[Array, Array]:
 
 def _cayley(turn: Array) -> Array:
     """Return the series of rotations of which `turn` is that of twice the tangent of half the angle about the axis."""
-    h = _skew(turn / 2)
+    h = skew(turn / 2)
     square = dots(turn / 2, turn / 2)
     square[0] += 1
     share = coefficients(2.0 / Taylor(square), len(turn) - 1, square.shape[1:])
@@ -444,9 +469,8 @@ def _cayley(turn: Array) -> Array:
 def _rotation(q: Array) -> Array:
     """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
     v = q[..., 1:]
-    out = 2 * (v[..., :, None] * v[..., None, :] + q[..., :1, None] * _skew(v))
-    out[..., range(3), range(3)] += (2 * q[..., 0] ** 2 - 1)[..., None]
-    return np.asarray(out)
+    s = q[..., :1, None]
+    return np.asarray(2 * (v[..., :, None] * v[..., None, :] + s * skew(v)) + (2 * s * s - 1) * EYE)
 
 
 def _turned(q: Array, turn: Array) -> Array:

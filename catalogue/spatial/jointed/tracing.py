@@ -17,11 +17,13 @@ from ...kinematics.types import Array
 from .system import System
 
 #: First correction at a node that is aimed at, above which a step is refused, and steps [rad, units].
-AIM, REFUSED, FIRST, LONGEST, SHORTEST = 4e-4, 4e-3, 0.05, 0.7, 1e-7
+AIM, REFUSED, FIRST, LONGEST, SHORTEST = 2e-3, 1e-2, 0.1, 0.8, 1e-7
 #: Largest turn of the tangent between nodes [cos].
 TURN = np.cos(0.7)
 #: A Newton step below this is the last: the next would be less than a rounding error.
 LAST = 1e-8
+#: A pose that is farther than this from where it was looked for is that of another assembly.
+NEAR = 0.05
 #: Nodes of a curve at most.
 MOST = 2000
 #: Poses that are corrected together: their arrays stay in the cache.
@@ -146,89 +148,74 @@ def _solve(a: Array, b: Array) -> Array:
 
 
 class March:
-    """Curves on their way from states y (n, numbers), each along its tangent (n, m), with steps of its own."""
+    """Curves on their way from states y (n, numbers), each along its tangent (n, m), with steps of its own.
+
+    `who` says which curves are still on their way; arrays are of those alone.
+    """
 
     def __init__(self, curve: Curve, y: Array, tangent: Array) -> None:
         _, _, drive, by = curve(y)
-        self.curve, self.n = curve, len(y)
-        one: tuple[Array, ...] = (
-            np.zeros(self.n),
-            y,
-            curve.system.lifted(y, tangent),
-            drive,
-            (by * tangent).sum(1),
-            tangent,
-        )
-        self.last = one
-        self.before: tuple[Array, ...] | None = None
-        self.nodes: list[tuple[Array, ...]] = [one]
-        self.taken: list[Array] = [np.ones(self.n, bool)]
-        self.h = np.full(self.n, FIRST)
-        self.reason = np.full(self.n, "", dtype="U30")
-        self.active = np.ones(self.n, bool)
+        self.curve, self.who = curve, np.arange(len(y))
+        self.last: tuple[Array, ...] = (
+            np.zeros(len(y)), y, curve.system.lifted(y, tangent), drive, (by * tangent).sum(1), tangent,
+        )  # fmt: skip
+        self.h = np.full(len(y), FIRST)
+        # where no step was made yet, the node before is one straight behind
+        self.before: tuple[Array, ...] = (self.last[0] - FIRST, y - FIRST * self.last[2], *self.last[2:])
+        self.nodes: list[list[tuple[Array, ...]]] = [[tuple(v[i] for v in self.last)] for i in self.who]
+        self.reason = [""] * len(y)
 
     def step(self) -> Array:
-        """Try a step of every active curve; return where one was made."""
+        """Try a step of every curve; return where one was made."""
         s, y, rate, drive, _, tangent = self.last
-        h = self.h[:, None]
-        if self.before is None:
-            guess = y + h * rate
-        else:
-            back = (s - self.before[0])[:, None]
-            guess = _cubic(1 + h / back, back, self.before[1], y, self.before[2], rate)
+        back = (s - self.before[0])[:, None]
         system = self.curve.system
-        guess = system.unitary(guess)
+        guess = system.unitary(_cubic(1 + self.h[:, None] / back, back, self.before[1], y, self.before[2], rate))
         f, j, value, by = self.curve(guess)
-        m = j.shape[2]
-        right = np.zeros((self.n, m, 2))
-        right[:, :-1, 0], right[:, -1, 1] = -f, 1
-        z = _solve(np.concatenate([j, tangent[:, None]], axis=1), right)
-        off, new = z[..., 0], z[..., 1]
-        with np.errstate(all="ignore"):
-            new = new / np.sqrt((new * new).sum(1, keepdims=True))
-            size = np.sqrt((off * off).sum(1))
-            turn = (new * tangent).sum(1)
-            good = (size <= np.minimum(REFUSED, 0.1 * self.h)) & (turn >= TURN) & self.active
-            change = np.clip((AIM / np.maximum(size, 1e-12)) ** 0.25, 0.3, 2.0)
-            change = np.where(turn < 0.5 * (1 + TURN), np.minimum(change, 0.8), change)
+        off, new = _across(f, j, tangent)
         y_new = system.moved(guess, off)
+        rate_new = system.lifted(y_new, new)
+        size, turn = np.sqrt((off * off).sum(1)), (new * tangent).sum(1)
+        good = (size <= np.minimum(REFUSED, 0.1 * self.h)) & (turn >= TURN)
+        # the arc over the chord: the cubics, and the next guess, rely on it
+        chord = np.sqrt((system.weight * (y_new - y) ** 2).sum(1))
+        arc = chord * (1 + (2 - 2 * (system.weight * rate_new * rate).sum(1)) / 24)
         if system.scalars[-1].periodic:
             value = drive + _around(value - drive)
-        rate_new = system.lifted(y_new, new)
-        with np.errstate(all="ignore"):  # the arc over the chord: the cubics, and the next guess, rely on it
-            chord = np.sqrt((system.weight * (y_new - y) ** 2).sum(1))
-            bend = 2 - 2 * (system.weight * rate_new * rate).sum(1)
-            arc = chord * (1 + bend / 24)
         node = (s + arc, y_new, rate_new, value + (by * off).sum(1), (by * new).sum(1), new)
+        change = np.minimum(np.maximum((AIM / np.maximum(size, 1e-9)) ** 0.25, 0.3), 2.0)
         if good.all():
             self.before, self.last = self.last, node
         else:
-            mixed: tuple[Array, ...] = tuple(_where(good, a, b) for a, b in zip(node, self.last, strict=True))
-            if self.before is None:
-                # where no step was made yet, the node before is one straight behind
-                behind: tuple[Array, ...] = (s - self.h, y - h * rate, *self.last[2:])
-                self.before = tuple(_where(good, a, b) for a, b in zip(self.last, behind, strict=True))
-            else:
-                self.before = tuple(_where(good, a, b) for a, b in zip(self.last, self.before, strict=True))
-            self.last = mixed
-        self.nodes.append(self.last)
-        self.taken.append(good)
-        self.h = np.where(
-            self.active, np.clip(np.where(good, change, np.minimum(change, 0.5)) * self.h, 0, LONGEST), self.h
-        )
-        if (self.active & ~good).any():  # a node that is only nearly on its curve would refuse every shorter step
-            s, y, _, drive, _, tangent = self.last
-            y, tangent, slope = across(self.curve, y, tangent)
-            self.last = (s, y, system.lifted(y, tangent), drive, slope, tangent)
-        stuck = self.active & (self.h < SHORTEST)
-        self.reason[stuck] = STUCK
-        self.active &= ~stuck
+            change = np.where(good, change, np.minimum(change, 0.5))
+            self.before = tuple(_where(good, a, b) for a, b in zip(self.last, self.before, strict=True))
+            # a node that is only nearly on its curve would refuse every shorter step
+            exact, along, slope = across(self.curve, y, tangent)
+            held = (s, exact, system.lifted(exact, along), drive, slope, along)
+            self.last = tuple(_where(good, a, b) for a, b in zip(node, held, strict=True))
+        for i in np.flatnonzero(good):
+            self.nodes[self.who[i]].append(tuple(v[i] for v in self.last))
+        self.h = np.minimum(change * self.h, LONGEST)
         return np.asarray(good)
+
+    def end(self, here: Array) -> None:
+        """Take some curves off their way."""
+        keep = np.flatnonzero(~here)
+        self.who, self.h, self.curve = self.who[keep], self.h[keep], self.curve.take(keep)
+        self.last, self.before = (tuple(v[keep] for v in node) for node in (self.last, self.before))
 
     def trace(self, i: int) -> Trace:
         """Return the nodes of one curve."""
-        taken = [k for k, t in enumerate(self.taken) if t[i]]
-        return Trace._make([*(np.stack([self.nodes[k][c][i] for k in taken]) for c in range(6)), str(self.reason[i])])
+        return Trace._make([*(np.stack(column) for column in zip(*self.nodes[i], strict=True)), self.reason[i]])
+
+
+def _across(f: Array, j: Array, tangent: Array) -> tuple[Array, Array]:
+    """Return Newton's step across a tangent, and the unit vector along the curve."""
+    right = np.zeros((*tangent.shape, 2))
+    right[:, :-1, 0], right[:, -1, 1] = -f, 1
+    z = _solve(np.concatenate([j, tangent[:, None]], axis=1), right)
+    off, new = z[..., 0], z[..., 1]
+    return off, new / np.sqrt((new * new).sum(1, keepdims=True))
 
 
 def _where(mask: Array, a: Array, b: Array) -> Array:
@@ -239,15 +226,23 @@ def toward(curve: Curve, y: Array, tangent: Array, target: Array) -> list[Trace]
     """Follow each curve until its drive has passed a target (n,), or turns back."""
     march = March(curve, y, tangent)
     way = np.sign(target - march.last[3])
-    march.active &= way != 0
-    while march.active.any() and len(march.nodes) < MOST:
-        good = march.step()
-        passed = good & (way * (march.last[3] - target) >= 0)
-        turned = good & ~passed & (way * march.last[4] <= 0)
-        march.reason[turned] = TURNING
-        march.active &= ~(passed | turned)
-    march.reason[march.active] = LONG
-    return [_ended(march.curve.take(np.array([i])), march.trace(i)) for i in range(march.n)]
+    march.end(way == 0)
+    for _ in range(MOST):
+        if not len(march.who):
+            break
+        good, here = march.step(), way[march.who]
+        passed = good & (here * (march.last[3] - target[march.who]) >= 0)
+        turned = good & ~passed & (here * march.last[4] <= 0)
+        stuck = march.h < SHORTEST
+        if (passed | turned | stuck).any():
+            for i in march.who[turned]:
+                march.reason[i] = TURNING
+            for i in march.who[stuck]:
+                march.reason[i] = STUCK
+            march.end(passed | turned | stuck)
+    for i in march.who:
+        march.reason[i] = LONG
+    return [_ended(curve.take(np.array([i])), march.trace(i)) for i in range(len(y))]
 
 
 def _ended(curve: Curve, trace: Trace) -> Trace:
@@ -299,12 +294,9 @@ def across(curve: Curve, y: Array, tangent: Array) -> tuple[Array, Array, Array]
     y = curve.system.unitary(y)
     for _ in range(8):
         f, j, _, by = curve(y)
-        right = np.zeros((len(y), j.shape[2], 2))
-        right[:, :-1, 0], right[:, -1, 1] = -f, 1
-        z = _solve(np.concatenate([j, tangent[:, None]], axis=1), right)
-        y = curve.system.moved(y, z[..., 0])
-        new = z[..., 1] / np.sqrt((z[..., 1] ** 2).sum(1, keepdims=True))
-        if not np.abs(z[..., 0]).max() > LAST:
+        off, new = _across(f, j, tangent)
+        y = curve.system.moved(y, off)
+        if not np.abs(off).max() > LAST:
             break
     return y, new, (new * by).sum(1)
 
@@ -317,7 +309,8 @@ def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
         some = np.arange(low, min(low + BLOCK, len(y)))
         sub = curve.take(some)
         at, periodic = y[some], curve.system.scalars[-1].periodic
-        for _ in range(8):
+        near = np.ones(len(some), bool)
+        for k in range(8):
             f, j, value, by = sub(at)
             off = value - target[some]
             right = -np.concatenate([f, (_around(off) if periodic else off)[:, None]], axis=1)
@@ -325,7 +318,8 @@ def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
             with np.errstate(all="ignore"):
                 size = np.abs(step).max(1)
                 at = curve.system.moved(at, step)
+            near &= (size <= NEAR) | (k > 0)
             if not (size > LAST).any():
                 break
-        y[some], found[some] = at, size <= 1e-6
+        y[some], found[some] = at, (size <= 1e-6) & near
     return y, found
