@@ -66,7 +66,8 @@ def _repeated(curve: Curve, count: int) -> Curve:
 
 def circuit(mechanism: Mechanism, curve: Curve, y: Array, drive: Scalar, held: tuple[Scalar, ...]) -> Circuit:
     """Return the circuit on which the state y (1, numbers) is."""
-    tangent, _ = tangents(curve, y)
+    _, j, _, by = curve(y)
+    tangent, _, _ = tangents(j, by)
     unit = curve.system.scalars[-1].unit
     trace, closed = _around(curve, y, tangent)
     if not closed:
@@ -120,8 +121,8 @@ def _around(curve: Curve, y: Array, tangent: Array) -> tuple[Trace, bool]:
                 return _closing(curve, trace, s), True
         behind = ahead
     reason = march.reason[0] or LONG
-    trace = crossed(curve, march.trace(0))
-    return Trace._make([*trace[:6], BRANCH if trace.reason == BRANCH else reason]), False
+    trace = crossed(march.trace(0))
+    return Trace._make([*trace[:7], BRANCH if trace.reason == BRANCH else reason]), False
 
 
 def _closing(curve: Curve, trace: Trace, s: float) -> Trace:
@@ -130,8 +131,16 @@ def _closing(curve: Curve, trace: Trace, s: float) -> Trace:
     value = curve(y)[2]
     if curve.system.scalars[-1].periodic:
         value = value + 2 * np.pi * np.round((trace.drive[-2] - value) / (2 * np.pi))
-    new: tuple[Any, ...] = (np.array([s]), y, curve.system.lifted(y, tangent), value, slope, tangent)
-    return Trace._make([*(np.concatenate([v[:-1], w]) for v, w in zip(trace[:6], new, strict=True)), ""])
+    new: tuple[Any, ...] = (
+        np.array([s]),
+        y,
+        curve.system.lifted(y, tangent),
+        value,
+        slope,
+        tangent,
+        trace.jacobian[-1:],
+    )
+    return Trace._make([*(np.concatenate([v[:-1], w]) for v, w in zip(trace[:7], new, strict=True)), ""])
 
 
 def _signature(curve: Curve, y: Array) -> Array:

@@ -107,12 +107,7 @@ class Mechanism:
                 f"there are {freedoms} freedoms: one drives, {freedoms - 1} must be held, not {len(hold)}"
             )
         y = np.repeat(system.design[None], len(system.points), axis=0)
-        _, values, jacobian = system.evaluate(y)
-        rest = np.concatenate([jacobian[:, system.use], jacobian[:, system.rows : -1]], axis=1)
-        values_ = np.linalg.svd(rest, compute_uv=False)
-        if (values_[:, -1] < RANK * values_[:, 0]).any():
-            raise NotMovable("the design pose is singular: more freedoms than beside it; give another design pose")
-        return Curve(system, values[:, :-1]), y
+        return Curve(system, system.evaluate(y)[1][:, :-1] if hold else np.zeros((len(y), 0))), y
 
     def sweep(self, drive: Scalar, values: Any, hold: Sequence[Scalar] = ()) -> Motion:
         """Move the mechanism so that a scalar takes given values, from the design pose on the assembly it is in.
@@ -143,14 +138,17 @@ class Mechanism:
         curve, y = self._curve(drive, hold)
         count, unit = len(y), curve.system.scalars[-1].unit
         goal = q / unit
-        tangent, slope = tangents(curve, y)
+        at = curve(y)
+        tangent, slope, regular = tangents(at[1], at[3])
+        if (regular < RANK).any():
+            raise NotMovable("the design pose is singular: more freedoms than beside it; give another design pose")
         if (slope < STILL).any():
             self._explain(curve, y, tangent, drive)
-        start = curve(y)[2]
+        start = at[2]
         low, high = np.minimum(goal.min(), start), np.maximum(goal.max(), start)
         both = np.tile(np.arange(count), 2)
         signed = np.concatenate([-tangent, tangent])
-        traces = toward(curve.take(both), y[both], signed, np.concatenate([low, high]))
+        traces = toward(curve.take(both), y[both], signed, np.concatenate([low, high]), tuple(v[both] for v in at))
         states = np.full((count, len(q), y.shape[1]), np.nan)
         inside = np.zeros((count, len(q)), bool)
         ends = []

@@ -9,7 +9,7 @@ rates and reactions alike (Hunt, Kinematic Geometry of Mechanisms, ch. 12).
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -50,6 +50,15 @@ def series(a: Array, b: Array, product: Callable[[Array, Array], Array] = np.mul
     return np.stack([sum(product(a[j], b[k - j]) for j in range(k + 1)) for k in range(len(a))])
 
 
+def span(index: Sequence[int] | Array) -> Any:
+    """Return numbers as a slice if they are evenly spaced: it selects without a copy."""
+    i = [int(k) for k in index]
+    step = i[1] - i[0] if len(i) > 1 else 1
+    if i and step > 0 and i == list(range(i[0], i[-1] + 1, step)):
+        return slice(i[0], i[-1] + 1, step)
+    return np.asarray(i, int)
+
+
 def dots(a: Array, b: Array) -> Array:
     """Return the scalar products of series of vectors."""
     return np.asarray(series(a, b).sum(-1))
@@ -67,6 +76,23 @@ class Placed:
     point: list[int]
     direction: list[int]
     guide: Laid | None = None
+
+    @cached_property
+    def here(self) -> Any:
+        return span(self.bodies)
+
+    def numbers(self, k: int = 0) -> Any:
+        """Return where the k-th numbers of these joints stand in a state."""
+        return self._spans[k][0]
+
+    def unknowns(self, k: int = 0) -> Any:
+        """Return where their k-th unknowns stand."""
+        return self._spans[k][1]
+
+    @cached_property
+    def _spans(self) -> list[tuple[Any, Any]]:
+        size = UNKNOWNS[self.sort]
+        return [(span([c + k for c in self.number]), span([c + k for c in self.unknown])) for k in range(size)]
 
 
 @dataclass(frozen=True)
@@ -199,7 +225,7 @@ class System:
                 on = rotation[:, :, p.on]
                 move = series(on, move[..., None], np.matmul)[..., 0] + shift[:, :, p.on]
                 turn = series(on, turn, np.matmul)
-            rotation[:, :, p.bodies], shift[:, :, p.bodies] = turn, move
+            rotation[:, :, p.here], shift[:, :, p.here] = turn, move
         return rotation, shift
 
     def _coordinates(self, y: Array, x: Array | None, number: Any, unknown: Any) -> Array:
@@ -216,7 +242,7 @@ class System:
             turn, move = np.zeros((order, n, len(p.bodies), 3, 3)), np.zeros((order, n, len(p.bodies), 3))
             turn[0] = EYE
         else:
-            q = self._coordinates(y, x, p.number, p.unknown)
+            q = self._coordinates(y, x, p.numbers(), p.unknowns())
             s, c = (np.sin(q)[..., None, None], np.cos(q)[..., None, None]) if order == 1 else _waves(q)
             turn = c * across + s * turning
             turn[0] += along
@@ -224,7 +250,7 @@ class System:
             move[0] += at
         if p.sort != REVOLUTE:
             one = 1 if p.sort == CYLINDRICAL else 0
-            slide = self._coordinates(y, x, [k + one for k in p.number], [k + one for k in p.unknown])
+            slide = self._coordinates(y, x, p.numbers(one), p.unknowns(one))
             move = move + slide[..., None] * axis
         return turn, move
 
@@ -309,25 +335,50 @@ class System:
     # -- conditions ---------------------------------------------------------------------------------------------------
     def attached(self, rotation: Array, shift: Array) -> tuple[Array, Array]:
         """Return where all ends are, (K + 1, n, e, 3), and all ways, (K + 1, n, v, 3)."""
-        body, point = self.ends
-        x = (rotation[:, :, body] @ self.points[:, point][..., None])[..., 0] + shift[:, :, body]
-        body, way = self.ways
-        return x, (rotation[:, :, body] @ self.directions[:, way][..., None])[..., 0]
+        out = []
+        for groups, given, count in (
+            (self._groups[0], self.points, len(self.ends[0])),
+            (self._groups[1], self.directions, len(self.ways[0])),
+        ):
+            v = np.zeros((*rotation.shape[:2], count, 3))
+            for body, where, which in groups:
+                if body == 0:
+                    v[0, :, where] = given[:, which]
+                else:
+                    v[:, :, where] = given[:, which] @ np.swapaxes(rotation[:, :, body], -1, -2)
+                    if given is self.points:
+                        v[:, :, where] += shift[:, :, body, None]
+            out.append(v)
+        return out[0], out[1]
+
+    @cached_property
+    def _groups(self) -> tuple[list[tuple[int, Any, Any]], ...]:
+        """Ends, and ways, by body: where they stand, and which points or directions they are."""
+        out = []
+        for bodies, which in (self.ends, self.ways):
+            b, w = np.asarray(bodies, int), np.asarray(which, int)
+            out.append([(int(k), span(np.flatnonzero(b == k)), span(w[b == k])) for k in np.unique(b)])
+        return tuple(out)
+
+    @cached_property
+    def _pairs(self) -> list[Any]:
+        """First and second ends of distances and offsets, ways of offsets, first and second ways of angles."""
+        return [span(v) for v in (*self.distances, *self.offsets, *self.angles)]
 
     def residual(self, x: Array, d: Array, rotation: Array, shift: Array) -> Array:
         """Return the conditions as series, shape (K + 1, n, rows)."""
         out = np.zeros((*x.shape[:2], self.rows))
         a, b, c, _ = self._starts
         if a:
-            e = x[:, :, self.distances[1]] - x[:, :, self.distances[0]]
+            e = x[:, :, self._pairs[1]] - x[:, :, self._pairs[0]]
             out[..., :a] = dots(e, e) / (2 * self.lengths)
             out[0, :, :a] -= self.lengths / 2
         if b > a:
-            e = x[:, :, self.offsets[1]] - x[:, :, self.offsets[0]]
-            out[..., a:b] = dots(e, d[:, :, self.offsets[2]])
+            e = x[:, :, self._pairs[3]] - x[:, :, self._pairs[2]]
+            out[..., a:b] = dots(e, d[:, :, self._pairs[4]])
             out[0, :, a:b] -= self._constants[0]
         if c > b:
-            out[..., b:c] = dots(d[:, :, self.angles[0]], d[:, :, self.angles[1]])
+            out[..., b:c] = dots(d[:, :, self._pairs[5]], d[:, :, self._pairs[6]])
             out[0, :, b:c] -= self._constants[1]
         for guide in self.guides:
             local = self._local(guide, x, rotation, shift)
@@ -375,13 +426,13 @@ class System:
         a, b, c, g = self._starts
         x0, d0 = x[0], d[0]
         if a:
-            force[:, :a] = (x0[:, self.distances[1]] - x0[:, self.distances[0]]) / self.lengths[..., None]
-            moment[:, :a] = cross(x0[:, self.distances[1]], force[:, :a])
+            force[:, :a] = (x0[:, self._pairs[1]] - x0[:, self._pairs[0]]) / self.lengths[..., None]
+            moment[:, :a] = cross(x0[:, self._pairs[1]], force[:, :a])
         if b > a:
-            force[:, a:b] = d0[:, self.offsets[2]]
-            moment[:, a:b] = cross(x0[:, self.offsets[1]], force[:, a:b])
+            force[:, a:b] = d0[:, self._pairs[4]]
+            moment[:, a:b] = cross(x0[:, self._pairs[3]], force[:, a:b])
         if c > b:
-            moment[:, b:c] = cross(d0[:, self.angles[1]], d0[:, self.angles[0]])
+            moment[:, b:c] = cross(d0[:, self._pairs[6]], d0[:, self._pairs[5]])
         for guide in self.guides:
             local = self._local(guide, x, rotation, shift)[0]
             _, slopes = guide.guide.kind.gradients(local.T, guide.guide.shapes(n))
@@ -407,7 +458,7 @@ class System:
         for p in self.placed:
             if p.sort != FREE:
                 for k in range(UNKNOWNS[p.sort]):
-                    out[1:, :, [c + k for c in p.number]] = x[1:, :, [c + k for c in p.unknown]]
+                    out[1:, :, p.numbers(k)] = x[1:, :, p.unknowns(k)]
         return out
 
     # -- states -------------------------------------------------------------------------------------------------------
@@ -421,7 +472,7 @@ class System:
                     out[:, number + 4 : number + 7] += step[:, unknown + 3 : unknown + 6]
             else:
                 for k in range(UNKNOWNS[p.sort]):
-                    out[:, [c + k for c in p.number]] += step[:, [c + k for c in p.unknown]]
+                    out[:, p.numbers(k)] += step[:, p.unknowns(k)]
         return out
 
     def unitary(self, y: Array) -> Array:
@@ -446,7 +497,7 @@ class System:
                     out[:, number + 4 : number + 7] = step[:, unknown + 3 : unknown + 6]
             else:
                 for k in range(UNKNOWNS[p.sort]):
-                    out[:, [c + k for c in p.number]] = step[:, [c + k for c in p.unknown]]
+                    out[:, p.numbers(k)] = step[:, p.unknowns(k)]
         return out
 
 

@@ -78,6 +78,8 @@ class Trace(NamedTuple):
     drive, slope : ndarray, shape (k,)
         The driven scalar, and its derivative by s.
     tangent : ndarray, shape (k, m)
+    jacobian : ndarray, shape (k, m - 1, m)
+        Of the conditions, at or next to the nodes.
     reason : str
         Why it ends; empty where it was to.
     """
@@ -88,6 +90,7 @@ class Trace(NamedTuple):
     drive: Array
     slope: Array
     tangent: Array
+    jacobian: Array
     reason: str = ""
 
     def at(self, s: Array) -> Array:
@@ -116,7 +119,15 @@ class Trace(NamedTuple):
         """Return this one backwards, and then the other, which begins at the same node."""
         both = [
             np.concatenate([sign * getattr(self, name)[:0:-1], getattr(other, name)])
-            for name, sign in (("s", -1), ("y", 1), ("rate", -1), ("drive", 1), ("slope", -1), ("tangent", -1))
+            for name, sign in (
+                ("s", -1),
+                ("y", 1),
+                ("rate", -1),
+                ("drive", 1),
+                ("slope", -1),
+                ("tangent", -1),
+                ("jacobian", 1),
+            )
         ]
         return Trace._make([*both, other.reason])
 
@@ -132,12 +143,17 @@ def _cubic_slope(t: Array, h: Array, a: Array, b: Array, da: Array, db: Array) -
     return np.asarray(6 * t * (1 - t) * (b - a) + h * ((1 - t) * (1 - 3 * t) * da + t * (3 * t - 2) * db))
 
 
-def tangents(curve: Curve, y: Array) -> tuple[Array, Array]:
-    """Return unit vectors along the curves at states (n, numbers), and slopes of the drive, which are not negative."""
-    _, j, _, by = curve(y)
-    t = np.linalg.svd(j, full_matrices=True)[2][:, -1]
+def tangents(j: Array, by: Array) -> tuple[Array, Array, Array]:
+    """Return unit vectors along curves from the Jacobian of the conditions (n, m - 1, m) and the gradient of the drive.
+
+    With them the slope of the drive, not negative, and how regular the conditions are: the least singular value
+    over the largest.
+    """
+    _, s, v = np.linalg.svd(j, full_matrices=True)
+    t = v[:, -1]
     slope = (t * by).sum(1)
-    return np.where(slope < 0, -1, 1)[:, None] * t, np.abs(slope)
+    regular = s[:, -1] / s[:, 0] if s.shape[1] else np.ones(len(j))
+    return np.where(slope < 0, -1, 1)[:, None] * t, np.abs(slope), regular
 
 
 def _solve(a: Array, b: Array) -> Array:
@@ -153,11 +169,11 @@ class March:
     `who` says which curves are still on their way; arrays are of those alone.
     """
 
-    def __init__(self, curve: Curve, y: Array, tangent: Array) -> None:
-        _, _, drive, by = curve(y)
+    def __init__(self, curve: Curve, y: Array, tangent: Array, at: tuple[Array, ...] | None = None) -> None:
+        _, j, drive, by = at or curve(y)
         self.curve, self.who = curve, np.arange(len(y))
         self.last: tuple[Array, ...] = (
-            np.zeros(len(y)), y, curve.system.lifted(y, tangent), drive, (by * tangent).sum(1), tangent,
+            np.zeros(len(y)), y, curve.system.lifted(y, tangent), drive, (by * tangent).sum(1), tangent, j,
         )  # fmt: skip
         self.h = np.full(len(y), FIRST)
         # where no step was made yet, the node before is one straight behind
@@ -167,7 +183,7 @@ class March:
 
     def step(self) -> Array:
         """Try a step of every curve; return where one was made."""
-        s, y, rate, drive, _, tangent = self.last
+        s, y, rate, drive, _, tangent, _ = self.last
         back = (s - self.before[0])[:, None]
         system = self.curve.system
         guess = system.unitary(_cubic(1 + self.h[:, None] / back, back, self.before[1], y, self.before[2], rate))
@@ -182,7 +198,7 @@ class March:
         arc = chord * (1 + (2 - 2 * (system.weight * rate_new * rate).sum(1)) / 24)
         if system.scalars[-1].periodic:
             value = drive + _around(value - drive)
-        node = (s + arc, y_new, rate_new, value + (by * off).sum(1), (by * new).sum(1), new)
+        node = (s + arc, y_new, rate_new, value + (by * off).sum(1), (by * new).sum(1), new, j)
         change = np.minimum(np.maximum((AIM / np.maximum(size, 1e-9)) ** 0.25, 0.3), 2.0)
         if good.all():
             self.before, self.last = self.last, node
@@ -191,7 +207,7 @@ class March:
             self.before = tuple(_where(good, a, b) for a, b in zip(self.last, self.before, strict=True))
             # a node that is only nearly on its curve would refuse every shorter step
             exact, along, slope = across(self.curve, y, tangent)
-            held = (s, exact, system.lifted(exact, along), drive, slope, along)
+            held = (s, exact, system.lifted(exact, along), drive, slope, along, self.last[6])
             self.last = tuple(_where(good, a, b) for a, b in zip(node, held, strict=True))
         for i in np.flatnonzero(good):
             self.nodes[self.who[i]].append(tuple(v[i] for v in self.last))
@@ -219,12 +235,12 @@ def _across(f: Array, j: Array, tangent: Array) -> tuple[Array, Array]:
 
 
 def _where(mask: Array, a: Array, b: Array) -> Array:
-    return np.asarray(np.where(mask if a.ndim == 1 else mask[:, None], a, b))
+    return np.asarray(np.where(mask.reshape(-1, *[1] * (a.ndim - 1)), a, b))
 
 
-def toward(curve: Curve, y: Array, tangent: Array, target: Array) -> list[Trace]:
+def toward(curve: Curve, y: Array, tangent: Array, target: Array, at: tuple[Array, ...] | None = None) -> list[Trace]:
     """Follow each curve until its drive has passed a target (n,), or turns back."""
-    march = March(curve, y, tangent)
+    march = March(curve, y, tangent, at)
     way = np.sign(target - march.last[3])
     march.end(way == 0)
     for _ in range(MOST):
@@ -242,32 +258,34 @@ def toward(curve: Curve, y: Array, tangent: Array, target: Array) -> list[Trace]
             march.end(passed | turned | stuck)
     for i in march.who:
         march.reason[i] = LONG
-    return [_ended(curve.take(np.array([i])), march.trace(i)) for i in range(len(y))]
+    return [_ended(curve, i, march.trace(i)) for i in range(len(y))]
 
 
-def _ended(curve: Curve, trace: Trace) -> Trace:
+def _ended(curve: Curve, i: int, trace: Trace) -> Trace:
     """Return a trace up to its turning point, if it was ended by one, or to where a branch crosses."""
     if trace.reason == TURNING:
+        curve = curve.take(np.array([i]))
         at, tangent = stationary(curve, trace, len(trace.s) - 2)
         _, _, value, _ = curve(at[1][None])
-        one: tuple[Any, ...] = (at[0], at[1], curve.system.lifted(at[1][None], tangent)[0], value[0], 0.0, tangent[0])
+        one: tuple[Any, ...] = (
+            at[0], at[1], curve.system.lifted(at[1][None], tangent)[0], value[0], 0.0, tangent[0], trace.jacobian[-1],
+        )  # fmt: skip
         if curve.system.scalars[-1].periodic:
             one = (*one[:3], trace.drive[-2] + _around(value - trace.drive[-2])[0], *one[4:])
-        arrays = [np.concatenate([v[:-1], np.asarray(w)[None]]) for v, w in zip(trace[:6], one, strict=True)]
+        arrays = [np.concatenate([v[:-1], np.asarray(w)[None]]) for v, w in zip(trace[:7], one, strict=True)]
         trace = Trace._make([*arrays, TURNING])
-    return crossed(curve, trace)
+    return crossed(trace)
 
 
-def crossed(curve: Curve, trace: Trace) -> Trace:
+def crossed(trace: Trace) -> Trace:
     """Return a trace up to where another branch crosses it: where the bordered determinant changes its sign."""
     if len(trace.s) < 2:
         return trace
-    _, j, _, _ = curve.take(np.zeros(len(trace.s), int))(trace.y)
-    sign = np.linalg.slogdet(np.concatenate([j, trace.tangent[:, None]], axis=1))[0]
+    sign = np.linalg.slogdet(np.concatenate([trace.jacobian, trace.tangent[:, None]], axis=1))[0]
     k = int((sign != sign[0]).argmax())
     if not k:
         return trace
-    return Trace._make([*(v[:k] for v in trace[:6]), BRANCH])
+    return Trace._make([*(v[:k] for v in trace[:7]), BRANCH])
 
 
 def stationary(curve: Curve, trace: Trace, i: int) -> tuple[tuple[float, Array], Array]:
