@@ -63,6 +63,9 @@ if TYPE_CHECKING:
     )
     from .jointed.mechanism import Mechanism, Mobility
     from .jointed.motion import Motion, in_time
+    from .jointed.sensitivity import sensitivities
+    from .jointed.statics import Load, reactions
+    from .jointed.transmission import transmission
 
 #: Where the names stand.
 _HOME = {
@@ -80,6 +83,9 @@ _HOME = {
     "Spherical Travel",
     "jointed.mechanism": "Mechanism Mobility",
     "jointed.motion": "Motion in_time",
+    "jointed.sensitivity": "sensitivities",
+    "jointed.statics": "Load reactions",
+    "jointed.transmission": "transmission",
 }
 _MODULE = {name: home for home, names in _HOME.items() for name in names.split()}
 
@@ -97,6 +103,7 @@ __all__ = [
     "Kind",
     "Length",
     "Link",
+    "Load",
     "Mechanism",
     "Mechanisms",
     "Mobility",
@@ -118,7 +125,10 @@ __all__ = [
     "kinematics",
     "matrix",
     "quaternion",
+    "reactions",
+    "sensitivities",
     "solve_positions",
+    "transmission",
 ]
 
 

@@ -59,7 +59,7 @@ def test_a_guided_body_runs_on_it(ellipsoid: Any) -> None:
 def test_a_mechanism_of_joints_runs_on_it(ellipsoid: Any) -> None:
     """A rod between a crank and an arm that turns, its middle on the ellipsoid; driven by the crank and by u."""
     at = np.array([0.8 * np.cos(0.3) * np.cos(0.2), 0.9 * np.sin(0.3) * np.cos(0.2), np.sin(0.2)])
-    arm = [
+    arm: list[Any] = [
         Revolute("arm", (0, 0, 2), axis=(1, 0, 0.5)),
         OnGuide("arm", at, ellipsoid, (0.8, 0.9, 1.0), name="egg", on="cradle"),
     ]

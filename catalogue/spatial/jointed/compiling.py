@@ -280,13 +280,13 @@ class Compiler:
         points = np.stack([np.broadcast_to(p, (n, 3)) for p in self.points], axis=1)
         points = (points - self.centre) / self.unit
         return System(
-            tuple(self.bodies), points, _directions(self.ways_of, points), _grouped(placed),
+            tuple(self.bodies), points, directions(self.ways_of, points), _grouped(placed),
             ([b for b, _ in self.end_list], [p for _, p in self.end_list]),
             ([b for b, _ in self.way_list], [d for _, d in self.way_list]),
             np.array(self.distance, int).reshape(-1, 2).T, np.array(self.offset, int).reshape(-1, 3).T,
             np.array(self.angle, int).reshape(-1, 2).T, tuple(guides), np.array(idle, int).reshape(1, -1),
             sign, rows, column, number, tuple(extra), np.arange(rows), self.centre, self.unit, tuple(self.names),
-            tuple(self.ways_of),
+            tuple(self.ways_of), tuple(self.labels), tuple(_label(x) for x in self.elements),
         )  # fmt: skip
 
     def _idle(self, placed: list[Placed]) -> list[int]:
@@ -357,7 +357,7 @@ class Compiler:
         return CompiledAngle((0, body), 1.0, True, self.way(body, direction), first, np.cross(about, first))
 
 
-def _directions(specs: Sequence[Any], points: Array) -> Array:
+def directions(specs: Sequence[Any], points: Array) -> Array:
     """Return unit vectors (N, d, 3): fixed ones, and those from hard point to hard point."""
     out = np.zeros((len(points), len(specs), 3))
     for k, s in enumerate(specs):

@@ -79,7 +79,7 @@ class Motion:
             system = curve.system
             width = system.rows + len(system.scalars)
             rows = np.concatenate([system.use, np.arange(system.rows, width)])
-            inverse = self._inverse()
+            inverse = self.inverse()
             x = np.zeros((order + 1, len(y), system.unknowns))
             for k in range(1, order + 1):
                 rotation, shift = system.poses(y, x[: k + 1])
@@ -95,7 +95,7 @@ class Motion:
             self._cache[order] = x
         return self._cache[order]
 
-    def _inverse(self) -> Array:
+    def inverse(self) -> Array:
         """Return the inverse of the Jacobian of conditions, held scalars and drive, (n s, unknowns, unknowns)."""
         if "inverse" not in self._cache:
             curve, y = self._flat()
@@ -119,14 +119,15 @@ class Motion:
         curve, y = self._flat()
         return curve.system.poses(y, self.series(order) if order else None)
 
-    def _body(self, body: str) -> int:
+    def body_number(self, body: str) -> int:
+        """Return the number of a body."""
         if body not in self.curve.system.bodies:
             raise InvalidRequest(f"there is no body {body!r}, only {', '.join(self.curve.system.bodies)}")
         return self.curve.system.bodies.index(body)
 
     def point(self, body: str, at: Any, order: int = 0) -> Array:
         """Return where a point of a body goes, given where it is in the design pose; (s, 3) or (s, order + 1, 3)."""
-        system, b = self.curve.system, self._body(body)
+        system, b = self.curve.system, self.body_number(body)
         rotation, shift = self._poses(order)
         p = (numbers(at, "a point") - system.centre) / system.unit
         if len(p) > 1:
@@ -142,15 +143,17 @@ class Motion:
     def direction(self, body: str, vector: Any, order: int = 0) -> Array:
         """Return where a direction of a body, given in the design pose, points; (s, 3) or (s, order + 1, 3)."""
         rotation, _ = self._poses(order)
-        return self._read((rotation[:, :, self._body(body)] @ numbers(vector, "a direction")[..., None])[..., 0], 1.0)
+        return self._read(
+            (rotation[:, :, self.body_number(body)] @ numbers(vector, "a direction")[..., None])[..., 0], 1.0
+        )
 
     def rotation(self, body: str) -> Array:
         """Return the rotation of a body from the design pose, shape (s, 3, 3)."""
-        return self._shaped(self._poses(0)[0][0][:, self._body(body)])
+        return self._shaped(self._poses(0)[0][0][:, self.body_number(body)])
 
     def spin(self, body: str, order: int = 1) -> Array:
         """Return angular velocity, acceleration ... of a body per unit of the drive, shape (s, order, 3)."""
-        turn = self._poses(order)[0][:, :, self._body(body)]
+        turn = self._poses(order)[0][:, :, self.body_number(body)]
         k = np.arange(1.0, order + 1).reshape(-1, 1, 1, 1)
         w = series(turn[1:] * k, np.swapaxes(turn, -1, -2)[:-1], np.matmul)
         vector = np.stack([w[..., 2, 1], w[..., 0, 2], w[..., 1, 0]], axis=-1)
@@ -171,19 +174,19 @@ class Motion:
         curve, y = self._flat()
         system = curve.system
         k = next(i for i, h in enumerate(self.held) if h is held)
-        inverse = self._inverse()
+        inverse = self.inverse()
         x = inverse[:, :, len(system.use) + k]
         rotation, shift = system.poses(y)
         screws = system.screws(y, rotation, shift)
-        b = self._body(body)
-        twist = (x[:, None] * self._carries(b) @ screws)[:, 0]
+        b = self.body_number(body)
+        twist = (x[:, None] * self.carries(b) @ screws)[:, 0]
         p = (numbers(at, "a point") - system.centre) / system.unit
         world = (rotation[0][:, b] @ p[0]) + shift[0][:, b]
         unit = system.scalars[k].unit
         velocity = twist[:, :3] + cross(twist[:, 3:], world)
         return self._shaped(twist[:, 3:] / unit), self._shaped(velocity * system.unit / unit)
 
-    def _carries(self, b: int) -> Array:
+    def carries(self, b: int) -> Array:
         """Return whether each unknown moves a body, shape (unknowns,)."""
         system = self.curve.system
         out, bodies = np.zeros(system.unknowns), {b}
@@ -196,7 +199,7 @@ class Motion:
 
     def joint(self, body: str, index: int = 0, order: int = 0) -> Array:
         """Return the coordinate of the joint that carries a body, 0 in the design pose; (s,) or (s, order + 1)."""
-        system, b = self.curve.system, self._body(body)
+        system, b = self.curve.system, self.body_number(body)
         for p in system.placed:
             if b in p.bodies and not p.guide and 0 <= index < UNKNOWNS[p.sort] <= 2:
                 unit = system.unit if p.sort == 1 or index else 1.0

@@ -165,6 +165,8 @@ class System:
     unit: float
     names: tuple[str, ...]
     specs: tuple[Any, ...]
+    labels: tuple[str, ...]
+    labelled: tuple[str, ...]
 
     def take(self, index: Array) -> System:
         """Return the system of some mechanisms of the batch, in any order and number."""
@@ -368,7 +370,7 @@ class System:
     def residual(self, x: Array, d: Array, rotation: Array, shift: Array) -> Array:
         """Return the conditions as series, shape (K + 1, n, rows)."""
         out = np.zeros((*x.shape[:2], self.rows))
-        a, b, c, _ = self._starts
+        a, b, c, _ = self.starts
         if a:
             e = x[:, :, self._pairs[1]] - x[:, :, self._pairs[0]]
             out[..., :a] = dots(e, e) / (2 * self.lengths)
@@ -390,7 +392,7 @@ class System:
         return out
 
     @cached_property
-    def _starts(self) -> tuple[int, int, int, int]:
+    def starts(self) -> tuple[int, int, int, int]:
         a = self.distances.shape[1]
         b = a + self.offsets.shape[1]
         c = b + self.angles.shape[1]
@@ -423,7 +425,7 @@ class System:
         residual = self.residual(x, d, rotation, shift)[0]
         wrench = np.zeros((n, self.rows + len(self.scalars), 6))
         force, moment = wrench[..., :3], wrench[..., 3:]
-        a, b, c, g = self._starts
+        a, b, c, g = self.starts
         x0, d0 = x[0], d[0]
         if a:
             force[:, :a] = (x0[:, self._pairs[1]] - x0[:, self._pairs[0]]) / self.lengths[..., None]
