@@ -63,6 +63,7 @@ if TYPE_CHECKING:
     )
     from .jointed.mechanism import Mechanism, Mobility
     from .jointed.motion import Motion, in_time
+    from .jointed.reading import Job, load
     from .jointed.sensitivity import sensitivities
     from .jointed.statics import Load, reactions
     from .jointed.transmission import transmission
@@ -83,6 +84,7 @@ _HOME = {
     "Spherical Travel",
     "jointed.mechanism": "Mechanism Mobility",
     "jointed.motion": "Motion in_time",
+    "jointed.reading": "Job load",
     "jointed.sensitivity": "sensitivities",
     "jointed.statics": "Load reactions",
     "jointed.transmission": "transmission",
@@ -98,6 +100,7 @@ __all__ = [
     "GuideCoordinate",
     "Guides",
     "Jets",
+    "Job",
     "Joint",
     "KeepAngle",
     "Kind",
@@ -123,6 +126,7 @@ __all__ = [
     "in_time",
     "jets",
     "kinematics",
+    "load",
     "matrix",
     "quaternion",
     "reactions",

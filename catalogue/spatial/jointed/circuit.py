@@ -10,7 +10,22 @@ import numpy as np
 from ...kinematics.types import Array
 from .elements import Scalar
 from .motion import Motion
-from .tracing import BRANCH, LONG, MOST, SHORTEST, STUCK, Curve, March, Trace, across, crossed, stationary, tangents
+from .system import FREE
+from .tracing import (
+    BRANCH,
+    LONG,
+    MOST,
+    SHORTEST,
+    STUCK,
+    Curve,
+    March,
+    Trace,
+    across,
+    crossed,
+    signature,
+    stationary,
+    tangents,
+)
 
 if TYPE_CHECKING:
     from .mechanism import Mechanism
@@ -97,8 +112,8 @@ def circuit(mechanism: Mechanism, curve: Curve, y: Array, drive: Scalar, held: t
 def _around(curve: Curve, y: Array, tangent: Array) -> tuple[Trace, bool]:
     """Follow a curve until it closes, a branch crosses it, or it has no end."""
     march = March(curve, y, tangent)
-    first = _signature(curve, y)
-    away = _signature(curve, y + 1e-6 * curve.system.lifted(y, tangent)) - first
+    first = signature(curve, y)[0]
+    away = signature(curve, y + 1e-6 * curve.system.lifted(y, tangent))[0] - first
     away /= np.sqrt(away @ away)
     behind = 0.0
     for _ in range(MOST):
@@ -107,7 +122,7 @@ def _around(curve: Curve, y: Array, tangent: Array) -> tuple[Trace, bool]:
             break
         if not march.step()[0]:
             continue
-        apart = _signature(curve, march.last[1]) - first
+        apart = signature(curve, march.last[1])[0] - first
         ahead = float(apart @ away)
         step = march.last[0][0] - march.before[0][0]
         if behind < 0 <= ahead and np.sqrt(apart @ apart) < NEAR * step:
@@ -115,7 +130,7 @@ def _around(curve: Curve, y: Array, tangent: Array) -> tuple[Trace, bool]:
             low, high = trace.s[-2], trace.s[-1]
             for _ in range(50):
                 s = (low + high) / 2
-                apart = _signature(curve, trace.at(np.array([s]))) - first
+                apart = signature(curve, trace.at(np.array([s])))[0] - first
                 low, high = (s, high) if apart @ away < 0 else (low, s)
             if np.sqrt(apart @ apart) < CLOSED * step:
                 return _closing(curve, trace, s), True
@@ -126,9 +141,14 @@ def _around(curve: Curve, y: Array, tangent: Array) -> tuple[Trace, bool]:
 
 
 def _closing(curve: Curve, trace: Trace, s: float) -> Trace:
-    """Return a closed trace whose last node is where it set out."""
-    y, tangent, slope = across(curve, trace.at(np.array([s])), trace.tangent[-2][None])
-    value = curve(y)[2]
+    """Return a closed trace whose last node is where it set out: angles may have gained turns, quaternions a sign."""
+    first, there = trace.y[:1], trace.at(np.array([s]))
+    y = first + 2 * np.pi * np.round((there - first) / (2 * np.pi))
+    for p in curve.system.placed:
+        for c in p.number if p.sort == FREE else ():
+            y[:, c : c + 7] = first[:, c : c + 7]
+            y[:, c : c + 4] *= np.sign((there[:, c : c + 4] * first[:, c : c + 4]).sum())
+    tangent, slope, value = trace.tangent[:1], trace.slope[:1], curve(y)[2]
     if curve.system.scalars[-1].periodic:
         value = value + 2 * np.pi * np.round((trace.drive[-2] - value) / (2 * np.pi))
     new: tuple[Any, ...] = (
@@ -141,13 +161,3 @@ def _closing(curve: Curve, trace: Trace, s: float) -> Trace:
         trace.jacobian[-1:],
     )
     return Trace._make([*(np.concatenate([v[:-1], w]) for v, w in zip(trace[:7], new, strict=True)), ""])
-
-
-def _signature(curve: Curve, y: Array) -> Array:
-    """Return what tells poses apart: where bodies are, of those that spin idly only where their ends are."""
-    system = curve.system
-    rotation, shift = system.poses(y)
-    ends, _ = system.attached(rotation, shift)
-    idle = {system.ways[0][w] for w in system.idle[0]}
-    bodies = [b for b in range(1, len(system.bodies)) if b not in idle]
-    return np.concatenate([rotation[0, 0, bodies].ravel(), shift[0, 0, bodies].ravel(), ends[0, 0].ravel()])

@@ -12,9 +12,10 @@ from scipy.linalg import qr
 
 from ...errors import CannotDrive, InvalidRequest, NotMovable
 from ...kinematics.types import Array
+from .assemblies import FoundAssemblies, search
 from .circuit import Circuit, circuit
 from .compiling import Compiler
-from .elements import Element, Scalar
+from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar
 from .motion import Motion
 from .system import System
 from .tracing import Curve, March, solved, tangents, toward
@@ -86,6 +87,14 @@ class Mechanism:
             use, _ = _independent(made)
             self._systems[key] = made if len(use) == made.rows else _using(made, use)
         return self._systems[key]
+
+    def carriers(self) -> list[Revolute | Prismatic | Cylindrical]:
+        """Return the joints on which bodies hang, those whose coordinates `Joint` names."""
+        first: dict[str, Revolute | Prismatic | Cylindrical] = {}
+        for x in self.elements:
+            if isinstance(x, Revolute | Prismatic | Cylindrical):
+                first.setdefault(x.body, x)
+        return list(first.values())
 
     @cached_property
     def mobility(self) -> Mobility:
@@ -180,6 +189,28 @@ class Mechanism:
         if len(y) > 1:
             raise InvalidRequest("a circuit is that of one mechanism, not of a batch")
         return circuit(self, curve, y, drive, tuple(hold))
+
+    def assemblies(
+        self, drive: Scalar, value: float, hold: Sequence[Scalar] = (), hits: int = 5, most: int = 4096, seed: int = 1
+    ) -> FoundAssemblies:
+        """Find the ways to put the mechanism together at a value of a drive, by Newton's method from random poses.
+
+        Parameters
+        ----------
+        drive, hold
+            As for `sweep`.
+        value : float
+        hits, most, seed : int
+            Until each was found so often, or so many starts were made, in an order that the seed says.
+        """
+        curve, y = self._curve(drive, hold)
+        if len(y) > 1 or not np.isfinite(value):
+            raise InvalidRequest("assemblies are those of one mechanism at one finite value of its drive")
+        states, counts, starts = search(curve, value / curve.system.scalars[-1].unit, hits, most, seed)
+        motion = Motion(
+            self, curve, drive, tuple(hold), np.full(len(states), float(value)), states[None], ((None, None),)
+        )
+        return FoundAssemblies(motion, counts, starts)
 
     def _explain(self, curve: Curve, y: Array, tangent: Array, drive: Scalar) -> None:
         """Raise what is wrong with a drive that stands still in the design pose."""

@@ -341,3 +341,37 @@ def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
                 break
         y[some], found[some] = at, (size <= 1e-6) & near
     return y, found
+
+
+def newton(curve: Curve, y: Array, target: Array, steps: int = 60) -> tuple[Array, Array]:
+    """Solve from rough states (n, numbers), damped; return states and where that was possible."""
+    y, periodic = y.copy(), curve.system.scalars[-1].periodic
+    open_ = np.arange(len(y))
+    found = np.zeros(len(y), bool)
+    for _ in range(steps):
+        sub = curve.take(open_)
+        f, j, value, by = sub(y[open_])
+        off = value - target[open_]
+        right = -np.concatenate([f, (_around(off) if periodic else off)[:, None]], axis=1)
+        with np.errstate(all="ignore"):
+            step = _solve(np.concatenate([j, by[:, None]], axis=1), right[..., None])[..., 0]
+            size = np.sqrt((step * step).sum(1))
+            step *= np.minimum(1, 0.7 / size)[:, None]
+        y[open_] = curve.system.unitary(curve.system.moved(y[open_], np.nan_to_num(step)))
+        found[open_] = size < LAST
+        open_ = open_[~(size < LAST) & np.isfinite(size)]
+        if not len(open_):
+            break
+    return y, found
+
+
+def signature(curve: Curve, y: Array) -> Array:
+    """Return what tells poses apart, (n, ...): where bodies are, of those that spin idly only where their ends are."""
+    system = curve.system
+    rotation, shift = system.poses(y)
+    ends, _ = system.attached(rotation, shift)
+    idle = {system.ways[0][w] for w in system.idle[0]}
+    bodies = [b for b in range(1, len(system.bodies)) if b not in idle]
+    n = len(y)
+    parts = rotation[0][:, bodies].reshape(n, -1), shift[0][:, bodies].reshape(n, -1), ends[0].reshape(n, -1)
+    return np.concatenate(parts, axis=1)
