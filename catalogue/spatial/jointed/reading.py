@@ -2,9 +2,9 @@
 
 A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]``, ``[[cylindrical]]``,
 ``[[spherical]]``, ``[[guide]]``, ``[[angle]]`` with the fields of the classes of `elements`; ``[drive.NAME]`` with
-`kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``) and the fields of the scalar; and what to print: ``[[point]]``
-with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel` and `steer`, the name of a drive; ``[transmission]``
-with `output` and `link`.
+`kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``) and the fields of the scalar; and what to print:
+``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel` and `steer`, the name of a drive;
+``[transmission]`` with `output` and `link`.
 """
 
 from __future__ import annotations
