@@ -238,3 +238,17 @@ def test_loading_the_catalogue_does_not_load_the_solver() -> None:
     )
     ran = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert ran.stdout.split("\n")[0] == "[''] []"
+
+
+def test_no_position_changes_its_assembly_unseen(spatial: SimpleNamespace, make: Make, tools: SimpleNamespace) -> None:
+    """Far from known positions: what is found is what small steps lead to, all else is refused with a reason."""
+    m, start = make("III", 300)
+    q = tools.driven(m, start)
+    at = spatial.solve_positions(m, q, start)
+    far = spatial.solve_positions(m, q + 1.5, at)
+    steps = spatial.follow(m, q[:, None] + np.linspace(0, 1.5, 40)[:, None], at)
+    assert 20 < far.success.sum() < 280
+    assert (far.success == (steps.reached == 40)).mean() > 0.99
+    both = far.success & (steps.reached == 40)
+    assert np.abs(far.points - steps.node(39).points)[both].max() < 1e-9
+    assert (far.reason[~far.success] != "").all()

@@ -80,6 +80,9 @@ class Positions:
 def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positions:
     """Assemble the mechanisms at given values of the drivers, near a start.
 
+    From known positions the assembly is kept: the drivers go straight to their values, and what lies past a dead point
+    or a branch point is refused with that reason, even where Newton's method would find an assembly.
+
     Parameters
     ----------
     mechanisms : Mechanisms
@@ -98,13 +101,36 @@ def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positio
     q = values.T / driver_units(mechanisms)
     if not isinstance(start, Positions):
         state = rough(mechanisms, system, start)
-    elif start.state.free.shape == (system.free, len(system)):
-        state = start.state
-    else:
+    elif start.state.free.shape != (system.free, len(system)):
         raise InvalidRequest("the start is of other mechanisms")
+    else:
+        state = start.state
     finite = np.isfinite(q).all(0)
     root = newton(system, state, np.where(finite, q, 0))
-    return reported(mechanisms, system, root.state, values, root.found & finite, root.evaluations)
+    found = reported(mechanisms, system, root.state, values, root.found & finite, root.evaluations)
+    if isinstance(start, Positions) and not np.array_equal(start.drivers, values):
+        return _kept(mechanisms, found, start)
+    return found
+
+
+def _kept(mechanisms: Mechanisms, found: Positions, start: Positions) -> Positions:
+    """Return found positions; of those to which no straight way of the drivers leads from a start, only say why."""
+    from .continuation import TURNING
+    from .follow import follow
+
+    some = np.flatnonzero(np.isfinite(start.drivers).all(1) & np.isfinite(found.drivers).all(1))
+    if not len(some):
+        return found
+    motion = follow(mechanisms[some], np.stack([start.drivers[some], found.drivers[some]], axis=1), start[some])
+    led, there = motion.reached == 2, motion.node(1)
+    for name, value in vars(found).items():
+        if name not in ("state", "evaluations"):
+            value[some[led]] = getattr(there, name)[led]
+    found.state.put(some[led], there.state[led])
+    reason = np.where(motion.reason == TURNING, DEAD_POINT, motion.reason)
+    astray = ~led & found.success[some]
+    found.reason[some[astray]], found.success[some[astray]] = reason[astray], False
+    return found
 
 
 def reported(
