@@ -61,6 +61,7 @@ if TYPE_CHECKING:
         Spherical,
         Travel,
     )
+    from .jointed.links import PAIRS, links
     from .jointed.mechanism import Mechanism, Mobility
     from .jointed.motion import Motion, in_time
     from .jointed.reading import Job, load
@@ -82,6 +83,7 @@ _HOME = {
     "jointed.circuit": "Circuit",
     "jointed.elements": "Angle Cylindrical GuideCoordinate Joint KeepAngle Length Link OnGuide Prismatic Revolute "
     "Spherical Travel",
+    "jointed.links": "PAIRS links",
     "jointed.mechanism": "Mechanism Mobility",
     "jointed.motion": "Motion in_time",
     "jointed.reading": "Job load",
@@ -93,6 +95,7 @@ _MODULE = {name: home for home, names in _HOME.items() for name in names.split()
 
 __all__ = [
     "KINDS",
+    "PAIRS",
     "Angle",
     "Assemblies",
     "Circuit",
@@ -126,6 +129,7 @@ __all__ = [
     "in_time",
     "jets",
     "kinematics",
+    "links",
     "load",
     "matrix",
     "quaternion",

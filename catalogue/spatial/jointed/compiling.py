@@ -1,7 +1,6 @@
 """From what an engineer states to equations: which joint carries which body, and what closes the loops.
 
-Which conditions a pair of bodies gets from a joint that closes a loop (Mangeron, Oğuztöreli and Plitea 1970, figs. 7 to
-15, say of which pairs a surface or a curve is the trace): S three components, R two and a bit, ... as in `CLOSING`.
+A joint that closes a loop becomes conditions on its two bodies: components of a point, angles of directions (`CLOSING`).
 """
 
 from __future__ import annotations
