@@ -1,6 +1,6 @@
 """From what an engineer states to equations: which joint carries which body, and what closes the loops.
 
-A joint that closes a loop becomes conditions on its two bodies: components of a point, angles of directions (`CLOSING`).
+A joint that closes a loop becomes conditions on two bodies: components of a point, angles of directions (`CLOSING`).
 """
 
 from __future__ import annotations

@@ -166,9 +166,11 @@ class Mechanism:
             inside[i] = (goal >= trace.drive[0] - 1e-12) & (goal <= trace.drive[-1] + 1e-12)
             if inside[i].any():
                 states[i, inside[i]] = trace.at(trace.where(goal[inside[i]])) if len(trace.s) > 1 else trace.y[:1]
+            below, above = traces[i], traces[count + i]
             ends.append(
                 tuple(
-                    (float(t.drive[-1] * unit), t.reason) if t.reason else None for t in (traces[i], traces[count + i])
+                    (float(t.drive[-1] * unit), t.reason) if short else None
+                    for t, short in ((below, below.drive[-1] > low[i]), (above, above.drive[-1] < high[i]))
                 )
             )
         who, which = np.nonzero(inside)

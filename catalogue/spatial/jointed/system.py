@@ -20,7 +20,6 @@ from ...kinematics.types import Array
 from ..geometry.kinds import Kind
 from ..geometry.power_series import Taylor, coefficients
 
-YZX, ZXY = [1, 2, 0], [2, 0, 1]
 REVOLUTE, PRISMATIC, CYLINDRICAL, SURFACE, CURVE, FREE = range(6)
 #: Unknowns, and numbers of the state, of each sort of joint.
 UNKNOWNS, NUMBERS = (1, 1, 2, 2, 1, 6), (1, 1, 2, 2, 1, 7)
@@ -39,8 +38,15 @@ def skew(a: Array) -> Array:
 
 
 def cross(a: Array, b: Array) -> Array:
-    """Return the vector product along the last axis."""
-    return np.asarray(a[..., YZX] * b[..., ZXY] - a[..., ZXY] * b[..., YZX])
+    """Return the vector product along the last axis; few by one matrix product each, many component by component."""
+    if a.size + b.size < 512:
+        return np.asarray((skew(a) @ b[..., None])[..., 0])
+    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
+    (ax, ay, az), (bx, by, bz) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
+    np.subtract(ay * bz, az * by, out=out[..., 0])
+    np.subtract(az * bx, ax * bz, out=out[..., 1])
+    np.subtract(ax * by, ay * bx, out=out[..., 2])
+    return out
 
 
 def series(a: Array, b: Array, product: Callable[[Array, Array], Array] = np.multiply) -> Array:
