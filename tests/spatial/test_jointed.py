@@ -382,3 +382,41 @@ def test_a_batch_moves_as_each_alone() -> None:
     both = rssr((1, 0, 0), (0, 0, 1), at, (4, 0.5, 4), (0, 1, 0)).sweep(Joint("crank"), q)
     assert both.joint("rocker", order=2).shape == (5, 11, 3)
     assert np.abs(both.joint("rocker", order=2) - np.stack(one)).max() < 1e-11
+
+
+def random_mechanism(draw: np.random.Generator, sort: int) -> tuple[Mechanism, Any, Any]:
+    p, axis = draw.uniform(-1, 1, (12, 3)), draw.normal(size=(4, 3))
+    if sort == 0:
+        five = Mechanism([Link("ground", a, "body", b) for a, b in zip(p[:5], p[5:10], strict=True)])
+        return five, Travel("body", p[10], axis[0]), np.linspace(-0.6, 0.6, 41)
+    first: list[Any] = [Revolute("crank", p[0], axis=axis[0]), Revolute("rocker", p[1], axis=axis[1])]
+    loop: list[Any] = [Link("crank", p[2], "rocker", p[3])]
+    if sort == 1:
+        loop = [Cylindrical("coupler", p[2], axis=axis[2], on="rocker"), Spherical("coupler", p[3], on="crank")]
+    return Mechanism([*first, *loop]), Joint("crank"), np.linspace(-3, 3, 61)
+
+
+@pytest.mark.slow
+def test_no_sweep_changes_its_assembly(monkeypatch: pytest.MonkeyPatch) -> None:
+    """90 random mechanisms, five links, RSCR and RSSR: wherever ten times smaller steps lead, up to the same ends."""
+    from catalogue.spatial.jointed import tracing
+
+    draw = np.random.default_rng(5)
+    stopped = 0
+    for k in range(90):
+        mechanism, drive, values = random_mechanism(draw, k % 3)
+        swept = mechanism.sweep(drive, values)
+        with monkeypatch.context() as patch:
+            for name, value in (("AIM", 1e-6), ("REFUSED", 1e-5), ("LONGEST", 0.03), ("TURN", np.cos(0.1))):
+                patch.setattr(tracing, name, value)
+            slowly = mechanism.sweep(drive, values)
+        assert (swept.success == slowly.success).all()
+        both = swept.success
+        assert np.abs(swept.states[0, both] - slowly.states[0, both]).max(initial=0) < 1e-7
+        for one, other in zip(swept.ends[0], slowly.ends[0], strict=True):
+            assert (one is None) == (other is None)
+            if one and other:
+                assert one[1] == other[1] == "dead point"
+                assert one[0] == pytest.approx(other[0], abs=1e-9)
+                stopped += 1
+    assert stopped > 60

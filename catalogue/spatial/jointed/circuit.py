@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from .mechanism import Mechanism
 
 #: Nearer than this to where it set out, in steps, a curve is tried for having closed; and how near it must come.
-NEAR, CLOSED = 3.0, 2e-2
+NEAR, CLOSED = 3.0, 5e-2
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,6 +132,8 @@ def _around(curve: Curve, y: Array, tangent: Array) -> tuple[Trace, bool]:
                 s = (low + high) / 2
                 apart = signature(curve, trace.at(np.array([s])))[0] - first
                 low, high = (s, high) if apart @ away < 0 else (low, s)
+            y_near, _, _ = across(curve, trace.at(np.array([s])), trace.tangent[-2][None])
+            apart = signature(curve, y_near)[0] - first
             if np.sqrt(apart @ apart) < CLOSED * step:
                 return _closing(curve, trace, s), True
         behind = ahead

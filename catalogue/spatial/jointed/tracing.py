@@ -12,12 +12,15 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ...kinematics.types import Array
 from .system import System
 
 #: First correction at a node that is aimed at, above which a step is refused, and steps [rad, units].
 AIM, REFUSED, FIRST, LONGEST, SHORTEST = 2e-3, 1e-2, 0.1, 0.8, 1e-7
+#: How far, of a step, its chord may be off the mean of the tangents at its ends: less than this on one smooth curve.
+BOW = 0.02
 #: Largest turn of the tangent between nodes [cos].
 TURN = np.cos(0.7)
 #: A Newton step below this is the last: the next would be less than a rounding error.
@@ -192,10 +195,13 @@ class March:
         y_new = system.moved(guess, off)
         rate_new = system.lifted(y_new, new)
         size, turn = np.sqrt((off * off).sum(1)), (new * tangent).sum(1)
-        good = (size <= np.minimum(REFUSED, 0.1 * self.h)) & (turn >= TURN)
         # the arc over the chord: the cubics, and the next guess, rely on it
-        chord = np.sqrt((system.weight * (y_new - y) ** 2).sum(1))
+        ahead = y_new - y
+        chord = np.sqrt((system.weight * ahead**2).sum(1))
         arc = chord * (1 + (2 - 2 * (system.weight * rate_new * rate).sum(1)) / 24)
+        bow = (system.weight * (ahead - (0.5 * arc)[:, None] * (rate + rate_new)) ** 2).sum(1)
+        bow *= not system.idle.size  # a spin that is idle follows no curve of its own
+        good = (size <= np.minimum(REFUSED, 0.1 * self.h)) & (turn >= TURN) & (bow <= (BOW * arc) ** 2)
         if system.scalars[-1].periodic:
             value = drive + _around(value - drive)
         node = (s + arc, y_new, rate_new, value + (by * off).sum(1), (by * new).sum(1), new, j)
@@ -289,22 +295,29 @@ def crossed(trace: Trace) -> Trace:
 
 
 def stationary(curve: Curve, trace: Trace, i: int) -> tuple[tuple[float, Array], Array]:
-    """Return arc length and state between nodes i and i + 1 where the drive is stationary, and the tangent there.
+    """Return arc length and state next to nodes i and i + 1 where the drive is stationary, and the tangent there.
 
-    Illinois' method on the slope; the drive is stationary, so that its error is the square of that of the place.
+    A root of the slope; the drive is stationary, so that its error is the square of that of the place.  Nodes are not
+    exact: if the slope does not change its sign between them, the place is a little outside, where a secant finds it.
     """
-    low, high = trace.s[i], trace.s[i + 1]
-    f_low, f_high, kept = trace.slope[i], trace.slope[i + 1], 0
-    for _ in range(40):
-        s = high - f_high * (high - low) / (f_high - f_low) if f_high != f_low else (low + high) / 2
+
+    def at(s: float) -> tuple[Array, Array, float]:
         y, tangent, slope = across(curve, trace.at(np.array([s])), trace.tangent[i][None])
-        if abs(slope[0]) < 1e-9 or abs(high - low) < 1e-12:
-            break
-        if slope[0] * f_low > 0:
-            low, f_low, f_high, kept = s, slope[0], f_high / (2 if kept > 0 else 1), 1
-        else:
-            high, f_high, f_low, kept = s, slope[0], f_low / (2 if kept < 0 else 1), -1
-    return (float(s), y[0]), tangent
+        return y[0], tangent, float(slope[0])
+
+    a, b = float(trace.s[i]), float(trace.s[i + 1])
+    f, g = at(a)[2], at(b)[2]
+    if f * g < 0:
+        s = float(brentq(lambda s: at(s)[2], a, b, xtol=1e-13))
+    else:
+        low, high, s = 1.5 * a - 0.5 * b, 1.5 * b - 0.5 * a, b
+        for _ in range(20):
+            if g == f or abs(g) < 1e-10:
+                break
+            s, a, f = float(np.clip(s - g * (s - a) / (g - f), low, high)), s, g
+            g = at(s)[2]
+    y, tangent, _ = at(s)
+    return (s, y), tangent
 
 
 def across(curve: Curve, y: Array, tangent: Array) -> tuple[Array, Array, Array]:
