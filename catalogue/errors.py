@@ -44,6 +44,14 @@ class InvalidRequest(CatalogueError, ValueError):
     exit_code = 2
 
 
+class CannotDrive(InvalidRequest):
+    """A drive that does not determine the motion: its scalar stands still, or other freedoms are left."""
+
+
+class NotMovable(InvalidLinkage):
+    """A mechanism without a freedom, or in a pose in which its freedoms are undetermined."""
+
+
 class DatabaseError(CatalogueError):
     """The database file cannot be used: corrupt, locked, unreadable, on a full disk."""
 

@@ -15,7 +15,7 @@ ROOT = Path(catalogue.__file__).parent
 FLOORS = (
     ("errors", "folders", "progress"),
     ("kinematics",),
-    ("curvature_theory", "problem", "store"),
+    ("curvature_theory", "problem", "spatial", "store"),
     ("guidance", "collections"),
     ("series", "candidates"),
     ("refine", "draw"),

@@ -11,8 +11,11 @@ from pathlib import Path
 import pytest
 
 import catalogue.plugin
+import catalogue.spatial
 from catalogue.folders import folder
 
+#: What every plugin may import from, and what those that hold mechanisms in space may besides.
+DOORS = {module.__name__: module for module in (catalogue.plugin, catalogue.spatial)}
 DROPINS = [path for path in Path(__file__).parent.glob("*/*/*.py") if "hookimpl" in path.read_text("utf-8")]
 FILES = sorted([*folder("plugins").rglob("*.py"), *DROPINS])
 
@@ -32,21 +35,23 @@ def imported(path: Path) -> Iterator[tuple[int, str, str]]:
 @pytest.mark.parametrize("path", FILES, ids=lambda p: f"{p.parent.name}/{p.name}")
 def test_plugins_use_the_door(path: Path) -> None:
     for line, module, name in imported(path):
-        assert module == "catalogue.plugin", f"{path}:{line}: a plugin imports from `catalogue.plugin` alone"
-        assert name in catalogue.plugin.__all__, f"{path}:{line}: {name} is not one of the names in `catalogue.plugin`"
+        assert module in DOORS, f"{path}:{line}: a plugin imports from {' and '.join(DOORS)} alone"
+        assert name in DOORS[module].__all__, f"{path}:{line}: {name} is not one of the names in `{module}`"
 
 
-@pytest.mark.parametrize("name", catalogue.plugin.__all__)
-def test_the_door_opens(name: str) -> None:
-    assert getattr(catalogue.plugin, name) is not None
-    assert name in dir(catalogue.plugin)
+@pytest.mark.parametrize(("door", "name"), [(door, name) for door in DOORS for name in DOORS[door].__all__])
+def test_the_door_opens(door: str, name: str) -> None:
+    assert getattr(DOORS[door], name) is not None
+    assert name in dir(DOORS[door])
 
 
-def test_no_other_name() -> None:
+@pytest.mark.parametrize("door", DOORS)
+def test_no_other_name(door: str) -> None:
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
-        catalogue.plugin.nothing  # noqa: B018  (the access is what is tested)
+        DOORS[door].nothing  # noqa: B018  (the access is what is tested)
 
 
-def test_the_door_itself_loads_nothing() -> None:
-    code = "import sys, catalogue.plugin; assert not [m for m in sys.modules if m in ('numpy', 'scipy', 'pluggy')]"
+@pytest.mark.parametrize("door", DOORS)
+def test_the_door_itself_loads_nothing(door: str) -> None:
+    code = f"import sys, {door}; assert not [m for m in sys.modules if m in ('numpy', 'scipy', 'pluggy')]"
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(catalogue.__file__).parents[1])

@@ -129,6 +129,11 @@ FIND = Commands(
     modules={"straight-line": "find", "circular-arc": "find", "dwell": "dwell"},
     help="Find guides: the point runs from (0, 0) to (stroke, 0) and every position is in that frame and unit.",
 )
+SPATIAL = Commands(
+    "spatial",
+    modules={"sweep": "spatial", "assemblies": "spatial"},
+    help="Move a mechanism in space that is given by its hard points.",
+)
 
 
 @click.group(
@@ -137,7 +142,7 @@ FIND = Commands(
     modules={"build": "build", "classify": "classify", "census": "census", "show": "show", "measure": "measure",
              "improve": "improve", "trace": "trace", "plate": "plate", "atlas": "plate", "export": "export",
              "schema": "schema", "plugins": "plugins", "doctor": "doctor"},
-    commands={"find": FIND},
+    commands={"find": FIND, "spatial": SPATIAL},
     epilog="The first `find` builds the database, in half a minute or so. Exit codes: 0 answered, 1 nothing found, "
     "2 bad request, 3 bad linkage, 4 database, 5 plugin, 6 missing package, 130 interrupted.",
     context_settings={"show_default": True, "max_content_width": 120},

@@ -22,7 +22,7 @@ import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 
 from tests.benchmarks.measuring import table, title
-from tests.spatial_guidance.conftest import driven, plugin, random_mechanisms
+from tests.spatial.conftest import driven, random_mechanisms, solver
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "spatial_stability.md"
 DIGITS, EPS = 60, float(np.finfo(float).eps)
@@ -38,7 +38,7 @@ Mechanisms that are not solved are counted with the reason that is given.
 PAST = """\
 Past a dead point nothing is computed: a path ends at the turning point, whose driver value `follow` reports to its last
 digits, and a position asked for beyond it is refused with the reason `past a dead point`."""
-S = plugin()
+S = solver()
 M = mp.matrix
 CHARTS: dict[str, Any] = {
     "cylinder": lambda u, w, r: (r * mp.cos(u), r * mp.sin(u), w),

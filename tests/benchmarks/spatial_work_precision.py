@@ -21,7 +21,7 @@ import numpy as np
 from scipy.optimize import least_squares, root
 
 from tests.benchmarks.measuring import table, title
-from tests.spatial_guidance.conftest import CLASSES, driven, plugin, random_mechanisms
+from tests.spatial.conftest import CLASSES, driven, random_mechanisms, solver
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "spatial_work_precision"
 KINDS = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere:zpole", "plane")
@@ -40,7 +40,7 @@ In a cell: microseconds of one processor per position / largest error of a point
 body, against residuals in extended precision (80 bits) on the first mechanisms.  This solver measures every position
 besides (residual, condition, coordinates on the guides) and includes the step control that keeps the branch.
 """
-S = plugin()
+S = solver()
 
 
 class Single:

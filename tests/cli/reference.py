@@ -24,6 +24,7 @@ def reference() -> str:
     """Return the page: every command with its text, arguments and options; what both paths share stands once."""
     commands = _commands(app)
     find = _commands(commands.pop("find"))
+    commands |= {f"spatial {name}": command for name, command in _commands(commands.pop("spatial")).items()}
     shared = [option for option in find["straight-line"].params if option.name in _names(find["circular-arc"])]
     parts = [HEAD]
     for name, command in find.items():

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from catalogue.plugin import Array, Tags
+from catalogue.spatial import matrix
 
-from ..geometry.rotation import matrix
 from .plain_data import strokes
 
 #: Directions are one if the sine of their angle is less, points if they are nearer [diameters of the body].

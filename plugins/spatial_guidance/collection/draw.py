@@ -11,15 +11,11 @@ from __future__ import annotations
 import numpy as np
 
 from catalogue.plugin import LENGTH, Array, Specimen
+from catalogue.spatial import Guides, Mechanisms, Positions, follow, matrix, quaternion
 
-from ..geometry.guides import Guides
-from ..geometry.minimum_zone import unit
-from ..geometry.rotation import matrix, quaternion
-from ..kinematics.follow import follow
-from ..kinematics.mechanism import Mechanisms
-from ..kinematics.position import Positions
 from .classification import classify
 from .measures import METRICS, Motion, fitted, known, numbers, run
+from .minimum_zone import unit
 from .plain_data import Strokes, plain
 from .straightest_point import GAPS, WHOLE, WINDOWS, best
 

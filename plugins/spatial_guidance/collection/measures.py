@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from catalogue.plugin import LENGTH, Array, Measured, Metric, Request, grid
+from catalogue.spatial import follow, matrix
 
-from ..geometry.minimum_zone import Fit, circle, line, unit
-from ..geometry.rotation import matrix
-from ..kinematics.follow import follow
+from .minimum_zone import Fit, circle, line, unit
 from .plain_data import Strokes, alike, plain, strokes
 
 #: Intervals between the nodes of a stroke; there are four times as many between the points that are looked at.

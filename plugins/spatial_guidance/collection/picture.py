@@ -8,11 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from catalogue.plugin import PAPER, Array, blank, kind_of, write
+from catalogue.spatial import KINDS, Kind, follow, matrix
 
-from ..geometry.kinds import Kind
-from ..geometry.minimum_zone import circle, line
-from ..geometry.rotation import matrix
-from ..kinematics.follow import follow
+from .minimum_zone import circle, line
 from .plain_data import Strokes, strokes
 
 if TYPE_CHECKING:
@@ -132,8 +130,6 @@ def _reach(values: Array, kind: Kind, axis: int, size: float) -> tuple[float, fl
 
 
 def _rectangle(passed: Array, size: float) -> tuple[list[tuple[float, float]], Kind]:
-    from ..geometry.guides import KINDS
-
     chart = KINDS["plane:cartesian"]
     x, y = passed[:, 1] * np.cos(passed[:, 0]), passed[:, 1] * np.sin(passed[:, 0])
     return [_reach(v, chart, axis, size) for axis, v in enumerate((x, y))], chart

@@ -22,10 +22,7 @@ from typing import Any
 import numpy as np
 
 from catalogue.plugin import Array
-
-from ..geometry.guides import KINDS, Guides
-from ..geometry.rotation import matrix, quaternion
-from ..kinematics.mechanism import Mechanisms
+from catalogue.spatial import KINDS, Guides, Mechanisms, matrix, quaternion
 
 
 @dataclass(frozen=True, eq=False)

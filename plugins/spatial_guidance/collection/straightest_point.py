@@ -12,7 +12,7 @@ import numpy as np
 
 from catalogue.plugin import Array
 
-from ..geometry.minimum_zone import through
+from .minimum_zone import through
 
 #: Nodes of the motion less one, and nodes of a window less one.
 WHOLE, PART = 48, 12

@@ -1,0 +1,154 @@
+"""Mechanisms in space: rigid bodies on joints, links and guides.
+
+``geometry``
+    ``Guides(kind, parameters, origin, quaternion)``: the guides of one point of all mechanisms; ``KINDS`` by name: six
+    surfaces (cylinder, cone, hyperboloid, torus, sphere, plane; charts of Table I and regular ones,
+    ``hyperboloid:sinh`` ...), three curves; ``Kind``, ``Revolved`` and ``Quadric`` are what a surface of one's own
+    subclasses.
+``guided``
+    A body with points on surfaces and curves (Mangeron, Oğuztöreli and Plitea 1970, two notes): five points on
+    surfaces, one on a curve and three on surfaces, ...; six classes with one to three degrees of freedom.  Everything
+    works on batches, the leading axis being that of the mechanisms, with guides of different kinds side by side.
+    ``Mechanisms(body, guides, drivers)`` is a checked batch, ``solve_positions`` has its positions, ``assemblies`` all
+    of them, ``jets`` derivatives to any order, ``follow`` the motion along a path of the drivers.
+
+>>> from catalogue.spatial import Guides, Mechanisms, follow, jets
+>>> guides = [Guides("circle", r), Guides("circle", s, origins, quaternions), Guides(["cylinder", "torus"], shapes)]
+>>> batch = Mechanisms(body, guides, drivers=[(0, "u")])
+>>> motion = follow(batch, path, start)
+>>> jets(batch, motion.node(0), [[1.0, 0.0]]).spin
+
+``jointed``
+    Bodies on revolute, prismatic, cylindrical and spherical joints, on links with spherical joints at both ends, and on
+    guides, from hard points in the design pose.  ``Mechanism(elements)``; ``sweep(drive, values)`` is its ``Motion``
+    with derivatives, ``circuit(drive)`` all of it, ``mobility`` its freedoms.  Any scalar drives: ``Joint``,
+    ``Travel``, ``Length``, ``Angle``, ``GuideCoordinate``.
+
+>>> from catalogue.spatial import Link, Mechanism, Travel
+>>> axle = Mechanism([Link("ground", a, "wheel", b) for a, b in zip(inner, outer)])
+>>> axle.sweep(Travel("wheel", centre), np.linspace(-80, 80, 161)).point("wheel", centre)
+
+Names are loaded when first used; no planar request loads any.
+"""
+
+from __future__ import annotations
+
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from .geometry.guides import KINDS, Guides
+    from .geometry.kinds import Kind, Quadric, Revolved
+    from .geometry.rotation import matrix, quaternion
+    from .guided.assemblies import Assemblies, assemblies
+    from .guided.derivatives import Jets, jets
+    from .guided.follow import follow
+    from .guided.mechanism import Mechanisms
+    from .guided.position import Positions, solve_positions
+    from .jointed.axle import Wheel, anti_dive, kinematics
+    from .jointed.circuit import Circuit
+    from .jointed.elements import (
+        Angle,
+        Cylindrical,
+        GuideCoordinate,
+        Joint,
+        KeepAngle,
+        Length,
+        Link,
+        OnGuide,
+        Prismatic,
+        Revolute,
+        Spherical,
+        Travel,
+    )
+    from .jointed.links import PAIRS, links
+    from .jointed.mechanism import Mechanism, Mobility
+    from .jointed.motion import Motion, in_time
+    from .jointed.reading import Job, load
+    from .jointed.sensitivity import sensitivities
+    from .jointed.statics import Load, reactions
+    from .jointed.transmission import transmission
+
+#: Where the names stand.
+_HOME = {
+    "geometry.guides": "KINDS Guides",
+    "geometry.kinds": "Kind Quadric Revolved",
+    "geometry.rotation": "matrix quaternion",
+    "guided.assemblies": "Assemblies assemblies",
+    "guided.derivatives": "Jets jets",
+    "guided.follow": "follow",
+    "guided.mechanism": "Mechanisms",
+    "guided.position": "Positions solve_positions",
+    "jointed.axle": "Wheel anti_dive kinematics",
+    "jointed.circuit": "Circuit",
+    "jointed.elements": "Angle Cylindrical GuideCoordinate Joint KeepAngle Length Link OnGuide Prismatic Revolute "
+    "Spherical Travel",
+    "jointed.links": "PAIRS links",
+    "jointed.mechanism": "Mechanism Mobility",
+    "jointed.motion": "Motion in_time",
+    "jointed.reading": "Job load",
+    "jointed.sensitivity": "sensitivities",
+    "jointed.statics": "Load reactions",
+    "jointed.transmission": "transmission",
+}
+_MODULE = {name: home for home, names in _HOME.items() for name in names.split()}
+
+__all__ = [
+    "KINDS",
+    "PAIRS",
+    "Angle",
+    "Assemblies",
+    "Circuit",
+    "Cylindrical",
+    "GuideCoordinate",
+    "Guides",
+    "Jets",
+    "Job",
+    "Joint",
+    "KeepAngle",
+    "Kind",
+    "Length",
+    "Link",
+    "Load",
+    "Mechanism",
+    "Mechanisms",
+    "Mobility",
+    "Motion",
+    "OnGuide",
+    "Positions",
+    "Prismatic",
+    "Quadric",
+    "Revolute",
+    "Revolved",
+    "Spherical",
+    "Travel",
+    "Wheel",
+    "anti_dive",
+    "assemblies",
+    "follow",
+    "in_time",
+    "jets",
+    "kinematics",
+    "links",
+    "load",
+    "matrix",
+    "quaternion",
+    "reactions",
+    "sensitivities",
+    "solve_positions",
+    "transmission",
+]
+
+
+if not TYPE_CHECKING:  # who knows the names above and no others
+
+    def __getattr__(name: str) -> Any:
+        if name in _MODULE:
+            value = getattr(import_module(f"{__name__}.{_MODULE[name]}"), name)
+            globals()[name] = value
+            return value
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,156 @@
+"""A block of mechanisms on its way along a path, each with steps of its own, until its motion ends."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ...kinematics.types import Array
+from .equations import System
+from .mechanism import Mechanisms
+from .newton import LAST
+from .position import EDGE, OK, driver_units, off_edge
+from .predictor_corrector import FIRST, LONGEST, SHORTEST, Corrected, Front, Line, correct, turning
+from .unknowns import State
+
+TURNING = "turning point"
+BRANCH = "branch point"
+STUCK = "step too small"
+#: A step across which the determinant changes its sign is shortened to this before a branch point is called one.
+AT_BRANCH = 1e-5
+
+
+class Walk:
+    """A block of mechanisms on its way; the last axis of every array is that of the block."""
+
+    def __init__(self, mechanisms: Mechanisms, nodes: Array, state: State) -> None:
+        n = len(mechanisms)
+        self.mechanisms, self.system = mechanisms, System.of(mechanisms)
+        self.nodes = np.moveaxis(nodes, 0, -1) / driver_units(mechanisms)  # (s, k, n)
+        self.reached, self.steps, self.end = np.ones(n, int), np.zeros(n, int), np.zeros(n)
+        self.reason = np.full(n, OK, dtype="U40")
+        self.states = np.full((len(nodes[0]), 4 + self.system.free, n), np.nan)
+        self.state, self.y, self.width = state, np.zeros(n), np.ones(n)
+        self.length = np.full(n, LONGEST / 8)
+        m, k = 3 + self.system.free, self.nodes.shape[1]
+        self.rates, self.tangent, self.before = np.zeros((m, k, n)), np.zeros((m + 1, n)), np.zeros((m + 1, n))
+        self.step, self.metric, self.sign = np.ones(n), np.ones((m - 3, n)), np.zeros(n)
+        self.rated = np.zeros(n, bool)
+        self.folded = np.zeros((2, n))  # length of the step across a turning point, and dy/ds at its end
+        self.bounded = any(kind.bounded for g in mechanisms.guides for kind in g.kinds)
+
+    def run(self) -> None:
+        """Advance all mechanisms until each has come to its end."""
+        who, system = np.arange(len(self.end)), self.system
+        row = np.zeros_like(self.tangent)
+        row[-1] = 1
+        begun = correct(system, self._line(who), self.state, self.y, row, np.full(len(who), np.inf))
+        self.sign = begun.sign
+        self._landed(who, begun, np.ones(len(who)))
+        while True:
+            active = self._active()[who]
+            if not active.any():
+                if not self._turned():
+                    return
+                who, system = np.arange(len(self.end)), self.system
+                continue
+            if active.mean() < 0.75:
+                who = who[active]
+                system, active = self.system.take(who), active[active]
+            self._advance(who, system, active)
+
+    def _active(self) -> Array:
+        return np.asarray((self.reason == OK) & (self.reached < len(self.nodes)))
+
+    def _line(self, who: Array) -> Line:
+        last = np.minimum(self.reached[who], len(self.nodes) - 1)
+        q0, q1 = self.nodes[self.reached[who] - 1, :, who].T, self.nodes[last, :, who].T
+        return Line(q0, (q1 - q0) / self.width[who])
+
+    def _advance(self, who: Array, system: System, active: Array) -> None:
+        """Try one step of each."""
+        line, front = self._line(who), self._front(who)
+        left, slope, length = self.width[who] - self.y[who], front.tangent[-1], self.length[who]
+        h = np.clip(left / np.maximum(slope, 1e-300), -length, length)  # backwards if the last step crossed the node
+        land, size = np.abs(h) < length, np.abs(h)
+        z, row = front.predicted(h, land, self.width[who])
+        y = np.where(land, self.width[who], front.y + z[-1])
+        c = correct(system, line, front.state.moved(z[:-1], front.metric), y, row, np.maximum(FIRST * size, LAST))
+        self.steps[who] += active
+        good = c.accepted(z, h, front)
+        flipped = good & (c.sign != self.sign[who])
+        branch = flipped & (size < AT_BRANCH)
+        stuck = ~good & (size < SHORTEST)
+        folded = good & ~flipped & (c.tangent[-1] <= 0)
+        edge = good & ~flipped & ~folded & self._off(who, system, c, line)
+        on = active & good & ~(flipped | folded | edge)
+        for reason, where in ((BRANCH, branch), (STUCK, stuck), (EDGE, edge)):
+            self._ended(who[active & where], reason, (front.y + h * slope)[active & where])
+        turned = active & folded
+        self.reason[who[turned]], self.folded[:, who[turned]] = TURNING, (h[turned], c.tangent[-1, turned])
+        refused = active & ~on
+        self.length[who[refused]] = size[refused] / 2
+        easy = c.easy(size, front.tangent)
+        longer = np.where(easy, np.maximum(self.length[who], 2 * size), np.where(land, self.length[who], size))
+        self.length[who[on]] = np.minimum(longer, LONGEST)[on]
+        walked = np.flatnonzero(on & ~land)
+        i = who[walked]
+        self.state.put(i, c.state[walked])
+        self.y[i], self.step[i], self.before[:, i] = c.y[walked], h[walked], front.tangent[:, walked]
+        self.tangent[:, i], self.metric[:, i], self.rated[i] = c.tangent[:, walked], c.metric[:, walked], False
+        landed = np.flatnonzero(on & land)
+        if len(landed):
+            self.reached[who[landed]] += 1
+            self._landed(who[landed], _taken(c, landed), h[landed])
+
+    def _turned(self) -> bool:
+        """Find the turning points that were crossed, all at once; return whether some lie beyond the next node."""
+        who = np.flatnonzero(self.folded[0])
+        if not len(who):
+            return False
+        at = turning(self.system.take(who), self._line(who), self._front(who), *self.folded[:, who])
+        self.folded[:, who] = 0
+        here = at.y <= self.width[who]
+        self._ended(who[here], TURNING, at.y[here])
+        self.reason[who[~here]] = OK
+        return not here.all()
+
+    def _front(self, who: Array) -> Front:
+        arrays = (v[..., who] for v in (self.y, self.tangent, self.before, self.step, self.metric))
+        return Front(self.state[who], *arrays)
+
+    def _landed(self, who: Array, c: Corrected, h: Array) -> None:
+        """Store a node, and turn towards the next."""
+        node = self.reached[who] - 1
+        self.state.put(who, c.state)
+        self.states[node, :, who] = np.concatenate([c.state.quaternion, c.state.free]).T
+        self.end[who], self.y[who], self.metric[:, who] = node, 0, c.metric
+        self.width[who] = 1
+        dq = self._line(who).q1
+        with np.errstate(invalid="ignore"):
+            width = np.maximum(np.sqrt(((c.travel * dq) ** 2).sum(0)), 1e-9)
+            tangent = _unit((c.rates * dq).sum(1), width)
+            before = _unit((self.rates[..., who] * dq).sum(1), width)
+        rated = self.rated[who]
+        self.width[who], self.tangent[:, who] = width, tangent
+        self.before[:, who] = np.where(rated, before, tangent)
+        self.step[who], self.rates[..., who], self.rated[who] = h, c.rates, True
+
+    def _off(self, who: Array, system: System, c: Corrected, line: Line) -> Array:
+        if not self.bounded:
+            return np.zeros(len(who), bool)
+        local = system.local(system.world(c.state, line(c.y)))
+        return off_edge(self.mechanisms[who], system, local)
+
+    def _ended(self, who: Array, reason: str, y: Array) -> None:
+        self.reason[who] = reason
+        self.end[who] = self.reached[who] - 1 + np.minimum(y / self.width[who], 1)
+
+
+def _unit(x: Array, y: Array) -> Array:
+    z = np.concatenate([x, y[None]])
+    return np.asarray(z / np.sqrt((z * z).sum(0)))
+
+
+def _taken(c: Corrected, index: Array) -> Corrected:
+    values = {k: v[..., index] for k, v in vars(c).items() if k != "state"}
+    return Corrected(state=c.state[index], **values)

@@ -1,0 +1,125 @@
+"""Motion of a batch along a path of the drivers, from node to node, each mechanism with steps of its own.
+
+A mechanism ends where its motion does: at a turning point of the path's parameter, a branch point, an apex or the edge
+of a guide.  It never goes on from another branch without saying so.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ...errors import InvalidRequest
+from ...kinematics.types import Array
+from .continuation import Walk
+from .equations import System
+from .mechanism import Mechanisms
+from .position import Positions, reported, solve_positions
+from .unknowns import State
+
+BEYOND = "beyond the end of the motion"
+#: Mechanisms that advance together: their arrays stay in the second-level cache.
+BLOCK = 1024
+#: Positions that are measured together.
+MEASURED = 4096
+#: What stands for a position that was not reached, by the kind of number.
+BLANK = {"f": np.nan, "b": False, "i": 0, "U": BEYOND}
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Positions of n mechanisms at the nodes of a path; NaN beyond the last node reached.
+
+    Attributes
+    ----------
+    positions : Positions
+        n times s of them, those of a mechanism together; `node` gives those of one node.
+    reached : ndarray, shape (n,)
+        Number of nodes reached.
+    reason : ndarray of str, shape (n,)
+        Empty if all nodes were reached, else why not.
+    end : ndarray, shape (n,)
+        Where the motion ends, in nodes from the first: at a turning point to about the square root of rounding squared,
+        elsewhere to the last step.
+    end_drivers : ndarray, shape (n, k)
+        Values of the drivers there.
+    steps : ndarray, shape (n,)
+        Steps that were tried.
+    """
+
+    positions: Positions
+    reached: Array
+    reason: Array
+    end: Array
+    end_drivers: Array
+    steps: Array
+
+    def node(self, i: int) -> Positions:
+        """Return the positions at node i."""
+        n = len(self.reached)
+        return self.positions[np.arange(n) * (len(self.positions.success) // n) + i]
+
+
+def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
+    """Move the mechanisms along a path of the drivers.
+
+    Parameters
+    ----------
+    mechanisms : Mechanisms
+    path : array-like, shape (n, s, k) or (s, k)
+        Values of the drivers at s nodes; straight between them.
+    start : Positions, or array-like of shape (n, p, 2) or (p, 2)
+        As for `solve_positions`, at or near the first node.
+
+    Raises
+    ------
+    InvalidRequest
+        If the path does not fit or is not finite.
+    """
+    n, k = len(mechanisms), mechanisms.freedom
+    nodes = np.asarray(path, float)
+    if nodes.ndim not in (2, 3) or nodes.shape[-1] != k or (nodes.ndim == 3 and len(nodes) not in (1, n)):
+        raise InvalidRequest(f"a path must be of shape {(n, 'nodes', k)}, not {nodes.shape}")
+    if not np.isfinite(nodes).all():
+        raise InvalidRequest("a path must be of finite numbers")
+    nodes = np.broadcast_to(nodes, (n, *nodes.shape[-2:]))
+    first = solve_positions(mechanisms, nodes[:, 0], start)
+    reached, reason, end, steps = np.zeros(n, int), first.reason.copy(), np.zeros(n), np.zeros(n, int)
+    m = 4 + first.state.free.shape[0]
+    states = np.full((nodes.shape[1], m, n), np.nan)
+    begun = np.flatnonzero(first.success)
+    for low in range(0, len(begun), BLOCK):
+        index = begun[low : low + BLOCK]
+        walk = Walk(mechanisms[index], nodes[index], first.state[index])
+        walk.run()
+        reached[index], reason[index], end[index], steps[index] = walk.reached, walk.reason, walk.end, walk.steps
+        states[..., index] = walk.states
+    whole = np.minimum(end.astype(int), nodes.shape[1] - 2) if nodes.shape[1] > 1 else np.zeros(n, int)
+    every = np.arange(n)
+    after = np.minimum(whole + 1, nodes.shape[1] - 1)
+    end_drivers = nodes[every, whole] + (end - whole)[:, None] * (nodes[every, after] - nodes[every, whole])
+    return Motion(_measured(mechanisms, nodes, states, reached), reached, reason, end, end_drivers, steps)
+
+
+def _measured(mechanisms: Mechanisms, nodes: Array, states: Array, reached: Array) -> Positions:
+    """Return the positions in the states (s, 4 + f, n) that were stored, a mechanism's together."""
+    n, s = len(mechanisms), nodes.shape[1]
+    system = System.of(mechanisms)
+    every = np.flatnonzero((np.arange(s) < reached[:, None]).ravel())
+    out: dict[str, Array] = {}
+    for low in range(0, max(len(every), 1), MEASURED):
+        index = every[low : low + MEASURED]
+        i, j = np.divmod(index, s)
+        flat = states[j, :, i].T
+        there = np.ones(len(i), bool)
+        at = reported(mechanisms[i], system.take(i), State(flat[:4], flat[4:]), nodes[i, j], there, there.astype(int))
+        for name, value in vars(at).items():
+            if name != "state":
+                if name not in out:
+                    out[name] = np.full((n * s, *value.shape[1:]), BLANK.get(value.dtype.kind), value.dtype)
+                out[name][index] = value
+    out["drivers"] = nodes.reshape(n * s, -1).copy()
+    flat = np.moveaxis(states, (0, 1, 2), (2, 0, 1)).reshape(-1, n * s)
+    return Positions(**out, state=State(flat[:4], flat[4:]))

@@ -1,0 +1,148 @@
+"""Mechanisms: a rigid body with points on fixed surfaces and curves, many at a time, checked when they are made."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...errors import InvalidLinkage, InvalidRequest
+from ...kinematics.types import Array
+from ..geometry.guides import Guides, same
+
+#: Class and degrees of freedom by (curves, surfaces): Mangeron, Oğuztöreli and Plitea 1970, sec. 2 to 4.
+CLASSES = {
+    (0, 5): ("I", 1),
+    (1, 3): ("II", 1),
+    (2, 1): ("III", 1),
+    (0, 4): ("IV", 2),
+    (1, 2): ("V", 2),
+    (0, 3): ("VI", 3),
+}
+#: A body whose second extent is a smaller part of its diameter is a line: its spin is undetermined.
+COLLINEAR = 1e-12
+#: Points of the body nearer than this part of its diameter count as one.
+COINCIDENT = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Mechanisms:
+    """A batch of n mechanisms of one class, driven alike.
+
+    Parameters
+    ----------
+    body : array-like, shape (n, p, 3) or (p, 3)
+        Guided points A_1 ... A_p in the body.
+    guides : sequence of p Guides
+        Curves and surfaces may be mixed within a point's guides if all are curves or all are surfaces.
+    drivers : sequence of (int, str)
+        Point, from 0, and coordinate, ``"u"`` or ``"w"``, that are prescribed, as many as degrees of freedom.
+
+    Attributes
+    ----------
+    name : str
+        Class, I to VI.
+    unit : ndarray, shape (n,)
+        Power of two next to the diameter of the body: the unit of length of all computation.
+
+    Raises
+    ------
+    InvalidLinkage
+        If the number of guides makes no class, or a body is a line or not finite.
+    InvalidRequest
+        If the drivers do not fit.
+    """
+
+    body: Any
+    guides: Sequence[Guides]
+    drivers: Sequence[tuple[int, str]]
+    curves: tuple[bool, ...] = field(init=False)
+
+    def __post_init__(self) -> None:
+        body = np.asarray(self.body, float)
+        if body.ndim not in (2, 3) or body.shape[-1] != 3 or body.shape[-2] != len(self.guides):
+            raise InvalidLinkage(f"{len(self.guides)} guides want a body (n, {len(self.guides)}, 3), not {body.shape}")
+        n = max(body.shape[0] if body.ndim == 3 else 1, *map(len, self.guides))
+        sets = {len(body)} if body.ndim == 3 else set()
+        if (sets | set(map(len, self.guides))) - {1, n}:
+            raise InvalidLinkage("body and guides are of different numbers of mechanisms")
+        object.__setattr__(self, "body", np.broadcast_to(body, (n, *body.shape[-2:])))
+        object.__setattr__(self, "guides", tuple(g if len(g) == n else g[np.zeros(n, int)] for g in self.guides))
+        object.__setattr__(self, "drivers", tuple((int(i), str(k)) for i, k in self.drivers))
+        conditions = [{kind.conditions for kind in g.kinds} for g in self.guides]
+        if any(len(c) > 1 for c in conditions):
+            raise InvalidLinkage(
+                "one point is on a curve in some mechanisms and on a surface in others; split the batch"
+            )
+        object.__setattr__(self, "curves", tuple(c == {2} for c in conditions))
+        if self._counts not in CLASSES:
+            raise InvalidLinkage(
+                f"{self._counts[0]} curves and {self._counts[1]} surfaces make none of the six classes"
+            )
+        wrong = ~np.isfinite(self.body).all((1, 2))
+        if wrong.any():
+            raise InvalidLinkage(f"body {wrong.argmax()} has a coordinate that is not finite")
+        extents = np.linalg.svd(self.body - self.body.mean(1, keepdims=True), compute_uv=False)
+        line = ~(extents[:, 1] > COLLINEAR * extents[:, 0])
+        if line.any():
+            raise InvalidLinkage(f"the points of body {line.argmax()} are on one line: its spin is undetermined")
+        self._check_drivers()
+
+    def _check_drivers(self) -> None:
+        if len(self.drivers) != self.freedom or len(set(self.drivers)) != self.freedom:
+            raise InvalidRequest(f"class {self.name} wants {self.freedom} different drivers, not {self.drivers}")
+        for i, k in self.drivers:
+            if not 0 <= i < len(self.guides) or k not in ("u", "w") or (k == "w" and self.curves[i]):
+                raise InvalidRequest(f"there is no coordinate {k} of point {i} to drive")
+
+    @property
+    def _counts(self) -> tuple[int, int]:
+        return sum(self.curves), len(self.curves) - sum(self.curves)
+
+    @property
+    def name(self) -> str:
+        return CLASSES[self._counts][0]
+
+    @property
+    def freedom(self) -> int:
+        """Degrees of freedom."""
+        return CLASSES[self._counts][1]
+
+    @cached_property
+    def diameter(self) -> Array:
+        """Largest distance between two points of the body, shape (n,)."""
+        return np.asarray(np.linalg.norm(self.body[:, :, None] - self.body[:, None], axis=-1).max((1, 2)))
+
+    @cached_property
+    def unit(self) -> Array:
+        return np.asarray(2.0 ** np.round(np.log2(self.diameter)))
+
+    @cached_property
+    def series(self) -> Array:
+        """Degeneration series: degrees of freedom, and how many surfaces each different point of the body is on.
+
+        Every class is a special case of five, four or three surfaces whose points coincide in part: a curve is a point
+        on two surfaces, a fixed point one on three.  ``1.11111`` is class I, ``1.2111`` II (A5 = A1), ``1.221`` III
+        (A4 = A1, A5 = A2), ``1.311`` a body about a fixed point, ``2.1111`` IV, ``2.211`` V (A4 = A1), ``3.111`` VI;
+        a mechanism of class I with A5 = A1 in the body is in the series of class II.  Shape (n,) of str.
+        """
+        p = len(self.curves)
+        apart = np.linalg.norm(self.body[:, :, None] - self.body[:, None], axis=-1)
+        same = apart <= COINCIDENT * self.diameter[:, None, None]
+        first = same.argmax(2)  # the lowest point that each coincides with
+        weight = np.array([2 if c else 1 for c in self.curves])
+        times = np.stack([(weight * (first == i)).sum(1) for i in range(p)], axis=1)
+        times = -np.sort(-times, axis=1)
+        return np.array([f"{self.freedom}." + "".join(str(t) for t in row if t) for row in times])
+
+    def __len__(self) -> int:
+        return len(self.body)
+
+    def __getitem__(self, index: Any) -> Mechanisms:
+        index = np.atleast_1d(np.arange(len(self))[index])
+        selected: Mechanisms = same(self, {"body": self.body[index], "guides": tuple(g[index] for g in self.guides)})
+        selected.__dict__["diameter"] = self.diameter[index]  # else it would be computed again
+        return selected

@@ -1,0 +1,98 @@
+"""Newton's method, damped, on a batch: every mechanism has its own step length and stops on its own."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ...kinematics.types import Array
+from .elimination import solve
+from .equations import System
+from .unknowns import Equations, State
+
+#: A step below this squares to less than a rounding error: it is made, and is the last.
+LAST = 1e-8
+#: Rounding errors, of the largest length that occurs, to which a residual can be brought.
+NOISE = 8 * float(np.finfo(float).eps)
+#: Largest step [rad, units], and shortest part of it that is tried.
+CAP, SHORTEST = 0.7, 2.0**-12
+#: Steps after which a start is given up.
+STEPS = 60
+
+
+@dataclass(frozen=True)
+class Root:
+    """Where Newton's method stopped, whether that is a root, and after how many evaluations, shape (n,)."""
+
+    state: State
+    found: Array
+    evaluations: Array
+
+
+def newton(system: System, start: State, q: Array, steps: int = STEPS) -> Root:
+    """Solve the equations from a start at the driver values q (k, n).
+
+    A step is shortened to `CAP`, then halved until the residual falls by a quarter of what it promises.  A root is one
+    where the last full step is below `LAST`, or where the residual is noise and steps no longer shrink, as they do not
+    near a singular position.
+    """
+    n = len(system)
+    state = State(start.quaternion.copy(), start.free.copy())
+    found, evaluations = np.zeros(n, bool), np.zeros(n, int)
+    who, sub, values = np.arange(n), system, q
+    at = State(start.quaternion.copy(), start.free.copy())
+    now = sub.evaluate(at, values)
+    step, length = _step(now)
+    part, before = _first(length), np.full(n, np.inf)
+    for _ in range(steps):
+        trial = at.moved(part * step, now.metric)
+        then = sub.evaluate(trial, values)
+        evaluations[who] += 1
+        noise = NOISE * sub.reach
+        with np.errstate(invalid="ignore"):
+            last = (part == 1) & ((length < LAST) | ((now.distance < noise) & (length > 0.3 * before)))
+            better = np.linalg.norm(then.residual, axis=0) <= (1 - part / 4) * np.linalg.norm(now.residual, axis=0)
+            better |= (then.distance < noise) | last
+        stop = last | (part < SHORTEST) | ~np.isfinite(length)
+        at.put(better, trial[better])
+        next_step, next_length = _step(then)
+        before = np.where(better, length, before)
+        step, length = np.where(better, next_step, step), np.where(better, next_length, length)
+        now = _merged(better, then, now)
+        part = np.where(better, _first(length), part / 2)
+        if stop.any():
+            done = np.flatnonzero(stop)
+            state.put(who[done], at[done])
+            found[who[done]] = last[done] & np.isfinite(at.quaternion[:, done]).all(0)
+            keep = np.flatnonzero(~stop)
+            if not len(keep):
+                break
+            who, sub, at, values = who[keep], sub.take(keep), at[keep], values[:, keep]
+            step, length, part, before = step[:, keep], length[keep], part[keep], before[keep]
+            now = _taken(now, keep)
+    else:
+        state.put(who, at)
+    return Root(state, found, evaluations)
+
+
+def _step(now: Equations) -> tuple[Array, Array]:
+    step = -solve(now.jacobian, now.residual[:, None])[0][:, 0]
+    with np.errstate(all="ignore"):
+        return step, np.sqrt((step**2).sum(0))
+
+
+def _first(length: Array) -> Array:
+    with np.errstate(all="ignore"):
+        return np.minimum(1, CAP / length)
+
+
+def _merged(where: Array, one: Equations, other: Equations) -> Equations:
+    return Equations(*(np.where(where, getattr(one, k), getattr(other, k)) for k in _FIELDS))
+
+
+def _taken(now: Equations, index: Array) -> Equations:
+    return Equations(*(getattr(now, k)[..., index] for k in _FIELDS))
+
+
+_FIELDS = ("residual", "jacobian", "drivers", "metric", "travel")

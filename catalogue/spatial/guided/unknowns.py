@@ -1,0 +1,96 @@
+"""What the equations are made of: the state of a body, guides of a point by kind, driven points, and their values."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ...kinematics.types import Array
+from ..geometry.kinds import Kind
+from ..geometry.rotation import turned
+
+
+@dataclass(frozen=True)
+class State:
+    """Where a body is: rotation (4, n) and free coordinates (f, n)."""
+
+    quaternion: Array
+    free: Array
+
+    def moved(self, step: Array, metric: Array) -> State:
+        """Return the state after a step (3 + f, n): rotation [rad], and arcs on the guides in units."""
+        with np.errstate(all="ignore"):
+            return State(turned(self.quaternion, step[:3]), self.free + step[3:] / metric)
+
+    def __getitem__(self, index: Any) -> State:
+        return State(self.quaternion[:, index], self.free[:, index])
+
+    def put(self, index: Any, other: State) -> None:
+        """Overwrite some."""
+        self.quaternion[:, index], self.free[:, index] = other.quaternion, other.free
+
+
+@dataclass(frozen=True)
+class Equations:
+    """Residual (m, n), Jacobian (m, m, n), derivative by the drivers (m, k, n); arcs per free coordinate (f, n) and per
+    driver (k, n)."""
+
+    residual: Array
+    jacobian: Array
+    drivers: Array
+    metric: Array
+    travel: Array
+
+    @property
+    def distance(self) -> Array:
+        """Largest distance from a guide, in units, shape (n,)."""
+        return np.asarray(np.abs(self.residual).max(0))
+
+
+@dataclass(frozen=True)
+class Slot:
+    """The guides of one point: kinds, which of them, and parameters (k, n) in units."""
+
+    point: int
+    kinds: tuple[Kind, ...]
+    which: Array
+    parameters: Array
+
+    @cached_property
+    def groups(self) -> list[tuple[Kind, Any, Array]]:
+        """Each kind, where it is, and its parameters."""
+        found: list[tuple[Kind, Any, Array]] = []
+        for c, kind in enumerate(self.kinds):
+            where: Any = slice(None) if len(self.kinds) == 1 else np.flatnonzero(self.which == c)
+            p = self.parameters[: len(kind.parameters), where]
+            if p.shape[1]:
+                found.append((kind, where, p))
+        return found
+
+    def chart(self, u: Array, w: Array) -> tuple[Array, Array]:
+        """Return local points (3, n) at (u, w), and X_u, X_w, shape (2, 3, n)."""
+        x, t = np.empty((3, len(u))), np.empty((2, 3, len(u)))
+        for kind, where, p in self.groups:
+            x[:, where], t[:, :, where] = kind.tangents(u[where], w[where], p)
+        return x, t
+
+    def take(self, index: Array) -> Slot:
+        return replace(self, which=self.which[index], parameters=self.parameters[:, index])
+
+
+@dataclass(frozen=True)
+class Driven:
+    """A driven point: where among the unknowns its free coordinate stands, and who drives u, w (None: free)."""
+
+    slot: Slot
+    column: int | None
+    driver: tuple[int | None, int | None]
+
+    def coordinates(self, free: Array, q: Array) -> list[Array]:
+        """Return u and w."""
+        one = np.zeros(q.shape[1])
+        fill = one if self.column is None else free[self.column - 3]
+        return [fill if k is None else q[k] for k in self.driver]

@@ -1,0 +1,164 @@
+"""What a mechanism is made of, as an engineer states it: everything in the design pose, in one frame and one unit.
+
+Bodies are named; ``"ground"`` stands still.  The pose in which the hard points are given is the start of every motion,
+so that nothing has to be assembled by a search.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from ..geometry.kinds import Kind
+
+GROUND = "ground"
+#: A point or a direction: three numbers, or (n, 3) for a batch of n mechanisms.
+Vector = Sequence[float] | Any
+
+
+@dataclass(frozen=True, eq=False)
+class Link:
+    """A link with spherical joints at both ends (SS): it keeps the distance of a point of `a` from one of `b`.
+
+    Its idle rotation about itself is no freedom: the link is no body.
+    """
+
+    a: str
+    from_: Vector
+    b: str
+    to: Vector
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Spherical:
+    """A spherical joint (S): a point of `body` is one of `on`."""
+
+    body: str
+    at: Vector
+    on: str = GROUND
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Revolute:
+    """A revolute joint (R) of `body` on `on`, its axis through `at` along `axis`, or through a second point `to`."""
+
+    body: str
+    at: Vector
+    axis: Vector | None = None
+    to: Vector | None = None
+    on: str = GROUND
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Prismatic:
+    """A prismatic joint (P): `body` slides on `on` along `axis`, without turning."""
+
+    body: str
+    axis: Vector
+    at: Vector = (0.0, 0.0, 0.0)
+    on: str = GROUND
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Cylindrical:
+    """A cylindrical joint (C): `body` turns about and slides along an axis of `on`."""
+
+    body: str
+    at: Vector
+    axis: Vector | None = None
+    to: Vector | None = None
+    on: str = GROUND
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class OnGuide:
+    """A point of `body` on a surface or a curve that is fixed to `on`.
+
+    Parameters
+    ----------
+    guide : str or Kind
+        A name of `KINDS`, or a kind of one's own.
+    parameters, origin, quaternion
+        As for `Guides`: shape, and where its local axes stand in the design pose.
+    """
+
+    body: str
+    at: Vector
+    guide: str | Kind
+    parameters: Sequence[float] = ()
+    origin: Vector = (0.0, 0.0, 0.0)
+    quaternion: Vector = (1.0, 0.0, 0.0, 0.0)
+    on: str = GROUND
+    name: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class KeepAngle:
+    """A direction of `a` and one of `b` keep their angle: the cross of a Cardan joint, a third of a Prismatic one."""
+
+    a: str
+    axis_a: Vector
+    b: str
+    axis_b: Vector
+    name: str = ""
+
+
+Element = Link | Spherical | Revolute | Prismatic | Cylindrical | OnGuide | KeepAngle
+
+
+# -- scalars: what drives, is held, or is read off --------------------------------------------------------------------
+@dataclass(frozen=True, eq=False)
+class Joint:
+    """The coordinate of the joint that carries `body`, 0 in the design pose: angle [rad] of R, slide of P.
+
+    Of a cylindrical joint `index` 0 is the angle, 1 the slide.
+    """
+
+    body: str
+    index: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Travel:
+    """How far a point of `body` has gone along a direction, or along the axis ``"x"``, ``"y"`` or ``"z"``."""
+
+    body: str
+    point: Vector
+    along: Vector | str = "z"
+
+
+@dataclass(frozen=True, eq=False)
+class Length:
+    """The distance of a point of `a` from one of `b`; with `link`, the length of that link, which is then free."""
+
+    a: str = ""
+    from_: Vector = ()
+    b: str = ""
+    to: Vector = ()
+    link: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class Angle:
+    """How far a direction of `body`, seen along `about`, has turned from where it was in the design pose [rad]."""
+
+    body: str
+    direction: Vector
+    about: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class GuideCoordinate:
+    """A curvilinear coordinate ``"u"`` or ``"w"`` of the point on the guide of an element, by the element's name."""
+
+    guide: str
+    coordinate: str = "u"
+
+
+Scalar = Joint | Travel | Length | Angle | GuideCoordinate

@@ -1,0 +1,264 @@
+"""A mechanism as an engineer states it, its freedoms, and its motion when one scalar drives it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.linalg import qr
+
+from ...errors import CannotDrive, InvalidRequest, NotMovable
+from ...kinematics.types import Array
+from .assemblies import FoundAssemblies, search
+from .circuit import Circuit, circuit
+from .compiling import Compiler
+from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar
+from .motion import Motion
+from .system import System
+from .tracing import Curve, March, solved, tangents, toward
+
+#: Singular values below this part of the largest count as none.
+RANK = 1e-8
+#: How far from the design pose a second pose is looked at [rad, units].
+ASIDE = 0.03
+#: Slope of a drive, per arc length, that counts as none.
+STILL = 1e-7
+
+
+@dataclass(frozen=True)
+class Mobility:
+    """What joints and links leave free.
+
+    Attributes
+    ----------
+    freedoms : int
+        Degrees of freedom, without idle rotations.
+    idle : tuple of str
+        Bodies that spin idly between two spherical joints.
+    redundant : tuple of str
+        Elements whose conditions the others imply, wherever the mechanism moves.
+    singular : bool
+        Whether the design pose has more freedoms than poses beside it.
+    """
+
+    freedoms: int
+    idle: tuple[str, ...]
+    redundant: tuple[str, ...]
+    singular: bool
+
+
+class Mechanism:
+    """Bodies joined by elements, in the pose in which their hard points were given.
+
+    Parameters
+    ----------
+    elements : sequence of Link, Spherical, Revolute, Prismatic, Cylindrical, OnGuide or KeepAngle
+        Points may be (n, 3): a batch of n mechanisms.
+    unit : str
+        The unit of length of all points, for headings.
+
+    Raises
+    ------
+    InvalidLinkage
+        If elements contradict each other, or a point is not finite, or not on its guide.
+
+    Examples
+    --------
+    >>> rssr = Mechanism(
+    ...     [Revolute("crank", (0, 0, 0), axis=(0, 0, 1)), Revolute("rocker", (4, 0, 1), axis=(0, 1, 0)),
+    ...      Link("crank", (1, 0, 0), "rocker", (4, 0, 3))])
+    >>> rssr.sweep(Joint("crank"), np.radians(np.arange(361))).joint("rocker")
+    """
+
+    def __init__(self, elements: Sequence[Element], unit: str = "mm") -> None:
+        self.elements, self.unit = tuple(elements), unit
+        self._systems: dict[str, System] = {}
+        self.system()
+
+    def system(self, *scalars: Scalar) -> System:
+        """Return the equations, the rows of the scalars last, without the conditions that others imply."""
+        key = repr(scalars)
+        if key not in self._systems:
+            compiler = Compiler(self.elements, scalars)
+            made = compiler.system(scalars)
+            use, _ = _independent(made)
+            self._systems[key] = made if len(use) == made.rows else _using(made, use)
+        return self._systems[key]
+
+    def carriers(self) -> list[Revolute | Prismatic | Cylindrical]:
+        """Return the joints on which bodies hang, those whose coordinates `Joint` names."""
+        first: dict[str, Revolute | Prismatic | Cylindrical] = {}
+        for x in self.elements:
+            if isinstance(x, Revolute | Prismatic | Cylindrical):
+                first.setdefault(x.body, x)
+        return list(first.values())
+
+    @cached_property
+    def mobility(self) -> Mobility:
+        """What joints and links leave free."""
+        system = self.system()
+        _, singular = _independent(system)
+        redundant = [system.names[r] for r in range(system.rows) if r not in system.use]
+        idle = [system.bodies[system.ways[0][w]] for w in system.idle[0]]
+        return Mobility(system.unknowns - len(system.use), tuple(idle), tuple(dict.fromkeys(redundant)), singular)
+
+    def _curve(self, drive: Scalar, hold: Sequence[Scalar]) -> tuple[Curve, Array]:
+        """Return the curve of poses with what is held, and the design states (N, numbers)."""
+        system = self.system(*hold, drive)
+        freedoms = system.unknowns - len(system.use)
+        if freedoms == 0:
+            raise NotMovable("joints and links leave no freedom: a structure; free a link, or drive a length")
+        if freedoms != 1 + len(hold):
+            raise CannotDrive(
+                f"there are {freedoms} freedoms: one drives, {freedoms - 1} must be held, not {len(hold)}"
+            )
+        y = np.repeat(system.design[None], len(system.points), axis=0)
+        return Curve(system, system.evaluate(y)[1][:, :-1] if hold else np.zeros((len(y), 0))), y
+
+    def sweep(self, drive: Scalar, values: Any, hold: Sequence[Scalar] = ()) -> Motion:
+        """Move the mechanism so that a scalar takes given values, from the design pose on the assembly it is in.
+
+        Parameters
+        ----------
+        drive : Joint, Travel, Length, Angle or GuideCoordinate
+        values : array-like, shape (s,)
+            In the unit of the points, or radians.  What lies beyond a dead point is NaN; `Motion.ends` says where.
+        hold : sequence of scalars
+            What keeps its value: one for each freedom but one.
+
+        Raises
+        ------
+        CannotDrive
+            If the drive stays as it is when the mechanism moves, or the freedoms are not as many as drives.
+        NotMovable
+            If there is no freedom, or the design pose is singular.
+        InvalidRequest
+            If values are not finite.
+        """
+        try:
+            q = np.atleast_1d(np.asarray(values, float))
+        except (TypeError, ValueError):
+            q = np.array([np.nan])
+        if q.ndim != 1 or not q.size or not np.isfinite(q).all():
+            raise InvalidRequest("values of a drive must be finite numbers, one after the other")
+        curve, y = self._curve(drive, hold)
+        count, unit = len(y), curve.system.scalars[-1].unit
+        goal = q / unit
+        at = curve(y)
+        tangent, slope, regular = tangents(at[1], at[3])
+        if (regular < RANK).any():
+            raise NotMovable("the design pose is singular: more freedoms than beside it; give another design pose")
+        if (slope < STILL).any():
+            self._explain(curve, y, tangent, drive)
+        start = at[2]
+        low, high = np.minimum(goal.min(), start), np.maximum(goal.max(), start)
+        both = np.tile(np.arange(count), 2)
+        signed = np.concatenate([-tangent, tangent])
+        traces = toward(curve.take(both), y[both], signed, np.concatenate([low, high]), tuple(v[both] for v in at))
+        states = np.full((count, len(q), y.shape[1]), np.nan)
+        inside = np.zeros((count, len(q)), bool)
+        ends = []
+        for i in range(count):
+            trace = traces[i].joined(traces[count + i])
+            inside[i] = (goal >= trace.drive[0] - 1e-12) & (goal <= trace.drive[-1] + 1e-12)
+            if inside[i].any():
+                states[i, inside[i]] = trace.at(trace.where(goal[inside[i]])) if len(trace.s) > 1 else trace.y[:1]
+            below, above = traces[i], traces[count + i]
+            ends.append(
+                tuple(
+                    (float(t.drive[-1] * unit), t.reason) if short else None
+                    for t, short in ((below, below.drive[-1] > low[i]), (above, above.drive[-1] < high[i]))
+                )
+            )
+        who, which = np.nonzero(inside)
+        found, good = solved(curve.take(who), states[who, which], goal[which])
+        found[~good] = np.nan
+        states[who, which] = found
+        return Motion(self, curve, drive, tuple(hold), q, states, tuple(ends))
+
+    def circuit(self, drive: Scalar, hold: Sequence[Scalar] = ()) -> Circuit:
+        """Follow all that the mechanism reaches without being taken apart, through the dead points of the drive.
+
+        Raises
+        ------
+        CannotDrive, NotMovable
+            As `sweep`.
+        """
+        curve, y = self._curve(drive, hold)
+        if len(y) > 1:
+            raise InvalidRequest("a circuit is that of one mechanism, not of a batch")
+        return circuit(self, curve, y, drive, tuple(hold))
+
+    def assemblies(
+        self, drive: Scalar, value: float, hold: Sequence[Scalar] = (), hits: int = 5, most: int = 4096, seed: int = 1
+    ) -> FoundAssemblies:
+        """Find the ways to put the mechanism together at a value of a drive, by Newton's method from random poses.
+
+        Parameters
+        ----------
+        drive, hold
+            As for `sweep`.
+        value : float
+        hits, most, seed : int
+            Until each was found so often, or so many starts were made, in an order that the seed says.
+        """
+        curve, y = self._curve(drive, hold)
+        if len(y) > 1 or not np.isfinite(value):
+            raise InvalidRequest("assemblies are those of one mechanism at one finite value of its drive")
+        states, counts, starts = search(curve, value / curve.system.scalars[-1].unit, hits, most, seed)
+        motion = Motion(
+            self, curve, drive, tuple(hold), np.full(len(states), float(value)), states[None], ((None, None),)
+        )
+        return FoundAssemblies(motion, counts, starts)
+
+    def _explain(self, curve: Curve, y: Array, tangent: Array, drive: Scalar) -> None:
+        """Raise what is wrong with a drive that stands still in the design pose."""
+        march, name, moves = March(curve, y, tangent), type(drive).__name__, False
+        for _ in range(4):
+            march.step()
+            moves |= bool(np.abs(march.last[4]).max() > STILL)
+        if not moves:
+            raise CannotDrive(f"this {name} cannot drive: it keeps its value when the mechanism moves")
+        raise CannotDrive(
+            f"the design pose is a dead point of this {name}: it is stationary there; drive another scalar"
+        )
+
+
+def _using(system: System, use: Array) -> System:
+    return replace(system, use=use)
+
+
+def _independent(system: System) -> tuple[Array, bool]:
+    """Return conditions that imply all others wherever the mechanism moves, and whether the design pose is singular.
+
+    The rank is looked at in the design pose, and in one beside it that satisfies all conditions.
+    """
+    system = system.take(np.array([0])) if len(system.points) > 1 else system
+    y = system.design[None]
+    _, _, jacobian = system.evaluate(y)
+    j = jacobian[0, : system.rows]
+    s = np.linalg.svd(j, compute_uv=False) if j.size else np.zeros(0)
+    rank = int((s > RANK * s.max(initial=0)).sum())
+    if rank == system.rows:
+        return np.arange(system.rows), False
+    free = np.linalg.svd(j)[2][rank:]
+    if not len(free):
+        return np.sort(qr(j.T, pivoting=True, mode="r")[1][:rank]), False
+    way = free.T @ np.random.default_rng(1).normal(size=len(free))
+    y = system.moved(y, ASIDE * way[None] / np.sqrt(way @ way))
+    for _ in range(30):
+        f, _, jacobian = system.evaluate(y)
+        step = -np.linalg.lstsq(jacobian[0, : system.rows], f[0], rcond=1e-6)[0]
+        y = system.moved(y, step[None])
+        if np.abs(step).max() < 1e-10:
+            break
+    f, _, jacobian = system.evaluate(y)
+    if np.abs(f).max() > 1e-8:  # no pose beside it: the freedom is one of the first order only
+        return np.arange(system.rows), True
+    aside = jacobian[0, : system.rows]
+    s = np.linalg.svd(aside, compute_uv=False)
+    there = int((s > 1e-6 * s.max()).sum())
+    return np.sort(qr(aside.T, pivoting=True, mode="r")[1][:there]), there > rank

@@ -1,0 +1,246 @@
+"""Poses of a mechanism over a sweep, and what can be read off them, with derivatives by the drive."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from math import factorial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import InvalidRequest
+from ...kinematics.types import Array
+from .compiling import numbers
+from .elements import Scalar
+from .system import UNKNOWNS, cross, series
+from .tracing import Curve
+
+if TYPE_CHECKING:
+    from .mechanism import Mechanism
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Poses at the values of a drive; NaN where there is none.
+
+    Every reading is of shape (s, ...), or (n, s, ...) of a batch of n mechanisms; `order` gives it with its derivatives
+    by the drive, along an axis that follows (Mangeron, Oğuztöreli and Plitea 1970 call them reduced): (s, order + 1,
+    ...).  `in_time` turns them into velocities and accelerations for a law of the drive.
+
+    Attributes
+    ----------
+    drive : ndarray, shape (s,)
+    states : ndarray, shape (n, s, numbers)
+    ends : tuple of n pairs
+        Below and above: None if the drive got as far as it was asked to, else (value, reason).
+    """
+
+    mechanism: Mechanism
+    curve: Curve
+    driven: Scalar
+    held: tuple[Scalar, ...]
+    drive: Array
+    states: Array
+    ends: tuple[Any, ...]
+    _cache: dict[Any, Array] = field(default_factory=dict)
+
+    @property
+    def success(self) -> Array:
+        """Whether there is a pose, shape (s,) or (n, s)."""
+        return self._shaped(np.isfinite(self.states).all(-1).reshape(-1))
+
+    @property
+    def drive_unit(self) -> str:
+        """Unit of the drive as it is shown: that of length, or degrees."""
+        return "deg" if self._angular else self.mechanism.unit
+
+    @property
+    def drive_shown(self) -> Array:
+        """The drive in that unit."""
+        return np.asarray(np.degrees(self.drive) if self._angular else self.drive)
+
+    @property
+    def _angular(self) -> bool:
+        return bool(self.curve.system.scalars[-1].angular)
+
+    def _shaped(self, flat: Array) -> Array:
+        n, s = self.states.shape[:2]
+        out = flat.reshape(n, s, *flat.shape[1:])
+        return np.asarray(out if n > 1 else out[0])
+
+    def _flat(self) -> tuple[Curve, Array]:
+        n, s = self.states.shape[:2]
+        return self.curve.take(np.repeat(np.arange(n), s)), self.states.reshape(n * s, -1)
+
+    def series(self, order: int) -> Array:
+        """Return the unknowns as series in the drive, (order + 1, n s, unknowns): one linear solve per order."""
+        if order not in self._cache:
+            curve, y = self._flat()
+            system = curve.system
+            width = system.rows + len(system.scalars)
+            rows = np.concatenate([system.use, np.arange(system.rows, width)])
+            inverse = self.inverse()
+            x = np.zeros((order + 1, len(y), system.unknowns))
+            for k in range(1, order + 1):
+                rotation, shift = system.poses(y, x[: k + 1])
+                ends, ways = system.attached(rotation, shift)
+                f = np.zeros((len(y), width))
+                f[:, : system.rows] = system.residual(ends, ways, rotation, shift)[k]
+                every = system.numbered(y, x[: k + 1])
+                for c, scalar in enumerate(system.scalars, system.rows):
+                    f[:, c] = scalar.value(ends, ways, every)[k]
+                if k == 1:
+                    f[:, -1] -= 1
+                x[k] = -(inverse @ f[:, rows, None])[..., 0]
+            self._cache[order] = x
+        return self._cache[order]
+
+    def inverse(self) -> Array:
+        """Return the inverse of the Jacobian of conditions, held scalars and drive, (n s, unknowns, unknowns)."""
+        if "inverse" not in self._cache:
+            curve, y = self._flat()
+            system = curve.system
+            _, _, jacobian = system.evaluate(y)
+            square = jacobian[:, np.concatenate([system.use, np.arange(system.rows, jacobian.shape[1])])]
+            good = np.isfinite(square).all((1, 2))
+            inverse = np.full_like(square, np.nan)
+            inverse[good] = np.linalg.inv(square[good]) if _regular(square[good]) else np.linalg.pinv(square[good])
+            self._cache["inverse"] = inverse
+        return self._cache["inverse"]
+
+    def _read(self, values: Array, unit: float) -> Array:
+        """Return derivatives from coefficients (order + 1, n s, ...): in the user's units."""
+        order, drive = len(values) - 1, self.curve.system.scalars[-1].unit
+        scale = np.array([unit * factorial(k) / drive**k for k in range(order + 1)])
+        out = np.moveaxis(values * scale.reshape(-1, *[1] * (values.ndim - 1)), 0, 1)
+        return self._shaped(out if order else out[:, 0])
+
+    def _poses(self, order: int) -> tuple[Array, Array]:
+        curve, y = self._flat()
+        return curve.system.poses(y, self.series(order) if order else None)
+
+    def body_number(self, body: str) -> int:
+        """Return the number of a body."""
+        if body not in self.curve.system.bodies:
+            raise InvalidRequest(f"there is no body {body!r}, only {', '.join(self.curve.system.bodies)}")
+        return self.curve.system.bodies.index(body)
+
+    def point(self, body: str, at: Any, order: int = 0) -> Array:
+        """Return where a point of a body goes, given where it is in the design pose; (s, 3) or (s, order + 1, 3)."""
+        system, b = self.curve.system, self.body_number(body)
+        rotation, shift = self._poses(order)
+        p = (numbers(at, "a point") - system.centre) / system.unit
+        if len(p) > 1:
+            p = np.repeat(p, self.states.shape[1], axis=0)
+        x = (rotation[:, :, b] @ p[..., None])[..., 0] + shift[:, :, b]
+        out = self._read(x, system.unit)
+        if order:
+            out[..., 0, :] += system.centre
+        else:
+            out += system.centre
+        return out
+
+    def direction(self, body: str, vector: Any, order: int = 0) -> Array:
+        """Return where a direction of a body, given in the design pose, points; (s, 3) or (s, order + 1, 3)."""
+        rotation, _ = self._poses(order)
+        return self._read(
+            (rotation[:, :, self.body_number(body)] @ numbers(vector, "a direction")[..., None])[..., 0], 1.0
+        )
+
+    def rotation(self, body: str) -> Array:
+        """Return the rotation of a body from the design pose, shape (s, 3, 3)."""
+        return self._shaped(self._poses(0)[0][0][:, self.body_number(body)])
+
+    def spin(self, body: str, order: int = 1) -> Array:
+        """Return angular velocity, acceleration ... of a body per unit of the drive, shape (s, order, 3)."""
+        turn = self._poses(order)[0][:, :, self.body_number(body)]
+        k = np.arange(1.0, order + 1).reshape(-1, 1, 1, 1)
+        w = series(turn[1:] * k, np.swapaxes(turn, -1, -2)[:-1], np.matmul)
+        vector = np.stack([w[..., 2, 1], w[..., 0, 2], w[..., 1, 0]], axis=-1)
+        unit = self.curve.system.scalars[-1].unit
+        scale = np.array([factorial(j) / unit ** (j + 1) for j in range(order)])
+        return self._shaped(np.moveaxis(vector * scale[:, None, None], 0, 1))
+
+    def influence(self, held: Scalar, body: str, at: Any) -> tuple[Array, Array]:
+        """Return what a unit of a scalar that is held would do, the drive standing still: spin and velocity (s, 3).
+
+        Raises
+        ------
+        InvalidRequest
+            If that scalar was not held in the sweep.
+        """
+        if not any(h is held for h in self.held):
+            raise InvalidRequest(f"this {type(held).__name__} was not held in the sweep")
+        curve, y = self._flat()
+        system = curve.system
+        k = next(i for i, h in enumerate(self.held) if h is held)
+        inverse = self.inverse()
+        x = inverse[:, :, len(system.use) + k]
+        rotation, shift = system.poses(y)
+        screws = system.screws(y, rotation, shift)
+        b = self.body_number(body)
+        twist = (x[:, None] * self.carries(b) @ screws)[:, 0]
+        p = (numbers(at, "a point") - system.centre) / system.unit
+        world = (rotation[0][:, b] @ p[0]) + shift[0][:, b]
+        unit = system.scalars[k].unit
+        velocity = twist[:, :3] + cross(twist[:, 3:], world)
+        return self._shaped(twist[:, 3:] / unit), self._shaped(velocity * system.unit / unit)
+
+    def carries(self, b: int) -> Array:
+        """Return whether each unknown moves a body, shape (unknowns,)."""
+        system = self.curve.system
+        out, bodies = np.zeros(system.unknowns), {b}
+        for p in reversed(system.placed):
+            for body, on, first in zip(p.bodies, p.on, p.unknown, strict=True):
+                if body in bodies:
+                    out[first : first + UNKNOWNS[p.sort]] = 1
+                    bodies.add(on)
+        return out
+
+    def joint(self, body: str, index: int = 0, order: int = 0) -> Array:
+        """Return the coordinate of the joint that carries a body, 0 in the design pose; (s,) or (s, order + 1)."""
+        system, b = self.curve.system, self.body_number(body)
+        for p in system.placed:
+            if b in p.bodies and not p.guide and 0 <= index < UNKNOWNS[p.sort] <= 2:
+                unit = system.unit if p.sort == 1 or index else 1.0
+                at = p.bodies.index(b)
+                y = self._flat()[1]
+                x = np.zeros((order + 1, len(y)))
+                if order:
+                    x[:] = self.series(order)[:, :, p.unknown[at] + index]
+                x[0] = y[:, p.number[at] + index]
+                return self._read(x, unit)
+        raise InvalidRequest(f"{body} hangs on no joint with a coordinate {index}")
+
+    def residual(self) -> Array:
+        """Return the largest distance by which any condition is missed, those that others imply too, shape (s,)."""
+        curve, y = self._flat()
+        return self._shaped(np.abs(curve.system.evaluate(y)[0]).max(1, initial=0) * curve.system.unit)
+
+
+def _regular(square: Array) -> bool:
+    return bool((np.linalg.slogdet(square)[0] != 0).all())
+
+
+def in_time(reduced: Any, rates: Any) -> Array:
+    """Return time derivatives from those by the drive, for a law q(t) of the drive (Faà di Bruno).
+
+    Parameters
+    ----------
+    reduced : array-like, shape (..., order + 1)
+        A scalar with its derivatives by the drive, order at most 3.
+    rates : array-like, shape (order,)
+        Velocity, acceleration, jerk of the drive.
+    """
+    x, v = np.asarray(reduced, float), np.asarray(rates, float)
+    out = x.copy()
+    order = x.shape[-1] - 1
+    if order > 3 or len(v) < order:
+        raise InvalidRequest("time derivatives up to the third, with as many rates of the drive")
+    if order > 0:
+        out[..., 1] = x[..., 1] * v[0]
+    if order > 1:
+        out[..., 2] = x[..., 2] * v[0] ** 2 + x[..., 1] * v[1]
+    if order > 2:
+        out[..., 3] = x[..., 3] * v[0] ** 3 + 3 * x[..., 2] * v[0] * v[1] + x[..., 1] * v[2]
+    return out

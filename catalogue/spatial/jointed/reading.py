@@ -1,0 +1,152 @@
+"""Mechanisms from TOML or JSON: hard points in the user's unit, drives and what is read off by name.
+
+A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]``, ``[[cylindrical]]``,
+``[[spherical]]``, ``[[guide]]``, ``[[angle]]`` with the fields of the classes of `elements`; ``[drive.NAME]`` with
+`kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``) and the fields of the scalar; and what to print:
+``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel` and `steer`, the name of a drive;
+``[transmission]`` with `output` and `link`.
+"""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ...errors import InvalidRequest, quoted
+from . import elements as e
+from .axle import Wheel, kinematics
+from .mechanism import Mechanism
+from .motion import Motion
+from .transmission import transmission
+
+ELEMENTS: dict[str, type] = {
+    "link": e.Link, "revolute": e.Revolute, "prismatic": e.Prismatic, "cylindrical": e.Cylindrical,
+    "spherical": e.Spherical, "guide": e.OnGuide, "angle": e.KeepAngle,
+}  # fmt: skip
+SCALARS: dict[str, type] = {
+    "joint": e.Joint, "travel": e.Travel, "length": e.Length, "angle": e.Angle, "guide": e.GuideCoordinate,
+}  # fmt: skip
+OTHERS = ("unit", "drive", "point", "wheel", "transmission", "title")
+
+
+@dataclass(frozen=True, eq=False)
+class Job:
+    """What a file holds."""
+
+    mechanism: Mechanism
+    drives: dict[str, Any]
+    points: tuple[Mapping[str, Any], ...]
+    wheel: Wheel | None
+    steer: str
+    output: Mapping[str, Any]
+
+    def drive(self, name: str) -> Any:
+        """Return a drive by its name."""
+        if name not in self.drives:
+            raise InvalidRequest(f"there is no drive {quoted(name)}: the file has {', '.join(self.drives) or 'none'}")
+        return self.drives[name]
+
+    def table(self, motion: Motion) -> pd.DataFrame:
+        """Return all that the file says to print, one row per pose, with units in the headings."""
+        unit = self.mechanism.unit
+        parts = [pd.DataFrame({f"drive [{motion.drive_unit}]": motion.drive_shown})]
+        for point in self.points:
+            x = motion.point(point["body"], point["at"])
+            name = point.get("name", point["body"])
+            parts.append(pd.DataFrame({f"{name} {k} [{unit}]": c for k, c in zip("xyz", x.T, strict=True)}))
+        for joint in self.mechanism.carriers():
+            turns = not isinstance(joint, e.Prismatic)
+            value = motion.joint(joint.body)
+            parts.append(
+                pd.DataFrame({f"{joint.body} [{'deg' if turns else unit}]": np.degrees(value) if turns else value})
+            )
+        if self.output:
+            parts.append(transmission(motion, self.output.get("output", ""), self.output.get("link", "")))
+        if self.wheel:
+            steer = self.drive(self.steer) if self.steer else None
+            parts.append(kinematics(motion, self.wheel, steer if steer in motion.held else None))
+        whole = pd.concat(parts, axis=1)
+        return whole.loc[:, ~whole.columns.duplicated()]
+
+
+def load(file: str | Path) -> Job:
+    """Read a mechanism from a TOML or JSON file.
+
+    Raises
+    ------
+    InvalidRequest
+        If the file cannot be read, or a name in it means nothing.
+    InvalidLinkage
+        If what it holds is no mechanism.
+    """
+    try:
+        text = Path(file).expanduser().read_text("utf-8-sig")
+    except (OSError, UnicodeDecodeError, RuntimeError, ValueError) as error:
+        raise InvalidRequest(f"cannot read {file}: {error}") from None
+    try:
+        given = json.loads(text) if text.lstrip()[:1] == "{" else tomllib.loads(text)
+    except (json.JSONDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InvalidRequest(f"{file} is neither TOML nor JSON: {error}") from None
+    return _job(given, str(file))
+
+
+def _job(given: dict[str, Any], file: str) -> Job:
+    for name in given:
+        if name not in ELEMENTS and name not in OTHERS:
+            raise InvalidRequest(f"{file}: {quoted(name)} means nothing; tables are {', '.join([*ELEMENTS, *OTHERS])}")
+    elements = [
+        _made(made, one, f"{file}: {kind} {i + 1}")
+        for kind, made in ELEMENTS.items()
+        for i, one in enumerate(_tables(given, kind, file))
+    ]
+    mechanism = Mechanism(elements, str(given.get("unit", "length")))
+    drives = {}
+    for name, one in _table(given, "drive", file).items():
+        what = f"{file}: drive {quoted(name)}"
+        kind = one.get("kind") if isinstance(one, dict) else None
+        if kind not in SCALARS:
+            raise InvalidRequest(f"{what} needs a kind, one of {', '.join(SCALARS)}")
+        drives[name] = _made(SCALARS[kind], {k: v for k, v in one.items() if k != "kind"}, what)
+    points = tuple(_tables(given, "point", file))
+    for one in points:
+        if not {"body", "at"} <= set(one):
+            raise InvalidRequest(f"{file}: a point needs body and at")
+    wheel = dict(_table(given, "wheel", file))
+    steer = str(wheel.pop("steer", ""))
+    made = _made(Wheel, wheel, f"{file}: wheel") if wheel else None
+    return Job(mechanism, drives, points, made, steer, _table(given, "transmission", file))
+
+
+def _table(given: dict[str, Any], name: str, file: str) -> dict[str, Any]:
+    one = given.get(name, {})
+    if not isinstance(one, dict):
+        raise InvalidRequest(f"{file}: {name} must be a table")
+    return one
+
+
+def _tables(given: dict[str, Any], name: str, file: str) -> list[dict[str, Any]]:
+    found = given.get(name, [])
+    if not isinstance(found, list) or not all(isinstance(x, dict) for x in found):
+        raise InvalidRequest(f"{file}: {name} must be tables, each headed [[{name}]]")
+    return found
+
+
+def _made(kind: type, one: dict[str, Any], what: str) -> Any:
+    """Return a dataclass from its fields; `from` stands for `from_`."""
+    values = {("from_" if k == "from" else k): v for k, v in one.items()}
+    known = {f.name for f in fields(kind)}
+    for name in values:
+        if name not in known:
+            told = ", ".join(k.rstrip("_") for k in sorted(known))
+            raise InvalidRequest(f"{what}: {quoted(name)} means nothing; its fields are {told}")
+    try:
+        return kind(**values)
+    except TypeError as error:
+        raise InvalidRequest(f"{what}: {str(error).partition(') ')[2] or error}") from None

@@ -1,0 +1,86 @@
+"""Forces in links and joints, by the transpose of the Jacobian that moves them (virtual work)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ...errors import InvalidRequest
+from .compiling import numbers
+from .elements import Link
+from .motion import Motion
+from .system import cross
+
+
+@dataclass(frozen=True, eq=False)
+class Load:
+    """A force on a body at one of its points, given where it is in the design pose, and a moment, in world axes."""
+
+    body: str
+    force: Sequence[float] | Any
+    at: Sequence[float] | Any
+    moment: Sequence[float] | Any = (0.0, 0.0, 0.0)
+
+
+def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
+    """Return what joints and links have to bear, and what the drive has to exert, in equilibrium without masses.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of one mechanism.
+    loads : sequence of Load
+        Forces in newtons, moments in newtons times the unit of length.
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row per pose.  Of a link its force, positive for tension; of an element with several conditions one column
+        each, numbered: forces, or moments where the condition is one of directions; of drive and held scalars what acts
+        on them, a force or a moment.  NaN for elements whose conditions others imply: statics does not determine them.
+    """
+    system, unit = motion.curve.system, motion.mechanism.unit
+    if len(motion.states) > 1:
+        raise InvalidRequest("reactions are those of one mechanism, not of a batch")
+    y = motion.states[0]
+    rotation, shift = system.poses(y)
+    screws = system.screws(y, rotation, shift)
+    push = np.zeros((len(y), system.unknowns))
+    for load in loads:
+        b = motion.body_number(load.body)
+        p = (numbers(load.at, "Load.at")[0] - system.centre) / system.unit
+        force = numbers(load.force, "Load.force")[0]
+        at = rotation[0][:, b] @ p + shift[0][:, b]
+        moment = cross(at, np.broadcast_to(force, at.shape)) + numbers(load.moment, "Load.moment")[0] / system.unit
+        wrench = np.concatenate([np.broadcast_to(force, at.shape), moment], axis=1)
+        push += (screws @ wrench[..., None])[..., 0] * motion.carries(b)
+    borne = -(np.swapaxes(motion.inverse(), 1, 2) @ push[..., None])[..., 0]
+    links = {
+        _label for _label, x in zip(system.labelled, motion.mechanism.elements, strict=True) if isinstance(x, Link)
+    }
+    angular = set(range(system.starts[1], system.starts[2]))
+    columns: dict[str, Any] = {f"drive [{motion.drive_unit}]": motion.drive_shown}
+    lost = {name for r, name in enumerate(system.names) if r not in system.use}
+    times: dict[str, int] = {}
+    for k, r in enumerate(system.use):
+        name = system.names[r]
+        if r >= system.starts[3]:
+            continue  # an idle rotation bears nothing
+        times[name] = times.get(name, 0) + 1
+        many = sum(n == name for n in system.names) > 1
+        label = f"{name} {times[name]}" if many else name
+        value = borne[:, k] * (-1 if name in links else 1) * (unit_of := system.unit if r in angular else 1.0)
+        columns[f"{label} [{'N' if unit_of == 1.0 and r not in angular else 'N ' + unit}]"] = (
+            np.full(len(y), np.nan) if name in lost else value
+        )
+    for k, scalar in enumerate(system.scalars, len(system.use)):
+        what = "drive" if k == len(system.use) + len(system.scalars) - 1 else f"held {k - len(system.use) + 1}"
+        if scalar.angular:
+            columns[f"{what} [N {unit}]"] = borne[:, k] * system.unit
+        else:
+            columns[f"{what} [N]"] = borne[:, k]
+    return pd.DataFrame(columns)

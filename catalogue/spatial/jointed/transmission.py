@@ -1,0 +1,58 @@
+"""What designers of function generators read off: output over input with derivatives, and the transmission angle."""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from ...errors import InvalidRequest
+from .elements import Link, Revolute
+from .motion import Motion
+from .system import cross
+
+
+def transmission(motion: Motion, output: str, link: str = "") -> pd.DataFrame:
+    """Return the coordinate of the joint that carries an output, its derivatives by the drive, the transmission angle.
+
+    Parameters
+    ----------
+    motion : Motion
+        Of one mechanism.
+    output : str
+        A body on a revolute joint on the ground, for the transmission angle; else on any joint.
+    link : str, optional
+        The name of the link that moves it: its transmission angle is that between the link and the plane across which
+        the output's end of it moves, 90 degrees at best, 0 at a dead point of the output.
+
+    Raises
+    ------
+    InvalidRequest
+        If there is no such body, link, or revolute joint.
+    """
+    value = motion.joint(output, order=3)
+    angular = any(isinstance(x, Revolute) and x.body == output for x in motion.mechanism.elements)
+    unit, drive = "deg" if angular else motion.mechanism.unit, motion.drive_unit
+    scale = np.degrees(1.0) if angular else 1.0
+    by = np.degrees(1.0) if drive == "deg" else 1.0
+    columns = {f"drive [{drive}]": motion.drive_shown, f"{output} [{unit}]": value[:, 0] * scale}
+    for k, name in enumerate(("first", "second", "third"), 1):
+        power = "" if k == 1 else f"^{k}"
+        columns[f"{name} derivative [{unit}/{drive}{power}]"] = value[:, k] * scale / by**k
+    if link:
+        rod = next((x for x in motion.mechanism.elements if isinstance(x, Link) and x.name == link), None)
+        arm = next(
+            (x for x in motion.mechanism.elements if isinstance(x, Revolute) and x.body == output and x.on == "ground"),
+            None,
+        )
+        if rod is None or arm is None or output not in (rod.a, rod.b):
+            raise InvalidRequest(
+                f"a transmission angle needs a link {link!r} to {output} on a revolute joint on the ground"
+            )
+        ends = motion.point(rod.a, rod.from_), motion.point(rod.b, rod.to)
+        at = np.asarray(arm.at, float)
+        axis = np.asarray(arm.to, float) - at if arm.axis is None else np.asarray(arm.axis, float)
+        pin = ends[0] if rod.a == output else ends[1]
+        e, v = ends[1] - ends[0], cross(np.broadcast_to(axis, pin.shape), pin - at)
+        sine = np.abs((e * v).sum(1)) / np.sqrt((e * e).sum(1) * (v * v).sum(1))
+        columns["transmission angle [deg]"] = np.degrees(np.arcsin(np.clip(sine, 0, 1)))
+    return pd.DataFrame(columns)

@@ -1,0 +1,105 @@
+"""Mechanisms from files, and the command: the example files move, what is wrong is one line."""
+
+from __future__ import annotations
+
+import io
+import json
+import tomllib
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from catalogue.cli import app
+from catalogue.errors import CatalogueError, InvalidRequest
+from catalogue.folders import folder
+from catalogue.spatial import Joint, load
+
+FILES = sorted((folder("data") / "spatial").glob("*.toml"))
+
+
+def run(*arguments: str) -> Any:
+    return CliRunner().invoke(app, ["spatial", *arguments])
+
+
+@pytest.mark.parametrize("file", FILES, ids=lambda f: f.stem)
+def test_every_example_moves(file: Path) -> None:
+    job = load(file)
+    name, scalar = next(iter(job.drives.items()))
+    held = [s for s in job.drives.values() if s is not scalar][: job.mechanism.mobility.freedoms - 1]
+    system = job.mechanism.system(*held, scalar)
+    start = system.evaluate(system.design[None])[1][0, -1] * system.scalars[-1].unit
+    motion = job.mechanism.sweep(scalar, start + np.array([-0.05, 0, 0.05]), held)
+    assert motion.success.all(), name
+    assert motion.residual().max() < 1e-11
+    assert np.isfinite(job.table(motion).to_numpy()).all()
+
+
+def test_json_says_the_same(tmp_path: Path) -> None:
+    toml = folder("data") / "spatial" / "rssr.toml"
+    other = tmp_path / "rssr.json"
+    other.write_text(json.dumps(tomllib.loads(toml.read_text("utf-8"))), encoding="utf-8")
+    one, two = load(toml), load(other)
+    q = np.linspace(0, 1, 5)
+    pd.testing.assert_frame_equal(
+        one.table(one.mechanism.sweep(Joint("crank"), q)), two.table(two.mechanism.sweep(Joint("crank"), q))
+    )
+
+
+def test_the_command_sweeps() -> None:
+    file = str(folder("data") / "spatial" / "five_link_axle.toml")
+    done = run("sweep", file, "--drive", "travel", "--hold", "rack", "--from", "-80", "--to", "80", "--format", "csv")
+    assert done.exit_code == 0, done.output
+    table = pd.read_csv(io.StringIO(done.stdout))
+    assert np.abs(table["travel [mm]"] - np.linspace(-80, 80, 21)).max() < 1e-9
+    assert {"toe [deg]", "camber [deg]", "caster [deg]", "roll centre [mm]"} <= set(table)
+
+
+def test_the_command_runs_whole_circuits_and_reports_dead_points() -> None:
+    file = str(folder("data") / "spatial" / "rssr.toml")
+    done = run("sweep", file, "--drive", "crank", "--format", "json", "--steps", "9")
+    rows = json.loads(done.stdout)
+    assert "crank turns fully" in done.stderr
+    assert rows[0]["rocker [deg]"] == pytest.approx(rows[-1]["rocker [deg]"], abs=1e-9)
+    axle = str(folder("data") / "spatial" / "five_link_axle.toml")
+    done = run("sweep", axle, "--drive", "travel", "--hold", "rack", "--from", "0", "--to", "2000")
+    assert "dead point" in done.stderr
+    assert done.exit_code == 0
+
+
+def test_the_command_finds_assemblies() -> None:
+    file = str(folder("data") / "spatial" / "rssr.toml")
+    done = run("assemblies", file, "--drive", "crank", "--at", "30", "--format", "json")
+    rows = json.loads(done.stdout)
+    assert len(rows) == 2
+    assert rows[0]["rocker [deg]"] == pytest.approx(-1.73417, abs=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("text", "match"),
+    [
+        ("[", "neither TOML nor JSON"),
+        ("[[rope]]", "'rope' means nothing"),
+        ("link = 3", "must be tables, each headed"),
+        ("[[link]]\na = 'ground'\n", "missing 3 required"),
+        ("[[link]]\na = 'ground'\nlenght = 3\n", "'lenght' means nothing; its fields are"),
+        ("[[revolute]]\nbody = 'a'\nat = [0, 0, 'x']\naxis = [0, 0, 1]\n", "3 finite numbers"),
+        ("[[revolute]]\nbody = 'a'\nat = [0, 0, 0]\naxis = [0, 0, 1]\n[drive.x]\nkind = 'rope'\n", "needs a kind"),
+    ],
+)
+def test_a_wrong_file_is_one_line(tmp_path: Path, text: str, match: str) -> None:
+    file = tmp_path / "wrong.toml"
+    file.write_text(text, encoding="utf-8")
+    with pytest.raises(CatalogueError, match=match) as caught:
+        load(file)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_drive_that_is_not_there_is_named() -> None:
+    with pytest.raises(InvalidRequest, match="no drive 'crunk': the file has crank"):
+        load(folder("data") / "spatial" / "rssr.toml").drive("crunk")
+    with pytest.raises(InvalidRequest, match="cannot read"):
+        load("nowhere.toml")
