@@ -15,6 +15,9 @@ from .tables import print_table
 if TYPE_CHECKING:
     import pandas as pd
 
+#: Part of the largest number of a column below which one is shown as 0.
+ROUNDING = 1e-12
+
 FILE = Argument("file", "FILE", "The mechanism in TOML or JSON: hard points, joints, links, drives.")
 DRIVE = option("--drive", "NAME", "What drives, by its name in the file.", required=True)
 HOLD = several("--hold", "NAME", "What keeps its value, if there is more than one freedom; may be repeated.")
@@ -110,5 +113,6 @@ def _print(table: pd.DataFrame, format: str) -> None:
     elif format == "json":
         print(json.dumps(json.loads(table.to_json(orient="records", double_precision=15)), indent=1))
     else:
-        rows = ([f"{v:.6g}" for v in row] for row in table.itertuples(index=False))
+        shown = table.mask(table.abs() < ROUNDING * table.abs().max(), 0.0)
+        rows = ([f"{v:.6g}" for v in row] for row in shown.itertuples(index=False))
         print_table("", [f">{name}" for name in table.columns], rows)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import io
 import json
+import re
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -68,6 +69,18 @@ def test_the_command_runs_whole_circuits_and_reports_dead_points() -> None:
     done = run("sweep", axle, "--drive", "travel", "--hold", "rack", "--from", "0", "--to", "2000")
     assert "dead point" in done.stderr
     assert done.exit_code == 0
+
+
+def test_a_crank_is_shown_at_even_angles_and_rounding_as_nothing() -> None:
+    file = str(folder("data") / "spatial" / "rssr.toml")
+    done = run("sweep", file, "--drive", "crank", "--format", "csv", "--steps", "9")
+    table = pd.read_csv(io.StringIO(done.stdout))
+    np.testing.assert_allclose(table["drive [deg]"], np.linspace(0, 360, 9), atol=1e-9)
+    axle = str(folder("data") / "spatial" / "five_link_axle.toml")
+    shown = run(
+        "sweep", axle, "--drive", "travel", "--hold", "rack", "--from", "-8", "--to", "8", "--steps", "3"
+    ).stdout
+    assert not re.search(r"e-1\d", shown)
 
 
 def test_the_command_finds_assemblies() -> None:

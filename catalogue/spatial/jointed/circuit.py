@@ -67,7 +67,12 @@ class Circuit:
     reason: str
 
     def motion(self, count: int = 361) -> Motion:
-        """Return `count` poses all along the circuit, evenly spaced in arc length, the first in the design pose."""
+        """Return `count` poses all along the circuit, the first in the design pose; of a crank that turns fully evenly
+        spaced in its angle, else in arc length."""
+        if self.crank:
+            begin, end = self.trace.drive[[0, -1]]
+            values = np.linspace(begin, begin + np.copysign(2 * np.pi, end - begin), count)
+            return self.mechanism.sweep(self.driven, values, self.held)
         s = np.linspace(self.trace.s[0], self.trace.s[-1], count)
         i = np.clip(np.searchsorted(self.trace.s, s), 1, len(self.trace.s) - 1)
         y, _, _ = across(_repeated(self.curve, count), self.trace.at(s), self.trace.tangent[i])
