@@ -19,7 +19,7 @@ from typing import Any
 
 import click
 
-from ..errors import CatalogueError, InvalidRequest, PluginError, press_ctrl_c, printable, shortened
+from ..errors import CatalogueError, InvalidRequest, PluginError, press_ctrl_c, printable, quoted, shortened
 from ..folders import other_distribution
 
 #: Not there where another package has put its own `__init__` in the place of ours, which `main` tells of.
@@ -55,6 +55,8 @@ def main() -> None:
     except OSError as error:
         what = error.filename or "what is to be printed"
         code = _unwritten(_told(f"{what} cannot be read or written: {error.strerror}", InvalidRequest.exit_code))
+    except UnicodeEncodeError as error:
+        code = _told(f"{quoted(error.object)} is no text that can be read or written here", InvalidRequest.exit_code)
     except MemoryError:
         code = _told("there is not enough memory: ask for less at once", InvalidRequest.exit_code)
     if "catalogue.plugin.registry" in sys.modules and sys.stdout is not sys.__stdout__ and _is_file(sys.stdout):

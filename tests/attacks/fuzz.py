@@ -51,12 +51,12 @@ WORK = ("find.find searched", "find.prescribed_pivots with_prescribed_pivots", "
 
 @contextlib.contextmanager
 def idle() -> Iterator[None]:
-    """Let nothing be searched, drawn or built."""
+    """Let nothing be searched, drawn or built, and what is opened by a relative name lie in a folder of its own."""
 
     def begin(*_: Any, **__: Any) -> None:
         raise Begun
 
-    with contextlib.ExitStack() as stack:
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), contextlib.ExitStack() as stack:
         for place in WORK:
             module, name = place.split()
             found = import_module(f"catalogue.{module}")
@@ -223,7 +223,8 @@ def _options() -> dict[tuple[str, ...], list[str]]:
     return {name: [f for p in one.params for f in p.opts if f[:2] == "--"] for name, one in found.items() if one}
 
 
-ARGUMENT = st.one_of(WORDS, st.floats().map(repr), st.integers().map(str))
+#: What a system can hand to a program: no text with NUL.
+ARGUMENT = st.one_of(WORDS, st.floats().map(repr), st.integers().map(str)).filter(lambda text: "\0" not in text)
 ARGV = st.sampled_from([*_options().items()]).flatmap(
     lambda command: st.tuples(
         st.just(command[0]),

@@ -58,6 +58,7 @@ FELL: list[tuple[str, Any]] = [
     ("files", b'[[[{"x":1},1],[1,1]]]'),
     ("command line", (("show",), [], ["a" * 5000])),
     ("command line", (("show",), [], ["\ud800"])),
+    ("command line", (("plate",), ["--out", "\ud800"], [])),
 ]
 
 
