@@ -13,7 +13,8 @@ import catalogue
 ROOT = Path(catalogue.__file__).parent
 #: From the bottom to the top.  A room is a package, or a module at the top level of the core.
 FLOORS = (
-    ("errors", "folders", "progress"),
+    ("errors",),
+    ("folders", "plugin_code", "progress"),
     ("kinematics",),
     ("curvature_theory", "problem", "spatial", "store"),
     ("guidance", "collections"),

@@ -19,8 +19,9 @@ from typing import Any
 
 import click
 
-from ..errors import CatalogueError, InvalidRequest, PluginError, press_ctrl_c, printable, quoted, shortened
+from ..errors import CatalogueError, InvalidRequest, PluginError, printable, quoted, shortened
 from ..folders import other_distribution
+from ..plugin_code import press_ctrl_c
 
 #: Not there where another package has put its own `__init__` in the place of ours, which `main` tells of.
 VERSION = getattr(sys.modules[__name__.rpartition(".")[0]], "__version__", "unknown")

@@ -6,7 +6,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from ..errors import CatalogueError, PluginError, foreign
+from ..errors import CatalogueError, PluginError
+from ..plugin_code import foreign
 from .spec import COLUMNS, Collection, Parameters
 
 

@@ -26,7 +26,8 @@ from typing import TYPE_CHECKING, Any, SupportsFloat
 
 import numpy as np
 
-from ..errors import PluginError, checked_name, checked_text, quoted
+from ..errors import PluginError, quoted
+from ..plugin_code import checked_name, checked_text
 
 if TYPE_CHECKING:
     from ..problem.request import Request

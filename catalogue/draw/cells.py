@@ -8,9 +8,10 @@ import numpy as np
 
 from ..curvature_theory.analysis import Curvature
 from ..curvature_theory.instant import Instant
-from ..errors import PluginError, foreign
+from ..errors import PluginError
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats
+from ..plugin_code import foreign
 from ..series.sampling import draw as sample
 from ..series.series import Guided, Member, Series
 

@@ -14,7 +14,8 @@ from sqlalchemy import ColumnElement, Float, and_, case, func, select, true
 from ..collections.bounds import Bound, bounds
 from ..collections.results import CollectionCandidate
 from ..collections.spec import COLUMNS, Collection, Measured
-from ..errors import InvalidRequest, PluginError, checked_text, foreign, quoted
+from ..errors import InvalidRequest, PluginError, quoted
+from ..plugin_code import checked_text, foreign
 from ..problem.request import Request, names, whole
 from ..store import Database
 from ..store import SpecimenRow as Row

@@ -6,8 +6,9 @@ import math
 from typing import Any
 
 from ..collections.spec import Collection
-from ..errors import PluginError, checked_name, checked_text
+from ..errors import PluginError
 from ..kinematics.families import Family
+from ..plugin_code import checked_name, checked_text
 from ..series.series import Member, Parameter, Series
 
 

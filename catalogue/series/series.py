@@ -22,9 +22,10 @@ from itertools import pairwise
 import numpy as np
 
 from ..curvature_theory.instant import Instant
-from ..errors import PluginError, checked_text, foreign, quoted
+from ..errors import PluginError, quoted
 from ..kinematics.linkage import FAMILIES, Linkage
 from ..kinematics.types import Array, Floats, Mask
+from ..plugin_code import checked_text, foreign
 from .pairs import half_turn
 from .posed import Posed, Solve, dual
 

@@ -15,8 +15,9 @@ import pytest
 
 import catalogue.errors
 from catalogue.cli import _interrupt_again
-from catalogue.errors import PluginError, foreign, one_line, printable
+from catalogue.errors import PluginError, one_line, printable
 from catalogue.plugin.registry import Registry
+from catalogue.plugin_code import foreign
 
 ALL = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "benchmarks" / "misbehaving.py")))
 KINDS = {kind.name: kind for kind in ALL.kinds()}
