@@ -1,4 +1,4 @@
-"""Plugins that misbehave are found, named, contained: a sample of `tests/benchmarks/misbehaving.py`."""
+"""Plugins that misbehave are found, named, contained: a sample of `tests/attacks/misbehaving.py`."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from catalogue.errors import PluginError, one_line, printable
 from catalogue.plugin.registry import Registry
 from catalogue.plugin_code import foreign
 
-ALL = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "benchmarks" / "misbehaving.py")))
+ALL = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "attacks" / "misbehaving.py")))
 KINDS = {kind.name: kind for kind in ALL.kinds()}
 #: One that each of the defences holds against.
 SAMPLE = [

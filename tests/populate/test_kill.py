@@ -1,6 +1,6 @@
 """A build that is killed at ten moments, in whole or in part: finished later it is what it would have been.
 
-A sample of `tests/benchmarks/kills.py`, which says more.
+A sample of `tests/attacks/kills.py`, which says more.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from types import SimpleNamespace
 
 import pytest
 
-KILLS = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "benchmarks" / "kills.py")))
+KILLS = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "attacks" / "kills.py")))
 COUNT = 200
 
 

@@ -1,6 +1,6 @@
 """A build is killed at random moments, and finished: nothing is lost, nothing is left.
 
-    python tests/benchmarks/kills.py [--write] [--times 100] [--seed 1895]
+    python tests/attacks/kills.py [--write] [--times 100] [--seed 1895]
 
 Each time a build in a new file is sent SIGKILL, SIGTERM or Ctrl-C, its main process, a worker or all of them, at a
 moment drawn evenly from its duration; then `catalogue build` is run to its end.  The file must then be that of an
@@ -126,6 +126,7 @@ def undisturbed(folder: Path, count: int) -> tuple[list[str], float]:
 
 def main() -> None:
     """Print the table, and write it if it is asked for."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
     from measuring import table, title
 
     parser = argparse.ArgumentParser()

@@ -1,6 +1,6 @@
 """What may happen to a file while it is built, drawn into, upgraded or read: one clear line, and nothing lost.
 
-    python tests/benchmarks/trouble.py [--write] [--seconds 60]
+    python tests/attacks/trouble.py [--write] [--seconds 60]
 
 Prints a table; ``--write`` writes ``data/reports/trouble.md``; ends with exit code 1 if anything was lost, or said
 otherwise than in one line.  POSIX only: the disk is filled by a limit on the size of files.
@@ -195,6 +195,7 @@ def readers(path: Path, seconds: float) -> tuple[bool, str]:
 
 def main() -> None:
     """Print the table, and write it if it is asked for."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
     from measuring import table, title
 
     parser = argparse.ArgumentParser()

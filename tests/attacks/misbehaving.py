@@ -1,6 +1,6 @@
 """A hundred plugins that misbehave, each beside one that does not: found, named, contained.
 
-    python tests/benchmarks/misbehaving.py [--write] [NAME ...]
+    python tests/attacks/misbehaving.py [--write] [NAME ...]
 
 prints a table, of the kinds named if any are, and ends with exit code 1 if one gets through; ``--write`` writes
 ``data/reports/misbehaving.md``.  Each kind is a file ``bad.py``; beside it stands ``good.py``, whose answers must be
@@ -350,6 +350,7 @@ def _sound(how: str) -> str:
 
 def main() -> None:
     """Print the table, and write it if it is asked for."""
+    sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
     from measuring import table, title
 
     names = [word for word in sys.argv[1:] if word != "--write"]
