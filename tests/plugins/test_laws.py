@@ -39,7 +39,7 @@ def synthesised(series: Series, member: Member, sample: Sample) -> tuple[Any, li
     with EXCHANGED.many_digits():
         complete = member.complete(free)
         guides = [(g.label, np.broadcast_to(g.pairs, (n, 2, 3)), g.order) for g in series.guided(complete)]
-        return member.synthesise(free), guides
+        return np.asarray(member.pivots(complete)), guides
 
 
 def measured(guide: Dyad, poses: list[list[Any]]) -> tuple[Any, Any]:
