@@ -68,7 +68,7 @@ PENALTY = 4.0
 DRAWN, PARALLELOGRAMS = 600, 60
 #: Points that a search may measure in refinement, per unit of effort, where it has found nothing, and where less than
 #: enough: a bound in time would make answers depend on the machine.
-IN_VAIN, POINTS = 900, 2000
+IN_VAIN, POINTS = 700, 2000
 #: Stages per unit of effort at most, and how many answers are enough to look no farther.  Fewer would make the first
 #: answer worse where fewer are shown.
 STAGES, AMPLE = 10, 6
