@@ -21,7 +21,6 @@ import click
 
 from ..errors import CatalogueError, InvalidRequest, PluginError, printable, quoted, shortened
 from ..folders import other_distribution
-from ..plugin_code import press_ctrl_c
 
 #: Not there where another package has put its own `__init__` in the place of ours, which `main` tells of.
 VERSION = getattr(sys.modules[__name__.rpartition(".")[0]], "__version__", "unknown")
@@ -187,6 +186,8 @@ def _is_file(stream: Any) -> bool:
 def _interrupt_again(unraisable: Any, told: Callable[[Any], object] = sys.unraisablehook) -> None:
     """Repeat a Ctrl-C that came while Python collected garbage, where no exception gets out of."""
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
+        from ..foreign_code import press_ctrl_c
+
         threading.Timer(0.05, press_ctrl_c).start()
     else:
         told(unraisable)

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from ..errors import CatalogueError, PluginError
-from ..plugin_code import foreign
+from ..foreign_code import foreign
 from .spec import COLUMNS, Collection, Parameters
 
 

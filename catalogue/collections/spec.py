@@ -27,7 +27,7 @@ from typing import TYPE_CHECKING, Any, SupportsFloat
 import numpy as np
 
 from ..errors import PluginError, quoted
-from ..plugin_code import checked_name, checked_text
+from ..foreign_code import checked_name, checked_text
 
 if TYPE_CHECKING:
     from ..problem.request import Request

@@ -9,9 +9,9 @@ import numpy as np
 from ..curvature_theory.analysis import Curvature
 from ..curvature_theory.instant import Instant
 from ..errors import PluginError
+from ..foreign_code import foreign
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats
-from ..plugin_code import foreign
 from ..series.sampling import draw as sample
 from ..series.series import Guided, Member, Series
 

@@ -10,10 +10,10 @@ from sqlalchemy import func, select
 
 from ..curvature_theory.instant import Instant
 from ..errors import PluginError, PluginWarning
+from ..foreign_code import foreign
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array
 from ..plugin.registry import Registry
-from ..plugin_code import foreign
 from ..series.sampling import in_proportion
 from ..series.series import Member, Series
 from ..store import Batch, Database, Guide, Mechanism, Reach

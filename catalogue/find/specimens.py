@@ -15,7 +15,7 @@ from ..collections.bounds import Bound, bounds
 from ..collections.results import CollectionCandidate
 from ..collections.spec import COLUMNS, Collection, Measured
 from ..errors import InvalidRequest, PluginError, quoted
-from ..plugin_code import checked_text, foreign
+from ..foreign_code import checked_text, foreign
 from ..problem.request import Request, names, whole
 from ..store import Database
 from ..store import SpecimenRow as Row

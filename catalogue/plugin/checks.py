@@ -7,8 +7,8 @@ from typing import Any
 
 from ..collections.spec import Collection
 from ..errors import PluginError
+from ..foreign_code import checked_name, checked_text
 from ..kinematics.families import Family
-from ..plugin_code import checked_name, checked_text
 from ..series.series import Member, Parameter, Series
 
 

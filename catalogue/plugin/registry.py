@@ -25,8 +25,8 @@ from .. import __version__
 from ..collections.spec import Collection
 from ..errors import DuplicateSeries, PluginError, PluginWarning, quoted
 from ..folders import folder, is_folder, plugin_folders
+from ..foreign_code import checked_text, foreign
 from ..kinematics.families import Family
-from ..plugin_code import checked_text, foreign
 from ..problem.request import names
 from ..series.series import Series
 from . import hookspecs

@@ -23,9 +23,9 @@ import numpy as np
 
 from ..curvature_theory.instant import Instant
 from ..errors import PluginError, quoted
+from ..foreign_code import checked_text, foreign
 from ..kinematics.linkage import FAMILIES, Linkage
 from ..kinematics.types import Array, Floats, Mask
-from ..plugin_code import checked_text, foreign
 from .pairs import half_turn
 from .posed import Posed, Solve, dual
 

@@ -291,7 +291,9 @@ def seen(kind: Kind, folder: Path) -> tuple[bool, str]:
     return good and quiet and short, line or f"exit code {code}"
 
 
-_CLASSIFIER = "import catalogue.plugin_code; catalogue.plugin_code.LIMIT = 2.0; from catalogue.cli import main; main()"
+_CLASSIFIER = (
+    "import catalogue.foreign_code; catalogue.foreign_code.LIMIT = 2.0; from catalogue.cli import main; main()"
+)
 _BLOCKER = """
 import catalogue.populate.workers as workers, sys
 from catalogue.errors import PluginError

@@ -16,8 +16,8 @@ import pytest
 import catalogue.errors
 from catalogue.cli import _interrupt_again
 from catalogue.errors import PluginError, one_line, printable
+from catalogue.foreign_code import foreign
 from catalogue.plugin.registry import Registry
-from catalogue.plugin_code import foreign
 
 ALL = SimpleNamespace(**runpy.run_path(str(Path(__file__).parents[1] / "attacks" / "misbehaving.py")))
 KINDS = {kind.name: kind for kind in ALL.kinds()}
@@ -70,7 +70,7 @@ def test_whatever_is_raised_is_an_error_of_one_line(capsys: pytest.CaptureFixtur
 
 @pytest.mark.slow
 def test_what_takes_too_long_is_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(catalogue.errors, "LIMIT", 0.3)
+    monkeypatch.setattr("catalogue.foreign_code.LIMIT", 0.3)
     start = time.monotonic()
     with pytest.raises(PluginError, match=r"^it takes longer than 0.3 s$"), foreign():
         time.sleep(60)
