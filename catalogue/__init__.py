@@ -17,7 +17,7 @@ from .folders import other_distribution
 
 __version__ = "0.1.0"
 
-_is_command = getattr(sys, "argv", [""])[0].endswith(("catalogue", "-m"))  # which says it itself
+_is_command = (getattr(sys, "argv", None) or [""])[0].endswith(("catalogue", "-m"))  # which says it itself
 if not _is_command and (_other := other_distribution()):
     import warnings
 

@@ -107,7 +107,7 @@ FIND = (*ConstraintArguments.__annotations__, "limit", "rank_by", "per_series", 
 Target = Callable[[catalogue.Catalogue, Any], Any]
 
 
-def _moved(opened: catalogue.Catalogue, data: Any) -> Any:  # noqa: ARG001
+def _moved(opened: catalogue.Catalogue, data: Any) -> Any:  # noqa: ARG001  # all targets are called alike
     linkage = Linkage([[[0, 0], [1, 1]], [[3, 0], [2, 2]]])
     return linkage.moved(**data)
 

@@ -26,7 +26,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "benchmarks"))
-from measuring import table, title  # noqa: E402
+from measuring import table, title  # noqa: E402  # beside the benchmarks
 
 #: What becomes of an operator, by the name of its class: its sign, and another one.
 OPERATORS = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
@@ -9,6 +10,7 @@ import numpy as np
 import pytest
 
 from catalogue.errors import CannotDrive, InvalidLinkage, InvalidRequest, NotMovable
+from catalogue.kinematics.types import Array
 from catalogue.spatial import (
     Angle,
     Cylindrical,
@@ -23,7 +25,12 @@ from catalogue.spatial import (
     Revolute,
     Spherical,
     Travel,
+    Wheel,
     in_time,
+    kinematics,
+    reactions,
+    sensitivities,
+    transmission,
 )
 
 
@@ -420,3 +427,103 @@ def test_no_sweep_changes_its_assembly(monkeypatch: pytest.MonkeyPatch) -> None:
                 assert one[0] == pytest.approx(other[0], abs=1e-9)
                 stopped += 1
     assert stopped > 60
+
+
+# -- batches -----------------------------------------------------------------------------------------------------------
+def axles(inner: Array, outer: Array, count: int) -> list[Link]:
+    """Return links of five-link axles (5, 3) moved at random, each by itself."""
+    draw = np.random.default_rng(4)
+    ends = [np.asarray(v) + draw.normal(size=(count, 5, 3)) for v in (inner, outer)]
+    return [Link("ground", ends[0][:, k], "wheel", ends[1][:, k]) for k in range(5)]
+
+
+INNER = np.array([(-120, 450, 230), (130, 440, 240), (-150, 400, -60), (140, 390, -70), (90, 420, -10.0)])
+OUTER = np.array([(-10, 690, 210), (15, 695, 215), (-20, 720, -90), (25, 715, -95), (110, 700, -5.0)])
+
+
+@pytest.mark.parametrize(
+    ("make", "values"),
+    [
+        (lambda c, a: Travel("wheel", c, a), [-10.0, 0, 30]),
+        (lambda _, a: Angle("wheel", a, np.array([1.0, 0, 0])), [-0.001, 0, 0.001]),
+    ],
+    ids=["travel", "angle"],
+)
+def test_each_of_a_batch_moves_as_it_does_alone(make: Any, values: list[float]) -> None:
+    """Driven at a point and along a direction of its own; points and directions of its own are read."""
+    links, draw = axles(INNER, OUTER, 3), np.random.default_rng(5)
+    centre = np.array([0, 760, 0.0]) + 5 * draw.normal(size=(3, 3))
+    along = np.array([0, 0, 1.0]) + 0.1 * draw.normal(size=(3, 3))
+    motion = Mechanism(links).sweep(make(centre, along), values)
+    for i in range(3):
+        alone = Mechanism([Link(x.a, x.from_[i], x.b, x.to[i]) for x in links]).sweep(make(centre[i], along[i]), values)
+        assert alone.success.all()
+        np.testing.assert_allclose(motion.point("wheel", centre)[i], alone.point("wheel", centre[i]), atol=1e-9)
+        np.testing.assert_allclose(motion.direction("wheel", along)[i], alone.direction("wheel", along[i]), atol=1e-11)
+
+
+def test_a_travel_is_that_of_its_own_point() -> None:
+    links = axles(INNER, OUTER, 3)
+    centre = np.array([[0, 760, 0.0], [5, 755, 8.0], [-4, 770, -6.0]])
+    motion = Mechanism(links).sweep(Travel("wheel", centre), [-10.0, 0, 30])
+    moved = motion.point("wheel", centre)[..., 2] - centre[:, None, 2]
+    np.testing.assert_allclose(moved, np.broadcast_to([-10.0, 0, 30], (3, 3)), atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("links", "drive", "match"),
+    [
+        (axles(INNER, OUTER, 3), Travel("wheel", np.zeros((2, 3))), "batches of 2 and 3 mechanisms"),
+        (
+            [*axles(INNER, OUTER, 2)[:4], OnGuide("wheel", np.ones((2, 3)), "plane")],
+            Travel("wheel", (0, 760, 0)),
+            "same for a whole batch",
+        ),
+    ],
+)
+def test_batches_that_do_not_fit_are_refused(links: list[Any], drive: Any, match: str) -> None:
+    with pytest.raises(InvalidLinkage, match=match):
+        Mechanism(links).sweep(drive, [0.0, 1.0])
+
+
+def test_what_is_read_of_one_mechanism_alone_is_refused_of_a_batch() -> None:
+    motion = Mechanism(axles(INNER, OUTER, 2)).sweep(Travel("wheel", (0, 760, 0)), [0.0, 5])
+    wheel = Wheel("wheel", (0, 760, 0), (0, 1, 0), 300)
+    reads: list[Callable[[], Any]] = [
+        lambda: kinematics(motion, wheel),
+        lambda: transmission(motion, "wheel"),
+        lambda: reactions(motion, []),
+        lambda: sensitivities(motion, lambda m: m.point("wheel", (0, 0, 0))[:, 2]),
+    ]
+    for read in reads:
+        with pytest.raises(InvalidRequest, match="not of a batch of 2"):
+            read()
+    with pytest.raises(InvalidRequest, match="one for each of 2 mechanisms, not 3"):
+        motion.point("wheel", np.zeros((3, 3)))
+
+
+def test_scalars_that_differ_in_the_last_digits_are_two() -> None:
+    """Also within a batch so large that numpy would print an ellipsis for its middle."""
+    links = axles(INNER, OUTER, 400)
+    mechanism, centre = Mechanism(links), np.tile([0, 760, 0.0], (400, 1))
+    other = centre.copy()
+    other[200, 2] = 50
+    first, second = (mechanism.sweep(Travel("wheel", c), [10.0]) for c in (centre, other))
+    assert mechanism.system(Travel("wheel", centre)) is mechanism.system(Travel("wheel", centre.copy()))
+    apart = np.abs(first.point("wheel", centre) - second.point("wheel", centre)).max((1, 2))
+    assert np.flatnonzero(apart > 1e-9).tolist() == [200]
+
+
+def test_conditions_that_only_the_first_of_a_batch_implies_are_missed_with_a_reason() -> None:
+    """A plane four-bar of revolute joints, three of whose conditions are redundant; of the second an axis is tilted."""
+    up, tilted = (0, 0, 1.0), np.array([[0, 0, 1.0], [0.1, 0, 1.0]])
+    loop = [
+        Revolute("crank", (0, 0, 0), axis=up),
+        Revolute("rocker", (4, 0, 0), axis=up),
+        Revolute("coupler", (1, 0, 0), axis=up, on="crank"),
+        Revolute("coupler", (4, 3, 0), axis=tilted, on="rocker"),
+    ]
+    motion = Mechanism(loop).sweep(Joint("crank"), [0.0, 0.3, 0.6])
+    assert motion.success.tolist() == [[True] * 3, [False] * 3]
+    assert motion.ends[0] == (None, None)
+    assert "not met in this one" in motion.ends[1][0][1]

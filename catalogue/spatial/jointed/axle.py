@@ -73,8 +73,9 @@ def kinematics(motion: Motion, wheel: Wheel, steer: Scalar | None = None) -> pd.
     Raises
     ------
     InvalidRequest
-        If `steer` was not held.
+        If `steer` was not held, or the motion is that of a batch.
     """
+    motion.of_one("toe, camber and the like")
     unit, deg = motion.mechanism.unit, "deg"
     side = np.sign(wheel.centre[1])
     x = motion.point(wheel.carrier, wheel.centre, 1)

@@ -130,6 +130,12 @@ class Compiler:
         self.ways_of.append(v / length)
         return len(self.ways_of) - 1
 
+    def unit_vector(self, vector: Any, label: str) -> Array:
+        """Return a direction as unit vectors (N, 3)."""
+        found = self.ways_of[self.fixed(vector, label)]
+        assert isinstance(found, np.ndarray)
+        return found
+
     def axis(self, x: Any) -> tuple[int, int]:
         """Return the hard point and the direction of a joint."""
         label = _label(x)
@@ -219,6 +225,8 @@ class Compiler:
     def laid(self, x: e.OnGuide) -> Laid:
         """Return a guide in units; raise if the design pose is not on it."""
         guides = Guides(x.guide, x.parameters, x.origin, x.quaternion)
+        if len(guides) > 1 or len(numbers(x.at, _label(x))) > 1:
+            raise InvalidLinkage(f"{_label(x)}: a guide and its point are the same for a whole batch: give one")
         kind, _, p = guides.each()[0]
         one = np.array([self.unit])
         shape = kind.scaled(p, one)[:, 0] if len(p) else np.zeros(0)
@@ -251,7 +259,8 @@ class Compiler:
                 sort = FREE
                 at = next((p for b, p in self.end_list if b == i), 0)
             else:
-                sort, on = SORT[type(x)], self.body(x.on, name)  # type: ignore[union-attr]
+                assert isinstance(x, e.Revolute | e.Prismatic | e.Cylindrical)  # `_hang` takes no others
+                sort, on = SORT[type(x)], self.body(x.on, name)
                 at, d = self.axis(x)
             placed.append(Placed(sort, [i], [on], [column], [number], [at], [d], guide))
             moves[i] = moves[on] | set(range(column, column + UNKNOWNS[sort]))
@@ -275,7 +284,7 @@ class Compiler:
         for r, (a, b) in enumerate(row_bodies + [s.bodies for s in extra]):
             sign[r, list(moves[b])] += 1
             sign[r, list(moves[a])] -= 1
-        n = max(len(p) for p in self.points)
+        n = self._batch()
         points = np.stack([np.broadcast_to(p, (n, 3)) for p in self.points], axis=1)
         points = (points - self.centre) / self.unit
         return System(
@@ -287,6 +296,14 @@ class Compiler:
             sign, rows, column, number, tuple(extra), np.arange(rows), self.centre, self.unit, tuple(self.names),
             tuple(self.ways_of), tuple(self.labels), tuple(_label(x) for x in self.elements),
         )  # fmt: skip
+
+    def _batch(self) -> int:
+        """Return how many mechanisms the points and directions are of."""
+        sizes = {len(v) for v in (*self.points, *self.ways_of) if isinstance(v, np.ndarray)} - {1}
+        if len(sizes) > 1:
+            told = " and ".join(str(n) for n in sorted(sizes))
+            raise InvalidLinkage(f"points are of batches of {told} mechanisms: give one for all, or one for each")
+        return sizes.pop() if sizes else 1
 
     def _idle(self, placed: list[Placed]) -> list[int]:
         """Return ways about which free bodies spin idly: all that holds them acts on points of one line."""
@@ -315,7 +332,8 @@ class Compiler:
             if x is None:
                 raise InvalidRequest(f"{name} hangs on no joint that could be driven: drive a Travel or an Angle")
             if isinstance(s, e.GuideCoordinate):
-                laid, index = self.laid(x), "uw".find(s.coordinate)  # type: ignore[arg-type]
+                assert isinstance(x, e.OnGuide)  # the point is carried by it
+                laid, index = self.laid(x), "uw".find(s.coordinate)
                 if not 0 <= index < len(laid.start):
                     raise InvalidRequest(f"{s.guide} has no coordinate {s.coordinate!r}")
                 unit = float(laid.kind.coordinate_unit(index, np.array([self.unit]))[0])
@@ -330,12 +348,12 @@ class Compiler:
             return CompiledUnknown((0, i), unit, angular, number + index, column + index)
         if isinstance(s, e.Travel):
             body = self.body(s.body, "Travel")
-            end = self.end(body, self.point(s.point, "Travel.point"))
+            point = self.point(s.point, "Travel.point")
             along = AXES.get(s.along) if isinstance(s.along, str) else s.along
             if along is None:
                 raise InvalidRequest(f"Travel along {s.along!r}: give x, y, z or three numbers")
-            design = (self.points[-1][0] - self.centre) / self.unit
-            return CompiledTravel((0, body), self.unit, False, end, design, self.ways_of[self.fixed(along, "along")][0])  # type: ignore[arg-type]
+            way = self.way(0, self.fixed(along, "Travel.along"))
+            return CompiledTravel((0, body), self.unit, False, self.end(body, point), self.end(0, point), way)
         if isinstance(s, e.Length):
             if s.link:
                 ends, bodies = self.free_ends[s.link]
@@ -346,14 +364,15 @@ class Compiler:
                     self.end(bodies[1], self.point(s.to, "Length.to")),
                 )
             return CompiledLength(bodies, self.unit, False, *ends)
-        about = self.ways_of[self.fixed(s.about, "Angle.about")][0]
-        direction = self.fixed(s.direction, "Angle.direction")
-        first = self.ways_of[direction][0] - (self.ways_of[direction][0] @ about) * about  # type: ignore[operator]
-        if not np.sqrt(first @ first) > 1e-9:
+        about, direction = self.unit_vector(s.about, "Angle.about"), self.unit_vector(s.direction, "Angle.direction")
+        if len({len(about), len(direction)} - {1}) > 1:
+            raise InvalidLinkage("the directions of an Angle are of batches of different sizes")
+        first = direction - (direction * about).sum(-1, keepdims=True) * about
+        if not (np.sqrt((first * first).sum(-1)) > 1e-9).all():
             raise InvalidRequest("an Angle needs a direction that is not along its axis")
-        first = first / np.sqrt(first @ first)
         body = self.body(s.body, "Angle")
-        return CompiledAngle((0, body), 1.0, True, self.way(body, direction), first, np.cross(about, first))
+        ways = [self.way(0, self.fixed(v, "Angle")) for v in (first, np.cross(about, first))]
+        return CompiledAngle((0, body), 1.0, True, self.way(body, self.fixed(direction, "Angle.direction")), *ways)
 
 
 def directions(specs: Sequence[Any], points: Array) -> Array:

@@ -24,6 +24,8 @@ from .tracing import Curve, March, solved, tangents, toward
 RANK = 1e-8
 #: How far from the design pose a second pose is looked at [rad, units].
 ASIDE = 0.03
+#: How far a condition that others imply may be missed, in the size of the mechanism.
+MISSED = 1e-8
 #: Slope of a drive, per arc length, that counts as none.
 STILL = 1e-7
 
@@ -75,12 +77,12 @@ class Mechanism:
 
     def __init__(self, elements: Sequence[Element], unit: str = "mm") -> None:
         self.elements, self.unit = tuple(elements), unit
-        self._systems: dict[str, System] = {}
+        self._systems: dict[Any, System] = {}
         self.system()
 
     def system(self, *scalars: Scalar) -> System:
         """Return the equations, the rows of the scalars last, without the conditions that others imply."""
-        key = repr(scalars)
+        key = tuple(_key(one) for one in scalars)
         if key not in self._systems:
             compiler = Compiler(self.elements, scalars)
             made = compiler.system(scalars)
@@ -177,7 +179,20 @@ class Mechanism:
         found, good = solved(curve.take(who), states[who, which], goal[which])
         found[~good] = np.nan
         states[who, which] = found
+        if len(curve.system.use) < curve.system.rows:
+            self._without_missed(curve, states, ends, float(q[0]))
         return Motion(self, curve, drive, tuple(hold), q, states, tuple(ends))
+
+    @staticmethod
+    def _without_missed(curve: Curve, states: Array, ends: list[Any], value: float) -> None:
+        """Take away the motions that miss conditions which were taken for implied by others; `ends` then say so."""
+        for i in range(len(states)):
+            some = np.flatnonzero(np.isfinite(states[i]).all(-1))
+            sub = curve.take(np.full(len(some), i)).system
+            if len(some) and not np.abs(sub.evaluate(states[i, some])[0]).max() <= MISSED:
+                states[i] = np.nan
+                reason = "conditions that others imply in the first mechanism of the batch are not met in this one"
+                ends[i] = ((value, reason), (value, reason))
 
     def circuit(self, drive: Scalar, hold: Sequence[Scalar] = ()) -> Circuit:
         """Follow all that the mechanism reaches without being taken apart, through the dead points of the drive.
@@ -225,6 +240,12 @@ class Mechanism:
         raise CannotDrive(
             f"the design pose is a dead point of this {name}: it is stationary there; drive another scalar"
         )
+
+
+def _key(scalar: Scalar) -> Any:
+    """Return what tells a scalar from any other, to the last digit."""
+    values = [np.asarray(v) for v in vars(scalar).values()]
+    return type(scalar), *((v.shape, v.dtype.str, v.tobytes()) for v in values)
 
 
 def _using(system: System, use: Array) -> System:

@@ -115,6 +115,19 @@ class Motion:
         out = np.moveaxis(values * scale.reshape(-1, *[1] * (values.ndim - 1)), 0, 1)
         return self._shaped(out if order else out[:, 0])
 
+    def of_one(self, what: str) -> None:
+        """Raise `InvalidRequest` if this is the motion of a batch, of which `what` is not read."""
+        if len(self.states) > 1:
+            raise InvalidRequest(f"{what} are those of one mechanism, not of a batch of {len(self.states)}")
+
+    def _each(self, value: Any, what: str) -> Array:
+        """Return a vector (1, 3), or those of a batch repeated for every pose, (n s, 3)."""
+        n, s = self.states.shape[:2]
+        found = numbers(value, what)
+        if len(found) not in (1, n):
+            raise InvalidRequest(f"{what} must be one for all, or one for each of {n} mechanisms, not {len(found)}")
+        return np.repeat(found, s, axis=0) if len(found) > 1 else found
+
     def _poses(self, order: int) -> tuple[Array, Array]:
         curve, y = self._flat()
         return curve.system.poses(y, self.series(order) if order else None)
@@ -129,9 +142,7 @@ class Motion:
         """Return where a point of a body goes, given where it is in the design pose; (s, 3) or (s, order + 1, 3)."""
         system, b = self.curve.system, self.body_number(body)
         rotation, shift = self._poses(order)
-        p = (numbers(at, "a point") - system.centre) / system.unit
-        if len(p) > 1:
-            p = np.repeat(p, self.states.shape[1], axis=0)
+        p = (self._each(at, "a point") - system.centre) / system.unit
         x = (rotation[:, :, b] @ p[..., None])[..., 0] + shift[:, :, b]
         out = self._read(x, system.unit)
         if order:
@@ -143,9 +154,8 @@ class Motion:
     def direction(self, body: str, vector: Any, order: int = 0) -> Array:
         """Return where a direction of a body, given in the design pose, points; (s, 3) or (s, order + 1, 3)."""
         rotation, _ = self._poses(order)
-        return self._read(
-            (rotation[:, :, self.body_number(body)] @ numbers(vector, "a direction")[..., None])[..., 0], 1.0
-        )
+        v = self._each(vector, "a direction")
+        return self._read((rotation[:, :, self.body_number(body)] @ v[..., None])[..., 0], 1.0)
 
     def rotation(self, body: str) -> Array:
         """Return the rotation of a body from the design pose, shape (s, 3, 3)."""
@@ -180,8 +190,8 @@ class Motion:
         screws = system.screws(y, rotation, shift)
         b = self.body_number(body)
         twist = (x[:, None] * self.carries(b) @ screws)[:, 0]
-        p = (numbers(at, "a point") - system.centre) / system.unit
-        world = (rotation[0][:, b] @ p[0]) + shift[0][:, b]
+        p = (self._each(at, "a point") - system.centre) / system.unit
+        world = (rotation[0][:, b] @ p[..., None])[..., 0] + shift[0][:, b]
         unit = system.scalars[k].unit
         velocity = twist[:, :3] + cross(twist[:, 3:], world)
         return self._shaped(twist[:, 3:] / unit), self._shaped(velocity * system.unit / unit)

@@ -1,5 +1,7 @@
 """What drives, is held or is read off, compiled: its value as a series, and the wrench that works on it."""
 
+# ruff: noqa: ARG002  (a scalar need not use every argument of its formulas)
+
 from __future__ import annotations
 
 from dataclasses import dataclass
@@ -45,30 +47,28 @@ class CompiledUnknown(Compiled):
     """A coordinate of a joint or a guide."""
 
     number: int
-    unknown: int  # type: ignore[assignment]
+    unknown: int  # type: ignore[assignment]  # of the others there is none
 
-    def value(self, x: Array, d: Array, y: Array) -> Array:  # noqa: ARG002
+    def value(self, x: Array, d: Array, y: Array) -> Array:
         return np.asarray(y[:, :, self.number])
 
-    def wrench(self, x: Array, d: Array) -> Array:  # noqa: ARG002
+    def wrench(self, x: Array, d: Array) -> Array:
         return np.zeros((len(x), 6))
 
 
 @dataclass(frozen=True)
 class CompiledTravel(Compiled):
-    """A component of a point, from where it is in the design pose."""
+    """A component of a point, an end, from where it is in the design pose, an end of the ground, along a way of it."""
 
     end: int
-    design: Array
-    along: Array
+    design: int
+    along: int
 
-    def value(self, x: Array, d: Array, y: Array) -> Array:  # noqa: ARG002
-        out = x[:, :, self.end] @ self.along
-        out[0] -= self.design @ self.along
-        return np.asarray(out)
+    def value(self, x: Array, d: Array, y: Array) -> Array:
+        return dots(x[:, :, self.end] - x[:, :, self.design], d[:, :, self.along])
 
-    def wrench(self, x: Array, d: Array) -> Array:  # noqa: ARG002
-        force = np.broadcast_to(self.along, (len(x), 3))
+    def wrench(self, x: Array, d: Array) -> Array:
+        force = d[:, self.along]
         return np.concatenate([force, cross(x[:, self.end], force)], axis=1)
 
 
@@ -79,11 +79,11 @@ class CompiledLength(Compiled):
     first: int
     second: int
 
-    def value(self, x: Array, d: Array, y: Array) -> Array:  # noqa: ARG002
+    def value(self, x: Array, d: Array, y: Array) -> Array:
         e = x[:, :, self.second] - x[:, :, self.first]
         return np.asarray(np.sqrt(Taylor(dots(e, e))).c)
 
-    def wrench(self, x: Array, d: Array) -> Array:  # noqa: ARG002
+    def wrench(self, x: Array, d: Array) -> Array:
         e = x[:, self.second] - x[:, self.first]
         force = e / np.sqrt((e * e).sum(1, keepdims=True))
         return np.concatenate([force, cross(x[:, self.second], force)], axis=1)
@@ -91,19 +91,19 @@ class CompiledLength(Compiled):
 
 @dataclass(frozen=True)
 class CompiledAngle(Compiled):
-    """The angle of a way about an axis, from two directions across it."""
+    """The angle of a way about an axis, from two ways of the ground across it."""
 
     way: int
-    first: Array
-    second: Array
+    first: int
+    second: int
     periodic = True
 
-    def value(self, x: Array, d: Array, y: Array) -> Array:  # noqa: ARG002
-        p = d[:, :, self.way]
-        return np.asarray(np.arctan2(Taylor(p @ self.second), Taylor(p @ self.first)).c)  # type: ignore[call-overload]
+    def value(self, x: Array, d: Array, y: Array) -> Array:
+        one, other = (Taylor(dots(d[:, :, self.way], d[:, :, k])) for k in (self.first, self.second))
+        return np.asarray(np.arctan2(other, one).c)  # type: ignore[call-overload]  # numpy asks a Taylor for it
 
-    def wrench(self, x: Array, d: Array) -> Array:  # noqa: ARG002
-        p = d[:, self.way]
-        one, other = (p @ v for v in (self.first, self.second))
-        moment = cross(p, one[:, None] * self.second - other[:, None] * self.first) / (one**2 + other**2)[:, None]
+    def wrench(self, x: Array, d: Array) -> Array:
+        p, first, second = d[:, self.way], d[:, self.first], d[:, self.second]
+        one, other = ((p * v).sum(-1, keepdims=True) for v in (first, second))
+        moment = cross(p, one * second - other * first) / (one**2 + other**2)
         return np.concatenate([np.zeros_like(moment), moment], axis=1)

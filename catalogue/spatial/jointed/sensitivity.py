@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ...errors import InvalidRequest
 from .compiling import directions
 from .motion import Motion
 from .tracing import Curve, solved
@@ -37,8 +36,7 @@ def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFr
         One row per pose, indexed by the drive; columns such as ``"upper front.from x"``.
     """
     system = motion.curve.system
-    if len(motion.states) > 1:
-        raise InvalidRequest("sensitivities are those of one mechanism, not of a batch")
+    motion.of_one("sensitivities")
     columns = {}
     good = np.flatnonzero(np.isfinite(motion.states[0]).all(1))
     target = motion.drive[good] / system.scalars[-1].unit

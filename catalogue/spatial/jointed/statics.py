@@ -9,7 +9,6 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ...errors import InvalidRequest
 from .compiling import numbers
 from .elements import Link
 from .motion import Motion
@@ -44,8 +43,7 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
         on them, a force or a moment.  NaN for elements whose conditions others imply: statics does not determine them.
     """
     system, unit = motion.curve.system, motion.mechanism.unit
-    if len(motion.states) > 1:
-        raise InvalidRequest("reactions are those of one mechanism, not of a batch")
+    motion.of_one("reactions")
     y = motion.states[0]
     rotation, shift = system.poses(y)
     screws = system.screws(y, rotation, shift)

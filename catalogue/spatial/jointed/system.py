@@ -351,7 +351,7 @@ class System:
             v = np.zeros((*rotation.shape[:2], count, 3))
             for body, where, which in groups:
                 if body == 0:
-                    v[0, :, where] = given[:, which]
+                    v[0][:, where] = given[:, which]
                 else:
                     v[:, :, where] = given[:, which] @ np.swapaxes(rotation[:, :, body], -1, -2)
                     if given is self.points:

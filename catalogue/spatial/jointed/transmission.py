@@ -27,8 +27,9 @@ def transmission(motion: Motion, output: str, link: str = "") -> pd.DataFrame:
     Raises
     ------
     InvalidRequest
-        If there is no such body, link, or revolute joint.
+        If there is no such body, link, or revolute joint, or the motion is that of a batch.
     """
+    motion.of_one("transmission angles")
     value = motion.joint(output, order=3)
     angular = any(isinstance(x, Revolute) and x.body == output for x in motion.mechanism.elements)
     unit, drive = "deg" if angular else motion.mechanism.unit, motion.drive_unit
