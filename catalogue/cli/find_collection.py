@@ -8,16 +8,20 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
+from ..find.columns import CANDIDATE, Column
+from ..find.columns import TABLE as MADE
 from ..problem.request import Request
 from .find_options import OPTIONS
-from .tables import codes, print_results, print_table
+from .tables import codes, print_results, print_table, row
+from .units import with_unit
 
 if TYPE_CHECKING:
     from ..find.specimens import CollectionResults
 
 #: Options of `find` that go with a collection.
 KNOWN = (
-    "collection", "where", "family", "series", "rank_by", "limit", "explain", "plot", "save", "format", "db", "plugins"
+    "collection", "where", "family", "series", "special", "rank_by", "limit", "explain", "plot", "save", "format", "db",
+    "plugins",
 )  # fmt: skip
 
 
@@ -28,7 +32,7 @@ def find_in(request: Request, options: Mapping[str, Any]) -> None:
     default = click.Command("find", params=[*OPTIONS]).make_context("find", []).params
     for name, value in options.items():
         if name not in KNOWN and value != default[name]:
-            known = ", ".join(f"--{k.replace('_', '-')}" for k in KNOWN[1:6])
+            known = ", ".join(f"--{k.replace('_', '-')}" for k in KNOWN[1:7])
             raise InvalidRequest(f"--{name.replace('_', '-')} does not go with --collection, which knows {known}")
     from ..collections.bounds import parsed
 
@@ -37,7 +41,7 @@ def find_in(request: Request, options: Mapping[str, Any]) -> None:
     with open(options["db"], plugins=options["plugins"], build=False) as catalogue:
         found = catalogue.find_in(
             options["collection"], request, limit=options["limit"], rank_by=rank_by,
-            families=options["family"], series=options["series"], where=where,
+            families=options["family"], series=options["series"], where=where, special=options["special"],
         )  # fmt: skip
         print_results(
             found, lambda found: _table(found, request), options["format"], explain=options["explain"],
@@ -47,14 +51,22 @@ def find_in(request: Request, options: Mapping[str, Any]) -> None:
 
 def _table(found: CollectionResults, request: Request) -> None:
     metrics = found.collection.metrics
+    own = {name: Column(name, m.unit, m.meaning) for name, m in metrics.items()}
+    meanings = {
+        **MADE,
+        **CANDIDATE,
+        **own,
+        "special": Column("special", "", "well-known cases that it is one of", right=False),
+    }
     arc = request.kind == "circle"
-    columns = ["code", ">id", "family", "series", "configuration", "special", ">deviation", *[">radius"] * arc]
-    columns += [f">{name}\u00b0" if m.unit == "deg" else f">{name}" for name, m in metrics.items()]
+    names = ["code", "id", "family", "series", "configuration", "special", "deviation", *["radius"] * arc, *own]
     rows = [
-        [code, p.id, p.family, p.series, p.configuration, ", ".join(p.special), f"{p.deviation:.3g}",
-         *([] if p.radius is None else [f"{p.radius:.4g}"]), *(f"{p.metrics[name]:.4g}" for name in metrics)]
+        row(p, names, code=code, special=", ".join(p.special) or None,
+            **{name: f"{p.metrics[name]:.4g}" + "\u00b0" * (m.unit == "deg") for name, m in metrics.items()})
         for code, p in zip(codes(found), found, strict=True)
     ]  # fmt: skip
-    what = "an arc of chord" if arc else "a straight line"
-    caption = "; ".join(f"{name}: {m.meaning}" for name, m in metrics.items())
-    print_table(f"{found.collection.title}, {what} of {request.stroke:g}", columns, rows, caption)
+    stroke = with_unit(f"{request.stroke:g}")
+    title = f"{found.collection.title}, {'an arc of chord' if arc else 'a straight line of'} {stroke}"
+    caption = "\n".join(f"{one.plain}: {one.told}" for one in own.values())
+    spare = ["id", "special", "configuration", *reversed(own)]
+    print_table(title, names, rows, caption, meanings=meanings, spare=spare)

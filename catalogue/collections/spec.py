@@ -20,7 +20,7 @@ import json
 import math
 import re
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, SupportsFloat
 
@@ -178,6 +178,9 @@ class Collection:
         See the head of the module.
     origin : str
         File or package it comes from, as the registry notes it.
+    special : mapping of str to sequence of str
+        Names that `classify` gives to well-known cases, each with the configurations that such a mechanism may have,
+        ``*`` standing for anything: by them those that cannot be are left out before any is classified.
 
     Raises
     ------
@@ -196,6 +199,7 @@ class Collection:
     classify: Classify
     plot: Plot
     origin: str = ""
+    special: Mapping[str, Sequence[str]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         what = f"collection {self.name!r}"
@@ -207,7 +211,7 @@ class Collection:
             raise PluginError(f"{what}: it needs families, and each of them series")
         for text in (*self.families, *self.series):
             checked_name(f"a family or series of {what}", text)
-        for text in (self.title, self.source, self.plan):
+        for text in (self.title, self.source, self.plan, *self.special):
             checked_text(f"title, source or plan of {what}", text)
         for name, metric in self.metrics.items():
             if not re.fullmatch(r"[a-z]\w*", name) or name in COLUMNS:

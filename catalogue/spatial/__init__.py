@@ -14,19 +14,27 @@
 
 >>> from catalogue.spatial import Guides, Mechanisms, follow, jets
 >>> guides = [Guides("circle", r), Guides("circle", s, origins, quaternions), Guides(["cylinder", "torus"], shapes)]
->>> batch = Mechanisms(body, guides, drivers=[(0, "u")])
+>>> batch = Mechanisms(body, guides, drivers=[(0, "u")])  # or formulation="euler-angles", "distances"
 >>> motion = follow(batch, path, start)
 >>> jets(batch, motion.node(0), [[1.0, 0.0]]).spin
 
 ``jointed``
-    Bodies on revolute, prismatic, cylindrical and spherical joints, on links with spherical joints at both ends, and on
-    guides, from hard points in the design pose.  ``Mechanism(elements)``; ``sweep(drive, values)`` is its ``Motion``
-    with derivatives, ``circuit(drive)`` all of it, ``mobility`` its freedoms.  Any scalar drives: ``Joint``,
-    ``Travel``, ``Length``, ``Angle``, ``GuideCoordinate``.
+    Bodies on revolute, screw, prismatic, cylindrical and spherical joints, on links with spherical joints at both ends,
+    and on guides, from hard points in the design pose.  ``Mechanism(elements)``; ``sweep(drive, values)`` is its
+    ``Motion`` with derivatives, ``circuit(drive)`` all of it (``circuits`` of a batch), ``mobility`` its freedoms.  Any
+    scalar drives: ``Joint``, ``Travel``, ``Length``, ``Angle``, ``GuideCoordinate``.
 
 >>> from catalogue.spatial import Link, Mechanism, Travel
 >>> axle = Mechanism([Link("ground", a, "wheel", b) for a, b in zip(inner, outer)])
 >>> axle.sweep(Travel("wheel", centre), np.linspace(-80, 80, 161)).point("wheel", centre)
+
+``fitting``
+    ``fit(mechanism, targets, boxes, bounds)``: hard points moved inside boxes so that curves are met best.
+
+>>> from catalogue.spatial import Box, Sweep, Target, fit
+>>> bump = Sweep(Travel("wheel", centre), np.linspace(-80, 80, 17))
+>>> toe = Target("toe", lambda m: kinematics(m, wheel)["toe [deg]"], bump, 0.0, tolerance=0.01, unit="deg")
+>>> print(fit(axle, [toe], [Box("tie rod.to", (0, 0, 15))]))
 
 Names are loaded when first used; no planar request loads any.
 """
@@ -37,6 +45,10 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from .fitting.boxes import Box
+    from .fitting.fit import fit
+    from .fitting.outcome import Fit
+    from .fitting.targets import Bound, Sweep, Target, link_length, off_circle, off_line
     from .geometry.guides import KINDS, Guides
     from .geometry.kinds import Kind, Quadric, Revolved
     from .geometry.rotation import matrix, quaternion
@@ -58,6 +70,7 @@ if TYPE_CHECKING:
         OnGuide,
         Prismatic,
         Revolute,
+        Screw,
         Spherical,
         Travel,
     )
@@ -71,6 +84,10 @@ if TYPE_CHECKING:
 
 #: Where the names stand.
 _HOME = {
+    "fitting.boxes": "Box",
+    "fitting.fit": "fit",
+    "fitting.outcome": "Fit",
+    "fitting.targets": "Bound Sweep Target link_length off_circle off_line",
     "geometry.guides": "KINDS Guides",
     "geometry.kinds": "Kind Quadric Revolved",
     "geometry.rotation": "matrix quaternion",
@@ -82,7 +99,7 @@ _HOME = {
     "jointed.axle": "Wheel anti_dive kinematics",
     "jointed.circuit": "Circuit",
     "jointed.elements": "Angle Cylindrical GuideCoordinate Joint KeepAngle Length Link OnGuide Prismatic Revolute "
-    "Spherical Travel",
+    "Screw Spherical Travel",
     "jointed.links": "PAIRS links",
     "jointed.mechanism": "Mechanism Mobility",
     "jointed.motion": "Motion in_time",
@@ -98,8 +115,11 @@ __all__ = [
     "PAIRS",
     "Angle",
     "Assemblies",
+    "Bound",
+    "Box",
     "Circuit",
     "Cylindrical",
+    "Fit",
     "GuideCoordinate",
     "Guides",
     "Jets",
@@ -120,18 +140,25 @@ __all__ = [
     "Quadric",
     "Revolute",
     "Revolved",
+    "Screw",
     "Spherical",
+    "Sweep",
+    "Target",
     "Travel",
     "Wheel",
     "anti_dive",
     "assemblies",
+    "fit",
     "follow",
     "in_time",
     "jets",
     "kinematics",
+    "link_length",
     "links",
     "load",
     "matrix",
+    "off_circle",
+    "off_line",
     "quaternion",
     "reactions",
     "sensitivities",

@@ -12,7 +12,13 @@ import catalogue
 
 ROOT = Path(catalogue.__file__).parent / "spatial"
 #: What each room may import from, besides itself.
-ROOMS = {"geometry": (), "guided": ("geometry",), "jointed": ("geometry",)}
+ROOMS = {
+    "geometry": (),
+    "guided": ("geometry",),
+    "drawing": (),
+    "jointed": ("geometry", "drawing"),
+    "fitting": ("jointed",),
+}
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path.parent != ROOT)
 
 

@@ -80,12 +80,13 @@ def test_reduced_derivatives_are_those_by_the_driver(
 def test_all_assemblies_and_no_other(golden_cases: Cases, spatial: SimpleNamespace, tools: SimpleNamespace) -> None:
     for c in golden_cases:
         found = spatial.assemblies(c.mechanism, c.q[:, 0])
+        assert found.complete == [c.mechanism.name in ("III", "V") and c.mechanism.drivers[0][0] == 0], c.id
         expected = tools.numbers(c.case["modes"]["points"])
         assert found.count == [len(expected)], c.id
         apart = np.abs(expected[:, None] - found.positions.points).max((2, 3))
         assert apart.min(1).max() < 1e-12 * c.mechanism.diameter[0], c.id
         assert found.certified.all(), c.id
-        assert (found.hits >= 5).all(), c.id
+        assert ((found.hits >= 5) | found.complete[found.mechanism]).all(), c.id
 
 
 @pytest.mark.slow

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
@@ -19,10 +18,12 @@ from catalogue.spatial import (
     KeepAngle,
     Length,
     Link,
+    Load,
     Mechanism,
     OnGuide,
     Prismatic,
     Revolute,
+    Screw,
     Spherical,
     Travel,
     Wheel,
@@ -98,16 +99,20 @@ def random_rssr(draw: np.random.Generator) -> Any:
 @pytest.mark.slow
 def test_a_thousand_rssr_are_cranks_or_rockers_as_the_discriminant_says() -> None:
     draw = np.random.default_rng(0)
-    cranks = 0
+    cranks = given_up = 0
     for _ in range(1000):
         data = random_rssr(draw)
         values = discriminant(*data)
         if np.abs(values).min() < 1e-6 * np.abs(values).max() and (values > -1e-6).all():
             continue  # the sampled discriminant cannot tell
         circuit = rssr(*data).circuit(Joint("crank"))
+        if circuit.reason == "branch point":  # where two branches nearly meet
+            given_up += 1
+            continue
         assert circuit.closed
         assert circuit.crank == (values > 0).all()
         cranks += circuit.crank
+    assert given_up <= 1
     assert 100 < cranks < 900
 
 
@@ -486,20 +491,81 @@ def test_batches_that_do_not_fit_are_refused(links: list[Any], drive: Any, match
         Mechanism(links).sweep(drive, [0.0, 1.0])
 
 
-def test_what_is_read_of_one_mechanism_alone_is_refused_of_a_batch() -> None:
-    motion = Mechanism(axles(INNER, OUTER, 2)).sweep(Travel("wheel", (0, 760, 0)), [0.0, 5])
-    wheel = Wheel("wheel", (0, 760, 0), (0, 1, 0), 300)
-    reads: list[Callable[[], Any]] = [
-        lambda: kinematics(motion, wheel),
-        lambda: transmission(motion, "wheel"),
-        lambda: reactions(motion, []),
-        lambda: sensitivities(motion, lambda m: m.point("wheel", (0, 0, 0))[:, 2]),
-    ]
-    for read in reads:
-        with pytest.raises(InvalidRequest, match="not of a batch of 2"):
-            read()
-    with pytest.raises(InvalidRequest, match="one for each of 2 mechanisms, not 3"):
-        motion.point("wheel", np.zeros((3, 3)))
+@pytest.mark.slow
+def test_what_is_read_off_a_batch_is_what_is_read_off_each_alone() -> None:
+    """Wheels of their own, loads of their own, what each hard point does; rows by mechanism and pose."""
+    links, values = axles(INNER, OUTER, 3), [-30.0, 0, 45]
+    centre = np.array([[0, 760, 0.0], [5, 755, 8.0], [-4, 770, -6.0]])
+    axis, force = (
+        np.array([[0.01, 1, -0.02], [0, 1, 0.01], [0.02, 1, 0]]),
+        np.array([[0, 0, 4e3], [1e3, 0, 0], [0, 9, 9]]),
+    )
+
+    def read(links: list[Link], at: Array, axis: Array, force: Array) -> list[Any]:
+        motion = Mechanism(links).sweep(Travel("wheel", at), values)
+        return [
+            kinematics(motion, Wheel("wheel", at, axis, 310)),
+            reactions(motion, [Load("wheel", force, at)]),
+            sensitivities(motion, lambda m: m.point("wheel", at)[..., 1]),
+        ]
+
+    batch = read(links, centre, axis, force)
+    for i in range(3):
+        own = [Link(x.a, x.from_[i], x.b, x.to[i]) for x in links]
+        for whole, alone in zip(batch, read(own, centre[i], axis[i], force[i]), strict=True):
+            mine = whole.loc[i]
+            assert list(mine.columns) == list(alone.columns)
+            np.testing.assert_allclose(mine, alone, rtol=1e-6, atol=1e-7)
+            if alone.index.name:
+                assert mine.index.equals(alone.index)
+    motion = Mechanism(links).sweep(Travel("wheel", centre), values)
+    with pytest.raises(InvalidRequest, match="one for each of 3 mechanisms, not 2"):
+        motion.point("wheel", np.zeros((2, 3)))
+
+
+def test_circuits_of_a_batch_are_those_of_each_alone() -> None:
+    """RSSR whose rocker drives, so that each circuit has dead points; poses along it are of that mechanism."""
+    ends = np.array([[4, 0, 3.0], [4, 0.2, 2.8], [4.1, 0, 3.2]])
+
+    def loop(end: Array) -> Mechanism:
+        crank, rocker = Revolute("crank", (0, 0, 0), axis=(0, 0, 1)), Revolute("rocker", (4, 0, 1), axis=(0, 1, 0))
+        return Mechanism([crank, rocker, Link("crank", (1, 0, 0), "rocker", end, name="rod")])
+
+    batch = loop(ends)
+    found = batch.circuits(Joint("rocker"))
+    with pytest.raises(InvalidRequest, match="ask for `circuits`"):
+        batch.circuit(Joint("rocker"))
+    for i, one in enumerate(found):
+        alone = loop(ends[i]).circuit(Joint("rocker"))
+        assert one.closed
+        assert len(one.dead_points) == 2
+        np.testing.assert_allclose(one.dead_points, alone.dead_points, atol=1e-9)
+        assert one.length == pytest.approx(alone.length, rel=1e-6)
+        motion = one.motion(20)
+        assert motion.residual().max() < 1e-12
+        assert "transmission angle [deg]" in transmission(motion, "rocker", "rod")
+    cranks = batch.circuits(Joint("crank"))
+    assert [c.crank for c in cranks] == [True] * 3
+    for i, one in enumerate(cranks):
+        turned = loop(ends[i]).sweep(Joint("crank"), one.motion(5).drive).joint("rocker")
+        np.testing.assert_allclose(one.motion(5).joint("rocker"), turned, atol=1e-9)
+
+
+def test_function_generators_of_a_batch() -> None:
+    ends = np.array([[4, 0, 3.0], [4, 0.2, 2.8]])
+    axis = np.array([[0, 1, 0], [0.1, 1, 0.1]])
+
+    def read(end: Array, axis: Array) -> Any:
+        loop: list[Any] = [
+            Revolute("crank", (0, 0, 0), axis=(0, 0, 1)),
+            Revolute("rocker", (4, 0, 1), axis=axis),
+            Link("crank", (1, 0, 0), "rocker", end, name="rod"),
+        ]
+        return transmission(Mechanism(loop).sweep(Joint("crank"), [-0.2, 0.0, 0.3]), "rocker", "rod")
+
+    batch = read(ends, axis)
+    for i in range(2):
+        np.testing.assert_allclose(batch.loc[i], read(ends[i], axis[i]), rtol=1e-9, atol=1e-9)
 
 
 def test_scalars_that_differ_in_the_last_digits_are_two() -> None:
@@ -527,3 +593,42 @@ def test_conditions_that_only_the_first_of_a_batch_implies_are_missed_with_a_rea
     assert motion.success.tolist() == [[True] * 3, [False] * 3]
     assert motion.ends[0] == (None, None)
     assert "not met in this one" in motion.ends[1][0][1]
+
+
+# -- screws ------------------------------------------------------------------------------------------------------------
+def test_a_screw_advances_by_its_lead_and_turns_a_push_into_a_torque() -> None:
+    """On oblique axes, in a batch of two: its point is on a helix, with derivatives; force times lead over a turn."""
+    axis, at = np.array([[1.0, 2, 2], [0, 0, 1]]), np.array([[0.3, -0.2, 0.5], [0, 0, 0]])
+    end = np.array([2.0, 1.0, -1.0])
+    many = Mechanism([Screw("nut", at, axis=axis, lead=-0.7)])
+    q = np.linspace(-4, 9, 27)
+    motion = many.sweep(Joint("nut"), q)
+    x = motion.point("nut", end, 2)
+    for i in range(2):
+        k = axis[i] / np.linalg.norm(axis[i])
+        arm = end - at[i]
+        c, s = np.cos(q)[:, None], np.sin(q)[:, None]
+        turned = arm * c + np.cross(k, arm) * s + k * (k @ arm) * (1 - c)
+        assert np.abs(x[i, :, 0] - (at[i] + turned - 0.7 * k * q[:, None] / (2 * np.pi))).max() < 1e-13
+        rate = np.cross(k, turned) - 0.7 * k / (2 * np.pi)
+        assert np.abs(x[i, :, 1] - rate).max() < 1e-13
+        assert np.abs(x[i, :, 2] - np.cross(k, np.cross(k, turned))).max() < 1e-13
+    alone = Mechanism([Screw("nut", at[0], axis=axis[0], lead=-0.7)], unit="m").sweep(Joint("nut"), [0.0, 1.0])
+    borne = reactions(alone, [Load("nut", 30 * axis[0] / 3, at[0])])
+    np.testing.assert_allclose(borne["drive [N m]"], 30 * 0.7 / (2 * np.pi), rtol=1e-12)
+
+
+def test_a_spindle_moves_a_slide() -> None:
+    """A nut on a spindle that a slide keeps from turning: it goes by the lead, against the spindle."""
+    along = (0, 0, 1.0)
+    press: list[Any] = [
+        Revolute("spindle", (0, 0, 0), axis=along),
+        Screw("nut", (0, 0, 0), axis=along, on="spindle", lead=5.0),
+        Prismatic("nut", along),
+    ]
+    mechanism = Mechanism(press)
+    assert mechanism.mobility.freedoms == 1
+    motion = mechanism.sweep(Joint("spindle"), np.linspace(0, 4 * np.pi, 9))
+    np.testing.assert_allclose(motion.point("nut", (10, 0, 0))[:, 2], -np.linspace(0, 10, 9), atol=1e-9)
+    with pytest.raises(InvalidLinkage, match="state a screw before"):
+        Mechanism([press[0], press[2], press[1]])

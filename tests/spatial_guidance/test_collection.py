@@ -360,3 +360,21 @@ def test_the_command_answers(cat: Catalogue, environment: dict[str, str]) -> Non
     assert all(row["deviation"] <= 0.01 and row["range"] >= 0.5 for row in rows)
     same = cat.find_in("spatial-guidance", StraightLine(1, 0.01), where={"range": (0.5, None)}, limit=3)
     assert rows == json.loads(same.to_json())
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["RS-3SS", "RSSR", "spherical"])
+def test_special_ones_are_those_that_are_classified_so_and_the_best_of_them(cat: Catalogue, name: str) -> None:
+    request = StraightLine(1, 0.05)
+    found = cat.find_in("spatial-guidance", request, special=[name], limit=3)
+    rows = cat.database.read(select(SpecimenRow.deviation, SpecimenRow.parameters).where(SpecimenRow.kind == "line"))
+    stored = zip(rows["deviation"].tolist(), cat.database.objects(rows["parameters"]), strict=True)
+    expected = sorted(d for d, p in stored if name in COLLECTION.classify(p).special)
+    assert all(name in piece.special for piece in found)
+    assert len(found) == min(3, len(expected))
+    np.testing.assert_allclose([piece.deviation for piece in found], expected[:3], rtol=2e-3)
+
+
+def test_an_unknown_special_mechanism_is_refused_with_those_that_there_are(cat: Catalogue) -> None:
+    with pytest.raises(catalogue.errors.InvalidRequest, match="there is no special 'RSSS'; there are 5-SS, RS-3SS"):
+        cat.find_in("spatial-guidance", StraightLine(1, 0.05), special=["RSSS"])

@@ -92,6 +92,7 @@ class HyperboloidAxial(_Hyperboloid):
 
     name = "hyperboloid:axial"
     lengths = ("m", "n", "w")
+    smooth = HyperboloidSinh()
 
     def profile(self, u: Any, w: Any, p: Array) -> tuple[Any, Any]:
         return p[0] * np.sqrt(1 + (w / p[1]) ** 2), w

@@ -1,7 +1,8 @@
 """The six classes of a body with points on surfaces and curves: where it is, how fast it moves, how far it can go.
 
 Batches of unlike guides.  `mechanism.Mechanisms` is a checked batch; `position.solve_positions` solves its position
-equations (`equations`, by `newton`), `assemblies` finds all solutions, `derivatives.jets` velocities and what follows
-them, `follow.follow` leads a batch along a path of its drivers (`continuation`, one step at a time:
+equations by `newton`: those of the pose (`equations`), of `euler_angles` or of `distances`, as `formulation` says.
+`assemblies` finds all solutions (by `closed_form`, else from random starts), `derivatives.jets` velocities and what
+follows them, `follow.follow` leads a batch along a path of its drivers (`continuation`, one step at a time:
 `predictor_corrector`).  It imports `geometry`.
 """

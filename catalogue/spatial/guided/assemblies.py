@@ -1,17 +1,20 @@
-"""All ways to assemble a mechanism at given values of its drivers, by Newton's method from random positions.
+"""All ways to assemble a mechanism at given values of its drivers: by closed elimination, else from random positions.
 
-Random starts cannot prove that nothing was missed; how often each assembly was found says how likely that is.  That
-what was found is there, and that no two are one, is certain in the sense of `Assemblies.certified`.
+Elimination (`closed_form`) misses none.  Newton's method from random starts cannot prove that: how often each assembly
+was found, how many starts found nothing new, and whether their number is even, as it is of algebraic guides, say how
+likely it is.  That what was found is there, and that no two are one, is certain in the sense of `Assemblies.certified`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
+from ...errors import InvalidRequest
 from ...kinematics.types import Array
+from .closed_form import FREE, closed_form
 from .elimination import solve
 from .equations import System
 from .mechanism import Mechanisms
@@ -26,6 +29,8 @@ DIFFERENCE = 1e-5
 EPS = float(np.finfo(float).eps)
 #: Starts that are made at once.
 BLOCK = 4096
+#: Starts for a mechanism that moves while its drivers stand still.
+FEW = 64
 #: Newton's steps before a random start is given up.
 STEPS = 40
 
@@ -41,71 +46,144 @@ class Assemblies:
     positions : Positions
         a of them.
     hits : ndarray, shape (a,)
-        How many starts came to it.
+        How many starts came to it; 0 if it was found by elimination.
     certified : ndarray, shape (a,)
         Whether Newton's method provably converges from there (h < 1/2, Newton-Kantorovich, the second derivatives
         taken at the root and doubled), and its ball of convergence meets no other's.
-    starts : ndarray, shape (n,)
+    double : ndarray, shape (a,)
+        Whether two assemblies coincide there to rounding; elimination tells.
+    complete : ndarray, shape (n,)
+        Whether there are no others, as elimination knows.
+    reason : ndarray of str, shape (n,)
+        Why there was no elimination; empty where there was.
+    starts, fruitless : ndarray, shape (n,)
+        Random starts, and how many of them, at least, came after the last that found an assembly.
+    even : ndarray, shape (n,)
+        Whether assemblies, double ones twice, are even in number.  On guides without an edge an odd number means that
+        one was missed, or is a double one.
     """
 
     mechanism: Array
     positions: Positions
     hits: Array
     certified: Array
+    double: Array
+    complete: Array
+    reason: Array
     starts: Array
+    fruitless: Array
 
     @property
     def count(self) -> Array:
         """Number of assemblies of each mechanism, shape (n,)."""
         return np.bincount(self.mechanism, minlength=len(self.starts))
 
+    @property
+    def even(self) -> Array:
+        twice = np.bincount(self.mechanism[self.double], minlength=len(self.starts))
+        return np.asarray((self.count + twice) % 2 == 0)
 
-def assemblies(mechanisms: Mechanisms, drivers: Any, hits: int = 5, most: int = 4096, seed: int = 1) -> Assemblies:
+
+def assemblies(
+    mechanisms: Mechanisms,
+    drivers: Any,
+    hits: int = 5,
+    most: int = 4096,
+    seed: int = 1,
+    method: Literal["elimination", "multi-start"] = "elimination",
+) -> Assemblies:
     """Find the assemblies of mechanisms at given drivers.
-
-    Starts are made, 128 at first and then twice as many, until every assembly of a mechanism was found `hits` times, or
-    `most` starts were made.
 
     Parameters
     ----------
     mechanisms : Mechanisms
     drivers : array-like, shape (n, k) or (k,)
     hits, most, seed : int
+        Of mechanisms without elimination: starts are made, 128 at first and then twice as many, until every assembly
+        was found `hits` times and they are even in number, or `most` starts were made.
+    method : "elimination" or "multi-start"
+        Elimination where it applies, or starts for all.
+
+    Raises
+    ------
+    InvalidRequest
+        If driver values are of a wrong shape, or there is no such method.
     """
-    draw = np.random.default_rng(seed)
-    n = len(mechanisms)
+    if method not in ("elimination", "multi-start"):
+        raise InvalidRequest(f"assemblies are found by elimination or multi-start, not {method!r}")
     values = driver_values(mechanisms, drivers)
     system, q = System.of(mechanisms), values.T / driver_units(mechanisms)
-    good = np.flatnonzero(np.isfinite(q).all(0))
-    starts, batch = np.zeros(n, int), 128
-    owner, found = np.zeros(0, int), np.zeros((4 + system.free, 0))
-    counts, states = np.zeros(0, int), found
-    while len(good):
-        many = min(batch, most - int(starts[good].max()))
-        who = np.repeat(good, many)
-        for low in range(0, len(who), BLOCK):
-            some = who[low : low + BLOCK]
-            new = _searched(mechanisms, system, some, q, draw)
-            owner, found = np.concatenate([owner, new[0]]), np.concatenate([found, new[1]], axis=1)
-        starts[good] += many
-        owner, states, counts = _distinct(system, owner, found, q)
-        found = np.repeat(states, counts, axis=1)
-        rare = np.full(n, hits)
-        np.minimum.at(rare, owner, counts)
-        empty = np.bincount(owner, minlength=n) == 0
-        good = good[((rare < hits) | empty)[good] & (starts[good] < most)]
-        owner, batch = np.repeat(owner, counts), 2 * batch
-    owner, states, counts = _distinct(system, owner, found, q)
-    state, there = State(states[:4], states[4:]), np.ones(len(owner), bool)
-    at = reported(mechanisms[owner], system.take(owner), state, values[owner], there, starts[owner])
-    certain = _certified(system.take(owner), state, q[:, owner], owner, at.points / system.unit[owner, None, None])
-    return Assemblies(owner, at, counts, certain, starts)
+    good = np.isfinite(q).all(0)
+    reason = np.full(len(mechanisms), "multi-start was asked for", dtype="U90")
+    parts = []
+    if method == "elimination":
+        closed = closed_form(mechanisms, system, q)
+        reason = closed.refused
+        there = _there(mechanisms, system, closed.owner, closed.state, q)
+        parts.append((closed.owner[there], closed.state[there], np.zeros(there.sum(), int), closed.double[there]))
+    search = _Search(mechanisms, system, q, np.random.default_rng(seed))
+    search.run(np.flatnonzero(good & (reason != "")), hits, np.where(reason == FREE, FEW, most))
+    found = State(search.states[:4], search.states[4:])
+    parts.append((search.owner, found, search.counts, np.zeros(len(search.owner), bool)))
+    owner, count, double = (np.concatenate([p[k] for p in parts]) for k in (0, 2, 3))
+    order = np.argsort(owner, kind="stable")
+    quaternion, free = (np.concatenate([getattr(p[1], k) for p in parts], axis=1) for k in ("quaternion", "free"))
+    owner, state = owner[order], State(quaternion, free)[order]
+    sub, here = system.take(owner), np.ones(len(owner), bool)
+    at = reported(mechanisms[owner], sub, state, values[owner], here, search.starts[owner])
+    certain = _certified(sub, state, q[:, owner], owner, at.points / system.unit[owner, None, None])
+    return Assemblies(
+        owner, at, count[order], certain, double[order], (reason == "") & good, reason, search.starts, search.fruitless
+    )
+
+
+class _Search:
+    """Newton's method from random starts, of some mechanisms of a batch."""
+
+    def __init__(self, mechanisms: Mechanisms, system: System, q: Array, draw: np.random.Generator) -> None:
+        self.mechanisms, self.system, self.q, self.draw = mechanisms, system, q, draw
+        self.owner, self.states = np.zeros(0, int), np.zeros((4 + system.free, 0))
+        self.counts, self.first = np.zeros(0, int), np.zeros(0, int)
+        self.starts = np.zeros(len(system), int)
+        self.bounded = any(kind.bounded for g in mechanisms.guides for kind in g.kinds)
+
+    @property
+    def fruitless(self) -> Array:
+        """Starts after the last that found an assembly, shape (n,)."""
+        last = np.zeros(len(self.system), int)
+        np.maximum.at(last, self.owner, self.first)
+        return self.starts - last
+
+    def run(self, some: Array, hits: int, most: Array) -> None:
+        """Search until every assembly of each was found often enough."""
+        batch, n = 128, len(self.system)
+        while len(some):
+            many = np.minimum(batch, most[some] - self.starts[some])
+            who = np.repeat(some, many)
+            when = np.arange(len(who)) - np.repeat(np.cumsum(many) - many, many) + self.starts[who] + 1
+            parts = [(np.arange(len(self.owner)), self.owner, self.states)]
+            first = [self.first]
+            for low in range(0, len(who), BLOCK):
+                block = slice(low, low + BLOCK)
+                new = _searched(self.mechanisms, self.system, who[block], self.q, self.draw)
+                parts.append(new)
+                first.append(when[block][new[0]])
+            owner, states = np.concatenate([p[1] for p in parts]), np.concatenate([p[2] for p in parts], axis=1)
+            weight = np.concatenate([self.counts, np.ones(len(owner) - len(self.owner), int)])
+            one, self.counts = _distinct(self.system, owner, states, self.q, weight)
+            self.owner, self.states, self.first = owner[one], states[:, one], np.concatenate(first)[one]
+            self.starts[some] += many
+            number, rare = np.bincount(self.owner, minlength=n), np.full(n, hits)
+            np.minimum.at(rare, self.owner, self.counts)
+            doubtful = (rare < hits) | (number == 0) | ((number % 2 == 1) & (not self.bounded))
+            some = some[doubtful[some] & (self.starts < most)[some]]
+            batch *= 2
 
 
 def _searched(
     mechanisms: Mechanisms, system: System, who: Array, q: Array, draw: np.random.Generator
-) -> tuple[Array, Array]:
-    """Return owners (r,) and states (4 + f, r) of the roots from one random start of each of `who`."""
+) -> tuple[Array, Array, Array]:
+    """Return which of `who` came to a root from a random start (r,), their owners, and states (4 + f, r)."""
     sub = system.take(who)
     free = np.zeros((system.free, len(who)))
     for d in sub.driven:
@@ -118,18 +196,24 @@ def _searched(
     turn = draw.normal(size=(4, len(who)))
     root = newton(sub, State(turn / np.sqrt((turn**2).sum(0)), free), q[:, who], STEPS)
     kept = np.flatnonzero(root.found)
-    sub, state, owner = sub.take(kept), root.state[kept], who[kept]
-    now = sub.evaluate(state, q[:, owner])
-    local = sub.local(sub.world(state, q[:, owner]))
+    state, owner = root.state[kept], who[kept]
+    good = _there(mechanisms, system, owner, state, q)
+    return kept[good], owner[good], np.concatenate([state.quaternion, state.free])[:, good]
+
+
+def _there(mechanisms: Mechanisms, system: System, owner: Array, state: State, q: Array) -> Array:
+    """Return where a state is an assembly: all points on their guides, and none beyond an edge."""
+    sub, q = system.take(owner), q[:, owner]
+    local = sub.local(sub.world(state, q))
     with np.errstate(invalid="ignore"):
-        good = (now.distance <= ASSEMBLED * sub.reach) & ~off_edge(mechanisms[owner], sub, local)
-    return owner[good], np.concatenate([state.quaternion, state.free])[:, good]
+        near = sub.evaluate(state, q).distance <= ASSEMBLED * sub.reach
+        return np.asarray(near & ~off_edge(mechanisms[owner], sub, local))
 
 
-def _distinct(system: System, owner: Array, states: Array, q: Array) -> tuple[Array, Array, Array]:
-    """Return owners, states and numbers of those that differ in the positions of their points."""
+def _distinct(system: System, owner: Array, states: Array, q: Array, weight: Array) -> tuple[Array, Array]:
+    """Return the first of those that do not differ in the positions of their points, and the sums of their weights."""
     if not len(owner):
-        return owner, states, np.zeros(0, int)
+        return owner, weight
     world = system.take(owner).world(State(states[:4], states[4:]), q[:, owner]).reshape(-1, len(owner))
     label = np.full(len(owner), -1)
     left = np.arange(len(owner))
@@ -140,9 +224,9 @@ def _distinct(system: System, owner: Array, states: Array, q: Array) -> tuple[Ar
         label[left[same]] = groups + inverse[same]
         groups += len(first)
         left = left[~same]
-    _, first, counts = np.unique(label, return_index=True, return_counts=True)
+    _, first, inverse = np.unique(label, return_index=True, return_inverse=True)
     order = np.lexsort((world[0, first], owner[first]))
-    return owner[first][order], states[:, first][:, order], counts[order]
+    return first[order], np.bincount(inverse, weight).astype(int)[order]
 
 
 def _certified(system: System, state: State, q: Array, owner: Array, points: Array) -> Array:

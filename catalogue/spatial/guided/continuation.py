@@ -6,6 +6,7 @@ import numpy as np
 
 from ...kinematics.types import Array
 from .equations import System
+from .formulation import formulated
 from .mechanism import Mechanisms
 from .newton import LAST
 from .position import EDGE, OK, driver_units, off_edge
@@ -24,16 +25,17 @@ class Walk:
 
     def __init__(self, mechanisms: Mechanisms, nodes: Array, state: State) -> None:
         n = len(mechanisms)
-        self.mechanisms, self.system = mechanisms, System.of(mechanisms)
+        self.mechanisms, self.system = mechanisms, formulated(mechanisms)
         self.nodes = np.moveaxis(nodes, 0, -1) / driver_units(mechanisms)  # (s, k, n)
         self.reached, self.steps, self.end = np.ones(n, int), np.zeros(n, int), np.zeros(n)
-        self.reason = np.full(n, OK, dtype="U40")
-        self.states = np.full((len(nodes[0]), 4 + self.system.free, n), np.nan)
-        self.state, self.y, self.width = state, np.zeros(n), np.ones(n)
+        self.reason = np.full(n, OK, dtype="U90")
+        self.state = self.system.stated(state, self.nodes[0])
+        self.states = np.full((len(nodes[0]), *self.state.numbers.shape), np.nan)
+        self.y, self.width = np.zeros(n), np.ones(n)
         self.length = np.full(n, LONGEST / 8)
-        m, k = 3 + self.system.free, self.nodes.shape[1]
+        m, k = self.system.unknowns, self.nodes.shape[1]
         self.rates, self.tangent, self.before = np.zeros((m, k, n)), np.zeros((m + 1, n)), np.zeros((m + 1, n))
-        self.step, self.metric, self.sign = np.ones(n), np.ones((m - 3, n)), np.zeros(n)
+        self.step, self.metric, self.sign = np.ones(n), np.ones((self.system.free, n)), np.zeros(n)
         self.rated = np.zeros(n, bool)
         self.folded = np.zeros((2, n))  # length of the step across a turning point, and dy/ds at its end
         self.bounded = any(kind.bounded for g in mechanisms.guides for kind in g.kinds)
@@ -122,7 +124,7 @@ class Walk:
         """Store a node, and turn towards the next."""
         node = self.reached[who] - 1
         self.state.put(who, c.state)
-        self.states[node, :, who] = np.concatenate([c.state.quaternion, c.state.free]).T
+        self.states[node, :, who] = c.state.numbers.T
         self.end[who], self.y[who], self.metric[:, who] = node, 0, c.metric
         self.width[who] = 1
         dq = self._line(who).q1
@@ -141,8 +143,21 @@ class Walk:
         local = system.local(system.world(c.state, line(c.y)))
         return off_edge(self.mechanisms[who], system, local)
 
+    def poses(self) -> Array:
+        """Return the states at the nodes as poses, shape (s, 4 + f, n), NaN where there are none."""
+        s, rows, n = self.states.shape
+        flat = np.moveaxis(self.states, 1, 0).reshape(rows, s * n)
+        system, q = self.system.take(np.tile(np.arange(n), s)), np.moveaxis(self.nodes, 1, 0).reshape(-1, s * n)
+        turns = len(self.state.quaternion)
+        pose = system.pose(type(self.state)(flat[:turns], flat[turns:]), q)
+        return np.moveaxis(pose.numbers.reshape(-1, s, n), 0, 1)
+
     def _ended(self, who: Array, reason: str, y: Array) -> None:
-        self.reason[who] = reason
+        if reason in (STUCK, BRANCH) and len(who):
+            lost = self.system.take(who).lost(self.state[who], self._line(who)(self.y[who]))
+            self.reason[who] = np.where(lost == OK, reason, lost)
+        else:
+            self.reason[who] = reason
         self.end[who] = self.reached[who] - 1 + np.minimum(y / self.width[who], 1)
 
 

@@ -1,9 +1,6 @@
-"""Velocity, acceleration and every higher derivative of a position, by power series: one solve per order, one inverse.
+"""Velocity, acceleration and every higher derivative of a position: a linear system per order, with one inverse.
 
-Every unknown is a truncated series in time.  With the coefficients below order k known, the residual of order k, taken
-with those of order k at zero, gives them through the Jacobian of the position.  The rotation enters as the series of
-the angular velocity: points r of the body from the base have  k r_k = sum_j w_j x r_(k-1-j),  so that angular velocity
-and acceleration come with the same solve, without a formula for three points.
+The systems are those of the formulation (`formulation.series`); what is read off is the same for all.
 """
 
 from __future__ import annotations
@@ -20,8 +17,10 @@ from ..geometry.kinds import Kind
 from ..geometry.power_series import Taylor, coefficients
 from ..geometry.rotation import cross
 from .equations import System
+from .formulation import formulated, series
 from .mechanism import Mechanisms
 from .position import Positions, conditioning, driver_units
+from .series import local_series
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,8 +38,8 @@ class Jets:
     condition : ndarray, shape (n,)
         Condition number of the Jacobian; a relative error of about 2e-16 times it in each order is to be expected.
     chart : ndarray, shape (n, p)
-        Smallest of |X_u|, |X_w| and |X_u x X_w| per unit of coordinate, in units of length: 0 where the chart of a
-        guide is singular (the motion is not).
+        Smallest of ``|X_u|``, ``|X_w|`` and ``|X_u x X_w|`` per unit of coordinate, in units of length: 0 where the
+        chart of a guide is singular (the motion is not).
     """
 
     points: Array
@@ -67,30 +66,18 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
     InvalidRequest
         If the rates do not fit or are not finite.
     """
-    n, p = mechanisms.body.shape[:2]
+    n = len(mechanisms)
     given = np.asarray(rates, float)
     if given.ndim not in (2, 3) or given.shape[-2] != mechanisms.freedom or not np.isfinite(given).all():
         raise InvalidRequest(f"rates must be finite numbers of shape {(n, mechanisms.freedom, 'order')}: {given.shape}")
     given = np.broadcast_to(given, (n, *given.shape[-2:]))
-    system, units = System.of(mechanisms), driver_units(mechanisms)
-    order, state = given.shape[-1], positions.state
+    system, units = formulated(mechanisms), driver_units(mechanisms)
+    order = given.shape[-1]
     q = np.stack([positions.drivers.T / units, *(given[..., k].T / units / factorial(k + 1) for k in range(order))])
+    state = system.stated(positions.state, q[0])
     now = system.evaluate(state, q[0])
     kappa, inverse = conditioning(now, system.unit / mechanisms.diameter)
-    spin = np.zeros((order + 1, 3, n))
-    free = np.zeros((order + 1, system.free, n))
-    free[0] = state.free
-    arms = np.zeros((order + 1, 3, p, n))
-    arms[0] = system.turned(state)
-    for k in range(1, order + 1):
-        arms[k] = sum(cross(spin[j][:, None], arms[k - 1 - j]) for j in range(k - 1)) / k if k > 1 else 0
-        residual = _residual(system, mechanisms, arms[: k + 1], free[: k + 1], q[: k + 1])
-        with np.errstate(invalid="ignore"):
-            step = -(inverse * residual).sum(1)
-        turn, free[k] = step[:3], step[3:] / now.metric
-        spin[k - 1] = k * turn
-        arms[k] += cross(turn[:, None], arms[0])
-    world = _base(system, free, q)[:, :, None] + arms
+    world, spin = series(mechanisms, system, state, q, now.metric, inverse)
     scale = np.array([factorial(k) for k in range(order + 1)], float)
     points = np.moveaxis(world * system.unit, (0, 1, 2), (2, 3, 1)) * scale[:, None]
     points[:, :, 0] += system.centre.T[:, None]
@@ -106,59 +93,12 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
     return Jets(points, by_order, coordinates, kappa, chart)
 
 
-def _base(system: System, free: Array, q: Array) -> Array:
-    """Return the series of the base, shape (order + 1, 3, n)."""
-    return _placed(system, 0, free, q)
-
-
-def _placed(system: System, which: int, free: Array, q: Array) -> Array:
-    d = system.driven[which]
-    i, order, n = d.slot.point, len(q) - 1, q.shape[-1]
-    own = np.zeros_like(q[:, 0]) if d.column is None else free[:, d.column - 3]
-    u, w = (own if k is None else q[:, k] for k in d.driver)
-    x = np.empty((order + 1, 3, n))
-    for kind, where, p in d.slot.groups:
-        local = kind.point(Taylor(u[:, where]), Taylor(w[:, where]), p)
-        for axis in range(3):
-            x[:, axis, where] = coefficients(local[axis], order, (p.shape[1],))
-    out = (system.frames[:, :, i] * x[:, None]).sum(2)
-    out[0] += system.origins[:, i]
-    return np.asarray(out)
-
-
-def _residual(system: System, mechanisms: Mechanisms, arms: Array, free: Array, q: Array) -> Array:
-    """Return the last coefficient of the residual, shape (m, n)."""
-    order, n = len(q) - 1, len(system)
-    base = _base(system, free, q)
-    out = np.empty((3 + system.free, n))
-    row = 0
-    for i in dict.fromkeys(system.points):
-        local = _local(system, i, base + arms[:, :, i])
-        for kind, where, p in mechanisms.guides[i].each():
-            x = Taylor(local[:, 0, where]), Taylor(local[:, 1, where]), Taylor(local[:, 2, where])
-            functions = kind.implicit(x, kind.scaled(p, system.unit[where]))
-            _, gradients = kind.gradients(local[0][:, where], kind.scaled(p, system.unit[where]))
-            for j, (f, g) in enumerate(zip(functions, gradients, strict=True)):
-                out[row + j, where] = coefficients(f, order, (len(where),))[-1] / np.sqrt((g**2).sum(0))
-        row += 2 if mechanisms.curves[i] else 1
-    for j in range(1, len(system.driven)):
-        out[row : row + 3] = (_placed(system, j, free, q) - base - arms[:, :, system.driven[j].slot.point])[-1]
-        row += 3
-    return out
-
-
-def _local(system: System, i: int, world: Array) -> Array:
-    world = world.copy()
-    world[0] -= system.origins[:, i]
-    return np.asarray((system.frames[:, :, i] * world[:, :, None]).sum(1))
-
-
 def _coordinates(mechanisms: Mechanisms, system: System, positions: Positions, world: Array) -> tuple[Array, Array]:
     """Return series of u, w, shape (n, p, 2, order + 1), and how regular the charts are, (n, p)."""
     n, p = mechanisms.body.shape[:2]
     out, chart = np.empty((n, p, 2, len(world))), np.empty((n, p))
     for i, guides in enumerate(mechanisms.guides):
-        local = _local(system, i, world[:, :, i])
+        local = local_series(system, i, world[:, :, i])
         for kind, where, parameters in guides.each():
             unit = system.unit[where]
             units = [kind.coordinate_unit(axis, unit) for axis in (0, 1)]

@@ -10,7 +10,7 @@ three coordinates.  So the classes I to VI have 4, 3, 3, 5, 4, 6 equations (Mang
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -64,13 +64,13 @@ class System:
             u, w = (drivers.index((i, k)) if (i, k) in drivers else None for k in "uw")
             driver = u, w
             free = None in driver and not mechanisms.curves[i]
-            driven.append(Driven(_slot(i, mechanisms, smooth=driver[1] is None), column if free else None, driver))
+            driven.append(Driven(slot_of(i, mechanisms, smooth=driver[1] is None), column if free else None, driver))
             column += free
         others: list[tuple[Slot, int]] = []
         points: list[int] = []
         quadrics: list[Array] = []
         for i in (i for i in range(len(mechanisms.guides)) if i not in order):
-            slot, many = _slot(i, mechanisms), 2 if mechanisms.curves[i] else 1
+            slot, many = slot_of(i, mechanisms), 2 if mechanisms.curves[i] else 1
             some = np.zeros((many, 7, n))
             for kind, where, p in slot.groups:
                 if isinstance(kind, Quadric):
@@ -101,22 +101,39 @@ class System:
 
     @property
     def free(self) -> int:
-        """Number of free coordinates f; there are 3 + f equations."""
+        """Number of free coordinates f."""
         return sum(d.column is not None for d in self.driven)
 
-    def take(self, index: Array) -> System:
+    @property
+    def unknowns(self) -> int:
+        """Number of unknowns, and of equations."""
+        return 3 + self.free
+
+    def stated(self, pose: State, q: Array) -> State:  # noqa: ARG002, other formulations need them
+        """Return a pose as a state of these equations."""
+        return pose
+
+    def pose(self, state: State, q: Array) -> State:  # noqa: ARG002, other formulations need them
+        """Return the pose of a state of these equations."""
+        return state
+
+    def lost(self, state: State, q: Array) -> Array:  # noqa: ARG002, other formulations need them
+        """Return where these equations, not the mechanism, are singular in a state: the reason, or empty."""
+        return np.full(len(self), "", dtype="U90")
+
+    def take(self, index: Array) -> Self:
         """Return the equations of some, in any order and number."""
-        return System(
-            self.unit[index],
-            self.centre[:, index],
-            self.reach[index],
-            self.arms[..., index],
-            self.frames[..., index],
-            self.origins[..., index],
-            tuple(replace(d, slot=d.slot.take(index)) for d in self.driven),
-            tuple((slot.take(index), row) for slot, row in self.others),
-            self.points,
-            self.quadrics[..., index],
+        return replace(
+            self,
+            unit=self.unit[index],
+            centre=self.centre[:, index],
+            reach=self.reach[index],
+            arms=self.arms[..., index],
+            frames=self.frames[..., index],
+            origins=self.origins[..., index],
+            driven=tuple(replace(d, slot=d.slot.take(index)) for d in self.driven),
+            others=tuple((slot.take(index), row) for slot, row in self.others),
+            quadrics=self.quadrics[..., index],
         )
 
     def placed(self, d: Driven, state: State, q: Array) -> tuple[Array, Array]:
@@ -132,7 +149,11 @@ class System:
 
     def turned(self, state: State) -> Array:
         """Return all points from the base, shape (3, p, n)."""
-        return np.asarray(np.einsum("ijn,jpn->ipn", matrix(state.quaternion), self.arms))
+        return np.asarray(np.einsum("ijn,jpn->ipn", self.rotation(state), self.arms))
+
+    def rotation(self, state: State) -> Array:
+        """Return the rotation matrix of the body, shape (3, 3, n)."""
+        return matrix(state.quaternion)
 
     @property
     def _index(self) -> Any:
@@ -151,7 +172,7 @@ class System:
 
     def evaluate(self, state: State, q: Array) -> Equations:
         """Return residual and derivatives at the driver values q (k, n)."""
-        n, r, m = len(self), len(self.points), 3 + self.free
+        n, r, m = len(self), len(self.points), self.unknowns
         base, tangents = self.placed(self.driven[0], state, q)
         arms = self.turned(state)
         residual, jacobian, drivers = np.empty((m, n)), np.zeros((m, m, n)), np.zeros((m, len(q), n))
@@ -217,7 +238,8 @@ class System:
             return value / length, np.einsum("ijrn,jrn->irn", frame, gradient / length)
 
 
-def _slot(point: int, mechanisms: Mechanisms, smooth: bool = False) -> Slot:
+def slot_of(point: int, mechanisms: Mechanisms, smooth: bool = False) -> Slot:
+    """Return the guides of a point in units, in the charts that are regular where w is free if those are asked for."""
     guides, unit = mechanisms.guides[point], mechanisms.unit
     p = np.zeros((guides.parameters.shape[1], len(unit)))
     for kind, where, values in guides.each():

@@ -95,7 +95,7 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
         walk = Walk(mechanisms[index], nodes[index], first.state[index])
         walk.run()
         reached[index], reason[index], end[index], steps[index] = walk.reached, walk.reason, walk.end, walk.steps
-        states[..., index] = walk.states
+        states[..., index] = walk.poses()
     whole = np.minimum(end.astype(int), nodes.shape[1] - 2) if nodes.shape[1] > 1 else np.zeros(n, int)
     every = np.arange(n)
     after = np.minimum(whole + 1, nodes.shape[1] - 1)

@@ -22,6 +22,8 @@ CLASSES = {
     (1, 2): ("V", 2),
     (0, 3): ("VI", 3),
 }
+#: Equations of the position: of the pose of the body; of Euler angles (Nota I); of curvilinear distances (sec. 2 to 4).
+FORMULATIONS = ("pose", "euler-angles", "distances")
 #: A body whose second extent is a smaller part of its diameter is a line: its spin is undetermined.
 COLLINEAR = 1e-12
 #: Points of the body nearer than this part of its diameter count as one.
@@ -40,6 +42,12 @@ class Mechanisms:
         Curves and surfaces may be mixed within a point's guides if all are curves or all are surfaces.
     drivers : sequence of (int, str)
         Point, from 0, and coordinate, ``"u"`` or ``"w"``, that are prescribed, as many as degrees of freedom.
+    formulation : "pose", "euler-angles" or "distances"
+        Equations by which positions, motions and derivatives are computed; the results are the same.  ``"pose"`` has no
+        singular position but those of the mechanism.  ``"euler-angles"`` are those of the first note, precession,
+        nutation and spin of the axes through A1, A2 and A3, for all six classes; they are singular where A1A2 is along
+        z.  ``"distances"`` has the curvilinear coordinates for unknowns and the distances of the points for equations;
+        it is singular for flat bodies of four or five points, for points that coincide, and where a chart is.
 
     Attributes
     ----------
@@ -53,15 +61,18 @@ class Mechanisms:
     InvalidLinkage
         If the number of guides makes no class, or a body is a line or not finite.
     InvalidRequest
-        If the drivers do not fit.
+        If the drivers do not fit, or there is no such formulation.
     """
 
     body: Any
     guides: Sequence[Guides]
     drivers: Sequence[tuple[int, str]]
+    formulation: str = "pose"
     curves: tuple[bool, ...] = field(init=False)
 
     def __post_init__(self) -> None:
+        if self.formulation not in FORMULATIONS:
+            raise InvalidRequest(f"there is no formulation {self.formulation!r}, only {', '.join(FORMULATIONS)}")
         body = np.asarray(self.body, float)
         if body.ndim not in (2, 3) or body.shape[-1] != 3 or body.shape[-2] != len(self.guides):
             raise InvalidLinkage(f"{len(self.guides)} guides want a body (n, {len(self.guides)}, 3), not {body.shape}")

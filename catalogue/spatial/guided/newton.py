@@ -38,15 +38,16 @@ def newton(system: System, start: State, q: Array, steps: int = STEPS) -> Root:
     near a singular position.
     """
     n = len(system)
-    state = State(start.quaternion.copy(), start.free.copy())
+    state = start.copy()
     found, evaluations = np.zeros(n, bool), np.zeros(n, int)
     who, sub, values = np.arange(n), system, q
-    at = State(start.quaternion.copy(), start.free.copy())
+    at = start.copy()
     now = sub.evaluate(at, values)
     step, length = _step(now)
     part, before = _first(length), np.full(n, np.inf)
     for _ in range(steps):
-        trial = at.moved(part * step, now.metric)
+        with np.errstate(invalid="ignore"):
+            trial = at.moved(part * step, now.metric)
         then = sub.evaluate(trial, values)
         evaluations[who] += 1
         noise = NOISE * sub.reach

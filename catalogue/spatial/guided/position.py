@@ -13,6 +13,7 @@ from ..geometry.kinds import Kind
 from ..geometry.rotation import fitted, matrix
 from .elimination import condition, solve
 from .equations import System
+from .formulation import formulated
 from .mechanism import Mechanisms
 from .newton import newton
 from .unknowns import Equations, State
@@ -106,8 +107,14 @@ def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positio
     else:
         state = start.state
     finite = np.isfinite(q).all(0)
-    root = newton(system, state, np.where(finite, q, 0))
-    found = reported(mechanisms, system, root.state, values, root.found & finite, root.evaluations)
+    there = np.where(finite, q, 0)
+    solver = formulated(mechanisms)
+    root = newton(solver, solver.stated(state, there), there)
+    pose = solver.pose(root.state, there)
+    found = reported(mechanisms, system, pose, values, root.found & finite, root.evaluations)
+    lost = solver.lost(root.state, there)
+    failed = finite & ~found.success & (lost != OK)
+    found.reason[failed] = lost[failed]
     if isinstance(start, Positions) and not np.array_equal(start.drivers, values):
         return _kept(mechanisms, found, start)
     return found
@@ -146,7 +153,7 @@ def reported(
     local = system.local(world)
     residual = now.distance * ratio
     coordinates = _located(mechanisms, system, state, values, local * system.unit)
-    reason = np.full(len(system), OK, dtype="U40")
+    reason = np.full(len(system), OK, dtype="U90")
     with np.errstate(invalid="ignore"):
         assembled = found & (now.distance <= ASSEMBLED * system.reach)
         reason[kappa > LOST] = SINGULAR
@@ -180,7 +187,7 @@ def conditioning(now: Equations, unit: Array) -> tuple[Array, Array]:
     m, n = now.residual.shape
     inverse, _ = solve(now.jacobian, np.broadcast_to(np.eye(m)[:, :, None], (m, m, n)))
     weight = np.ones((m, n))
-    weight[:3] = unit
+    weight[: m - len(now.metric)] = unit
     with np.errstate(all="ignore"):
         kappa = condition(now.jacobian * weight, inverse / weight[:, None])
     return np.where(np.isfinite(kappa), kappa, np.inf), inverse

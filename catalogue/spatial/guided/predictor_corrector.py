@@ -127,10 +127,11 @@ def correct(system: System, line: Line, state: State, y: Array, row: Array, limi
 
     A mechanism is given up if its first correction is longer than `limit` (n,), a later one than `SECOND` of the last.
     """
-    m, n, k = 3 + system.free, len(system), len(line.q0)
+    m, n, k = system.unknowns, len(system), len(line.q0)
     out = Corrected(
-        State(state.quaternion.copy(), state.free.copy()), y.copy(), np.zeros((m + 1, n)), np.zeros((m, k, n)),
-        np.ones((k, n)), np.ones((m - 3, n)), np.zeros(n), np.full(n, np.inf), np.zeros((m + 1, n)), np.zeros(n, bool),
+        state.copy(), y.copy(), np.zeros((m + 1, n)), np.zeros((m, k, n)),
+        np.ones((k, n)), np.ones((system.free, n)), np.zeros(n), np.full(n, np.inf), np.zeros((m + 1, n)),
+        np.zeros(n, bool),
     )  # fmt: skip
     who, sub, at = np.arange(n), system, (state, y)
     for i in range(CORRECTIONS):

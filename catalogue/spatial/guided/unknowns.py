@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -20,13 +20,21 @@ class State:
     quaternion: Array
     free: Array
 
-    def moved(self, step: Array, metric: Array) -> State:
+    def moved(self, step: Array, metric: Array) -> Self:
         """Return the state after a step (3 + f, n): rotation [rad], and arcs on the guides in units."""
         with np.errstate(all="ignore"):
-            return State(turned(self.quaternion, step[:3]), self.free + step[3:] / metric)
+            return type(self)(turned(self.quaternion, step[:3]), self.free + step[3:] / metric)
 
-    def __getitem__(self, index: Any) -> State:
-        return State(self.quaternion[:, index], self.free[:, index])
+    def __getitem__(self, index: Any) -> Self:
+        return type(self)(self.quaternion[:, index], self.free[:, index])
+
+    def copy(self) -> Self:
+        return type(self)(self.quaternion.copy(), self.free.copy())
+
+    @property
+    def numbers(self) -> Array:
+        """All numbers of the state, one below the other."""
+        return np.concatenate([self.quaternion, self.free])
 
     def put(self, index: Any, other: State) -> None:
         """Overwrite some."""

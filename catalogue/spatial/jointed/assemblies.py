@@ -30,20 +30,31 @@ class FoundAssemblies:
         One pose for each, that of the design first if it is among them.
     hits : ndarray, shape (a,)
         How many of the random starts came to it.
-    starts : int
+    starts, fruitless : int
+        Starts, and how many of them came after the last that found an assembly.
+    even : bool
+        Whether assemblies are even in number, as they are where links and ball joints or revolutes close the loops; an
+        odd number then means that one was missed, or that two coincide.
     """
 
     motion: Motion
     hits: Array
     starts: int
+    fruitless: int
+
+    @property
+    def even(self) -> bool:
+        return len(self.hits) % 2 == 0
 
 
-def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tuple[Array, Array, int]:
-    """Return states (a, numbers), hits and the number of starts: 128 at first, then twice as many, until each was found
-    `hits` times or `most` starts were made."""
+def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tuple[Array, Array, int, int]:
+    """Return states (a, numbers), hits, and the numbers of starts and of those that found nothing new.
+
+    128 starts are made at first, then twice as many, until each assembly was found `hits` times or `most` were made.
+    """
     draw, made, batch = np.random.default_rng(seed), 0, 128
     states, names = np.empty((0, curve.system.numbers)), np.empty((0, 0))
-    counts = np.zeros(0, int)
+    counts, last = np.zeros(0, int), 0
     while made < most:
         y = (
             np.concatenate([curve.system.design[None], _random(curve, draw, batch)])
@@ -52,19 +63,20 @@ def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tupl
         )
         made += batch
         found, good = newton(curve.take(np.zeros(len(y), int)), y, np.full(len(y), target))
-        found = found[good]
+        when, found = made - batch + 1 + np.flatnonzero(good), found[good]
         marks = signature(curve.take(np.zeros(len(found), int)), found)
-        for y_new, mark in zip(found, marks, strict=True):
+        for y_new, mark, start in zip(found, marks, when, strict=True):
             apart = np.abs(names - mark).max(1) if len(states) else np.zeros(0)
             if len(apart) and apart.min() < SAME:
                 counts[apart.argmin()] += 1
             else:
+                last = int(start)
                 states, counts = np.concatenate([states, y_new[None]]), np.append(counts, 1)
                 names = np.concatenate([names, mark[None]]) if len(names) else mark[None]
         if len(counts) and counts.min() >= hits:
             break
         batch *= 2
-    return states, counts, made
+    return states, counts, made, made - last
 
 
 def _random(curve: Curve, draw: np.random.Generator, n: int) -> Array:

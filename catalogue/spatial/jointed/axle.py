@@ -5,7 +5,6 @@ Vehicle axes of ISO 8855: x forward, y to the left, z up; the middle plane of th
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -15,9 +14,10 @@ import pandas as pd
 from ...errors import InvalidRequest
 from ...kinematics.types import Array
 from .compiling import numbers
-from .elements import Scalar
+from .elements import Scalar, Vector
+from .frame import framed
 from .motion import Motion
-from .system import cross
+from .vectors import cross
 
 
 @dataclass(frozen=True)
@@ -28,24 +28,26 @@ class Wheel:
     ----------
     carrier : str
         The body that carries it.
-    centre : array-like, shape (3,)
-    axis : array-like, shape (3,)
+    centre : array-like, shape (3,), or (n, 3) of a batch
+    axis : array-like, shape (3,), or (n, 3)
         Along the axis of rotation, either way.
     radius : float
         Of the tyre under load.
     """
 
     carrier: str
-    centre: Sequence[float]
-    axis: Sequence[float]
+    centre: Vector
+    axis: Vector
     radius: float
 
     def outboard(self) -> Array:
         """Return the axis, pointing away from the middle of the vehicle."""
-        axis, side = numbers(self.axis, "Wheel.axis")[0], numbers(self.centre, "Wheel.centre")[0, 1]
-        if not (self.radius > 0 and side and axis[1]):
+        axis, side = numbers(self.axis, "Wheel.axis"), numbers(self.centre, "Wheel.centre")[:, 1:2]
+        across = axis[:, 1:2] * side
+        if not (self.radius > 0 and across.all()):
             raise InvalidRequest("a Wheel needs a radius, a centre beside the plane y = 0, and an axis across it")
-        return np.asarray(axis * np.sign(axis[1] * side) / np.sqrt(axis @ axis))
+        out = np.asarray(axis * np.sign(across) / np.sqrt((axis * axis).sum(1, keepdims=True)))
+        return out if len(out) > 1 else np.asarray(out[0])
 
 
 def kinematics(motion: Motion, wheel: Wheel, steer: Scalar | None = None) -> pd.DataFrame:
@@ -54,7 +56,7 @@ def kinematics(motion: Motion, wheel: Wheel, steer: Scalar | None = None) -> pd.
     Parameters
     ----------
     motion : Motion
-        Of wheel travel, of one mechanism.
+        Of wheel travel.
     wheel : Wheel
     steer : scalar, optional
         One of those that were held in the sweep, such as the Joint of the rack: about its axis the wheel would be
@@ -63,24 +65,24 @@ def kinematics(motion: Motion, wheel: Wheel, steer: Scalar | None = None) -> pd.
     Returns
     -------
     pandas.DataFrame
-        Toe is positive when the front of the wheel points inwards, camber when its top leans outwards, caster when the
-        steering axis leans backwards, kingpin inclination when it leans inwards; recession of the wheel centre is
-        backwards, the half track is that of the contact point.  The roll centre is above the ground, on the middle
-        plane (of an axle that moves symmetrically); the support angles, from which `anti_dive` follows, are those by
-        which the paths of the contact point (brake outboard) and of the wheel centre (drive, or brake inboard) lean
-        forwards in the side view.
+        One row per pose, of a batch indexed by mechanism and pose.  Toe is positive when the front of the wheel points
+        inwards, camber when its top leans outwards, caster when the steering axis leans backwards, kingpin inclination
+        when it leans inwards; recession of the wheel centre is backwards, the half track is that of the contact point.
+        The roll centre is above the ground, on the middle plane (of an axle that moves symmetrically); the support
+        angles, from which `anti_dive` follows, are those by which the paths of the contact point (brake outboard) and
+        of the wheel centre (drive, or brake inboard) lean forwards in the side view.
 
     Raises
     ------
     InvalidRequest
-        If `steer` was not held, or the motion is that of a batch.
+        If `steer` was not held, or the wheel is not one for all nor one for each of a batch.
     """
-    motion.of_one("toe, camber and the like")
     unit, deg = motion.mechanism.unit, "deg"
-    side = np.sign(wheel.centre[1])
-    x = motion.point(wheel.carrier, wheel.centre, 1)
-    n = motion.direction(wheel.carrier, wheel.outboard(), 0)
-    centre, velocity, spin = x[:, 0], x[:, 1], motion.spin(wheel.carrier)[:, 0]
+    design = motion.each(wheel.centre, "Wheel.centre")
+    side = np.sign(design[:, 1])
+    x = motion.rows(motion.point(wheel.carrier, wheel.centre, 1))
+    n = motion.rows(motion.direction(wheel.carrier, wheel.outboard(), 0))
+    centre, velocity, spin = x[:, 0], x[:, 1], motion.rows(motion.spin(wheel.carrier))[:, 0]
     down = n * n[:, 2:] - np.array([0.0, 0.0, 1.0])
     contact = centre + wheel.radius * down / np.sqrt((down * down).sum(1, keepdims=True))
     patch = velocity + cross(spin, contact - centre)
@@ -88,11 +90,10 @@ def kinematics(motion: Motion, wheel: Wheel, steer: Scalar | None = None) -> pd.
     screw = axis_of(velocity, spin, centre)
     with np.errstate(all="ignore"):
         columns = {
-            f"drive [{motion.drive_unit}]": motion.drive_shown,
-            f"travel [{unit}]": centre[:, 2] - wheel.centre[2],
+            f"travel [{unit}]": centre[:, 2] - design[:, 2],
             f"toe [{deg}]": np.degrees(np.arctan2(n[:, 0], side * n[:, 1])),
             f"camber [{deg}]": np.degrees(-np.arcsin(n[:, 2])),
-            f"recession [{unit}]": wheel.centre[0] - centre[:, 0],
+            f"recession [{unit}]": design[:, 0] - centre[:, 0],
             f"half track [{unit}]": np.abs(contact[:, 1]),
             f"roll centre [{unit}]": contact[:, 1] * patch[:, 1] / patch[:, 2],
             f"support angle of contact [{deg}]": np.degrees(np.arctan2(patch[:, 0], patch[:, 2])),
@@ -104,7 +105,7 @@ def kinematics(motion: Motion, wheel: Wheel, steer: Scalar | None = None) -> pd.
         columns[f"screw axis at {name} [{unit}]"] = column
     columns[f"pitch [{unit}/rad]"] = screw[2]
     if steer is not None:
-        spin, velocity = motion.influence(steer, wheel.carrier, wheel.centre)
+        spin, velocity = (motion.rows(v) for v in motion.influence(steer, wheel.carrier, wheel.centre))
         k, at, _ = axis_of(velocity, spin, centre)
         k = k * np.sign(k[:, 2:])
         foot = at + k * ((ground - at[:, 2]) / k[:, 2])[:, None]
@@ -114,7 +115,7 @@ def kinematics(motion: Motion, wheel: Wheel, steer: Scalar | None = None) -> pd.
             f"scrub radius [{unit}]": side * (contact[:, 1] - foot[:, 1]),
             f"trail [{unit}]": foot[:, 0] - contact[:, 0],
         }
-    return pd.DataFrame(columns)
+    return framed(motion, columns)
 
 
 def axis_of(velocity: Array, spin: Array, at: Array) -> tuple[Array, Array, Array]:

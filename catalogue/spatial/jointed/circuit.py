@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from scipy.optimize import brentq
 
 from ...kinematics.types import Array
 from .elements import Scalar
@@ -23,6 +24,7 @@ from .tracing import (
     across,
     crossed,
     signature,
+    solved,
     stationary,
     tangents,
 )
@@ -52,6 +54,8 @@ class Circuit:
         Arc length [rad and units of length].
     reason : str
         Why an open circuit ends: at a branch point, too far away.
+    number : int
+        Which mechanism of a batch it is of.
     """
 
     mechanism: Mechanism
@@ -65,37 +69,58 @@ class Circuit:
     dead_points: Array
     length: float
     reason: str
+    number: int = 0
 
     def motion(self, count: int = 361) -> Motion:
         """Return `count` poses all along the circuit, the first in the design pose; of a crank that turns fully evenly
         spaced in its angle, else in arc length."""
+        many, mechanism = _repeated(self.curve, count), self.mechanism
+        if len(mechanism.system().points) > 1:
+            mechanism = mechanism.one(self.number)
         if self.crank:
             begin, end = self.trace.drive[[0, -1]]
-            values = np.linspace(begin, begin + np.copysign(2 * np.pi, end - begin), count)
-            return self.mechanism.sweep(self.driven, values, self.held)
-        s = np.linspace(self.trace.s[0], self.trace.s[-1], count)
-        i = np.clip(np.searchsorted(self.trace.s, s), 1, len(self.trace.s) - 1)
-        y, _, _ = across(_repeated(self.curve, count), self.trace.at(s), self.trace.tangent[i])
-        value = _repeated(self.curve, count)(y)[2] * self.curve.system.scalars[-1].unit
-        return Motion(self.mechanism, self.curve, self.driven, self.held, value, y[None], ((None, None),))
+            value = np.linspace(begin, begin + np.copysign(2 * np.pi, end - begin), count)
+            y, good = solved(many, self.trace.at(self.trace.where(value)), value)
+            y[~good] = np.nan
+        else:
+            s = np.linspace(self.trace.s[0], self.trace.s[-1], count)
+            i = np.clip(np.searchsorted(self.trace.s, s), 1, len(self.trace.s) - 1)
+            y, _, _ = across(many, self.trace.at(s), self.trace.tangent[i])
+            value = many(y)[2] * self.curve.system.scalars[-1].unit
+        return Motion(mechanism, self.curve, self.driven, self.held, value, y[None], ((None, None),))
 
 
 def _repeated(curve: Curve, count: int) -> Curve:
     return curve.take(np.zeros(count, int))
 
 
-def circuit(mechanism: Mechanism, curve: Curve, y: Array, drive: Scalar, held: tuple[Scalar, ...]) -> Circuit:
-    """Return the circuit on which the state y (1, numbers) is."""
+def circuits(mechanism: Mechanism, curve: Curve, y: Array, drive: Scalar, held: tuple[Scalar, ...]) -> list[Circuit]:
+    """Return the circuits on which states y (n, numbers) are."""
     _, j, _, by = curve(y)
     tangent, _, _ = tangents(j, by)
-    unit = curve.system.scalars[-1].unit
-    trace, closed = _around(curve, y, tangent)
-    if not closed:
-        other, _ = _around(curve, y, -tangent)
-        reason = trace.reason
-        trace = other.joined(trace)
-    else:
-        reason = ""
+    found = _around(curve, y, tangent)
+    open_ = np.flatnonzero([not closed for _, closed in found])
+    back = _around(curve.take(open_), y[open_], -tangent[open_]) if len(open_) else []
+    other = {int(i): trace for i, (trace, _) in zip(open_, back, strict=True)}
+    return [
+        _circuit(mechanism, curve.take(np.array([i])), trace, other.get(i), drive, held, i)
+        for i, (trace, _) in enumerate(found)
+    ]
+
+
+def _circuit(
+    mechanism: Mechanism,
+    curve: Curve,
+    trace: Trace,
+    back: Trace | None,
+    drive: Scalar,
+    held: tuple[Scalar, ...],
+    i: int,
+) -> Circuit:
+    """Return one circuit from its trace, if it did not close with the one the other way."""
+    closed, unit, reason = back is None, curve.system.scalars[-1].unit, ""
+    if back is not None:
+        reason, trace = trace.reason, back.joined(trace)
     dead = []
     if closed and abs(trace.slope[0]) < 1e-9 and trace.slope[1] * trace.slope[-2] < 0:  # in the design pose
         dead.append(float(trace.drive[0]) * unit)
@@ -111,40 +136,57 @@ def circuit(mechanism: Mechanism, curve: Curve, y: Array, drive: Scalar, held: t
     values = [*dead, *((trace.drive[[0, -1]] * unit).tolist() if not (closed and dead) else [])]
     limits = (0.0, 2 * np.pi) if crank else (float(min(values)), float(max(values)))
     length = float(trace.s[-1] - trace.s[0])
-    return Circuit(mechanism, curve, drive, held, trace, closed, crank, limits, np.array(dead), length, reason)
+    return Circuit(mechanism, curve, drive, held, trace, closed, crank, limits, np.array(dead), length, reason, i)
 
 
-def _around(curve: Curve, y: Array, tangent: Array) -> tuple[Trace, bool]:
-    """Follow a curve until it closes, a branch crosses it, or it has no end."""
+def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
+    """Follow curves until each closes, a branch crosses it, or it has no end; return which closed."""
     march = March(curve, y, tangent)
-    first = signature(curve, y)[0]
-    away = signature(curve, y + 1e-6 * curve.system.lifted(y, tangent))[0] - first
-    away /= np.sqrt(away @ away)
-    behind = 0.0
+    first = signature(curve, y)
+    away = signature(curve, y + 1e-6 * curve.system.lifted(y, tangent)) - first
+    away /= np.sqrt((away * away).sum(1, keepdims=True))
+    behind = np.zeros(len(y))
+    done: dict[int, Trace] = {}
     for _ in range(MOST):
-        if march.h[0] < SHORTEST:
-            march.reason[0] = STUCK
+        stuck = march.h < SHORTEST
+        for i in march.who[stuck]:
+            march.reason[i] = STUCK
+        march.end(stuck)
+        if not len(march.who):
             break
-        if not march.step()[0]:
-            continue
-        apart = signature(curve, march.last[1])[0] - first
-        ahead = float(apart @ away)
-        step = march.last[0][0] - march.before[0][0]
-        if behind < 0 <= ahead and np.sqrt(apart @ apart) < NEAR * step:
-            trace = march.trace(0)
-            low, high = trace.s[-2], trace.s[-1]
-            for _ in range(50):
-                s = (low + high) / 2
-                apart = signature(curve, trace.at(np.array([s])))[0] - first
-                low, high = (s, high) if apart @ away < 0 else (low, s)
-            y_near, _, _ = across(curve, trace.at(np.array([s])), trace.tangent[-2][None])
-            apart = signature(curve, y_near)[0] - first
-            if np.sqrt(apart @ apart) < CLOSED * step:
-                return _closing(curve, trace, s), True
-        behind = ahead
-    reason = march.reason[0] or LONG
-    trace = crossed(march.trace(0))
-    return Trace._make([*trace[:7], BRANCH if trace.reason == BRANCH else reason]), False
+        good, who = march.step(), march.who
+        apart = signature(march.curve, march.last[1]) - first[who]
+        ahead, step = (apart * away[who]).sum(1), march.last[0] - march.before[0]
+        near = good & (behind[who] < 0) & (ahead >= 0) & ((apart * apart).sum(1) < (NEAR * step) ** 2)
+        behind[who] = np.where(good, ahead, behind[who])
+        for k in np.flatnonzero(near):
+            i = int(who[k])
+            closing = _closed(curve.take(np.array([i])), march.trace(i), first[i], away[i], float(step[k]))
+            if closing is not None:
+                done[i] = closing
+        march.end(np.isin(who, list(done)))
+    out = []
+    for i in range(len(y)):
+        if i in done:
+            out.append((done[i], True))
+        else:
+            trace = crossed(march.trace(i))
+            reason = BRANCH if trace.reason == BRANCH else march.reason[i] or LONG
+            out.append((Trace._make([*trace[:7], reason]), False))
+    return out
+
+
+def _closed(curve: Curve, trace: Trace, first: Array, away: Array, step: float) -> Trace | None:
+    """Return a trace up to where it passes the pose in which it set out, if it does so in its last step."""
+
+    def ahead(s: float) -> float:
+        return float((signature(curve, trace.at(np.array([s])))[0] - first) @ away)
+
+    low, high = float(trace.s[-2]), float(trace.s[-1])
+    s = float(brentq(ahead, low, high, xtol=1e-14)) if ahead(low) < 0 < ahead(high) else (low + high) / 2
+    y_near, _, _ = across(curve, trace.at(np.array([s])), trace.tangent[-2][None])
+    apart = signature(curve, y_near)[0] - first
+    return _closing(curve, trace, s) if np.sqrt(apart @ apart) < CLOSED * step else None
 
 
 def _closing(curve: Curve, trace: Trace, s: float) -> Trace:

@@ -33,7 +33,7 @@ from .system import (
 
 #: Conditions of a joint that closes a loop: components of its point along the axis and across it, and turns.
 CLOSING = {e.Revolute: ("apq", "pq"), e.Prismatic: ("pq", "pqa"), e.Cylindrical: ("pq", "pq")}
-SORT = {e.Revolute: REVOLUTE, e.Prismatic: PRISMATIC, e.Cylindrical: CYLINDRICAL}
+SORT = {e.Revolute: REVOLUTE, e.Screw: REVOLUTE, e.Prismatic: PRISMATIC, e.Cylindrical: CYLINDRICAL}
 #: How far, of the size of the mechanism, a point may be off its guide in the design pose.
 OFF = 1e-9
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -184,6 +184,8 @@ class Compiler:
             p = self.point(x.at, f"{label}.at")
             self._coincide(label, p, self.bodies.index(x.on), self.bodies.index(x.body), "xyz", None)
         elif id(x) not in self.used:
+            if isinstance(x, e.Screw):
+                raise InvalidLinkage(f"{label} closes a loop: state a screw before the other joints of its body")
             on, body = self.bodies.index(x.on), self.bodies.index(x.body)
             p, d = self.axis(x)
             points, turns = CLOSING[type(x)]
@@ -250,7 +252,7 @@ class Compiler:
         moves: list[set[int]] = [set() for _ in self.bodies]
         for i, name in enumerate(self.bodies[1:], 1):
             x = self.carrier[name]
-            guide, on, at, d = None, 0, 0, 0
+            guide, on, at, d, lead = None, 0, 0, 0, 0.0
             if isinstance(x, e.OnGuide):
                 guide = self.laid(x)
                 sort, on = (CURVE if guide.kind.conditions == 2 else SURFACE), self.body(x.on, name)
@@ -262,7 +264,8 @@ class Compiler:
                 assert isinstance(x, e.Revolute | e.Prismatic | e.Cylindrical)  # `_hang` takes no others
                 sort, on = SORT[type(x)], self.body(x.on, name)
                 at, d = self.axis(x)
-            placed.append(Placed(sort, [i], [on], [column], [number], [at], [d], guide))
+                lead = x.lead / (2 * np.pi * self.unit) if isinstance(x, e.Screw) else 0.0
+            placed.append(Placed(sort, [i], [on], [column], [number], [at], [d], guide, (lead,) if lead else ()))
             moves[i] = moves[on] | set(range(column, column + UNKNOWNS[sort]))
             where[name] = (column, number)
             column, number = column + UNKNOWNS[sort], number + NUMBERS[sort]
@@ -393,10 +396,15 @@ def _grouped(placed: list[Placed]) -> tuple[Placed, ...]:
             out[-1] = Placed(
                 p.sort, last.bodies + p.bodies, last.on + p.on, last.unknown + p.unknown, last.number + p.number,
                 last.point + p.point, last.direction + p.direction,
+                lead=(*_leads(last), *_leads(p)) if last.lead or p.lead else (),
             )  # fmt: skip
         else:
             out.append(p)
     return tuple(out)
+
+
+def _leads(p: Placed) -> tuple[float, ...]:
+    return p.lead or (0.0,) * len(p.bodies)
 
 
 def _index(items: list[Any], item: Any) -> int:

@@ -54,6 +54,16 @@ class Revolute:
 
 
 @dataclass(frozen=True, eq=False)
+class Screw(Revolute):
+    """A screw joint (H): `body` advances on `on` along the axis by `lead` a turn, right-handed if that is positive.
+
+    Its coordinate is the angle.  It must carry its body: state it before the other joints of that body.
+    """
+
+    lead: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
 class Prismatic:
     """A prismatic joint (P): `body` slides on `on` along `axis`, without turning."""
 

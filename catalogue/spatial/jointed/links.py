@@ -14,7 +14,7 @@ from ...errors import InvalidRequest
 from ..geometry.guides import Guides
 from ..geometry.rotation import matrix
 from .compiling import numbers
-from .elements import Cylindrical, Element, Link, OnGuide, Prismatic, Revolute, Spherical
+from .elements import Cylindrical, Element, Link, OnGuide, Prismatic, Revolute, Screw, Spherical
 
 #: Pairs from the ground to the point, by the kind of guide: of the links of the chain, the last at the point.
 PAIRS: dict[str, tuple[str, ...]] = {
@@ -36,7 +36,7 @@ def links(guide: OnGuide) -> list[Element]:
     Parameters
     ----------
     guide : OnGuide
-        Its kind one of `PAIRS`, in any chart, but no helix: there is no screw joint.
+        Its kind one of `PAIRS`, in any chart.
 
     Returns
     -------
@@ -51,8 +51,8 @@ def links(guide: OnGuide) -> list[Element]:
     laid = Guides(guide.guide, guide.parameters, guide.origin, guide.quaternion)
     kind, _, p = laid.each()[0]
     name = kind.name.partition(":")[0]
-    if name not in PAIRS or "H" in PAIRS[name]:
-        raise InvalidRequest(f"a {kind.name} stands for no chain of revolute, prismatic and spherical joints")
+    if name not in PAIRS:
+        raise InvalidRequest(f"a {kind.name} stands for no chain of revolute, screw, prismatic and spherical joints")
     frame, origin = matrix(laid.quaternion.T)[:, :, 0], laid.origin[0]
     x = numbers(guide.at, "the point of a guide")[0]
     local = frame.T @ (x - origin)
@@ -70,6 +70,8 @@ def links(guide: OnGuide) -> list[Element]:
     more: list[Element] = []
     if name == "cylinder":
         first = Cylindrical(bodies[0], origin, axis=axis, on=guide.on)
+    elif name == "helix":
+        first = Screw(bodies[0], origin, axis=axis, on=guide.on, lead=2 * np.pi * float(p[1, 0]))
     elif name in ("line", "plane"):
         first = Prismatic(bodies[0], axis if name == "line" else frame[:, 0], on=guide.on)
         more = [Prismatic(bodies[1], frame[:, 1], on=bodies[0])] if name == "plane" else []

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from scipy.linalg import qr
@@ -13,12 +14,15 @@ from scipy.linalg import qr
 from ...errors import CannotDrive, InvalidRequest, NotMovable
 from ...kinematics.types import Array
 from .assemblies import FoundAssemblies, search
-from .circuit import Circuit, circuit
+from .circuit import Circuit, circuits
 from .compiling import Compiler
 from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar
 from .motion import Motion
 from .system import System
 from .tracing import Curve, March, solved, tangents, toward
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 #: Singular values below this part of the largest count as none.
 RANK = 1e-8
@@ -26,6 +30,8 @@ RANK = 1e-8
 ASIDE = 0.03
 #: How far a condition that others imply may be missed, in the size of the mechanism.
 MISSED = 1e-8
+#: What an element may say of each mechanism of a batch.
+VECTORS = ("at", "to", "from_", "axis", "axis_a", "axis_b", "origin", "quaternion")
 #: Slope of a drive, per arc length, that counts as none.
 STILL = 1e-7
 
@@ -57,7 +63,7 @@ class Mechanism:
 
     Parameters
     ----------
-    elements : sequence of Link, Spherical, Revolute, Prismatic, Cylindrical, OnGuide or KeepAngle
+    elements : sequence of Link, Spherical, Revolute, Screw, Prismatic, Cylindrical, OnGuide or KeepAngle
         Points may be (n, 3): a batch of n mechanisms.
     unit : str
         The unit of length of all points, for headings.
@@ -204,8 +210,26 @@ class Mechanism:
         """
         curve, y = self._curve(drive, hold)
         if len(y) > 1:
-            raise InvalidRequest("a circuit is that of one mechanism, not of a batch")
-        return circuit(self, curve, y, drive, tuple(hold))
+            raise InvalidRequest("a circuit is that of one mechanism, not of a batch: ask for `circuits`")
+        return circuits(self, curve, y, drive, tuple(hold))[0]
+
+    def circuits(self, drive: Scalar, hold: Sequence[Scalar] = ()) -> list[Circuit]:
+        """Follow the circuits of all mechanisms of a batch at once.
+
+        Raises
+        ------
+        CannotDrive, NotMovable
+            As `sweep`.
+        """
+        return circuits(self, *self._curve(drive, hold), drive, tuple(hold))
+
+    def one(self, i: int) -> Mechanism:
+        """Return mechanism i of a batch by itself."""
+        own = []
+        for x in self.elements:
+            vectors = {k: np.asarray(getattr(x, k), float) for k in VECTORS if getattr(x, k, None) is not None}
+            own.append(replace(x, **{k: v[i] for k, v in vectors.items() if v.ndim == 2 and len(v) > 1}))
+        return Mechanism(own, self.unit)
 
     def assemblies(
         self, drive: Scalar, value: float, hold: Sequence[Scalar] = (), hits: int = 5, most: int = 4096, seed: int = 1
@@ -223,11 +247,20 @@ class Mechanism:
         curve, y = self._curve(drive, hold)
         if len(y) > 1 or not np.isfinite(value):
             raise InvalidRequest("assemblies are those of one mechanism at one finite value of its drive")
-        states, counts, starts = search(curve, value / curve.system.scalars[-1].unit, hits, most, seed)
+        states, counts, starts, fruitless = search(curve, value / curve.system.scalars[-1].unit, hits, most, seed)
         motion = Motion(
             self, curve, drive, tuple(hold), np.full(len(states), float(value)), states[None], ((None, None),)
         )
-        return FoundAssemblies(motion, counts, starts)
+        return FoundAssemblies(motion, counts, starts, fruitless)
+
+    def plot(self, file: str | Path | None = None, labels: bool = True, title: str = "") -> Figure:
+        """Draw the design pose in three dimensions, as `Motion.plot` does a motion."""
+        from ..drawing.figure import draw
+        from .picture import scene
+
+        if len(self.system().points) > 1:
+            raise InvalidRequest("a picture is that of one mechanism, not of a batch")
+        return draw(scene(self, title=title), file, labels)
 
     def _explain(self, curve: Curve, y: Array, tangent: Array, drive: Scalar) -> None:
         """Raise what is wrong with a drive that stands still in the design pose."""

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import factorial
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,10 +14,15 @@ from ...errors import InvalidRequest
 from ...kinematics.types import Array
 from .compiling import numbers
 from .elements import Scalar
-from .system import UNKNOWNS, cross, series
+from .system import UNKNOWNS
 from .tracing import Curve
+from .vectors import cross, series
 
 if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from .axle import Wheel
     from .mechanism import Mechanism
 
 
@@ -68,14 +75,15 @@ class Motion:
         out = flat.reshape(n, s, *flat.shape[1:])
         return np.asarray(out if n > 1 else out[0])
 
-    def _flat(self) -> tuple[Curve, Array]:
+    def flat(self) -> tuple[Curve, Array]:
+        """Return the curves and states of all poses, (n s, numbers)."""
         n, s = self.states.shape[:2]
         return self.curve.take(np.repeat(np.arange(n), s)), self.states.reshape(n * s, -1)
 
     def series(self, order: int) -> Array:
         """Return the unknowns as series in the drive, (order + 1, n s, unknowns): one linear solve per order."""
         if order not in self._cache:
-            curve, y = self._flat()
+            curve, y = self.flat()
             system = curve.system
             width = system.rows + len(system.scalars)
             rows = np.concatenate([system.use, np.arange(system.rows, width)])
@@ -98,7 +106,7 @@ class Motion:
     def inverse(self) -> Array:
         """Return the inverse of the Jacobian of conditions, held scalars and drive, (n s, unknowns, unknowns)."""
         if "inverse" not in self._cache:
-            curve, y = self._flat()
+            curve, y = self.flat()
             system = curve.system
             _, _, jacobian = system.evaluate(y)
             square = jacobian[:, np.concatenate([system.use, np.arange(system.rows, jacobian.shape[1])])]
@@ -115,12 +123,12 @@ class Motion:
         out = np.moveaxis(values * scale.reshape(-1, *[1] * (values.ndim - 1)), 0, 1)
         return self._shaped(out if order else out[:, 0])
 
-    def of_one(self, what: str) -> None:
-        """Raise `InvalidRequest` if this is the motion of a batch, of which `what` is not read."""
-        if len(self.states) > 1:
-            raise InvalidRequest(f"{what} are those of one mechanism, not of a batch of {len(self.states)}")
+    def rows(self, reading: Any) -> Array:
+        """Return a reading with a row per pose, those of a batch one mechanism after the other, shape (n s, ...)."""
+        value, (n, s) = np.asarray(reading), self.states.shape[:2]
+        return value.reshape(n * s, *value.shape[2:]) if n > 1 else value
 
-    def _each(self, value: Any, what: str) -> Array:
+    def each(self, value: Any, what: str) -> Array:
         """Return a vector (1, 3), or those of a batch repeated for every pose, (n s, 3)."""
         n, s = self.states.shape[:2]
         found = numbers(value, what)
@@ -129,7 +137,7 @@ class Motion:
         return np.repeat(found, s, axis=0) if len(found) > 1 else found
 
     def _poses(self, order: int) -> tuple[Array, Array]:
-        curve, y = self._flat()
+        curve, y = self.flat()
         return curve.system.poses(y, self.series(order) if order else None)
 
     def body_number(self, body: str) -> int:
@@ -142,7 +150,7 @@ class Motion:
         """Return where a point of a body goes, given where it is in the design pose; (s, 3) or (s, order + 1, 3)."""
         system, b = self.curve.system, self.body_number(body)
         rotation, shift = self._poses(order)
-        p = (self._each(at, "a point") - system.centre) / system.unit
+        p = (self.each(at, "a point") - system.centre) / system.unit
         x = (rotation[:, :, b] @ p[..., None])[..., 0] + shift[:, :, b]
         out = self._read(x, system.unit)
         if order:
@@ -154,7 +162,7 @@ class Motion:
     def direction(self, body: str, vector: Any, order: int = 0) -> Array:
         """Return where a direction of a body, given in the design pose, points; (s, 3) or (s, order + 1, 3)."""
         rotation, _ = self._poses(order)
-        v = self._each(vector, "a direction")
+        v = self.each(vector, "a direction")
         return self._read((rotation[:, :, self.body_number(body)] @ v[..., None])[..., 0], 1.0)
 
     def rotation(self, body: str) -> Array:
@@ -181,7 +189,7 @@ class Motion:
         """
         if not any(h is held for h in self.held):
             raise InvalidRequest(f"this {type(held).__name__} was not held in the sweep")
-        curve, y = self._flat()
+        curve, y = self.flat()
         system = curve.system
         k = next(i for i, h in enumerate(self.held) if h is held)
         inverse = self.inverse()
@@ -190,7 +198,7 @@ class Motion:
         screws = system.screws(y, rotation, shift)
         b = self.body_number(body)
         twist = (x[:, None] * self.carries(b) @ screws)[:, 0]
-        p = (self._each(at, "a point") - system.centre) / system.unit
+        p = (self.each(at, "a point") - system.centre) / system.unit
         world = (rotation[0][:, b] @ p[..., None])[..., 0] + shift[0][:, b]
         unit = system.scalars[k].unit
         velocity = twist[:, :3] + cross(twist[:, 3:], world)
@@ -214,7 +222,7 @@ class Motion:
             if b in p.bodies and not p.guide and 0 <= index < UNKNOWNS[p.sort] <= 2:
                 unit = system.unit if p.sort == 1 or index else 1.0
                 at = p.bodies.index(b)
-                y = self._flat()[1]
+                y = self.flat()[1]
                 x = np.zeros((order + 1, len(y)))
                 if order:
                     x[:] = self.series(order)[:, :, p.unknown[at] + index]
@@ -222,9 +230,56 @@ class Motion:
                 return self._read(x, unit)
         raise InvalidRequest(f"{body} hangs on no joint with a coordinate {index}")
 
+    def plot(
+        self, file: str | Path | None = None, wheel: Wheel | None = None,
+        points: Mapping[str, tuple[str, Any]] | None = None, labels: bool = True, title: str = "",
+    ) -> Figure:  # fmt: skip
+        """Draw the mechanism in three dimensions, in the pose nearest to the design pose, with the ends as ghosts.
+
+        Parameters
+        ----------
+        file : path, optional
+            PNG, SVG or PDF by its suffix.
+        wheel : Wheel, optional
+            Drawn too, and its centre followed.
+        points : dict, optional
+            Points to be followed: by what is written at them, a body and a point in the design pose.
+        labels : bool
+            Whether names, and lengths of links in the unit of length, are written.
+        title : str, optional
+
+        Raises
+        ------
+        InvalidRequest
+            If the motion is that of a batch, or the file cannot be written.
+        MissingExtra
+            Without matplotlib.
+        """
+        from ..drawing.figure import draw
+        from .picture import scene
+
+        if len(self.states) != 1:
+            raise InvalidRequest("a picture is of one mechanism, not of a batch: sweep `mechanism.one(i)`")
+        return draw(scene(self.mechanism, self, wheel, points, title), file, labels)
+
+    def plot_curves(self, table: pd.DataFrame, file: str | Path | None = None) -> Figure:
+        """Plot columns of a table, one row per pose, over the drive: such as ``kinematics(motion, wheel)``.
+
+        Raises
+        ------
+        InvalidRequest
+            If there are more columns than go on a sheet, or the file cannot be written.
+        MissingExtra
+            Without matplotlib.
+        """
+        from ..drawing.curves import plot
+
+        heading = f"drive [{self.drive_unit}]"
+        return plot(self.drive_shown, heading, table.drop(columns=heading, errors="ignore"), file)
+
     def residual(self) -> Array:
         """Return the largest distance by which any condition is missed, those that others imply too, shape (s,)."""
-        curve, y = self._flat()
+        curve, y = self.flat()
         return self._shaped(np.abs(curve.system.evaluate(y)[0]).max(1, initial=0) * curve.system.unit)
 
 

@@ -4,7 +4,7 @@ A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]`
 ``[[spherical]]``, ``[[guide]]``, ``[[angle]]`` with the fields of the classes of `elements`; ``[drive.NAME]`` with
 `kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``) and the fields of the scalar; and what to print:
 ``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel` and `steer`, the name of a drive;
-``[transmission]`` with `output` and `link`.
+``[transmission]`` with `output` and `link`.  ``[fit]`` says what is to be fitted: `fitting/files.py`.
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -26,19 +26,22 @@ from .mechanism import Mechanism
 from .motion import Motion
 from .transmission import transmission
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 ELEMENTS: dict[str, type] = {
-    "link": e.Link, "revolute": e.Revolute, "prismatic": e.Prismatic, "cylindrical": e.Cylindrical,
+    "link": e.Link, "revolute": e.Revolute, "screw": e.Screw, "prismatic": e.Prismatic, "cylindrical": e.Cylindrical,
     "spherical": e.Spherical, "guide": e.OnGuide, "angle": e.KeepAngle,
 }  # fmt: skip
 SCALARS: dict[str, type] = {
     "joint": e.Joint, "travel": e.Travel, "length": e.Length, "angle": e.Angle, "guide": e.GuideCoordinate,
 }  # fmt: skip
-OTHERS = ("unit", "drive", "point", "wheel", "transmission", "title")
+OTHERS = ("unit", "drive", "point", "wheel", "transmission", "fit", "title")
 
 
 @dataclass(frozen=True, eq=False)
 class Job:
-    """What a file holds."""
+    """What a file holds; `given` as it was read."""
 
     mechanism: Mechanism
     drives: dict[str, Any]
@@ -46,12 +49,19 @@ class Job:
     wheel: Wheel | None
     steer: str
     output: Mapping[str, Any]
+    given: dict[str, Any]
+    title: str = ""
 
     def drive(self, name: str) -> Any:
         """Return a drive by its name."""
         if name not in self.drives:
             raise InvalidRequest(f"there is no drive {quoted(name)}: the file has {', '.join(self.drives) or 'none'}")
         return self.drives[name]
+
+    def plot(self, motion: Motion, file: str | Path) -> Figure:
+        """Draw a motion with the wheel and the points of the file."""
+        points = {p.get("name", p["body"]): (p["body"], p["at"]) for p in self.points}
+        return motion.plot(file, self.wheel, points, title=self.title)
 
     def table(self, motion: Motion) -> pd.DataFrame:
         """Return all that the file says to print, one row per pose, with units in the headings."""
@@ -104,34 +114,35 @@ def _job(given: dict[str, Any], file: str) -> Job:
     elements = [
         _made(made, one, f"{file}: {kind} {i + 1}")
         for kind, made in ELEMENTS.items()
-        for i, one in enumerate(_tables(given, kind, file))
+        for i, one in enumerate(tables_in(given, kind, file))
     ]
     mechanism = Mechanism(elements, str(given.get("unit", "length")))
     drives = {}
-    for name, one in _table(given, "drive", file).items():
+    for name, one in table_in(given, "drive", file).items():
         what = f"{file}: drive {quoted(name)}"
         kind = one.get("kind") if isinstance(one, dict) else None
         if kind not in SCALARS:
             raise InvalidRequest(f"{what} needs a kind, one of {', '.join(SCALARS)}")
         drives[name] = _made(SCALARS[kind], {k: v for k, v in one.items() if k != "kind"}, what)
-    points = tuple(_tables(given, "point", file))
+    points = tuple(tables_in(given, "point", file))
     for one in points:
         if not {"body", "at"} <= set(one):
             raise InvalidRequest(f"{file}: a point needs body and at")
-    wheel = dict(_table(given, "wheel", file))
+    wheel = dict(table_in(given, "wheel", file))
+    title = str(given.get("title", "")) or Path(file).stem.replace("_", " ")
     steer = str(wheel.pop("steer", ""))
     made = _made(Wheel, wheel, f"{file}: wheel") if wheel else None
-    return Job(mechanism, drives, points, made, steer, _table(given, "transmission", file))
+    return Job(mechanism, drives, points, made, steer, table_in(given, "transmission", file), given, title)
 
 
-def _table(given: dict[str, Any], name: str, file: str) -> dict[str, Any]:
+def table_in(given: dict[str, Any], name: str, file: str) -> dict[str, Any]:
     one = given.get(name, {})
     if not isinstance(one, dict):
         raise InvalidRequest(f"{file}: {name} must be a table")
     return one
 
 
-def _tables(given: dict[str, Any], name: str, file: str) -> list[dict[str, Any]]:
+def tables_in(given: dict[str, Any], name: str, file: str) -> list[dict[str, Any]]:
     found = given.get(name, [])
     if not isinstance(found, list) or not all(isinstance(x, dict) for x in found):
         raise InvalidRequest(f"{file}: {name} must be tables, each headed [[{name}]]")

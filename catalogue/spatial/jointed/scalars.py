@@ -10,7 +10,7 @@ import numpy as np
 
 from ...kinematics.types import Array
 from ..geometry.power_series import Taylor
-from .system import cross, dots
+from .vectors import cross, dots
 
 
 @dataclass(frozen=True)

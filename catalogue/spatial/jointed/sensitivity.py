@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from .compiling import directions
+from .frame import framed
 from .motion import Motion
 from .tracing import Curve, solved
 
@@ -26,20 +27,19 @@ def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFr
     Parameters
     ----------
     motion : Motion
-        Of one mechanism.
     reading : callable
-        From a motion to a number per pose, shape (s,).
+        From a motion to a number per pose, shape (s,), or (n, s) of a batch.
 
     Returns
     -------
     pandas.DataFrame
-        One row per pose, indexed by the drive; columns such as ``"upper front.from x"``.
+        One row per pose, indexed by the drive, of a batch by mechanism and drive; columns such as
+        ``"upper front.from x"``.
     """
     system = motion.curve.system
-    motion.of_one("sensitivities")
     columns = {}
-    good = np.flatnonzero(np.isfinite(motion.states[0]).all(1))
-    target = motion.drive[good] / system.scalars[-1].unit
+    who, which = np.nonzero(np.isfinite(motion.states).all(2))
+    target = motion.drive[which] / system.scalars[-1].unit
     for k, label in enumerate(system.labels):
         if label.split(".")[0] in ("Travel", "Length"):
             continue
@@ -51,7 +51,8 @@ def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFr
                 moved = replace(system, points=points, directions=directions(system.specs, points))
                 curve = Curve(moved, motion.curve.held)
                 states = np.full_like(motion.states, np.nan)
-                states[0, good], _ = solved(curve.take(np.zeros(len(good), int)), motion.states[0, good], target)
-                read.append(np.asarray(reading(replace(motion, curve=curve, states=states, _cache={})), float))
+                states[who, which], _ = solved(curve.take(who), motion.states[who, which], target)
+                moved_motion = replace(motion, curve=curve, states=states, _cache={})
+                read.append(motion.rows(np.asarray(reading(moved_motion), float)))
             columns[f"{label} {'xyz'[axis]}"] = (read[0] - read[1]) / (2 * STEP * system.unit)
-    return pd.DataFrame(columns, index=pd.Index(motion.drive_shown, name=f"drive [{motion.drive_unit}]"))
+    return framed(motion, columns, index="drive")

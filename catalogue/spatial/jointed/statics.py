@@ -9,10 +9,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from .compiling import numbers
 from .elements import Link
+from .frame import framed
 from .motion import Motion
-from .system import cross
+from .vectors import cross
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,29 +31,28 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
     Parameters
     ----------
     motion : Motion
-        Of one mechanism.
     loads : sequence of Load
         Forces in newtons, moments in newtons times the unit of length.
 
     Returns
     -------
     pandas.DataFrame
-        One row per pose.  Of a link its force, positive for tension; of an element with several conditions one column
-        each, numbered: forces, or moments where the condition is one of directions; of drive and held scalars what acts
-        on them, a force or a moment.  NaN for elements whose conditions others imply: statics does not determine them.
+        One row per pose, of a batch indexed by mechanism and pose.  Of a link its force, positive for tension; of an
+        element with several conditions one column each, numbered: forces, or moments where the condition is one of
+        directions; of drive and held scalars what acts on them, a force or a moment.  NaN for elements whose conditions
+        others imply: statics does not determine them.
     """
-    system, unit = motion.curve.system, motion.mechanism.unit
-    motion.of_one("reactions")
-    y = motion.states[0]
+    curve, y = motion.flat()
+    system, unit = curve.system, motion.mechanism.unit
     rotation, shift = system.poses(y)
     screws = system.screws(y, rotation, shift)
     push = np.zeros((len(y), system.unknowns))
     for load in loads:
         b = motion.body_number(load.body)
-        p = (numbers(load.at, "Load.at")[0] - system.centre) / system.unit
-        force = numbers(load.force, "Load.force")[0]
-        at = rotation[0][:, b] @ p + shift[0][:, b]
-        moment = cross(at, np.broadcast_to(force, at.shape)) + numbers(load.moment, "Load.moment")[0] / system.unit
+        p = (motion.each(load.at, "Load.at") - system.centre) / system.unit
+        force = motion.each(load.force, "Load.force")
+        at = (rotation[0][:, b] @ p[..., None])[..., 0] + shift[0][:, b]
+        moment = cross(at, np.broadcast_to(force, at.shape)) + motion.each(load.moment, "Load.moment") / system.unit
         wrench = np.concatenate([np.broadcast_to(force, at.shape), moment], axis=1)
         push += (screws @ wrench[..., None])[..., 0] * motion.carries(b)
     borne = -(np.swapaxes(motion.inverse(), 1, 2) @ push[..., None])[..., 0]
@@ -61,7 +60,7 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
         _label for _label, x in zip(system.labelled, motion.mechanism.elements, strict=True) if isinstance(x, Link)
     }
     angular = set(range(system.starts[1], system.starts[2]))
-    columns: dict[str, Any] = {f"drive [{motion.drive_unit}]": motion.drive_shown}
+    columns: dict[str, Any] = {}
     lost = {name for r, name in enumerate(system.names) if r not in system.use}
     times: dict[str, int] = {}
     for k, r in enumerate(system.use):
@@ -81,4 +80,4 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
             columns[f"{what} [N {unit}]"] = borne[:, k] * system.unit
         else:
             columns[f"{what} [N]"] = borne[:, k]
-    return pd.DataFrame(columns)
+    return framed(motion, columns)

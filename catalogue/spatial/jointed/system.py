@@ -9,7 +9,7 @@ rates and reactions alike (Hunt, Kinematic Geometry of Mechanisms, ch. 12).
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -19,41 +19,12 @@ import numpy as np
 from ...kinematics.types import Array
 from ..geometry.kinds import Kind
 from ..geometry.power_series import Taylor, coefficients
+from .vectors import EYE, cayley, cross, dots, series, skew, turned, waves
+from .vectors import rotation as rotation_of
 
 REVOLUTE, PRISMATIC, CYLINDRICAL, SURFACE, CURVE, FREE = range(6)
 #: Unknowns, and numbers of the state, of each sort of joint.
 UNKNOWNS, NUMBERS = (1, 1, 2, 2, 1, 6), (1, 1, 2, 2, 1, 7)
-
-
-#: Of the vector product, so that a vector times it is its skew matrix, row by row.
-LEVI_CIVITA = np.zeros((3, 9))
-for _i, _j, _k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-    LEVI_CIVITA[_i, 3 * _k + _j], LEVI_CIVITA[_i, 3 * _j + _k] = 1, -1
-EYE = np.eye(3)
-
-
-def skew(a: Array) -> Array:
-    """Return the matrices (..., 3, 3) that take the vector product of vectors (..., 3) with another."""
-    return np.asarray((a @ LEVI_CIVITA).reshape(*a.shape, 3))
-
-
-def cross(a: Array, b: Array) -> Array:
-    """Return the vector product along the last axis; few by one matrix product each, many component by component."""
-    if a.size + b.size < 512:
-        return np.asarray((skew(a) @ b[..., None])[..., 0])
-    out = np.empty(np.broadcast_shapes(a.shape, b.shape))
-    (ax, ay, az), (bx, by, bz) = np.moveaxis(a, -1, 0), np.moveaxis(b, -1, 0)
-    np.subtract(ay * bz, az * by, out=out[..., 0])
-    np.subtract(az * bx, ax * bz, out=out[..., 1])
-    np.subtract(ax * by, ay * bx, out=out[..., 2])
-    return out
-
-
-def series(a: Array, b: Array, product: Callable[[Array, Array], Array] = np.multiply) -> Array:
-    """Return the product of two series along the first axis."""
-    if len(a) == 1:
-        return product(a, b)
-    return np.stack([sum(product(a[j], b[k - j]) for j in range(k + 1)) for k in range(len(a))])
 
 
 def span(index: Sequence[int] | Array) -> Any:
@@ -65,14 +36,12 @@ def span(index: Sequence[int] | Array) -> Any:
     return np.asarray(i, int)
 
 
-def dots(a: Array, b: Array) -> Array:
-    """Return the scalar products of series of vectors."""
-    return np.asarray(series(a, b).sum(-1))
-
-
 @dataclass(frozen=True)
 class Placed:
-    """Bodies of one sort that hang on others: numbers of bodies, of those they hang on, of unknowns, of the state."""
+    """Bodies of one sort that hang on others: numbers of bodies, of those they hang on, of unknowns, of the state.
+
+    `lead` says how far revolute joints that are screws advance, in units per radian; empty if none is.
+    """
 
     sort: int
     bodies: list[int]
@@ -82,6 +51,7 @@ class Placed:
     point: list[int]
     direction: list[int]
     guide: Laid | None = None
+    lead: tuple[float, ...] = ()
 
     @cached_property
     def here(self) -> Any:
@@ -251,11 +221,13 @@ class System:
             turn[0] = EYE
         else:
             q = self._coordinates(y, x, p.numbers(), p.unknowns())
-            s, c = (np.sin(q)[..., None, None], np.cos(q)[..., None, None]) if order == 1 else _waves(q)
+            s, c = (np.sin(q)[..., None, None], np.cos(q)[..., None, None]) if order == 1 else waves(q)
             turn = c * across + s * turning
             turn[0] += along
             move = -(turn @ at[..., None])[..., 0]
             move[0] += at
+            if p.lead:
+                move = move + (q * p.lead)[..., None] * axis
         if p.sort != REVOLUTE:
             one = 1 if p.sort == CYLINDRICAL else 0
             slide = self._coordinates(y, x, p.numbers(one), p.unknowns(one))
@@ -289,6 +261,8 @@ class System:
     def _screwed(out: Array, p: Placed, axis: Array, at: Array) -> None:
         if p.sort != PRISMATIC:
             out[:, p.unknown, 3:], out[:, p.unknown, :3] = axis, cross(at, axis)
+            if p.lead:
+                out[:, p.unknown, :3] += np.asarray(p.lead)[:, None] * axis
         if p.sort != REVOLUTE:
             out[:, [k + (p.sort == CYLINDRICAL) for k in p.unknown], :3] = axis
 
@@ -308,12 +282,12 @@ class System:
     def _freed(self, p: Placed, y: Array, x: Array | None) -> tuple[Array, Array]:
         number = np.asarray(p.number)[:, None] + np.arange(7)
         state = y[:, number]  # (n, f, 7)
-        turn, at = _rotation(state[..., :4])[None], self.points[:, p.point]
+        turn, at = rotation_of(state[..., :4])[None], self.points[:, p.point]
         move = state[None, ..., 4:]
         if x is not None and len(x) > 1:
             d = x[:, :, np.asarray(p.unknown)[:, None] + np.arange(6)]
             turn = series(
-                _cayley(d[..., :3]), np.concatenate([turn, np.zeros((len(x) - 1, *turn.shape[1:]))]), np.matmul
+                cayley(d[..., :3]), np.concatenate([turn, np.zeros((len(x) - 1, *turn.shape[1:]))]), np.matmul
             )
             move = np.concatenate([move, d[1:, ..., 3:]])
         move = move - (turn @ at[..., None])[..., 0]
@@ -476,7 +450,7 @@ class System:
         for p in self.placed:
             if p.sort == FREE:
                 for number, unknown in zip(p.number, p.unknown, strict=True):
-                    out[:, number : number + 4] = _turned(y[:, number : number + 4], step[:, unknown : unknown + 3])
+                    out[:, number : number + 4] = turned(y[:, number : number + 4], step[:, unknown : unknown + 3])
                     out[:, number + 4 : number + 7] += step[:, unknown + 3 : unknown + 6]
             else:
                 for k in range(UNKNOWNS[p.sort]):
@@ -507,34 +481,3 @@ class System:
                 for k in range(UNKNOWNS[p.sort]):
                     out[:, p.numbers(k)] = step[:, p.unknowns(k)]
         return out
-
-
-def _waves(q: Array) -> tuple[Array, Array]:
-    t = Taylor(q)
-    return np.sin(t).c[..., None, None], np.cos(t).c[..., None, None]
-
-
-def _cayley(turn: Array) -> Array:
-    """Return the series of rotations of which `turn` is that of twice the tangent of half the angle about the axis."""
-    h = skew(turn / 2)
-    square = dots(turn / 2, turn / 2)
-    square[0] += 1
-    share = coefficients(2.0 / Taylor(square), len(turn) - 1, square.shape[1:])
-    out = series(share[..., None, None], h + series(h, h, np.matmul))
-    out[0] += np.eye(3)
-    return out
-
-
-def _rotation(q: Array) -> Array:
-    """Return rotation matrices (..., 3, 3) of unit quaternions (..., 4)."""
-    v = q[..., 1:]
-    s = q[..., :1, None]
-    return np.asarray(2 * (v[..., :, None] * v[..., None, :] + s * skew(v)) + (2 * s * s - 1) * EYE)
-
-
-def _turned(q: Array, turn: Array) -> Array:
-    half = turn / 2
-    out = np.empty_like(q)
-    out[:, 0] = q[:, 0] - (half * q[:, 1:]).sum(1)
-    out[:, 1:] = q[:, 1:] + q[:, :1] * half + cross(half, q[:, 1:])
-    return np.asarray(out / np.sqrt((out * out).sum(1, keepdims=True)))

@@ -206,19 +206,40 @@ class March:
             value = drive + _around(value - drive)
         node = (s + arc, y_new, rate_new, value + (by * off).sum(1), (by * new).sum(1), new, j)
         change = np.minimum(np.maximum((AIM / np.maximum(size, 1e-9)) ** 0.25, 0.3), 2.0)
+        astray = np.zeros(len(good), bool)
         if good.all():
             self.before, self.last = self.last, node
         else:
             change = np.where(good, change, np.minimum(change, 0.5))
             self.before = tuple(_where(good, a, b) for a, b in zip(self.last, self.before, strict=True))
             # a node that is only nearly on its curve would refuse every shorter step
-            exact, along, slope = across(self.curve, y, tangent)
-            held = (s, exact, system.lifted(exact, along), drive, slope, along, self.last[6])
-            self.last = tuple(_where(good, a, b) for a, b in zip(node, held, strict=True))
+            bad = np.flatnonzero(~good)
+            sub = self.curve.take(bad)
+            exact, along, slope = across(sub, y[bad], tangent[bad])
+            moved = (system.weight * (exact - y[bad]) ** 2).sum(1)
+            astray[bad] = ((along * tangent[bad]).sum(1) < TURN) | ~(moved <= REFUSED**2)
+            held = (s[bad], exact, sub.system.lifted(exact, along), drive[bad], slope, along, self.last[6][bad])
+            for new_value, old_value in zip(node, held, strict=True):
+                new_value[bad] = old_value
+            self.last = node
         for i in np.flatnonzero(good):
             self.nodes[self.who[i]].append(tuple(v[i] for v in self.last))
         self.h = np.minimum(change * self.h, LONGEST)
+        for i in np.flatnonzero(astray):
+            self._back(int(i))
         return np.asarray(good)
+
+    def _back(self, i: int) -> None:
+        """Take a curve back to the node before its last, as the exact one there is on another branch."""
+        nodes = self.nodes[self.who[i]]
+        if len(nodes) > 1:
+            self.h[i] = 0.3 * (nodes[-1][0] - nodes[-2][0])
+            nodes.pop()
+        for array, value in zip(self.last, nodes[-1], strict=True):
+            array[i] = value
+        s, y, rate = nodes[-1][:3]
+        for array, value in zip(self.before, (s - FIRST, y - FIRST * rate, *nodes[-1][2:]), strict=True):
+            array[i] = value
 
     def end(self, here: Array) -> None:
         """Take some curves off their way."""

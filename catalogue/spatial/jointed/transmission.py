@@ -7,8 +7,9 @@ import pandas as pd
 
 from ...errors import InvalidRequest
 from .elements import Link, Revolute
+from .frame import framed
 from .motion import Motion
-from .system import cross
+from .vectors import cross
 
 
 def transmission(motion: Motion, output: str, link: str = "") -> pd.DataFrame:
@@ -17,7 +18,6 @@ def transmission(motion: Motion, output: str, link: str = "") -> pd.DataFrame:
     Parameters
     ----------
     motion : Motion
-        Of one mechanism.
     output : str
         A body on a revolute joint on the ground, for the transmission angle; else on any joint.
     link : str, optional
@@ -27,33 +27,32 @@ def transmission(motion: Motion, output: str, link: str = "") -> pd.DataFrame:
     Raises
     ------
     InvalidRequest
-        If there is no such body, link, or revolute joint, or the motion is that of a batch.
+        If there is no such body, link, or revolute joint.
     """
-    motion.of_one("transmission angles")
-    value = motion.joint(output, order=3)
+    value = motion.rows(motion.joint(output, order=3))
     angular = any(isinstance(x, Revolute) and x.body == output for x in motion.mechanism.elements)
     unit, drive = "deg" if angular else motion.mechanism.unit, motion.drive_unit
     scale = np.degrees(1.0) if angular else 1.0
     by = np.degrees(1.0) if drive == "deg" else 1.0
-    columns = {f"drive [{drive}]": motion.drive_shown, f"{output} [{unit}]": value[:, 0] * scale}
+    columns = {f"{output} [{unit}]": value[:, 0] * scale}
     for k, name in enumerate(("first", "second", "third"), 1):
         power = "" if k == 1 else f"^{k}"
         columns[f"{name} derivative [{unit}/{drive}{power}]"] = value[:, k] * scale / by**k
     if link:
         rod = next((x for x in motion.mechanism.elements if isinstance(x, Link) and x.name == link), None)
         arm = next(
-            (x for x in motion.mechanism.elements if isinstance(x, Revolute) and x.body == output and x.on == "ground"),
+            (x for x in motion.mechanism.elements if type(x) is Revolute and x.body == output and x.on == "ground"),
             None,
         )
         if rod is None or arm is None or output not in (rod.a, rod.b):
             raise InvalidRequest(
                 f"a transmission angle needs a link {link!r} to {output} on a revolute joint on the ground"
             )
-        ends = motion.point(rod.a, rod.from_), motion.point(rod.b, rod.to)
-        at = np.asarray(arm.at, float)
-        axis = np.asarray(arm.to, float) - at if arm.axis is None else np.asarray(arm.axis, float)
+        ends = motion.rows(motion.point(rod.a, rod.from_)), motion.rows(motion.point(rod.b, rod.to))
+        at = motion.each(arm.at, "the output's joint")
+        axis = motion.each(arm.to, "its axis") - at if arm.axis is None else motion.each(arm.axis, "its axis")
         pin = ends[0] if rod.a == output else ends[1]
         e, v = ends[1] - ends[0], cross(np.broadcast_to(axis, pin.shape), pin - at)
         sine = np.abs((e * v).sum(1)) / np.sqrt((e * e).sum(1) * (v * v).sum(1))
         columns["transmission angle [deg]"] = np.degrees(np.arcsin(np.clip(sine, 0, 1)))
-    return pd.DataFrame(columns)
+    return framed(motion, columns)

@@ -8,7 +8,7 @@ their distance from one point, which may be one of the body that is on three sur
 from __future__ import annotations
 
 from collections.abc import Mapping
-from itertools import combinations
+from itertools import combinations, permutations
 from typing import Any
 
 import numpy as np
@@ -27,6 +27,14 @@ NAMED: dict[tuple[str, ...], str] = {
     ("circle", "circle", "cylinder"): "Altmann",
     ("circle", "circle", "sphere"): "RSSR-SS",
     ("plane",) * 3: "3-plane",
+}
+#: Configurations that well-known mechanisms may have.
+SPECIAL: dict[str, tuple[str, ...]] = {
+    **{name: tuple(" ".join(p) for p in sorted(set(permutations(kinds)))) for kinds, name in NAMED.items()},
+    "RSSR": ("circle circle *",),
+    "RSSP": ("circle line *", "line circle *"),
+    "planar": ("*",),
+    "spherical": ("*",),
 }
 
 

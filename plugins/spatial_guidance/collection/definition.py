@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from catalogue.plugin import Collection
 
-from .classification import classify
+from .classification import SPECIAL, classify
 from .draw import COINCIDENCES, draw
 from .measures import METRICS, measure
 
@@ -33,4 +33,5 @@ COLLECTION = Collection(
     measure=measure,
     classify=classify,
     plot=plot,
+    special=SPECIAL,
 )

@@ -1,0 +1,91 @@
+"""What a picture of a mechanism shows, in the user's unit: arrays begin with the poses, the first drawn in full."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ...kinematics.types import Array
+
+#: How far an axis reaches beyond its joint, in the size of what is drawn.
+REACH = 0.045
+
+
+@dataclass(frozen=True)
+class Link:
+    """A link with ball joints: its ends (p, 2, 3)."""
+
+    name: str
+    ends: Array
+
+
+@dataclass(frozen=True)
+class Body:
+    """A body by its points (p, k, 3), and rods that it holds, such as the arms of a cross, (p, r, 2, 3)."""
+
+    name: str
+    points: Array
+    rods: Array
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The axis of a joint: one or two points (p, 1 or 2, 3), direction (p, 3), what the body does about it."""
+
+    points: Array
+    direction: Array
+    turns: bool
+    slides: bool
+
+    def ends(self, size: float) -> Array:
+        """Return where the symbol ends, (p, 2, 3)."""
+        more = REACH * size * (1.6 if self.slides else 1.0) * self.direction
+        return np.stack([self.points[:, 0] - more, self.points[:, -1] + more], axis=1)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A mechanism in some of its poses.
+
+    Attributes
+    ----------
+    balls : ndarray, shape (p, b, 3)
+        Ball joints; `fixed` (f, 3) the points that stand still.
+    curves, patches : list of (str, ndarray), shape (p, m, 3), (p, m, m, 3)
+        Guides, by name.
+    rings : list of ndarray, shape (p, m, 3)
+        Wheels.
+    paths : dict
+        Points that are followed, by name, (s, 3).
+    title, note : str
+    unit : str
+    """
+
+    links: list[Link]
+    bodies: list[Body]
+    axes: list[Axis]
+    balls: Array
+    fixed: Array
+    curves: list[tuple[str, Array]]
+    patches: list[tuple[str, Array]]
+    rings: list[Array]
+    paths: dict[str, Array]
+    title: str
+    note: str
+    unit: str
+    places: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        parts = [
+            *(x.ends for x in self.links), *(x.points for x in self.bodies), *(x.points for x in self.axes),
+            *(x.rods for x in self.bodies), self.balls, self.fixed, *(v for _, v in (*self.curves, *self.patches)),
+            *self.rings, *self.paths.values(),
+        ]  # fmt: skip
+        every = np.concatenate([np.zeros((0, 3)), *(np.reshape(v, (-1, 3)) for v in parts)])
+        object.__setattr__(self, "places", every[np.isfinite(every).all(1)])
+
+    @property
+    def size(self) -> float:
+        """The largest side of the box about all that is shown."""
+        return float(np.ptp(self.places, axis=0).max()) or 1.0

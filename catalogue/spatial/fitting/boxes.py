@@ -1,0 +1,150 @@
+"""Hard points by name, the boxes in which they may move, and mechanisms with them moved."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from ...errors import InvalidRequest, quoted
+from ...kinematics.types import Array
+from ..jointed.compiling import numbers
+from ..jointed.elements import Cylindrical, Element, Link, OnGuide, Revolute, Spherical
+from ..jointed.mechanism import Mechanism
+from ..jointed.system import System
+
+#: Fields of elements that are hard points.
+FIELDS: dict[type, tuple[str, ...]] = {
+    Link: ("from_", "to"), Spherical: ("at",), Revolute: ("at", "to"), Cylindrical: ("at", "to"), OnGuide: ("at",),
+}  # fmt: skip
+
+
+@dataclass(frozen=True, eq=False)
+class Box:
+    """A box about one or more hard points, in which they move by the same displacement.
+
+    Parameters
+    ----------
+    points : str or sequence of str
+        Such as ``"tie rod.to"``: the name of an element and the field that holds the point.  Points that coincide in
+        the design pose are one hard point and need one name.
+    half : float or sequence of 3 floats
+        How far each coordinate may go either way; 0 keeps it.
+    mirror : {"", "x", "y", "z"}
+        Points after the first move as its mirror image: this component of their displacement is reversed.
+    """
+
+    points: str | Sequence[str]
+    half: float | Sequence[float]
+    mirror: str = ""
+
+
+class Variables:
+    """Displacements of hard points as numbers from -1 to 1, one for each coordinate of a box that is not 0.
+
+    Attributes
+    ----------
+    labels : tuple of str
+        Hard points, such as ``"tie rod.to"``; `points` (h, 3) where they are given.
+    names : tuple of str
+        Of the variables, such as ``"tie rod.to z"``.
+    half : ndarray, shape (k,)
+        Displacement that a variable of 1 is.
+    moves : ndarray, shape (k, h, 3)
+        Displacement of every hard point by each variable.
+
+    Raises
+    ------
+    InvalidRequest
+        If a name or a size means nothing, or a point is in two boxes, or on a guide.
+    """
+
+    def __init__(self, mechanism: Mechanism, boxes: Sequence[Box]) -> None:
+        self.mechanism = mechanism
+        titles = mechanism.system().labelled
+        self.where = [
+            (i, field) for i, x in enumerate(mechanism.elements) for field in FIELDS.get(type(x), ())
+            if getattr(x, field) is not None
+        ]  # fmt: skip
+        self.labels = tuple(f"{titles[i]}.{field.rstrip('_')}" for i, field in self.where)
+        given = [
+            numbers(getattr(mechanism.elements[i], field), label)
+            for (i, field), label in zip(self.where, self.labels, strict=True)
+        ]
+        if any(len(p) > 1 for p in given):
+            raise InvalidRequest("hard points are fitted of one mechanism, not of a batch")
+        self.points = np.concatenate([np.zeros((0, 3)), *given])
+        self.at_home: set[int] = set()
+        names, half, moves = [], [], []
+        for box in boxes:
+            size, signs = _checked(box)
+            displaced, title = self._displaced(box, signs)
+            for axis in np.flatnonzero(size):
+                names.append(f"{title} {'xyz'[axis]}")
+                half.append(size[axis])
+                moves.append(displaced * np.eye(3)[axis] * size[axis])
+        if not names:
+            raise InvalidRequest("nothing may move: give a Box with a half size above 0")
+        self.names, self.half, self.moves = tuple(names), np.array(half), np.array(moves)
+
+    def _displaced(self, box: Box, signs: Array) -> tuple[Array, str]:
+        """Return how every hard point moves with a box, (h, 3) of -1, 0, 1, and what the box is called."""
+        wanted = [box.points] if isinstance(box.points, str) else list(box.points) if np.iterable(box.points) else []
+        if not wanted:
+            raise InvalidRequest(f"a Box is about hard points, by their names, not {quoted(box.points)}")
+        displaced = np.zeros_like(self.points)
+        for k, name in enumerate(wanted):
+            found = [i for i, label in enumerate(self.labels) if label == name]
+            if not found:
+                raise InvalidRequest(f"there is no hard point {quoted(name)}, only {', '.join(self.labels)}")
+            if len(found) > 1:
+                raise InvalidRequest(f"{len(found)} hard points are called {quoted(name)}: give their elements names")
+            same = np.flatnonzero((self.points == self.points[found[0]]).all(1))
+            for i in same:
+                if isinstance(self.mechanism.elements[self.where[i][0]], OnGuide):
+                    raise InvalidRequest(f"{self.labels[i]} is on a guide, which stays where it is: it cannot move")
+                if i in self.at_home:
+                    raise InvalidRequest(f"{self.labels[i]} is in two boxes, by itself or with a point on it")
+                self.at_home.add(int(i))
+            displaced[same] = signs if k else 1.0
+        return displaced, wanted[0]
+
+    def displacement(self, u: Array) -> Array:
+        """Return displacements (n, h, 3) of all hard points at variables (n, k)."""
+        return np.asarray(np.tensordot(u, self.moves, 1))
+
+    def elements(self, u: Array, repeat: int = 1) -> list[Element]:
+        """Return the elements with points moved by u (n, k), each mechanism `repeat` times; a batch if that is many."""
+        points, out = self.points + self.displacement(u), list(self.mechanism.elements)
+        for h in sorted(self.at_home):
+            i, field = self.where[h]
+            moved: Any = np.repeat(points[:, h], repeat, axis=0)
+            moved = moved if len(moved) > 1 else tuple(moved[0].tolist())
+            out[i] = replace(out[i], **{field: moved})
+        return out
+
+    def moved(self, u: Array) -> Mechanism:
+        """Return the mechanism, or the batch, with moved points."""
+        return Mechanism(self.elements(u), self.mechanism.unit)
+
+    def in_system(self, system: System, displacement: Array) -> Array:
+        """Return displacements (n, h, 3) as those of the points of a system, in its units."""
+        out = np.zeros((len(displacement), system.points.shape[1], 3))
+        for h in self.at_home:
+            out[:, system.labels.index(self.labels[h])] = displacement[:, h] / system.unit
+        return out
+
+
+def _checked(box: Box) -> tuple[Array, Array]:
+    """Return half sizes (3,) and the signs by which points after the first move."""
+    try:
+        size = np.broadcast_to(np.asarray(box.half, float), (3,))
+    except (TypeError, ValueError):
+        size = np.full(3, np.nan)
+    if not (np.isfinite(size) & (size >= 0)).all():
+        raise InvalidRequest(f"half sizes of a Box are one or three numbers, 0 or more, not {quoted(box.half)}")
+    if box.mirror not in ("", "x", "y", "z"):
+        raise InvalidRequest(f"a Box mirrors x, y or z, not {quoted(box.mirror)}")
+    return size, np.where([box.mirror == k for k in "xyz"], -1.0, 1.0)

@@ -1,0 +1,148 @@
+"""What is to be met: curves read off sweeps, and bounds; what a deviation is counted."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ...errors import InvalidRequest, quoted
+from ...kinematics.types import Array
+from ..jointed.elements import Link, Scalar
+from ..jointed.motion import Motion
+
+#: From a motion to a number per pose (s,), or a vector (s, k), of that pose alone.
+Reading = Callable[[Motion], Any]
+
+
+@dataclass(frozen=True, eq=False)
+class Sweep:
+    """A drive with its values and what is held, as for `Mechanism.sweep`."""
+
+    drive: Scalar
+    values: Any
+    hold: Sequence[Scalar] = ()
+
+    def __post_init__(self) -> None:
+        values = numbers_of(self.values, "values of a Sweep")
+        if values.ndim != 1 or not len(values):
+            raise InvalidRequest("values of a Sweep must be finite numbers, one after the other")
+
+
+@dataclass(frozen=True, eq=False)
+class Target:
+    """A curve that is to be met.
+
+    Parameters
+    ----------
+    name : str
+    reading : callable
+        From a motion to what is compared, (s,) or (s, k): ``lambda m: kinematics(m, wheel)["toe [deg]"]``.
+    over : Sweep
+    value : float or array-like
+        A constant, or one for each value of the drive, in the unit of the reading.
+    tolerance : float
+        Deviation that counts 1, in the unit of the reading: the inverse of a weight.  Every target counts by the mean
+        square of its deviations.
+    offset : bool
+        Whether a constant difference is free, as that of the zeros of two dials.
+    unit : str
+        Of the reading, for headings.
+    """
+
+    name: str
+    reading: Reading
+    over: Sweep
+    value: Any = 0.0
+    tolerance: float = 1.0
+    offset: bool = False
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        _positive(self.name, self.tolerance)
+
+    def deviations(self, read: Array) -> Array:
+        """Return deviations (n, s, k) of readings (n, s, k), in their unit."""
+        off = read - self.values(read.shape[1:])
+        return np.asarray(off - off.mean(1, keepdims=True)) if self.offset else off
+
+    def values(self, shape: tuple[int, ...]) -> Array:
+        """Return the values to be met, shape (s, k) or what gives it."""
+        value = numbers_of(self.value, f"{self.name}: values")
+        if value.ndim == 1 and len(value) == shape[0]:
+            value = value[:, None]
+        try:
+            np.broadcast_to(value, shape)
+        except ValueError:
+            raise InvalidRequest(
+                f"{self.name}: values of shape {np.shape(self.value)} for readings of shape {shape}"
+            ) from None
+        return value
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """What may not be less, or more, at any pose; `tolerance` is the excess that counts as much as that of a target."""
+
+    name: str
+    reading: Reading
+    over: Sweep
+    least: float = field(default=-np.inf)
+    most: float = field(default=np.inf)
+    tolerance: float = 1.0
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        _positive(self.name, self.tolerance)
+        if not self.least <= self.most or (np.isinf(self.least) and np.isinf(self.most)):
+            raise InvalidRequest(f"{self.name}: a bound needs least or most, and least not above most")
+
+    def excess(self, read: Array) -> Array:
+        """Return by how much readings (n, s, k) break the bound, negative where they keep it; (n, s, 1 or 2 k)."""
+        sides = [
+            side for end, side in ((self.least, self.least - read), (self.most, read - self.most)) if np.isfinite(end)
+        ]
+        return np.concatenate(sides, axis=2)
+
+
+def numbers_of(value: Any, what: str) -> Array:
+    """Return finite numbers as an array; raise `InvalidRequest` if they are not."""
+    try:
+        found = np.asarray(value, float)
+    except (TypeError, ValueError):
+        found = np.array(np.nan)
+    if not np.isfinite(found).all():
+        raise InvalidRequest(f"{what} must be finite numbers, not {quoted(value)}")
+    return found
+
+
+def _positive(name: str, tolerance: float) -> None:
+    if not (isinstance(tolerance, int | float) and np.isfinite(tolerance) and tolerance > 0):
+        raise InvalidRequest(f"{name}: the tolerance must be above 0, not {quoted(tolerance)}")
+
+
+# -- readings that have no formula of their own elsewhere -------------------------------------------------------------
+def link_length(motion: Motion, link: str) -> Array:
+    """Return the length of a link, the same at every pose, (s,)."""
+    for x in motion.mechanism.elements:
+        if isinstance(x, Link) and x.name == link:
+            e = np.asarray(x.to, float) - np.asarray(x.from_, float)
+            return np.asarray(np.broadcast_to(np.sqrt((e * e).sum(-1)), motion.drive.shape))
+    raise InvalidRequest(f"there is no link named {quoted(link)}")
+
+
+def off_line(points: Any, at: Any, along: Any) -> Array:
+    """Return the vectors (s, 3) from a line through `at` to points (s, 3)."""
+    x, e = np.asarray(points, float) - np.asarray(at, float), np.asarray(along, float)
+    return np.asarray(x - (x @ e)[..., None] * e / (e @ e))
+
+
+def off_circle(points: Any, centre: Any, axis: Any, radius: float) -> Array:
+    """Return how far points (s, 3) are from a circle, outwards and along its axis, (s, 2)."""
+    x, e = np.asarray(points, float) - np.asarray(centre, float), np.asarray(axis, float)
+    e = e / np.sqrt(e @ e)
+    height = x @ e
+    flat = x - height[..., None] * e
+    return np.stack([np.sqrt((flat * flat).sum(-1)) - radius, height], axis=-1)

@@ -1,0 +1,271 @@
+"""What is seen of a mechanism: links, bodies by their hard points, joints, guides, wheels and paths, in some poses."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...kinematics.types import Array
+from ..drawing import scene as seen
+from . import elements as e
+from .axle import Wheel
+from .compiling import numbers
+from .system import Laid
+
+if TYPE_CHECKING:
+    from .mechanism import Mechanism
+    from .motion import Motion
+
+#: Points of a wheel, and of a guide along each coordinate.
+ROUND, MESH = 73, 25
+#: How far a guide goes beyond what its point passes [rad; sizes].
+ANGLE, BEYOND = 0.5, 0.12
+#: Half the length of a shaft or a cross's arm, in the size of the mechanism, if no point of the body says more.
+STUB = 0.22
+
+
+class Poses:
+    """Where points and directions of bodies are in the poses that are drawn; without a motion the design pose alone."""
+
+    def __init__(self, mechanism: Mechanism, motion: Motion | None) -> None:
+        self.mechanism, self.motion = mechanism, motion
+        self.which = _chosen(motion) if motion else [0]
+
+    def point(self, body: str, at: Any) -> Array:
+        """Return (p, 3)."""
+        if self.motion is None or body == e.GROUND:
+            return np.repeat(numbers(at, "a point"), len(self.which), axis=0)
+        return self.motion.point(body, at)[self.which]
+
+    def direction(self, body: str, vector: Any) -> Array:
+        """Return unit vectors (p, 3)."""
+        v = numbers(vector, "a direction")
+        v = v / np.sqrt((v * v).sum())
+        if self.motion is None or body == e.GROUND:
+            return np.repeat(v, len(self.which), axis=0)
+        return self.motion.direction(body, v)[self.which]
+
+
+def _chosen(motion: Motion) -> list[int]:
+    """Return the pose nearest to the design pose, and those at the ends; of a closed motion thirds of it."""
+    good = np.flatnonzero(np.isfinite(motion.states[0]).all(1))
+    if not len(good):
+        return [0]
+    system = motion.curve.system
+    design = system.evaluate(system.design[None])[1][0, -1] * system.scalars[-1].unit
+    first = int(good[np.abs(motion.drive[good] - design).argmin()])
+    rotation, shift = system.poses(motion.states[0])
+    apart = (
+        np.abs(rotation[0, good[0]] - rotation[0, good[-1]]).max()
+        + np.abs(shift[0, good[0]] - shift[0, good[-1]]).max()
+    )
+    ends = [int(good[0]), int(good[-1])] if apart > 1e-6 else [int(good[len(good) // 3]), int(good[2 * len(good) // 3])]
+    return [first, *(k for k in dict.fromkeys(ends) if k != first)]
+
+
+def scene(
+    mechanism: Mechanism,
+    motion: Motion | None = None,
+    wheel: Wheel | None = None,
+    points: Mapping[str, tuple[str, Any]] | None = None,
+    title: str = "",
+) -> seen.Scene:
+    """Return what is seen of a mechanism in its design pose, or of a motion, with its ends as ghosts."""
+    poses = Poses(mechanism, motion)
+    every = [numbers(getattr(x, k), k) for x in mechanism.elements for k in ("at", "from_", "to") if _has(x, k)]
+    size = float(np.ptp(np.concatenate(every), axis=0).max()) or 1.0  # all joints may be in one point
+    follow = dict(points or {})
+    rings = []
+    if wheel:
+        follow = {"wheel centre": (wheel.carrier, wheel.centre), **follow}
+        rings = [_ring(poses, wheel)]
+    paths = {name: motion.point(body, at) for name, (body, at) in follow.items()} if motion else {}
+    balls, fixed = _joints(mechanism, poses)
+    bodies = _bodies(mechanism, poses, size, follow)
+    curves, patches = _guides(mechanism, poses, size)
+    return seen.Scene(
+        [seen.Link(x.name, np.stack([poses.point(x.a, x.from_), poses.point(x.b, x.to)], axis=1))
+         for x in mechanism.elements if isinstance(x, e.Link)],
+        bodies, _axes(mechanism, poses, bodies, size), balls, fixed, curves, patches, rings, paths,
+        title or _title(mechanism), _note(motion), mechanism.unit,
+    )  # fmt: skip
+
+
+def _has(x: Any, field: str) -> bool:
+    return getattr(x, field, None) is not None and not (isinstance(x, e.Prismatic) and not np.any(x.at))
+
+
+def _title(mechanism: Mechanism) -> str:
+    bodies = [b for b in mechanism.system().bodies[1:] if not b.endswith(" (point)")]
+    return ", ".join(bodies)
+
+
+def _note(motion: Motion | None) -> str:
+    if motion is None:
+        return "design pose"
+    drive = motion.drive_shown[np.isfinite(motion.states[0]).all(1)]
+    if not len(drive):
+        return "no pose"
+    kind = type(motion.driven).__name__.lower()
+    what = (
+        getattr(motion.driven, "body", "") or getattr(motion.driven, "link", "") or getattr(motion.driven, "guide", "")
+    )
+    return f"{kind} of {what} from {drive[0]:.5g} to {drive[-1]:.5g} {motion.drive_unit}; others as ghosts".replace(
+        "of  ", ""
+    )
+
+
+def _attached(mechanism: Mechanism) -> dict[str, list[Any]]:
+    """Return the hard points of each body."""
+    out: dict[str, list[Any]] = {}
+    for x in mechanism.elements:
+        if isinstance(x, e.Link):
+            out.setdefault(x.a, []).append(x.from_)
+            out.setdefault(x.b, []).append(x.to)
+        elif isinstance(x, e.Revolute | e.Cylindrical | e.Spherical | e.Prismatic | e.OnGuide):
+            here = [getattr(x, k) for k in ("at", "to") if _has(x, k)]
+            out.setdefault(x.body, []).extend(here)
+            if isinstance(x, e.OnGuide) and _held_line(x):
+                out.setdefault(x.on, []).append(x.origin)
+            if not isinstance(x, e.OnGuide | e.Prismatic):
+                out.setdefault(x.on, []).extend(here)
+    return out
+
+
+def _bodies(mechanism: Mechanism, poses: Poses, size: float, follow: Mapping[str, tuple[str, Any]]) -> list[seen.Body]:
+    attached = _attached(mechanism)
+    for body, at in follow.values():
+        attached.setdefault(body, []).append(at)
+    out = []
+    for name in mechanism.system().bodies[1:]:
+        at = attached.get(name, [])
+        distinct = list({tuple(np.ravel(p).tolist()): p for p in at}.values())
+        if not distinct:
+            continue
+        points = np.stack([poses.point(name, p) for p in distinct], axis=1)
+        out.append(seen.Body(name, points, _rods(mechanism, poses, name, distinct, size)))
+    return out
+
+
+def _rods(mechanism: Mechanism, poses: Poses, body: str, at: list[Any], size: float) -> Array:
+    """Return arms and shaft of a body that keeps the angle of a direction, as of a Cardan joint, (p, r, 2, 3)."""
+    middle, rods = np.asarray(at[0], float), []
+    for x in mechanism.elements:
+        for b, way in ((x.a, x.axis_a), (x.b, x.axis_b)) if isinstance(x, e.KeepAngle) else ():
+            if b == body:
+                v = np.asarray(way, float) / np.linalg.norm(way) * STUB * size
+                rods.append((middle - v, middle + v))
+    shaft = _shaft(mechanism, body, size)
+    if rods and shaft is not None:
+        rods.append((middle, middle + shaft))
+    pairs = [np.stack([poses.point(body, a), poses.point(body, b)], axis=1) for a, b in rods]
+    return np.stack(pairs, axis=1) if pairs else np.zeros((len(poses.which), 0, 2, 3))
+
+
+def _shaft(mechanism: Mechanism, body: str, size: float) -> Array | None:
+    """Return the shaft of a body that turns about an axis and keeps an angle with another, to the other side of it."""
+    sides = [
+        sign for x in mechanism.elements if isinstance(x, e.KeepAngle) for b, sign in ((x.a, -1), (x.b, 1)) if b == body
+    ]
+    for x in mechanism.elements:
+        if sides and isinstance(x, e.Revolute) and x.body == body and x.axis is not None:
+            return np.asarray(sides[0] * 2 * STUB * size * np.asarray(x.axis, float) / np.linalg.norm(x.axis))
+    return None
+
+
+def _joints(mechanism: Mechanism, poses: Poses) -> tuple[Array, Array]:
+    """Return ball joints (p, b, 3), and those of them that stand still (f, 3)."""
+    balls, fixed = [], []
+    for x in mechanism.elements:
+        ends = [(x.a, x.from_), (x.b, x.to)] if isinstance(x, e.Link) else []
+        if isinstance(x, e.Spherical | e.OnGuide):
+            ends = [(x.body, x.at)]
+        balls += [poses.point(b, p) for b, p in ends]
+        fixed += [numbers(p, "a point")[0] for b, p in ends if b == e.GROUND or getattr(x, "on", "") == e.GROUND]
+    empty = np.zeros((len(poses.which), 0, 3))
+    return np.stack(balls, axis=1) if balls else empty, np.array(fixed).reshape(-1, 3)
+
+
+def _axes(mechanism: Mechanism, poses: Poses, bodies: Sequence[seen.Body], size: float) -> list[seen.Axis]:
+    out = []
+    for x in mechanism.elements:
+        if not isinstance(x, e.Revolute | e.Cylindrical | e.Prismatic):
+            continue
+        at = [getattr(x, k) for k in ("at", "to") if _has(x, k)]
+        way = x.axis if x.axis is not None else np.subtract(at[1], at[0])
+        shaft = _shaft(mechanism, x.body, size)
+        if at and shaft is not None:  # the hinge is drawn on it, off the cross
+            points = poses.point(x.on, np.asarray(at[0], float) + 0.7 * shaft)[:, None]
+        elif at:
+            points = np.stack([poses.point(x.on, p) for p in at], axis=1)
+        else:  # a slider stands where its body is
+            points = next((b.points[:, :1] for b in bodies if b.name == x.body), np.zeros((len(poses.which), 1, 3)))
+        out.append(
+            seen.Axis(points, poses.direction(x.on, way), not isinstance(x, e.Prismatic), not isinstance(x, e.Revolute))
+        )
+    return out
+
+
+def _held_line(x: e.OnGuide) -> bool:
+    """Return whether a guide is a line that a body holds, such as a strut."""
+    return x.guide == "line" and x.on != e.GROUND
+
+
+def _ring(poses: Poses, wheel: Wheel) -> Array:
+    n = wheel.outboard()
+    first = np.cross(n, np.eye(3)[np.abs(n).argmin()])
+    first /= np.linalg.norm(first)
+    turn = np.linspace(0, 2 * np.pi, ROUND)[:, None]
+    rim = np.asarray(wheel.centre, float) + wheel.radius * (np.cos(turn) * first + np.sin(turn) * np.cross(n, first))
+    return np.stack([poses.point(wheel.carrier, p) for p in rim], axis=1)
+
+
+def _guides(mechanism: Mechanism, poses: Poses, size: float) -> tuple[list[tuple[str, Array]], list[tuple[str, Array]]]:
+    """Return curves (p, m, 3) and patches (p, m, m, 3) of guides about what their points pass."""
+    curves: list[tuple[str, Array]] = []
+    patches: list[tuple[str, Array]] = []
+    for x in mechanism.elements:
+        if not isinstance(x, e.OnGuide):
+            continue
+        laid, passed = _laid(x), poses.point(x.body, x.at)
+        here = passed - poses.point(x.on, laid.origin)
+        axes = np.stack([poses.direction(x.on, v) for v in laid.frame.T], axis=2)  # (p, 3, 3)
+        local = (np.swapaxes(axes, 1, 2) @ here[..., None])[..., 0].T
+        shape = np.repeat(laid.shape[:, None], local.shape[1], axis=1)
+        held = _held_line(x)  # drawn from where it is held
+        sides = [
+            _side(
+                np.append(values, 0.0) if held else values,
+                laid.kind.spans[k] == np.pi and "uw"[k] not in laid.kind.lengths,
+                size,
+            )
+            for k, values in enumerate(laid.kind.locate(local, shape)[: 3 - laid.kind.conditions])
+        ]
+        mesh = np.meshgrid(*sides, indexing="ij")
+        u, w = mesh[0].ravel(), mesh[-1].ravel()
+        shapes = np.repeat(laid.shape[:, None], len(u), axis=1)
+        flat = np.stack(np.broadcast_arrays(*laid.kind.point(u, w, shapes), u)[:3], axis=1)
+        world = np.stack([poses.point(x.on, laid.origin + laid.frame @ q) for q in flat], axis=1)
+        if laid.kind.conditions == 2:
+            curves.append((x.name, world))
+        else:
+            patches.append((x.name, world.reshape(len(world), *mesh[0].shape, 3)))
+    return curves, patches
+
+
+def _laid(x: e.OnGuide) -> Laid:
+    """Return a guide in the user's unit."""
+    from ..geometry.guides import Guides
+    from ..geometry.rotation import matrix
+
+    guides = Guides(x.guide, x.parameters, x.origin, x.quaternion)
+    kind, _, p = guides.each()[0]
+    return Laid(kind, p[:, 0], matrix(guides.quaternion.T)[:, :, 0], guides.origin[0], ())
+
+
+def _side(values: Array, angle: bool, size: float) -> Array:
+    values = np.unwrap(values) if angle else values
+    more = ANGLE if angle else BEYOND * size
+    return np.linspace(values.min() - more, values.max() + more, MESH)

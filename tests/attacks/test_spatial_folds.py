@@ -1,0 +1,33 @@
+"""A sample of the mechanisms in space that the attack leads through their dead points and back."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from tests.attacks.spatial_folds import attacked, discriminant, drawn
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("sort", "n"), [("RSSR", 40), ("RSCR", 10), ("five links", 6)])
+def test_no_circuit_changes_its_branch_on_the_way_back(sort: str, n: int) -> None:
+    found = attacked(sort, n, 77)
+    assert found["mechanisms"] == n
+    assert found["dead points"] > n
+    assert (found["jumped"], found["other folds"], found["false folds"]) == (0, 0, 0)
+
+
+def test_a_node_that_lies_between_two_branches_is_given_up() -> None:
+    """Of the first 800 of the attack the tenth once went over to a branch that nearly meets its own."""
+    mechanism, drive, numbers = drawn("RSSR", 800, np.random.default_rng(1))
+    circuit = mechanism.one(9).circuit(drive)
+    assert max(abs(discriminant(numbers, 9, v)) for v in circuit.dead_points) < 1e-9
+
+
+def test_the_discriminant_vanishes_at_dead_points_and_nowhere_else() -> None:
+    """The check itself can fail: a hundredth of a radian beside a dead point it does."""
+    mechanism, drive, numbers = drawn("RSSR", 6, np.random.default_rng(3))
+    values = [(i, v) for i, c in enumerate(mechanism.circuits(drive)) for v in c.dead_points]
+    assert len(values) >= 4
+    assert max(abs(discriminant(numbers, i, v)) for i, v in values) < 1e-9
+    assert min(abs(discriminant(numbers, i, v + 0.01)) for i, v in values) > 1e-6

@@ -1,0 +1,200 @@
+"""Pictures of mechanisms in space: drawn where things are, at one scale, and only when they are asked for."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from click.testing import CliRunner
+
+from catalogue.cli import app
+from catalogue.errors import InvalidRequest, MissingExtra
+from catalogue.folders import folder
+from catalogue.spatial import Joint, Link, Mechanism, Motion, OnGuide, Prismatic, Revolute, load
+from catalogue.spatial.drawing.figure import Sheet, hull, nice
+from catalogue.spatial.drawing.lettering import Letters
+from catalogue.spatial.jointed.picture import scene
+
+pytest.importorskip("matplotlib")
+FOLDER = folder("data") / "spatial"
+
+
+@pytest.fixture(scope="module")
+def rssr() -> Motion:
+    return load(FOLDER / "rssr.toml").mechanism.sweep(Joint("crank"), np.radians([-30.0, 0, 30, 60]))
+
+
+def test_the_pose_nearest_to_the_design_pose_is_drawn_in_full_and_the_ends_as_ghosts(rssr: Motion) -> None:
+    seen = scene(rssr.mechanism, rssr)
+    [rod] = seen.links
+    np.testing.assert_allclose(rod.ends[0], [(10, 0, 0), (40, 5, 40)], atol=1e-12)
+    for ghost, pose in ((1, 0), (2, 3)):
+        np.testing.assert_allclose(rod.ends[ghost, 0], rssr.point("crank", (10, 0, 0))[pose], atol=1e-12)
+        np.testing.assert_allclose(rod.ends[ghost, 1], rssr.point("rocker", (40, 5, 40))[pose], atol=1e-12)
+    assert [b.name for b in seen.bodies] == ["crank", "rocker"]
+    assert [a.turns for a in seen.axes] == [True, True]
+    np.testing.assert_allclose(seen.axes[1].direction[0], (0, 1, 0))
+
+
+def test_a_wheel_is_a_circle_about_its_axis_and_its_centre_is_followed() -> None:
+    job = load(FOLDER / "five_link_axle.toml")
+    assert job.wheel is not None
+    motion = job.mechanism.sweep(job.drive("travel"), np.linspace(-60, 60, 5), [job.drive("rack")])
+    seen = scene(job.mechanism, motion, job.wheel)
+    n, centre = motion.direction("wheel", job.wheel.outboard()), motion.point("wheel", job.wheel.centre)
+    for k, pose in enumerate((2, 0, 4)):
+        off = seen.rings[0][k] - centre[pose]
+        np.testing.assert_allclose(off @ n[pose], 0, atol=1e-9)
+        np.testing.assert_allclose(np.linalg.norm(off, axis=1), job.wheel.radius, rtol=1e-12)
+    np.testing.assert_array_equal(seen.paths["wheel centre"], centre)
+
+
+@pytest.mark.slow
+def test_scales_are_equal_and_all_is_on_the_paper(rssr: Motion) -> None:
+    from catalogue.paper import blank
+
+    seen = scene(rssr.mechanism, rssr)
+    sheet = Sheet(blank(9, 7), seen)
+    at = np.array([20.0, 5, 10])
+    step = sheet.flat(at + 3 * np.eye(3)) - sheet.flat(at)
+    # in a parallel projection the columns of a matrix with orthogonal rows of one length
+    gram = step.T @ step
+    assert gram[0, 0] == pytest.approx(gram[1, 1], rel=1e-6)
+    assert gram[0, 1] == pytest.approx(0, abs=1e-6 * gram[0, 0])
+    flat, box = sheet.flat(seen.places), sheet.figure.bbox
+    assert (flat > 0).all()
+    assert (flat[:, 0] < box.width).all()
+    assert (flat[:, 1] < 0.92 * box.height).all()
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ["cardan", "platform", "five_link_axle"])
+def test_examples_are_drawn(name: str, tmp_path: Path) -> None:
+    job = load(FOLDER / f"{name}.toml")
+    first, *others = job.drives.values()
+    hold = others[: job.mechanism.mobility.freedoms - 1]
+    system = job.mechanism.system(*hold, first)
+    start = system.evaluate(system.design[None])[1][0, -1] * system.scalars[-1].unit
+    motion = job.mechanism.sweep(first, start + np.array([-0.2, 0, 0.2]), hold)
+    figure = job.plot(motion, tmp_path / "motion.png")
+    for x in job.mechanism.elements:
+        if isinstance(x, Link):
+            assert any(text.get_text().startswith(f"{x.name}  ") for text in figure.texts)
+    assert (tmp_path / "motion.png").read_bytes()[:4] == b"\x89PNG"
+
+
+@pytest.mark.slow
+def test_the_same_mechanism_gives_the_same_file(tmp_path: Path, rssr: Motion) -> None:
+    for name in ("one.svg", "two.svg"):
+        rssr.mechanism.plot(tmp_path / name)
+    assert (tmp_path / "one.svg").read_bytes() == (tmp_path / "two.svg").read_bytes()
+
+
+def test_guides_and_sliders_are_drawn_where_they_are() -> None:
+    at = np.array([3.0, 0, 4])
+    mechanism = Mechanism(
+        [
+            Prismatic("slide", (0, 0, 1), at=(3, 0, 0)),
+            OnGuide("ball", at, "sphere", (5.0,), name="dome"),
+            Link("slide", (3, 0, 2), "ball", (3, 1, 3), "a"),
+            Link("ground", (0, 6, 2), "ball", (3, 1, 3), "b"),
+            OnGuide("ball", (5, 0, 4), "line", origin=(5, 0, 0), name="rail"),
+        ]
+    )
+    seen = scene(mechanism)
+    [(name, patch)] = seen.patches
+    assert name == "dome"
+    np.testing.assert_allclose(np.linalg.norm(patch, axis=-1), 5, rtol=1e-12)
+    [(name, curve)] = seen.curves
+    assert name == "rail"
+    np.testing.assert_allclose(curve[0, :, :2], np.broadcast_to((5, 0), (len(curve[0]), 2)), atol=1e-12)
+    assert curve[0, :, 2].min() < 4 < curve[0, :, 2].max()
+    [axis] = seen.axes
+    assert (axis.turns, axis.slides) == (False, True)
+
+
+def test_borders_of_flat_and_solid_bodies() -> None:
+    square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 0)], float)
+    edges, faces = hull(square)
+    assert {frozenset(e) for e in edges} == {frozenset(e) for e in ((0, 1), (1, 2), (2, 3), (3, 0))}
+    assert len(faces) == 2
+    cube = np.array([(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], float)
+    assert len(hull(cube)[0]) == 12
+    assert hull(square[[0, 4, 2]])[0] in ([(0, 2)], [(2, 0)])
+    assert hull(square[:1])[0] == []
+    assert [nice(v) for v in (0.99, 1, 3, 49, 50, 0.0021)] == [0.5, 1, 2, 20, 50, 0.002]
+
+
+def test_texts_do_not_cover_each_other() -> None:
+    from catalogue.paper import blank
+
+    figure = blank(5, 4)
+    letters = Letters(figure)
+    for k in range(6):
+        letters.write(f"link {k}", np.array([[200.0, 200], [300, 200]]), "black")
+    for i, a in enumerate(letters.taken):
+        for b in letters.taken[:i]:
+            assert (np.abs(a[:2] - b[:2]) >= a[2:] + b[2:]).any()
+
+
+def test_curves_are_those_of_the_table(rssr: Motion) -> None:
+    table = pd.DataFrame({"drive [deg]": rssr.drive_shown, "rocker [deg]": np.degrees(rssr.joint("rocker"))})
+    figure = rssr.plot_curves(table)
+    [panel] = [ax for ax in figure.axes if ax.get_visible()]
+    drawn = np.asarray(panel.lines[0].get_xydata())
+    np.testing.assert_allclose(drawn, table.to_numpy())
+    assert panel.get_title("left") == "rocker [deg]"
+    assert panel.get_xlabel() == "drive [deg]"
+    with pytest.raises(InvalidRequest, match="25 columns"):
+        rssr.plot_curves(pd.DataFrame({f"c{k}": table["rocker [deg]"] for k in range(25)}))
+
+
+@pytest.mark.slow
+def test_the_command_draws(tmp_path: Path) -> None:
+    picture, curves = tmp_path / "axle.svg", tmp_path / "curves.svg"
+    motion = ["--drive", "travel", "--hold", "rack", "--from", "-8", "--to", "8", "--steps", "3"]
+    files = ["--plot", str(picture), "--plot-curves", str(curves)]
+    sweep = ["spatial", "sweep", str(FOLDER / "double_wishbone.toml"), *motion, "--columns"]
+    given = [*sweep, "toe,camber", *files]
+    done = CliRunner().invoke(app, given)
+    assert done.exception is None, done.output
+    assert "toe [deg]" in done.stdout
+    assert "caster" not in done.stdout
+    assert "travel of wheel from -8 to 8 mm" in picture.read_text("utf-8")
+    assert "camber [deg]" in curves.read_text("utf-8")
+    assert "is there already" in str(CliRunner().invoke(app, given).exception)
+    wrong = CliRunner().invoke(app, [*sweep, "rope"])
+    assert "no column is headed 'rope'" in str(wrong.exception)
+
+
+def test_batches_and_wrong_files_are_refused(tmp_path: Path, rssr: Motion) -> None:
+    many = Mechanism(
+        [Revolute("a", (0, 0, 0), axis=(0, 0, 1)), Link("a", [(1, 0, 0), (2, 0, 0)], "b", (4, 0, 0)),
+         Revolute("b", (4, 1, 0), axis=(0, 0, 1))]
+    )  # fmt: skip
+    with pytest.raises(InvalidRequest, match="not of a batch"):
+        many.plot()
+    with pytest.raises(InvalidRequest, match=r"\.png, \.svg or \.pdf"):
+        rssr.plot(tmp_path / "a.gif")
+
+
+def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch, rssr: Motion) -> None:
+    for module in ("matplotlib.figure", "matplotlib.backends.backend_agg"):
+        monkeypatch.setitem(sys.modules, module, None)
+    with pytest.raises(MissingExtra, match=r'pip install "mechanism-catalogue\[plot\]"'):
+        rssr.plot()
+
+
+@pytest.mark.slow
+def test_a_sweep_without_pictures_loads_no_matplotlib() -> None:
+    code = (
+        "import sys, catalogue.spatial as s; job = s.load(sys.argv[1]);"
+        "job.table(job.mechanism.sweep(s.Joint('crank'), [0.1, 0.2]));"
+        "import catalogue.spatial.fitting.files;"
+        "assert not [m for m in sys.modules if m.startswith('matplotlib')]"
+    )
+    subprocess.run([sys.executable, "-c", code, str(FOLDER / "rssr.toml")], check=True)
