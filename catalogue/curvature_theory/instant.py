@@ -44,7 +44,7 @@ class Instant:
 
     @cached_property
     def along_axes(self) -> tuple[Floats, Floats]:
-        """|cosine| of the angle of each ray with the pole tangent, and with the pole normal, shape (n, 2) each."""
+        """Absolute cosines of the angles of the rays with the pole tangent, and with the pole normal, each (n, 2)."""
         axes = self.curvature.axes[..., 0] + 1j * self.curvature.axes[..., 1]
         x, y = (np.abs((self.linkage.rays * axes[:, i, None].conj()).real) for i in (0, 1))
         return x, y

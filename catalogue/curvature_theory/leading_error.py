@@ -162,8 +162,11 @@ def leading_error(
         exact = positions > EXACT
         row = np.clip(np.where(exact, 0, positions), 0, TERMS - 1)
         speed = np.where(cusp, np.sqrt(u[2]) * np.where(path.turn < 0, -1, 1), u[1])
-        coefficient = np.take_along_axis(gap, row[None], 0)[0] / speed**row
-    undefined = ~np.isfinite(base)
+        left = np.take_along_axis(gap, row[None], 0)[0] / speed
+        coefficient = left / speed ** (row - 1.0)
+        # of lengths far from 1 it can be no number: then neither 0 nor infinity
+        lost = np.isinf(coefficient) | (coefficient == 0) & (left != 0)
+    undefined = ~np.isfinite(base) | ~exact & lost
     coefficient = np.where(undefined, np.nan, np.where(exact, 0.0, coefficient))
     return LeadingError(np.where(undefined, 0, positions), coefficient, -1j * unit, wanted_curvature, wanted, cusp)
 

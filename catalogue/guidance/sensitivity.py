@@ -70,24 +70,26 @@ def pose_jacobian(moving: Motion | CircuitMotion, point: Complexes, t: Floats, t
     turn = 1 + x
     tangent = np.broadcast_to(tangent, t.shape)
     spin = 1j * turn * point  # of the guided point, by theta
+    # an angle is counted as an arc about as long as the linkage is large: products of lengths stay numbers
+    unit = np.ldexp(1.0, np.frexp(linkage.size)[1])
     left = np.empty((*t.shape, 3, 3))
     right = np.zeros((*t.shape, 3, COUNT))
     for i in (0, 1):
         (a, b), (w, v) = linkage.points[:, i].T, linkage.finite[:, i].T.astype(float)
         normal = w * v * d + w * turn * b - v * a
         by_theta = (np.conj(w * b * 1j * turn) * d).real - (np.conj(a) * b * 1j * turn).real
-        left[..., i, :] = np.stack([normal.real, normal.imag, by_theta], axis=-1)
+        left[..., i, :] = np.stack([normal.real, normal.imag, by_theta / unit], axis=-1)
         by_fixed, by_moving = -(v * d + b * x), w * np.conj(turn) * d - a * np.conj(x)
         for k, by in ((4 * i, by_fixed), (4 * i + 2, by_moving)):
             right[..., i, k], right[..., i, k + 1] = -by.real, -by.imag
     along = np.conj(tangent)
-    left[..., 2, :] = np.stack([tangent.real, tangent.imag, (along * spin).real], axis=-1)
+    left[..., 2, :] = np.stack([tangent.real, tangent.imag, (along * spin).real / unit], axis=-1)
     carried = along * turn  # of the point itself
     right[..., 2, 8], right[..., 2, 9] = -carried.real, carried.imag
     _turn_only(linkage, right)
     with np.errstate(all="ignore"):
         pose = _solved(left, right)
-        shift, angle = pose[..., 0, :] + 1j * pose[..., 1, :], pose[..., 2, :]
+        shift, angle = pose[..., 0, :] + 1j * pose[..., 1, :], pose[..., 2, :] / unit[:, None]
         moved = shift + spin[..., None] * angle
         moved[..., 8:] += turn[..., None] * np.array([1, 1j])
         across = (moved * (-1j * along)[..., None]).real

@@ -17,7 +17,7 @@ import numpy as np
 
 from ..kinematics.batch import Columns, Rows, join, put
 from ..kinematics.circuits import OPEN, Circuits
-from ..kinematics.types import Complexes, Floats, Indices
+from ..kinematics.types import Complexes, Floats, Indices, Mask
 from .circuit_curve import runs_forward
 from .minimum_zone import grid, minimum_zone
 
@@ -33,7 +33,8 @@ PEAK = 1.4
 BLOCK = 512
 #: In a thorough and a quick search: where windows are tried about the best place, what the way to the farthest becomes
 #: in the next round, and how many rounds.
-THOROUGH, QUICK = (np.linspace(-1, 1, 13), 1 / 6, 5), (np.array([0.0, -0.5, 0.5]), 1 / 2, 9)
+THOROUGH = (np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6]) / 6, 1 / 6, 5)
+QUICK = (np.array([0, -1, 1]) / 2, 1 / 2, 9)
 #: What that way becomes, while a stroke is sought, where the best is the farthest.
 FARTHER = 3.0
 #: Windows about each of the first ones, and how many of them are followed, in either; and how far to either side they
@@ -52,6 +53,12 @@ CORRECTIONS, FINER_CORRECTIONS = 6, 5
 #: Powers of the stroke with which a deviation may grow; most that the logarithm of a stroke is changed by; by which
 #: part the deviation stays inside.
 STEEP, CHANGE, INSIDE = (0.5, 60.0), (-0.5, 0.2), 1e-3
+#: In the end both ends of a window are moved for themselves: by which parts of a way, how long that is at first and at
+#: last, of the window, and how often at most.
+SIDES = np.array([[-1, -1, -1, 0, 0, 1, 1, 1], [-1, 0, 1, -1, 1, -1, 0, 1]]) * 1.0
+FIRST_EXTENSION, LAST_EXTENSION, EXTENSIONS = 1 / 64, 1e-5, 20
+#: How far inside its ends, of half a window, a path is looked at for whether it turns back there.
+EDGE = 1e-5
 #: Widest arc, chord over radius.
 FULLEST = 1.95
 
@@ -198,7 +205,9 @@ def longest(
             ratio = wanted / at.stroke
             by = np.maximum(by, np.abs(ratio - 1) * (at.high - at.low))
             at = replace(at, stroke=wanted, high=at.low + ratio * (at.high - at.low))
-        return seek.numbered(best[best.stroke > 0])
+        held = np.flatnonzero(best.stroke > 0)
+        best = best[held] if quick or not len(held) else seek.extended(best[held], (1 - INSIDE) * allowed[held], FINER)
+        return seek.numbered(best)
 
     return _by_blocks(found, len(circuits))
 
@@ -285,27 +294,59 @@ class _Search:
     def measured(self, at: Stretches, nodes: int = NODES) -> Stretches:
         """Return windows, from where they begin and about how long they are, over exactly their strokes; pushed back
         from the ends of open circuits."""
-        some, z = self.curves.circuits[at.circuit], self.curves.point[at.circuit]
-
-        def path(s: Floats) -> Complexes:
-            return np.asarray(some.pose(s).point(z))
-
+        path, open_ = self._path(at)
         with np.errstate(all="ignore"):
             # a circuit from infinity to infinity has two ends, at which windows stop
-            ends = some.kind == OPEN
-            low = np.where(ends, np.maximum(at.low, 0.0), at.low)
+            low = np.where(open_, np.maximum(at.low, 0.0), at.low)
             high = _far_end(path, low, at.high + low - at.low, at.stroke)
-            beyond = ends & (high > 2 * np.pi)
+            beyond = open_ & (high > 2 * np.pi)
             if beyond.any():
                 low = np.where(beyond, _far_end(path, np.where(beyond, 2 * np.pi, high), low, at.stroke), low)
                 high = np.where(beyond, 2 * np.pi, high)
+            found = self.between(replace(at, low=low, high=high), nodes)
+            close = np.abs(found.stroke - at.stroke) <= CLOSE * at.stroke
+            return replace(found, stroke=at.stroke, deviation=np.where(close, found.deviation, np.nan))
+
+    def between(self, at: Stretches, nodes: int = NODES) -> Stretches:
+        """Return windows between their ends, whatever their strokes."""
+        path, open_ = self._path(at)
+        low, high = at.low, at.high
+        with np.errstate(all="ignore"):
             points = grid(nodes)
-            seen, half = _seen(path(0.5 * (low + high) + 0.5 * (high - low) * points.nodes[:, None]))
+            share = np.concatenate([[EDGE - 1], points.nodes, [1 - EDGE]])
+            z = path(0.5 * (low + high) + 0.5 * (high - low) * share[:, None])
+            seen, half = _seen(z[1:-1])
+            # between its last points, too
+            onward = (((z[[0, -2]] - z[[1, -1]]) * (z[-2] - z[1]).conj()).real > 0).all(0)
             held = self._bend(seen[nodes // 2].imag, half) if self.radius is not None else None
-            forward = runs_forward(seen) & (np.abs(2 * half - at.stroke) <= CLOSE * at.stroke)
-            forward &= (low < high) & ~(ends & (low < 0))
+            forward = runs_forward(seen) & onward & (low < high) & ~(open_ & ((low < 0) | (high > 2 * np.pi)))
             fit = minimum_zone(seen.real, np.where(forward, seen.imag, np.nan), self.circle, points, held)
-            return replace(at, low=low, high=high, deviation=half * fit.deviation)
+            return replace(at, stroke=2 * half, deviation=half * fit.deviation)
+
+    def _path(self, at: Stretches) -> tuple[Callable[[Floats], Complexes], Mask]:
+        """Return the paths of windows by their phases, and which are of open circuits."""
+        some, z = self.curves.circuits[at.circuit], self.curves.point[at.circuit]
+        return lambda s: np.asarray(some.pose(s).point(z)), np.asarray(some.kind == OPEN)
+
+    def extended(self, at: Stretches, allowed: Floats, nodes: int) -> Stretches:
+        """Return windows that are longer, or as long, within deviations (n,): either end is moved for itself, and both.
+
+        Where a path turns back, or an open circuit ends, few of the windows that only move along are any good.
+        """
+        by, some = FIRST_EXTENSION * (at.high - at.low), np.arange(len(at.low))
+        for _ in range(EXTENSIONS):
+            n, (low, high) = len(some), SIDES[..., None] * by[some]
+            each = at[np.tile(some, len(low))]
+            tried = self.between(replace(each, low=each.low + low.ravel(), high=each.high + high.ravel()), nodes)
+            stroke = np.where(tried.deviation <= np.tile(allowed[some], len(low)), tried.stroke, 0.0).reshape(-1, n)
+            best = stroke.argmax(axis=0)
+            longer = stroke[best, np.arange(n)] > at.stroke[some]
+            at = put(at, some[longer], tried[(best * n + np.arange(n))[longer]])
+            by[some] *= np.where(longer, 2.0, 0.25)
+            some = some[by[some] > LAST_EXTENSION * (at.high - at.low)[some]]
+            if not len(some):
+                break
+        return at
 
     def about(self, at: Stretches) -> tuple[Stretches, Floats]:
         """Return of windows, and others about each of them, those that are straighter than their neighbours, and how
@@ -337,13 +378,14 @@ class _Search:
         n = len(at.low)
         way, shorter, all_rounds = QUICK if self.quick else THOROUGH
         for _ in range(all_rounds if rounds is None else rounds):
-            if way[0] or rounds is not None or nodes != NODES:
+            if rounds is not None or nodes != NODES:
                 tried, off = self._tried(at, by, way, nodes)
             else:  # the first is the window as it is, which was measured before
                 tried, off = self._tried(at, by, way[1:], nodes)
                 here = np.where(np.isnan(at.deviation), np.inf, at.deviation)
                 tried, off = join(at, tried), np.concatenate([here[None], off])
-            best = np.argmin(off, axis=0)
+            # the nearest of those alike: at the end of an open circuit windows that would pass it are one
+            best = np.argmax(off <= off.min(0) * (1 + CLOSE), axis=0)
             at = tried[best * n + np.arange(n)]
             by = np.where(np.abs(way[best]) == 1, farther * by, by * shorter)
         return at, by

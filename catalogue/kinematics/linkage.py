@@ -45,6 +45,8 @@ for _name, (_i, _j) in FAMILIES.items():
 
 #: Two pivots nearer than this times the size of the linkage count as coincident.
 COINCIDENT = 1e-12
+#: Sizes of linkages, and places of pivots, whose squares are numbers still.
+SMALLEST, LARGEST = 1e-152, 1e152
 
 
 class Linkage:
@@ -59,8 +61,8 @@ class Linkage:
     Raises
     ------
     InvalidLinkage
-        NaN or infinite numbers, a wrong shape, a dyad with both pivots at infinity, a link of length zero,
-        coincident fixed or coincident moving pivots (at infinity: parallel directions).
+        NaN or infinite numbers, lengths beyond 1e-152 ... 1e152, a wrong shape, a dyad with both pivots at infinity, a
+        link of length zero, coincident fixed or coincident moving pivots (at infinity: parallel directions).
     """
 
     def __init__(self, pivots: npt.ArrayLike) -> None:
@@ -110,6 +112,16 @@ class Linkage:
         names = ", ".join(f"{np.sum(self.family == name)} {name}" for name in np.unique(self.family))
         return f"<Linkage: {names or 'empty'}>"
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the pivots as a table."""
+        from ..html_table import MOST, html_table
+
+        def place(x: float, y: float, w: float) -> str:
+            return f"({x:.6g}, {y:.6g})" if w else f"∞ along ({x:.6g}, {y:.6g})"
+
+        rows = [[one.family[0], *(place(*pivot) for pivot in one.pivots.reshape(4, 3).tolist())] for one in self[:MOST]]
+        return html_table(["family", "A₁", "A₁*", "A₂", "A₂*"], rows, len(self))
+
     @cached_property
     def dyads(self) -> Array:
         """Kind of each dyad (`RR`, `PR`, `RP`), shape (n, 2), from the zeros of w."""
@@ -156,7 +168,7 @@ class Linkage:
 
     def moved(self, scale: npt.ArrayLike = 1.0, shift: npt.ArrayLike = 0.0, mirror: npt.ArrayLike = False) -> Linkage:
         """Return the linkages carried by the similarity z -> scale z + shift (mirror: z -> scale conj(z) + shift), each
-        of them of shape () or (n,); |scale| is the magnification, its angle the rotation.
+        of them of shape () or (n,); ``abs(scale)`` is the magnification, its angle the rotation.
 
         Raises
         ------
@@ -203,6 +215,8 @@ def _completed(given: Any) -> Any:
     """Return nested sequences with w = 1 after each x, y."""
     if not isinstance(given, Sequence | np.ndarray) or isinstance(given, str | bytes):
         return given
+    if isinstance(given, np.ndarray) and not given.ndim:
+        return given.item()
     if len(given) == 2 and not any(isinstance(part, Sequence | np.ndarray) for part in given):
         return [*given, 1.0]
     return [_completed(part) for part in given]
@@ -238,7 +252,10 @@ def faults(pivots: Floats) -> Array:
         mark(lost.any(axis=(1, 2)), "a pivot is so far out that its coordinates overflow")
         mark((~finite).all(-1).any(-1), "a dyad has both pivots at infinity")
         spread = np.where(finite, np.abs(z - np.where(finite[:, :1, :1], z[:, :1, :1], 0)), 0)
-        near = COINCIDENT * np.maximum(spread.max(axis=(1, 2)), np.abs(np.where(finite, z, 0)).max(axis=(1, 2)) * 1e-3)
+        size, far = spread.max(axis=(1, 2)), np.abs(np.where(finite, z, 0)).max(axis=(1, 2))
+        near = COINCIDENT * np.maximum(size, far * 1e-3)
+        mark(far > LARGEST, f"a pivot is farther out than {LARGEST:.0e}: choose another unit of length")
+        mark((size < SMALLEST) & (size > 0), f"it is smaller than {SMALLEST:.0e}: choose another unit of length")
         link = np.abs(z[..., 0] - z[..., 1])
         mark((finite.all(-1) & (link <= near[:, None])).any(-1), "the two pivots of a crank coincide")
         for k, name in enumerate(("fixed", "moving")):

@@ -120,7 +120,9 @@ def nearest(form: Array, low: Array, high: Array, side: int) -> Array:
     return np.asarray(side * best)
 
 
-def at_change(forms: Array, circle: Array, origin: Array, pole: Array, change: Mask) -> tuple[Array, Array]:
+def at_change(
+    forms: Array, circle: Array, unit: Array, origin: Array, pole: Array, change: Mask
+) -> tuple[Array, Array]:
     """Divide K by t where the linkage is at a change point, and return the sign of the root with the wanted pole."""
     k = forms[K]
     forms = forms.copy()
@@ -131,7 +133,7 @@ def at_change(forms: Array, circle: Array, origin: Array, pole: Array, change: M
     with np.errstate(all="ignore"):
         for sign in (1.0, -1.0):
             q = crossing(forms, circle, np.full(len(pole), sign, dtype=forms.dtype))
-            y = (q * (b_y - 1j * b_x) - h * (b_x + 1j * b_y)) / n
+            y = unit * (q * (b_y - 1j * b_x) - h * (b_x + 1j * b_y)) / n
             off = np.abs(origin + 0.5j * y - pole)  # the pole is where y + 2 i (z - o) vanishes
             nearer = change & (off < best)
             best, branch = np.where(nearer, off, best), np.where(nearer, sign, branch)
@@ -226,6 +228,8 @@ class Motion(Columns):
         The coefficient a of the circle, 0 if it is a line.
     origin, lever : complex ndarray
         Origin o of the pose; crank vector of the crank charts, 0 in the coupler chart.
+    unit : ndarray
+        Of the unknown y: 1 in the crank charts; in the coupler chart a power of 2 near the linkage's size [length].
     branch : ndarray
         0; at a change point the sign of the root that is taken for t > 0.
     """
@@ -238,6 +242,7 @@ class Motion(Columns):
     circle: Array
     origin: Array
     lever: Array
+    unit: Array
     branch: Array
 
     def point(self, z: Array, along: Array | None = None) -> Path:
@@ -263,7 +268,7 @@ class Motion(Columns):
 
     def _path(self, linear: Array, factor: Array) -> Path:
         """Return  linear xi + factor y  as a path."""
-        turned = factor * (self.forms[B_X] + 1j * self.forms[B_Y])
+        turned = factor * self.unit * (self.forms[B_X] + 1j * self.forms[B_Y])
         extra = np.stack([2j * linear, -2 * linear, 0 * linear])
         rows = np.concatenate([self.forms[:B_X], [turned.real, turned.imag, extra.real, extra.imag]])
         if self.branch.any():
@@ -278,7 +283,7 @@ class Motion(Columns):
             q = (g * n - h * j2) / (2 * k)
             if self.branch.any():
                 q = np.where(self.branch == 0, q, crossing(self.forms, self.circle, self.branch))
-            y = (q * (b_y - 1j * b_x) - h * (b_x + 1j * b_y)) / n
+            y = self.unit * (q * (b_y - 1j * b_x) - h * (b_x + 1j * b_y)) / n
         crank = self.chart != COUPLER
         return np.where(crank, 2j * self.lever, y), np.where(crank, y, 2j)
 
@@ -372,6 +377,10 @@ def motion(
     # the first dyad is the driving crank of a crank chart, and a circle of the coupler chart if there is one
     swap = np.where(chart == COUPLER, linkage.dyads[:, 0] != RR, chart == CRANK_2)[:, None]
     z = np.where(w != 0, z - origin[:, None, None], z)
+    # forms are products of up to four lengths, discriminants of eight: in a unit near the size none overflows, and as a
+    # power of 2 it rounds nothing
+    unit = np.ldexp(np.ones((), dtype), np.frexp(np.where(w != 0, np.abs(z), 0).max((1, 2)))[1])
+    z = np.where(w != 0, z / unit[:, None, None], z)
     z, w = (np.where(swap[..., None], p[:, ::-1], p) for p in (z, w))
     kind = np.where(swap, linkage.dyads[:, ::-1], linkage.dyads)
     crank = chart != COUPLER
@@ -384,17 +393,18 @@ def motion(
     interval[:, impossible] = 0
     side = np.where(forms[K, 0] < 0, -1, 1)  # the line's two ends exchanged: then the root wanted is always the first
     forms = np.where(np.isin(np.arange(7), (G, N))[:, None, None], forms, side * forms)
-    lever = np.where(crank, z[:, 0, 1] - z[:, 0, 0], 0)
+    lever = np.where(crank, unit * (z[:, 0, 1] - z[:, 0, 0]), 0)
     branch = np.zeros(len(linkage), dtype=pivots.dtype)
     change = ~crank & (conditioning < CHANGE) & crossed(forms, scale)
     if pole is not None and change.any():
-        forms, branch = at_change(forms, circle, origin, np.asarray(pole), change)
+        forms, branch = at_change(forms, circle, unit, origin, np.asarray(pole), change)
         conditioning = np.where(branch != 0, 1.0, conditioning)
         for level in (low, high):  # the limit is touched here, without being crossed
             touched = change & (np.abs(limit[0] - level) <= 1e-6 * np.abs(limit).max(0))
             limit[:, touched] = np.stack([level, limit[1], np.zeros_like(level)])[:, touched]
         interval = np.where(change, np.stack([nearest(limit, low, high, side) for side in (-1, 1)]), interval)
-    return Motion(linkage, chart, conditioning, interval, forms, circle, origin, lever, branch)
+    unit = np.where(crank, 1, unit)
+    return Motion(linkage, chart, conditioning, interval, forms, circle, origin, lever, unit, branch)
 
 
 def conditioning(linkage: Linkage) -> Floats:

@@ -23,8 +23,8 @@ from .batch import Rows
 from .linkage import RP, RR, Linkage
 from .types import Array, Complexes, Floats
 
-#: Sine of the angle between the rays of driving and driven dyad, per length of the coupler, below which the drive
-#: stands in a dead point.
+#: Sine of the angle between the rays of driving and driven dyad, times the part that the coupler is of the linkage's
+#: size, below which the drive stands in a dead point.
 DEAD = 1e-12
 
 
@@ -60,7 +60,7 @@ class Rates(Rows):
         spoke, pin = linkage.points[:, i, 1] - linkage.points[:, i, 0], linkage.points[:, i, 1]
         with np.errstate(all="ignore"):
             of = (self.velocity_of(pin), self.acceleration_of(pin))
-            spin, gain = (_dot(1j * spoke, way) / np.abs(spoke) ** 2 for way in of)
+            spin, gain = (_dot(1j * spoke / np.abs(spoke), way / np.abs(spoke)) for way in of)
         crank = linkage.dyads[:, i] == RR
         return np.where(crank, spin, np.nan), np.where(crank, gain, np.nan)
 
@@ -77,28 +77,29 @@ def rates(linkage: Linkage, drive: Array) -> Rates:
     spoke = np.where(drive == 2, 1.0, pin - pivot)
     length = np.abs(spoke)
     tangent = 1j * spoke / length
-    rows = [_row(rays[:, i], held[:, i] - origin) for i in (0, 1)]
-    of_drive = _row(tangent, pin - origin)
+    unit = np.where(linkage.size > 0, linkage.size, 1.0)  # of the unknowns: v and unit omega are alike
+    rows = [_row(rays[:, i], (held[:, i] - origin) / unit) for i in (0, 1)]
+    of_drive = _row(tangent, (pin - origin) / unit)
     of_drive[:, drive == 2] = np.array([[0.0], [0.0], [1.0]])
-    speed = np.where(drive == 2, 1.0, np.where(kinds[row, crank] == RR, length, np.nan))
+    speed = np.where(drive == 2, unit, np.where(kinds[row, crank] == RR, length, np.nan))
     zero = np.zeros(len(linkage))
     first = _solved([*rows, of_drive], [zero, zero, speed])
-    v, omega = first[0] + 1j * first[1], first[2]
+    v, omega = first[0] + 1j * first[1], first[2] / unit
     right = []
     for i in (0, 1):
         at = held[:, i] - origin
         moving = v + 1j * omega * at
         reach = np.abs(z[:, i, 1] - z[:, i, 0])
-        own = np.where(kinds[:, i] == RR, -(np.abs(moving) ** 2) / reach, 0.0)
+        own = np.where(kinds[:, i] == RR, -np.abs(moving) * (np.abs(moving) / reach), 0.0)
         own = np.where(kinds[:, i] == RP, 2 * _dot(rays[:, i], 1j * omega * moving), own)
         right.append(own + omega**2 * _dot(rays[:, i], at))
     driven = np.where(drive == 2, 0.0, omega**2 * _dot(tangent, pin - origin))
     second = _solved([*rows, of_drive], [*right, driven])
-    return Rates(origin, v, second[0] + 1j * second[1], omega, second[2])
+    return Rates(origin, v, second[0] + 1j * second[1], omega, second[2] / unit)
 
 
 def _row(normal: Complexes, at: Complexes) -> Floats:
-    """Return the coefficients of (Re v, Im v, omega) in normal . (v + i omega at), shape (3, n)."""
+    """Return the coefficients of (Re v, Im v, omega) in normal . (v + i omega at), shape (3, n); `at` in units."""
     return np.stack([normal.real, normal.imag, _dot(normal, 1j * at)])
 
 

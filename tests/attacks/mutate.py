@@ -1,11 +1,12 @@
 """Change the program at random places, one at a time, and see whether the tests notice.
 
-    python tests/attacks/mutate.py [--count 100] [--seed 1] [--only catalogue/refine] [--write]
+    python tests/attacks/mutate.py [--count 100] [--seed 1] [--only catalogue/refine] [--minutes 60] [--write]
 
 A mutant is a copy of the checkout in which one operator, number or function has become another one: ``<`` is ``>=``, a
-number is a quarter larger, ``min`` is ``max``.  First the tests of its own room run, then the fast part of all; it is
-killed as soon as one fails, or if they take ten times as long as they may.  Survivors are listed: each is equivalent,
-or a test is missing.  `--write`: the report goes to ``data/reports/mutations.md`` too.
+number is a quarter larger, ``min`` is ``max``.  Of the fast part of the tests first those files run that name its
+module; for all mutants that are left then the tests of their rooms, and then all others.  A mutant is killed as soon as
+one test fails, or if they take ten times as long as they may.  Those left are listed: each is equivalent, or a test is
+missing.  After `--minutes` nothing more is begun.  `--write`: the report goes to ``data/reports/mutations.md`` too.
 """
 
 from __future__ import annotations
@@ -14,6 +15,7 @@ import argparse
 import ast
 import contextlib
 import io
+import os
 import random
 import re
 import subprocess
@@ -41,7 +43,9 @@ NAMES = {
 }  # fmt: skip
 NAMES |= {other: name for name, other in NAMES.items()}
 #: Seconds after which tests that have not ended count as failed.
-PATIENCE = 1800
+PATIENCE = 1200
+#: Which tests run, one stage after the other for all mutants that are left.
+STAGES = ("module", "room", "all")
 
 
 @dataclass(frozen=True)
@@ -124,26 +128,34 @@ def _unread(node: ast.AST) -> Iterator[ast.AST]:
         yield node
 
 
-def killed(copy: Path, mutation: Mutation) -> str:
-    """Return which tests notice a mutation: ``room``, ``all``, or none."""
+def stages(copy: Path, mutation: Mutation) -> dict[str, list[str]]:
+    """Return which tests are to notice a mutation, in each stage those that were in none before."""
+    path = Path(mutation.path)
+    module = ".".join(path.with_suffix("").parts).removesuffix(".__init__")
+    names = re.compile(rf"{re.escape(module)}\b|from {re.escape(module.rpartition('.')[0])} import .*\b{path.stem}\b")
+    tests = [file for file in sorted((copy / "tests").rglob("test_*.py")) if "dropin" not in file.parts]
+    room = copy / "tests" / path.parts[1].removesuffix(".py")
+    if path.parts[0] == "plugins":
+        room = copy / "tests" / ("spatial_guidance" if "spatial" in mutation.path else "plugins")
+    naming = [file for file in tests if names.search(file.read_text("utf-8"))]
+    naming.sort(key=lambda file: (path.stem not in file.stem, room not in file.parents))
+    own = [file for file in tests if room in file.parents and file not in naming]
+    rest = [file for file in tests if file not in naming and file not in own]
+    return {name: [str(file) for file in files] for name, files in zip(STAGES, (naming, own, rest), strict=True)}
+
+
+def noticed(copy: Path, mutation: Mutation, files: list[str]) -> bool:
+    """Return whether tests notice a mutation."""
     path = copy / mutation.path
     source = path.read_text("utf-8")
     path.write_text(source[: mutation.start] + mutation.text + source[mutation.end :], "utf-8")
+    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not slow", *files]
+    environment = os.environ | {"PYTHONPATH": str(copy)}
     try:
-        room = copy / "tests" / Path(mutation.path).parts[1].removesuffix(".py")
-        if mutation.path.startswith("plugins"):
-            room = copy / "tests" / ("spatial_guidance" if "spatial" in mutation.path else "plugins")
-        for name, chosen in (("room", [str(room)]), ("all", ["-m", "not slow"])):
-            if name == "room" and not room.is_dir():
-                continue
-            command = [sys.executable, "-m", "pytest", "-q", "-x", "-n", "2", "--dist", "worksteal", *chosen]
-            try:
-                done = subprocess.run(command, cwd=copy, capture_output=True, timeout=PATIENCE)
-            except subprocess.TimeoutExpired:
-                return name
-            if done.returncode not in (0, 5):
-                return name
-        return ""
+        done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=PATIENCE)
+        return done.returncode not in (0, 5)
+    except subprocess.TimeoutExpired:
+        return True
     finally:
         path.write_text(source, "utf-8")
 
@@ -153,6 +165,7 @@ def main() -> None:
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
+    parser.add_argument("--minutes", type=float, default=float("inf"))
     parser.add_argument("--write", action="store_true")
     asked = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
@@ -166,20 +179,27 @@ def main() -> None:
             if mutation.path.startswith(asked.only)
         ]
         chosen = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
-        by: dict[str, list[Mutation]] = {"room": [], "all": [], "": []}
-        for number, mutation in enumerate(chosen, 1):
-            start = time.perf_counter()
-            who = killed(copy, mutation)
-            by[who].append(mutation)
-            told = f"killed by {who}" if who else "SURVIVED"
-            print(
-                f"{number:4d} {told:15s} {time.perf_counter() - start:6.0f} s  {mutation}", file=sys.stderr, flush=True
-            )
-    rows = [[asked.only or "all", len(every), len(chosen), len(by["room"]), len(by["all"]), len(by[""])]]
+        alive, begun = dict(enumerate(chosen, 1)), time.perf_counter()
+        tried, dead = dict.fromkeys(STAGES, 0), dict.fromkeys(STAGES, 0)
+        for stage in STAGES:
+            for number, mutation in list(alive.items()):
+                start = time.perf_counter()
+                if start - begun > 60 * asked.minutes:
+                    break
+                tried[stage] += 1
+                files = stages(copy, mutation)[stage]
+                if killed := bool(files) and noticed(copy, mutation, files):
+                    dead[stage] += 1
+                    del alive[number]
+                told, taken = "killed" if killed else "lives", time.perf_counter() - start
+                print(f"{number:4d} {stage:6s} {told} {taken:6.0f} s  {mutation}", file=sys.stderr, flush=True)
+    names = ("that name the module", "of its room", "all others")
+    rows = [[name, tried[k], dead[k], tried[k] - dead[k]] for name, k in zip(names, STAGES, strict=True)]
     with contextlib.redirect_stdout(io.StringIO()) as report:
         title("Mutations")
-        table(["where", "places", "tried", "killed by the room's tests", "by the fast part", "survived"], rows)
-        print("\n".join(f"- {mutation}" for mutation in by[""]))
+        print(f"{len(chosen)} of {len(every)} places.\n")
+        table(["tests, of the fast part", "mutants tried", "killed", "left"], rows)
+        print("Left:\n\n" + "\n".join(f"- {number}: {mutation}" for number, mutation in alive.items()))
     print(report.getvalue())
     if asked.write:
         (ROOT / "data" / "reports" / "mutations.md").write_text(report.getvalue(), "utf-8")

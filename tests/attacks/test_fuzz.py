@@ -28,6 +28,7 @@ def idle(small: Catalogue) -> Iterator[Catalogue]:
 
 #: What fell, shrunk: target, what was given.
 FELL: list[tuple[str, Any]] = [
+    ("Linkage", [None, np.array(7)]),
     ("Linkage.moved", {"scale": ""}),
     ("Linkage.moved", {"shift": [1, 2, 3]}),
     ("classify guided", []),
@@ -56,6 +57,8 @@ FELL: list[tuple[str, Any]] = [
     ("files", b"9" * 5000),
     ("files", b'{"format":"mechanism-catalogue answers","answers":[' + b"9" * 5000 + b"]}"),
     ("files", b'[[[{"x":1},1],[1,1]]]'),
+    ("command line", (("doctor",), ["--db"], [""])),
+    ("command line", (("doctor",), [], [""])),
     ("command line", (("show",), [], ["a" * 5000])),
     ("command line", (("show",), [], ["\ud800"])),
     ("command line", (("plate",), ["--out", "\ud800"], [])),

@@ -28,7 +28,7 @@ from catalogue.curvature_theory.taylor import BLOCK
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.trace import extended, trace
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, Linkage
-from catalogue.kinematics.types import Array
+from catalogue.kinematics.types import Array, Complexes
 from catalogue.plugin.registry import Registry
 from catalogue.series.pairs import (
     circle_pair,
@@ -722,3 +722,22 @@ def test_the_kinds_of_pivots_do_not_matter_to_the_inverse_motion(random_linkages
     np.testing.assert_allclose(slot.coefficient, path.coefficient)
     assert set(slot.order) == {3}
     assert {PR, RP} == {int(linkage.dyads.max()), int(linkage.inverted().dyads.max())}
+
+
+@pytest.mark.parametrize("unit", [2.0**-40, 2.0**40])
+def test_leading_errors_do_not_depend_on_the_unit_of_length(
+    random_linkages: Callable[..., Linkage], unit: float
+) -> None:
+    """Nor does the side to which they are counted, which the coupler's turn says unless it stands still."""
+    for family in FAMILIES:
+        linkage = random_linkages(family, 20, seed=6)
+        pivots = linkage.pivots.copy()
+        pivots[..., :2] *= np.where(pivots[..., 2:] == 0, 1.0, unit)
+        z: Complexes = np.full(20, 0.3 + 0.4j)
+        for circle in (False, True):
+            one = leading_error(linkage, z, circle=circle)
+            two = leading_error(Linkage.trusted(pivots), np.asarray(unit * z, complex), circle=circle)
+            assert np.array_equal(one.positions, two.positions)
+            assert np.abs(one.normal - two.normal).max() < 1e-12
+            scaled = two.coefficient * unit ** (two.power - 1)
+            assert np.allclose(scaled, one.coefficient, rtol=1e-9, atol=0)

@@ -15,6 +15,7 @@ from scipy.optimize import linprog
 import catalogue
 from catalogue import Candidate, Catalogue, CircularArc, StraightLine
 from catalogue.curvature_theory.leading_error import leading_error_of_pairs
+from catalogue.draw.poses import poses
 from catalogue.errors import InvalidRequest
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
 from catalogue.guidance.trace import trace
@@ -197,6 +198,11 @@ def test_returning_guides_are_found_and_are_what_they_say(
         path = c.path()
         assert np.hypot(*(path[0] - path[-1])) < 4 * c.deviation
         assert path[25, 1] > 0  # it bulges to +y
+        drawn = poses(c)  # from its end to the rest and back
+        assert np.abs(drawn.guided - rest).min() < 0.02 * c.stroke
+        assert abs(drawn.guided[0] - drawn.guided[-1]) < 4 * c.deviation
+        assert np.abs(drawn.guided[0] - rest) == pytest.approx(c.stroke, rel=0.02)
+        assert "<animateTransform" in (c._repr_html_() or "")
     assert not {c.id for c in found} & {c.id for c in held.find(request, limit=50)}
 
 

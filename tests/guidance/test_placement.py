@@ -14,6 +14,7 @@ from catalogue.guidance.reach import Ladder, reach
 from catalogue.guidance.trace import Traced
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
+from tests.precision import EXTENDED
 
 Drawn = Callable[..., tuple[CouplerCurve, np.ndarray]]
 STROKE = 150.0
@@ -124,6 +125,7 @@ def test_at_stroke_is_exact(drawn: Drawn, stroke: float) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.skipif(not EXTENDED, reason="deviations below 1e-12 of the stroke need extended precision")
 def test_at_stroke_measures_deviations_below_1e_13_of_it(naive: Any, drawn: Drawn) -> None:
     guides, order = drawn(circle=False)
     guides = guides[(order == 4) & (guides.extent.min(0) > 0.4)][:12]

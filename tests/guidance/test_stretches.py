@@ -12,7 +12,7 @@ import pytest
 from scipy.optimize import minimize
 
 from catalogue.guidance.deviation_curve import from_circle
-from catalogue.guidance.stretches import Stretches, longest, straightest
+from catalogue.guidance.stretches import Curves, Stretches, longest, straightest
 from catalogue.kinematics.circuits import OPEN, Circuits, circuits
 from catalogue.kinematics.linkage import FAMILIES, Linkage
 from catalogue.kinematics.types import Array
@@ -127,6 +127,19 @@ def test_the_longest_stroke_within_a_deviation_has_that_deviation(random_linkage
     assert (best <= 1.01 * at.deviation).mean() > 0.95
 
 
+@pytest.mark.parametrize("flat", [0.03, 0.01, 0.001])
+@pytest.mark.parametrize("bearing", [0.0, 0.7, 2.3])
+def test_a_stretch_reaches_to_where_its_path_turns_back(flat: float, bearing: float) -> None:
+    """A point of an elliptic trammel, e off the middle of its rod 2 r, runs on an ellipse of half axes r + e, r - e: so
+    flat a one is within the deviation all the way from vertex to vertex."""
+    pivots = np.array([[[1, 0, 0], [0.0, 0.6, 1]], [[0, 1, 0], [0.8, 0.0, 1]]])
+    middle, half = 0.4 + 0.3j, 0.5
+    found = circuits(Linkage(pivots[None]))
+    point = np.full(len(found), middle + half * (1 - flat) * np.exp(1j * bearing))
+    at = longest(found, point, np.full(len(found), half * flat), circle=False)
+    assert at.stroke.max() == pytest.approx(2 * half * (2 - flat), rel=1e-3)
+
+
 def test_every_point_of_a_parallelogram_runs_on_circles_of_the_crank() -> None:
     linkage = Linkage(np.array([[[0, 0], [0.6, 0.8]], [[3, 0], [3.6, 0.8]]]))
     found = circuits(linkage)[:1]
@@ -168,3 +181,14 @@ def off_the_best_circle(z: Array, radius: float) -> float:
             x = minimize(worst, x, method="Nelder-Mead", options={"xatol": 1e-12, "fatol": 1e-14, "maxiter": 2000}).x
         best = min(best, worst(x))
     return best
+
+
+def test_a_curve_is_as_long_as_its_path(random_linkages: Maker) -> None:
+    found, point = drawn(random_linkages("four-bar", 10, 93), 3)
+    curves = Curves.of(found, point, np.arange(len(found)))
+    assert np.abs(curves.s[0]).max() == 0
+    assert np.allclose(curves.s[-1], found.period, rtol=1e-12)
+    chords = np.abs(np.diff(found.pose(curves.s).point(point), axis=0)).sum(0)
+    assert np.allclose(curves.length, chords, rtol=1e-12)
+    s = np.linspace(0, 1, 20_001)[:, None] * found.period
+    assert np.abs(curves.length / np.abs(np.diff(found.pose(s).point(point), axis=0)).sum(0) - 1).max() < 5e-3

@@ -80,6 +80,12 @@ BOTH_AT_INFINITY = [[1, 0, 0], [0, 1, 0]]
         (CRANK, [[0, 0, 0], [3, 1, 1]], r"a pivot is \(0, 0, 0\), which is no point"),
         (CRANK, [[4, 0, 1], [1, 0, 1e-310]], "a pivot is so far out that its coordinates overflow"),
         (CRANK, [[1e308, 1.7e308, 0], [3, 1, 1]], "a pivot is so far out that its coordinates overflow"),
+        (CRANK, [[3e152, 0, 1], [3, 1, 1]], r"a pivot is farther out than 1e\+152: choose another unit of length"),
+        (
+            [[0, 0, 1], [1e-154, 0, 1]],
+            [[0, 2e-154, 1], [3e-154, 1e-154, 1]],
+            "it is smaller than 1e-152: choose another",
+        ),
         (CRANK, BOTH_AT_INFINITY, "a dyad has both pivots at infinity"),
         (CRANK, [[4, 0, 1], [4, 0, 1]], "the two pivots of a crank coincide"),
         ([[8, 0, 2], [4, 1e-13, 1]], CRANK, "the two pivots of a crank coincide"),

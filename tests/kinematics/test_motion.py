@@ -353,3 +353,21 @@ def test_golden_displacements_are_met(golden: list[dict[str, Any]]) -> None:
         u, v = moved.point(pole)(np.tan(theta / 2)[None])
         off = np.abs(u[0] - x + 1j * (v[0] - y)) / scale
         assert {case["id"]: error for case, error in zip(cases, off, strict=True) if not error < 1e-12} == {}
+
+
+@pytest.mark.parametrize("scale", [1e-150, 1e-60, 1e60, 1e150])
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_motion_does_not_depend_on_the_unit_of_length(random_linkages: Maker, family: str, scale: float) -> None:
+    """Poses and where charts end, of linkages whose lengths, multiplied eight times, are no number any more."""
+    unit = 2.0 ** round(np.log2(scale))
+    linkage = random_linkages(family, 20, seed=3)
+    pivots = linkage.pivots.copy()
+    pivots[..., :2] *= np.where(pivots[..., 2:] == 0, 1.0, unit)
+    other, z = Linkage.trusted(pivots), np.full(20, 0.3 + 0.4j)
+    for chart in (chart for name, chart in DRIVEN if name == family):
+        one, two = motion(linkage, chart, z), motion(other, chart, unit * z)
+        assert np.array_equal(one.interval, two.interval)
+        assert np.array_equal(one.conditioning, two.conditioning, equal_nan=True)
+        t = np.linspace(-0.9, 0.9, 5)[:, None] * np.clip(np.where(one.interval[1] > 0, one.interval[1], 0), 0, 3)
+        assert np.array_equal(unit * one.pose(t).point(z), two.pose(t).point(unit * z), equal_nan=True)
+        assert np.array_equal(unit * one.velocity_of(z), two.velocity_of(unit * z), equal_nan=True)

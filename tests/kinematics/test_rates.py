@@ -121,3 +121,19 @@ def test_what_is_no_crank_does_not_drive() -> None:
     slider = Linkage(np.array([[[0, 0, 1], [1, 1, 1]], [[0, 1, 0], [3, 0.5, 1]]]))
     assert np.isnan(rates(slider, np.array([1])).omega[0])
     assert np.isnan(rates(slider, np.array([0])).crank(slider, 1)[0][0])
+
+
+@pytest.mark.parametrize("scale", [1e-150, 1e-14, 1e14, 1e150])
+def test_rates_do_not_depend_on_the_unit_of_length(random_linkages: Maker, scale: float) -> None:
+    for family in FAMILIES:
+        linkage = random_linkages(family, 10, seed=4)
+        pivots = linkage.pivots.copy()
+        pivots[..., :2] *= np.where(pivots[..., 2:] == 0, 1.0, scale)
+        drive = np.where(linkage.dyads[:, 0] == RR, 0, 2)
+        one, two = rates(linkage, drive), rates(Linkage(pivots), drive)
+        assert np.isfinite(one.omega).all()
+        assert np.allclose(one.omega, two.omega, rtol=1e-9, atol=0)
+        assert np.allclose(one.alpha, two.alpha, rtol=1e-9, atol=1e-12)
+        z = np.full(10, 0.3 + 0.4j)
+        for read in ("velocity_of", "acceleration_of"):
+            assert np.allclose(getattr(two, read)(scale * z) / scale, getattr(one, read)(z), rtol=1e-9, atol=1e-12)

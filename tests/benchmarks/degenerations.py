@@ -306,7 +306,7 @@ def main() -> None:
     lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *cells)]
     text = f"""# Digits lost near the degenerations
 
-`python -m tests.benchmarks.stability` writes this table and the plot.
+`python -m tests.benchmarks.degenerations` writes this table and the plot.
 
 Each row: {n} random four-bars, placed at random, their pivots rounded to double precision.  Digits lost are
 log10(error/2.2e-16) against the definitions evaluated in {DIGITS} digits on the same rounded pivots.  In a cell:
@@ -324,11 +324,11 @@ NaN is returned (`dead_points` has the two branches).
 Farthest above the inherent loss: {worst[0]:.1f} digits ({worst[3]}, near {worst[1]}, {worst[2]:.0e}).  A pivot
 farther than 5e14 lengths counts as infinitely far, which is worth up to one digit at 1e-14.
 
-![median digits lost](stability.svg)
+![median digits lost](degenerations.svg)
 
 """
-    (folder / "stability.md").write_text(text + "\n".join(lines) + "\n", "utf-8")
-    plot(found, folder / "stability.svg")
+    (folder / "degenerations.md").write_text(text + "\n".join(lines) + "\n", "utf-8")
+    plot(found, folder / "degenerations.svg")
     print("\n".join(lines))
     print(f"worst excess: {worst}")
 

@@ -1,4 +1,4 @@
-"""Digits near the degenerations, on a small sample of what `tests/benchmarks/stability.py` tabulates."""
+"""Digits near the degenerations, on a small sample of what `tests/benchmarks/degenerations.py` tabulates."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import pytest
 from catalogue.curvature_theory.analysis import PARALLEL, curvature
 from tests.precision import EXTENDED
 
-BENCHMARK = runpy.run_path(str(Path(__file__).parents[1] / "benchmarks" / "stability.py"))
+BENCHMARK = runpy.run_path(str(Path(__file__).parents[1] / "benchmarks" / "degenerations.py"))
 KINDS = list(BENCHMARK["KINDS"])
 POLE_FAR = "angle of the cranks (pole far)"
 #: Digits: how much worse than another rounding of the pivots.
-ALLOWED = 1.0
+ALLOWED = 1.0 if EXTENDED else 1.5  # principal pairs are polished in extended precision where there is any
 
 
 @pytest.mark.slow
