@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from ..kinematics.types import Array, Floats
-from .symbols import PAPER, Pen
+from ..paper import PAPER
+from .symbols import Pen
 
 #: Distances at which a word may stand, and how much worse it is to cover a part of a linkage than to cross a curve.
 STEPS = (7.0, 9.5, 12.5, 16.0, 20.0, 25.0, 31.0)

@@ -9,12 +9,11 @@ import numpy as np
 
 from ..curvature_theory.analysis import PARALLEL
 from ..curvature_theory.leading_error import EXACT
+from ..paper import COUPLER, GREY, INK, PATH, SANS, SERIF
 from ..series.series import Series
 from .cells import Cell
-from .paper import SANS, SERIF
-from .sheet import NAMES
-from .symbols import COUPLER, GREY, INK, PATH
 from .vignette import DASHED, FIXED
+from .words import FAMILIES
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -58,7 +57,7 @@ def _dimension(series: Series) -> str:
     free = {family: max(len(m.parameters) for m in series.members if m.family == family) for family in series.families}
     if len(set(free.values())) == 1:
         return str(next(iter(free.values())))
-    return ", ".join(f"{count} ({NAMES.get(family, family)})" for family, count in free.items())
+    return ", ".join(f"{count} ({FAMILIES.get(family, family)})" for family, count in free.items())
 
 
 def caption(figure: Figure, cell: Cell, number: int, box: tuple[float, float, float, float]) -> None:
@@ -70,7 +69,7 @@ def caption(figure: Figure, cell: Cell, number: int, box: tuple[float, float, fl
     parts: tuple[tuple[str, str, dict[str, Any]], ...] = (
         ("number", f"Fig. {number}.", {"size": 9.5, "color": GREY}),
         ("configuration", cell.configuration, {"size": 11, "weight": "bold", "color": INK}),
-        ("family", NAMES.get(cell.family, cell.family) + special, {"size": 10, "style": "italic", "color": INK}),
+        ("family", FAMILIES.get(cell.family, cell.family) + special, {"size": 10, "style": "italic", "color": INK}),
     )
     for what, words, style in parts:
         text = figure.text(x, bottom - 0.17 * inch, words, gid=gid + what, family=SERIF, va="center", **style)

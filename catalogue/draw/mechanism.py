@@ -6,11 +6,12 @@ import numpy as np
 
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.types import Complexes
+from ..paper import COUPLER, CRANK, GREY, INK, PATH
 from .scene import Scene
-from .symbols import BLOCK, COUPLER, CRANK, GREY, INK, PATH, ROD, Pen
+from .symbols import BLOCK, ROD, Pen
 
-#: Ways in which a bracket may point, the usual one first.
-DOWN = (-1j, 1j, 1 + 0j, -1 + 0j)
+#: The way in which a bearing points.
+DOWN = -1j
 
 
 def drawn(pen: Pen, shown: Scene) -> None:
@@ -19,24 +20,42 @@ def drawn(pen: Pen, shown: Scene) -> None:
     for i in (0, 1):
         if shown.kinds[i] == RR:
             pen.line(shown.moving[:, i], f"sweep-{i + 1}", **dotted)
-    for pose, prefix in ((0, "start-"), (-1, "end-"), (shown.middle, "")):
-        ghost, corners = bool(prefix), shown.coupler[pose]
-        pen.link(corners, prefix + "coupler", COUPLER, ghost=ghost, zorder=1 if ghost else 4)
-        for i, kind in enumerate(shown.kinds):
-            rod = _rod(pen, shown, i, pose) if kind == RP else None
-            dyad(pen, kind, shown.fixed[i], shown.moving[pose, i], rod, f"{prefix}%s-{i + 1}", ghost=ghost)
-        pen.dot(corners[-1], prefix + "guided", PATH, ghost=ghost, zorder=8 if ghost else 10)
-    for i in (0, 1):
-        _frame(pen, shown, i)
-    for z, gid in ((shown.before, "path-before"), (shown.after, "path-after")):
-        if len(z) > 1:
-            pen.line(z, gid, color=PATH, linewidth=0.9, zorder=6)
-    pen.line(shown.path, "path", color=PATH, linewidth=2.4, zorder=7)
+    for pose, prefix in zip(shown.ghosts, ("start-", "end-"), strict=False):
+        links(pen, shown, pose, prefix, ghost=True)
+    links(pen, shown, shown.middle)
+    ground(pen, shown)
     for i in (0, 1):  # the finite pivots as in the candidate: A1, A1*, A2, A2*
         if shown.kinds[i] != PR:
             pen.name(shown.fixed[i], f"$A_{i + 1}$", f"name-fixed-{i + 1}", GREY)
         if shown.kinds[i] != RP:
             pen.name(shown.moving[shown.middle, i], f"$A_{i + 1}^{{*}}$", f"name-moving-{i + 1}", INK)
+
+
+def links(pen: Pen, shown: Scene, pose: int, prefix: str = "", *, ghost: bool = False) -> None:
+    """Draw what moves, in one pose."""
+    corners = shown.coupler[pose]
+    if shown.joint is not None:
+        for ends, gid in (((shown.pivot, shown.joint[pose]), "rocker"), ((corners[-1], shown.joint[pose]), "rod")):
+            pen.link(np.array(ends), prefix + gid, CRANK, ghost=ghost, zorder=3.5)
+        pen.pivot(shown.joint[pose], prefix + "joint", ghost=ghost)
+    pen.link(corners, prefix + "coupler", COUPLER, ghost=ghost, zorder=1 if ghost else 4)
+    for i, kind in enumerate(shown.kinds):
+        rod = _rod(pen, shown, i, pose) if kind == RP else None
+        dyad(pen, kind, shown.fixed[i], shown.moving[pose, i], rod, f"{prefix}%s-{i + 1}", ghost=ghost)
+    pen.dot(corners[-1], prefix + "guided", PATH, ghost=ghost, zorder=8 if ghost else 10)
+
+
+def ground(pen: Pen, shown: Scene) -> None:
+    """Draw what stands: bearings, lines of sliders, the path."""
+    for i in (0, 1):
+        _frame(pen, shown, i)
+    if shown.joint is not None:
+        pen.ground(shown.pivot, "ground-output", DOWN)
+        pen.pivot(shown.pivot, "fixed-pivot-output")
+    for z, gid in ((shown.before, "path-before"), (shown.after, "path-after")):
+        if len(z) > 1:
+            pen.line(z, gid, color=PATH, linewidth=0.9, zorder=6)
+    pen.line(shown.path, "path", color=PATH, linewidth=2.4, zorder=7)
 
 
 def dyad(
@@ -79,20 +98,5 @@ def _frame(pen: Pen, shown: Scene, i: int) -> None:
         others = np.concatenate([shown.fixed[shown.kinds != PR], shown.coupler[shown.middle]])
         pen.track(track[0], fixed, (run.min() - spare, run.max() + spare), others, f"guide-{number}")
         return
-    pen.ground(fixed, f"ground-{number}", _down(pen, shown, i))
+    pen.ground(fixed, f"ground-{number}", DOWN)
     pen.pivot(fixed, f"fixed-pivot-{number}")
-
-
-def _down(pen: Pen, shown: Scene, i: int) -> complex:
-    """Return the first way for a bracket to point in which neither the link nor the other bracket lies."""
-    fixed, moving, other = shown.fixed[i], shown.moving[shown.middle, i], shown.fixed[1 - i]
-    arms = [moving - fixed] if shown.kinds[i] == RR else [1j * moving, -1j * moving]
-    near = shown.kinds[1 - i] != PR and abs(other - fixed) < 32 * pen.point
-
-    def hidden(down: complex) -> float:
-        among = [(arm / abs(arm) * down.conjugate()).real for arm in arms]
-        if near:
-            among.append(((other - fixed) / abs(other - fixed) * down.conjugate()).real + 0.4)
-        return max(0.6, *map(float, among))
-
-    return min(DOWN, key=hidden)

@@ -6,11 +6,10 @@ import re
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from ..paper import INK, blank, kind_of, write
 from ..series.series import Series
 from .cells import cells
 from .lettering import MARGIN, caption, frame, legend, title
-from .paper import blank, kind_of, write
-from .symbols import INK
 from .vignette import Vignette
 
 if TYPE_CHECKING:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from ..guidance.placement import FINE, at_stroke
 from ..guidance.trace import Traced, extended
 from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Array, Complexes, Floats
+from .poses import Poses
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
@@ -23,15 +24,13 @@ if TYPE_CHECKING:
 POINTS, POSES = 201, 33
 #: The path is drawn on beyond both ends of the stroke by this part of it.
 BEYOND = 0.3
-#: Deviations below this part of the stroke are rounding: the guide is exact.
-EXACT = 1e-12
 #: Intervals between the points at which the deviation is drawn.
 NODES = 128
 
 
 @dataclass(frozen=True)
 class Scene:
-    """A candidate over its stroke; points are complex numbers, positions run from 0 to the stroke."""
+    """A candidate over its stroke, where it stands; points are complex numbers, positions run from 0 to the stroke."""
 
     kinds: Array  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
     fixed: Complexes  #: fixed pivots, shape (2,); for a slider the unit normal of its line
@@ -46,18 +45,29 @@ class Scene:
     position: Floats  #: along the stroke, shape (NODES + 1,)
     error: Floats  #: there, signed distance from the nominal [length], positive to +y
 
-    @property
-    def middle(self) -> int:
-        """Index of the pose in mid-stroke."""
-        return POSES // 2
+    joint: Complexes | None = None  #: of a dwell, of its rod and rocker, shape (m,)
+    pivot: complex = complex("nan")  #: and the fixed pivot of its rocker
+    ghosts: tuple[int, ...] = (0, -1)  #: poses that are drawn faintly
+    middle: int = POSES // 2  #: index of the pose in mid-stroke, or in the position given
 
     @property
     def box(self) -> tuple[float, float, float, float]:
         """x0, y0, x1, y1 of everything."""
         fixed = self.fixed[self.kinds != PR]
         every = [fixed, self.coupler, *self.rods.values(), self.path, self.before, self.after]
+        every += [] if self.joint is None else [self.joint, np.array([self.pivot])]
         z = np.concatenate([np.ravel(a) for a in every])
         return float(z.real.min()), float(z.imag.min()), float(z.real.max()), float(z.imag.max())
+
+
+def scene_of(shown: Poses) -> Scene:
+    """Return the scene of poses, without what only a stroke has."""
+    none = np.empty(0)
+    return Scene(
+        shown.kinds, shown.fixed, shown.moving, shown.carried(shown.home),
+        {i: shown.carried(ends) for i, ends in shown.rods.items()}, shown.path, none.astype(complex),
+        none.astype(complex), none, none, shown.joint, shown.pivot, (), shown.middle,
+    )  # fmt: skip
 
 
 def scene(candidate: Candidate) -> Scene:
@@ -68,7 +78,7 @@ def scene(candidate: Candidate) -> Scene:
     InvalidRequest
         If the linkage does not lead the guided point over the whole stroke.
     """
-    candidate = candidate.at_home()
+    request, candidate = candidate.request, candidate.at_home()
     here = candidate.span()
     traced = at_stroke(here, candidate.stroke, circle=candidate.radius is not None)
     low, high = (traced.low.astype(float), traced.high.astype(float))
@@ -87,9 +97,30 @@ def scene(candidate: Candidate) -> Scene:
     if path[0].real > path[-1].real:
         before, after = after, before
     position, error = _deviation(candidate, here, traced)
-    return Scene(
+    shown = Scene(
         kinds, z[:, 0], moving, np.stack([*corners, guided], 1), rods, path, before, after, position, error
     )  # fmt: skip
+    return _carried(shown, complex(request.origin), complex(request.direction))
+
+
+def _carried(shown: Scene, origin: complex, direction: complex) -> Scene:
+    """Return the scene where the user has it: the path starts at the origin and runs in the direction."""
+    if origin == 0 and direction == 1:
+        return shown
+
+    def to(z: Complexes) -> Complexes:
+        return np.asarray(origin + direction * z)
+
+    return replace(
+        shown,
+        fixed=np.where(shown.kinds == PR, direction * shown.fixed, to(shown.fixed)),
+        moving=np.where(shown.kinds == RP, direction * shown.moving, to(shown.moving)),
+        coupler=to(shown.coupler),
+        rods={i: to(ends) for i, ends in shown.rods.items()},
+        path=to(shown.path),
+        before=to(shown.before),
+        after=to(shown.after),
+    )
 
 
 def _slides(

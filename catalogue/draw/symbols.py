@@ -8,13 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..kinematics.types import Array, Complexes
+from ..paper import GREY, INK, PAPER
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-# Distinct to colour-blind eyes, and in grey (Okabe and Ito).
-PAPER, INK, GREY, FAINT = "#fdfcf9", "#26323d", "#75808a", "#c9ced2"
-COUPLER, PATH, CRANK = "#0072b2", "#d55e00", "#4d5a66"
 #: Half the width of a link, of a coupler line and radius of a pivot [point].
 LINK, ROD, PIVOT = 5.2, 2.4, 3.1
 #: What is drawn above this is solid: a name must not cover it.

@@ -9,16 +9,18 @@ import numpy as np
 from ..curvature_theory.analysis import PARALLEL
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.types import Array, Complexes
+from ..paper import COUPLER, GREY, INK, PATH, SERIF
 from .cells import FAR, Cell
 from .cubics import circle, cubic, hyperbola
 from .labels import CURVE, SOLID, Labels
-from .mechanism import DOWN, dyad
-from .paper import SERIF
-from .symbols import BLOCK, COUPLER, GREY, INK, PATH, Pen
+from .mechanism import dyad
+from .symbols import BLOCK, Pen
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
+#: Ways in which a bearing may point, the usual one first.
+WAYS = (-1j, 1j, 1 + 0j, -1 + 0j)
 #: What belongs to the fixed plane; the colour of the coupler is that of the moving one.
 FIXED = "#00805e"
 #: Symbols are smaller than on a sheet of their own.
@@ -167,7 +169,7 @@ class Vignette:
         def hidden(down: complex) -> float:
             return max(0.6, float((ways * down.conjugate()).real.max(initial=0)))
 
-        return min(DOWN, key=hidden)
+        return min(WAYS, key=hidden)
 
     def _guided(self, number: int) -> tuple[complex, str, str]:
         """Draw a guided pair; return where its name belongs, the name and what the element is called."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
@@ -18,56 +19,9 @@ from catalogue.draw.scene import POINTS, scene
 from catalogue.draw.symbols import rounded
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.find.candidate import Candidate
-from catalogue.guidance.coupler_curve import coupler_curve
-from catalogue.guidance.metrics import measure
-from catalogue.guidance.placement import at_stroke, placed
-from catalogue.guidance.trace import trace
-from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
+from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR
+from tests.draw.samples import ARC, EVERY, EXACT, MADE, NAMES, candidate
 
-
-def normal(degrees: float) -> list[float]:
-    return [float(np.cos(np.radians(degrees))), float(np.sin(np.radians(degrees))), 0.0]
-
-
-def candidate(pivots: list[list[list[float]]], point: complex, half: float, *, circle: bool = False) -> Candidate:
-    """Return the guide of a coupler point, laid over a stroke of 100."""
-    guides = coupler_curve(Linkage(pivots), np.array([point]))
-    linkage, guided, _ = placed(guides, trace(guides, np.array([half]), circle=circle, split=False), 100.0)
-    guides = coupler_curve(linkage, guided)
-    traced = at_stroke(guides, 100.0, circle=circle)
-    m = measure(guides, traced)
-    return Candidate(
-        id=1,
-        family=str(linkage.family[0]),
-        series="general",
-        configuration="made",
-        order=3,
-        stroke=100.0,
-        deviation=float(traced.fit.deviation[0]),
-        radius=float(1 / abs(traced.fit.curvature[0])) if circle else None,
-        size=float(m.size[0]),
-        max_link=None,
-        max_ground=None,
-        max_arm=None,
-        min_transmission=float(m.min_transmission[0]),
-        rotates=[],
-        pivots=linkage.pivots[0].tolist(),
-        guided=[float(guided[0].real), float(guided[0].imag)],
-    )
-
-
-MADE = {
-    "four-bar": candidate([[[0, 0, 1], [0.7, 2, 1]], [[3, 0, 1], [2.3, 2.2, 1]]], 1.5 + 0.3j, 0.6),
-    "slider-crank": candidate([[[0, 0, 1], [0.7, 0.9, 1]], [normal(80), [2.5, 0.2, 1]]], 1.6 - 2.8j, 0.8),
-    "inverted-slider-crank": candidate([[[0, 0, 1], [0.7, 0.9, 1]], [[2, 0.2, 1], normal(62)]], 1.4 - 0.7j, 0.8),
-    "swinging-block": candidate([[normal(90), [0, 0, 1]], [[1.5, 0.8, 1], normal(100)]], 3 - 0.6j, 0.8),
-    "elliptic-trammel": candidate([[normal(0), [0, 1.2, 1]], [normal(90), [1, 0, 1]]], 0.2 - 0.1j, 0.4),
-    "oldham": candidate([[[-1, 0, 1], normal(45)], [[1, 0, 1], normal(135)]], 0.1 + 2.5j, 1.2),
-}
-ARC = candidate([[[0, 0, 1], [0.7, 0.9, 1]], [[2, 0.2, 1], normal(20)]], 0.7 + 2.4j, 0.7, circle=True)
-EXACT = candidate([[normal(0), [0, 1, 1]], [normal(90), [1, 0, 1]]], 1 + 0j, 0.3)  # the point of a slider
-EVERY = [*MADE.values(), ARC, EXACT]
-NAMES = [*MADE, "arc", "exact"]
 every = pytest.mark.parametrize("made", EVERY, ids=NAMES)
 
 
@@ -136,6 +90,57 @@ def test_drawn_deviation_fills_its_band(made: Candidate) -> None:
     np.testing.assert_allclose(shown.position[[0, -1]], [0, made.stroke], atol=1e-4 * made.stroke)
     if made is not EXACT:
         np.testing.assert_allclose([shown.error.max(), -shown.error.min()], made.deviation, rtol=2e-3)
+
+
+@every
+def test_deviation_is_magnified_by_what_the_strip_says(made: Candidate) -> None:
+    (_, strip) = draw(made).axes
+    said = strip.get_title(loc="left")
+    if made is EXACT:
+        assert said == "exact straight line: no deviation but rounding"
+        return
+    (times,) = re.findall(r"^deviation × (\d+)  from", said)
+    along, across = (np.diff(strip.transData.transform([(0, 0), ends]), axis=0)[0] for ends in ((1, 0), (0, 1)))
+    assert across[1] / along[0] == pytest.approx(float(times))
+    low, high = strip.get_ylim()
+    assert low < -made.deviation
+    assert high > made.deviation
+
+
+def test_bearings_stand_the_right_way_up() -> None:
+    for made in (MADE["four-bar"], ARC):
+        figure = draw(made)
+        for i in (1, 2):
+            pivot = complex(*made.pivots[i - 1][0][:2])
+            (foot,) = [line for line in figure.axes[0].lines if line.get_gid() == f"ground-{i}-hatching-line"]
+            assert (foot.get_xydata()[:, 1] < pivot.imag).all()
+
+
+@every
+def test_a_guide_is_drawn_where_it_stands(made: Candidate) -> None:
+    """Turned and moved as a whole, with its path: the drawing is turned and moved with it."""
+    origin, turn = 20 + 15j, np.exp(2j)
+
+    def carried(pivot: list[float]) -> list[float]:
+        z = turn * complex(pivot[0], pivot[1]) + origin * pivot[2]
+        return [z.real, z.imag, pivot[2]]
+
+    there = replace(
+        made,
+        pivots=[[carried(pivot) for pivot in dyad] for dyad in made.pivots],
+        guided=carried([*made.guided, 1.0])[:2],
+        start=[origin.real, origin.imag],
+        along=float(np.degrees(2)),
+    )
+    one, other = scene(made), scene(there)
+    for name in ("coupler", "path", "before", "after"):
+        z = origin + turn * getattr(one, name)
+        np.testing.assert_allclose(getattr(other, name), z, atol=1e-6 * made.size, err_msg=name)
+    np.testing.assert_allclose(other.path, there.path(POINTS) @ [1, 1j], atol=1e-6 * made.size)
+    np.testing.assert_allclose(other.error, one.error, atol=1e-6 * made.stroke)
+    for i, pivot in enumerate(there.linkage.points[0, :, 0]):
+        assert abs(other.fixed[i] - pivot) < 1e-9 * made.size
+        assert abs(other.moving[other.middle, i] - there.linkage.points[0, i, 1]) < 1e-6 * made.size
 
 
 def test_deviation_is_positive_where_the_path_is_above() -> None:
@@ -227,7 +232,7 @@ def test_same_candidate_gives_same_file(suffix: str, start: bytes, tmp_path: Pat
 
 @pytest.mark.parametrize("name", ["guide.jpg", "guide", "guide.svg.gz"])
 def test_unknown_suffix_is_refused_with_the_possible_ones(name: str, tmp_path: Path) -> None:
-    with pytest.raises(InvalidRequest, match=r"\.png, \.svg or \.pdf"):
+    with pytest.raises(InvalidRequest, match=r"\.png, \.svg, \.pdf or \.gif"):
         draw(ARC, tmp_path / name)
     assert not list(tmp_path.iterdir())
 
@@ -256,11 +261,11 @@ def test_without_matplotlib_the_extra_is_named(monkeypatch: pytest.MonkeyPatch) 
 
 
 def test_a_notebook_is_given_a_picture() -> None:
-    assert draw(ARC)._repr_png_().startswith(b"\x89PNG")  # type: ignore[attr-defined]  # mypy knows no such attribute
+    assert draw(ARC)._repr_png_().startswith(b"\x89PNG")
 
 
 def run(code: str) -> None:
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1])
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[2])
 
 
 def test_importing_does_not_import_matplotlib() -> None:

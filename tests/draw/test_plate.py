@@ -314,7 +314,7 @@ def test_commands_import_matplotlib_only_to_draw() -> None:
         "import catalogue.cli.plate, catalogue.draw.plate, sys; "
         "assert not [m for m in sys.modules if 'matplotlib' in m]"
     )
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1], env={**os.environ})
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[2], env={**os.environ})
 
 
 @pytest.mark.slow
@@ -328,4 +328,4 @@ plate(Registry().get('II.ooo'))
 assert 'matplotlib.pyplot' not in sys.modules
 assert matplotlib.rcParams.copy() == before
 """
-    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[1])
+    subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[2])

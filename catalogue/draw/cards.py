@@ -1,0 +1,85 @@
+"""Guides in a notebook: a drawing that moves, or many of them as cards before a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from html import escape
+from typing import TYPE_CHECKING, Any
+
+from ..errors import CatalogueError, MissingExtra
+from ..html_table import html_table
+from .datasheet import EXACT_ORDER
+from .moving import moving_svg
+from .words import described, family
+
+if TYPE_CHECKING:
+    from ..find.placed import PlacedGuide
+
+#: Width of a drawing by itself and of a card [px], and how many cards there are at most.
+WIDTH, CARD, MOST = 520.0, 250.0, 6
+#: Columns of the table, by what they show, with the format of their numbers, as far as the answers have them.
+COLUMNS = {
+    "series": "", "family": "", "configuration": "", "order": ">", "stroke": "g", "deviation": ".3g", "radius": ".4g",
+    "angle": ".4g", "residual": ".3g", "swing": ".4g", "allowance": ".3g", "size": ".4g", "min_transmission": ".0f",
+    "score": ".0f",
+}  # fmt: skip
+
+
+def guide_html(guide: PlacedGuide) -> str:
+    """Return a guide that moves, with one line that says what it is."""
+    return f"<div>{moving_svg(guide, width=WIDTH, layers=('names',))}<p>{escape(described(guide))}</p></div>"
+
+
+def guide_png(guide: PlacedGuide) -> bytes | None:
+    """Return a still of a guide as PNG, for what shows no HTML; None where it cannot be drawn."""
+    from .sheet import sheet
+
+    try:
+        return bytes(sheet(guide)._repr_png_())  # type: ignore[attr-defined]  # see `paper.blank`
+    except MissingExtra:
+        return None
+
+
+def cards_html(answers: Sequence[Any], title: str) -> str:
+    """Return the first answers as cards that move, and all of them as a table behind."""
+    cards = [_card(k, one) for k, one in enumerate(answers[:MOST])]
+    shown = f"<div style='display:flex;flex-wrap:wrap;gap:8px'>{''.join(cards)}</div>" if any(cards) else ""
+    told = f"{len(answers)} answers" if len(answers) != 1 else "1 answer"
+    table = _table([_told(one) for one in answers])
+    return f"<p>{escape(title)}</p>{shown}<details><summary>{told} as a table</summary>{table}</details>"
+
+
+def _card(number: int, one: Any) -> str:
+    """Return one card; empty of what cannot be drawn so, as answers of collections."""
+    if not hasattr(one, "drawn_motion"):
+        return ""
+    try:
+        svg = moving_svg(one, width=CARD, height=0.75 * CARD, style=number == 0)
+    except CatalogueError as error:
+        svg = f"<p>{escape(str(error))}</p>"
+    said = " ".join(part for part in (f"{number}:", getattr(one, "series", ""), family(one)) if part)
+    numbers = [
+        f"{name} {getattr(one, field):{format}}{unit}"
+        for field, name, format, unit in (
+            ("deviation", "deviation", ".3g", ""), ("size", "size", ".4g", ""),
+            ("min_transmission", "transmission", ".0f", "°"),
+        )
+        if getattr(one, field, None) is not None
+    ]  # fmt: skip
+    words = f"<b>{escape(said)}</b><br>{escape(', '.join(numbers))}"
+    return f"<div style='width:{CARD:.0f}px'>{svg}<div style='font-size:smaller'>{words}</div></div>"
+
+
+def _told(one: Any) -> Mapping[str, Any]:
+    told = {name: getattr(one, name) for name in COLUMNS if hasattr(one, name)}
+    return told | ({"order": "exact"} if told.get("order") == EXACT_ORDER else {})
+
+
+def _table(rows: Sequence[Mapping[str, Any]]) -> str:
+    names = [name for name in COLUMNS if any(row.get(name) is not None for row in rows)]
+    heads = ["", *((">" if COLUMNS[name] else "") + name.replace("_", " ") for name in names)]
+    lines = [
+        [k, *(None if row.get(name) is None else f"{row[name]:{COLUMNS[name]}}" for name in names)]
+        for k, row in enumerate(rows)
+    ]
+    return html_table(heads, lines)

@@ -1,0 +1,101 @@
+"""What a guide does over its drive, as curves: deviation, speed, transmission angle, mechanical advantage."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..kinematics.types import Floats
+from ..paper import COUPLER, FAINT, GREY, INK, PATH, SANS, SERIF, blank, kind_of, write
+from .poses import output
+from .words import described, plain
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ..find.placed import PlacedGuide
+
+#: Positions of a curve, and sizes [inch]: width, margins to the left and right, title, a curve, the labels below.
+SAMPLES = 721
+WIDTH, LEFT, RIGHT, TITLE, HEIGHT, LABELS = 8.0, 0.85, 0.35, 0.75, 1.25, 0.55
+#: What is above so many times the median is cut off: an advantage grows without bounds towards a dead point.
+TALLEST = 6.0
+
+
+class Curve(NamedTuple):
+    """One quantity over the drive."""
+
+    name: str  #: with its unit
+    values: Floats
+    colour: str
+    zero: bool  #: whether the axis begins at zero
+
+
+def curves(guide: PlacedGuide, unit: str = "") -> tuple[str, Floats, list[Curve]]:
+    """Return what the drive is called, its angles from the start on [deg], and the curves that there are."""
+    moved, _ = guide.drawn_motion(SAMPLES)
+    drive = moved.drive - moved.drive[0]
+    length = f" [{unit}]" if unit else ""
+    found = [Curve(f"deviation{length}", moved.deviation, PATH, False)]
+    joint, pivot = output(guide, moved.points["guided"])
+    if joint is not None:
+        angle = np.degrees(np.unwrap(np.angle(joint - pivot)))
+        found.append(Curve("angle of the rocker [°]", angle - angle[0], PATH, False))
+        between = np.sin(np.angle((moved.points["guided"] - joint) / (pivot - joint)))
+        found.append(Curve("transmission angle of the rod [°]", np.degrees(np.arcsin(np.abs(between))), INK, True))
+    found += [
+        Curve(f"speed of the guided point [{unit or 'length'}/rad]", np.abs(moved.velocities["guided"]), COUPLER, True),
+        Curve("transmission angle [°]", moved.transmission, INK, True),
+        Curve("mechanical advantage", moved.advantage, GREY, True),
+    ]
+    name = f"crank {moved.driver}" if moved.driver else "the coupler"
+    return name, drive, [one for one in found if np.isfinite(one.values).any()]
+
+
+def draw_curves(guide: PlacedGuide, file: str | Path | None = None, *, unit: str = "") -> Figure:
+    """Draw the curves of a guide; see `catalogue.Candidate.plot_curves`."""
+    kind = None if file is None else kind_of(file)
+    name, drive, shown = curves(guide, unit)
+    total = TITLE + HEIGHT * len(shown) + LABELS
+    figure = blank(WIDTH, total)
+    title = described(guide)
+    figure.text(LEFT / WIDTH, 1 - 0.45 / total, title, family=SERIF, size=13, color=INK, gid="title")
+    wide = (WIDTH - LEFT - RIGHT) / WIDTH
+    for k, one in enumerate(shown):
+        low = (LABELS + HEIGHT * (len(shown) - 1 - k)) / total
+        axes = figure.add_axes((LEFT / WIDTH, low, wide, 0.68 * HEIGHT / total), gid=one.name.split(" [")[0])
+        panel(axes, drive, one, labelled=k == len(shown) - 1)
+        if k == len(shown) - 1:
+            axes.set_xlabel(f"angle of {name} from the start [°]", family=SANS, size=8, color=INK)
+    if file is not None and kind is not None:
+        write(figure, Path(file), kind)
+    return figure
+
+
+def panel(axes: Axes, drive: Floats, curve: Curve, *, labelled: bool = True, size: float = 8.0) -> None:
+    """Draw one curve over the drive into axes of its own."""
+    from matplotlib.ticker import FuncFormatter, MaxNLocator
+
+    values = curve.values
+    low, high = float(np.nanmin(values)), float(np.nanmax(values))
+    if curve.zero:
+        low, high = 0.0, min(high, TALLEST * float(np.nanmedian(values))) * 1.08
+    spare = 0.0 if curve.zero else 0.08 * (high - low)
+    spare = spare if high > low else max(abs(high), 1e-12)
+    axes.set_facecolor("none")
+    axes.axhline(0, color=FAINT, linewidth=0.8, zorder=1)
+    axes.plot(drive, np.where(values > high + spare, np.nan, values), color=curve.colour, linewidth=1.5, zorder=3)
+    axes.set_xlim(min(drive[0], drive[-1]), max(drive[0], drive[-1]))
+    axes.set_ylim(low - spare, high + spare)
+    axes.set_title(curve.name, loc="left", family=SANS, size=size, color=INK, pad=4)
+    axes.yaxis.set_major_locator(MaxNLocator(3))
+    axes.yaxis.set_major_formatter(FuncFormatter(lambda value, _: plain(value)))
+    axes.xaxis.set_major_locator(MaxNLocator(8, steps=[1, 1.5, 2, 3, 4.5, 6, 9, 10]))
+    for side, spine in axes.spines.items():
+        spine.set_visible(side in ("bottom", "left"))
+        spine.set(color=GREY, linewidth=0.8)
+    axes.tick_params(labelsize=size - 0.5, labelcolor=GREY, color=GREY, width=0.8, length=3, labelfontfamily=SANS)
+    axes.tick_params(axis="x", labelbottom=labelled)

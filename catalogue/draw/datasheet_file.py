@@ -1,0 +1,35 @@
+"""The data sheet of a guide as a file, PDF or HTML by its suffix."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from ..paper import kind_of, write, write_bytes
+from .datasheet import paper_of
+from .units import Scale, millimetres
+
+if TYPE_CHECKING:
+    from ..find.placed import PlacedGuide
+
+#: What a sheet is written to.
+KINDS = ("pdf", "html")
+
+
+def sheet(
+    guide: PlacedGuide, file: str | Path, *, paper: str = "a4", unit: str = "mm", scale: str | None = None
+) -> None:
+    """Write the data sheet of a guide; see `catalogue.Candidate.sheet`."""
+    kind = kind_of(file, KINDS)
+    paper_of(paper)
+    millimetres(unit)
+    if scale is not None:
+        Scale.named(scale)
+    if kind == "html":
+        from .datasheet_html import sheet_html
+
+        write_bytes(sheet_html(guide, paper=paper, unit=unit, scale=scale).encode(), Path(file))
+        return
+    from .datasheet_pdf import sheet_figure
+
+    write(sheet_figure(guide, paper=paper, unit=unit, scale=scale), Path(file), "pdf")

@@ -1,0 +1,169 @@
+"""A data sheet as one page of PDF, the drawing to a stated scale in true millimetres."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..paper import FAINT, GREY, INK, PAPER, SANS, SERIF, blank
+from .curves import curves, panel
+from .datasheet import Content, Table, content, paper_of
+from .mechanism import drawn
+from .poses import poses
+from .scene import Scene, scene, scene_of
+from .sheet import stroked
+from .symbols import Pen
+from .units import Scale, length, millimetres
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+    from ..find.placed import PlacedGuide
+
+#: All in millimetres: margin, foot of the title, what stands below the drawing, a line of a table, the border within
+#: the drawing, the curves and the gaps between them.
+MARGIN, TITLE, BELOW, LINE, BORDER = 14.0, 31.0, 158.0, 4.1, 9.0
+CURVES, GAP = 20.0, 12.5
+INCH = 25.4
+
+
+def sheet_figure(guide: PlacedGuide, *, paper: str = "a4", unit: str = "mm", scale: str | None = None) -> Figure:
+    """Return the data sheet of a guide as a figure of the size of the paper; see `catalogue.Candidate.sheet`."""
+    width, height = paper_of(paper)
+    told = content(guide, unit)
+    figure = blank(width / INCH, height / INCH)
+    page = _Page(figure, width, height)
+    _head(page, told)
+    top, deep = TITLE + 2, height - TITLE - 2 - BELOW
+    _drawing(page, guide, unit, scale, top, deep)
+    foot = top + deep + 7
+    _tables(page, told, foot)
+    _curves(page, guide, unit, height - MARGIN - 29 - 2 * CURVES - GAP)
+    _foot(page, told, height - MARGIN - 15)
+    return figure
+
+
+class _Page:
+    """A page with places in millimetres from its upper left corner."""
+
+    def __init__(self, figure: Figure, width: float, height: float) -> None:
+        self.figure, self.width, self.height = figure, width, height
+
+    def text(self, x: float, y: float, words: str, size: float = 8.0, **style: Any) -> Any:
+        style = {"family": SANS, "color": INK, "va": "baseline", **style}
+        return self.figure.text(x / self.width, 1 - y / self.height, words, size=size, **style)
+
+    def rule(self, y: float) -> None:
+        from matplotlib.lines import Line2D
+
+        ends = [MARGIN / self.width, 1 - MARGIN / self.width]
+        self.figure.add_artist(Line2D(ends, [1 - y / self.height] * 2, color=FAINT, linewidth=0.8))
+
+    def axes(self, x: float, y: float, width: float, height: float, gid: str) -> Axes:
+        place = (x / self.width, 1 - (y + height) / self.height, width / self.width, height / self.height)
+        return self.figure.add_axes(place, gid=gid)
+
+
+def _head(page: _Page, told: Content) -> None:
+    head = page.text(MARGIN, 21, told.series, 21, family=SERIF, weight="bold", gid="series")
+    wide = head.get_window_extent().width / page.figure.bbox.width * page.width + 3 if told.series else 0.0
+    page.text(MARGIN + wide, 21, told.kind, 14, family=SERIF, style="italic", gid="kind")
+    page.text(page.width - MARGIN, 21, told.code, 11, family="DejaVu Sans Mono", color=GREY, ha="right", gid="code")
+    page.text(MARGIN, 27, "   ·   ".join(told.facts), 8.2, color=GREY, gid="facts")
+    page.rule(TITLE)
+
+
+def _drawing(page: _Page, guide: PlacedGuide, unit: str, scale: str | None, top: float, deep: float) -> None:
+    """Draw the guide to a scale, with the dimension of its stroke, and a scale bar below."""
+    candidate = stroked(guide)
+    shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
+    x0, y0, x1, y1 = shown.box
+    wide, per = page.width - 2 * MARGIN, millimetres(unit)
+    sides = ((wide - 2 * BORDER, x1 - x0), (deep - 8 - 2 * BORDER, y1 - y0))
+    room = min(free / side if side > 0 else np.inf for free, side in sides)
+    to = Scale.named(scale) if scale is not None else Scale.fitting(room / per)
+    ratio = to.ratio * per  # millimetres on paper per unit
+    axes = page.axes(MARGIN, top, wide, deep, "linkage")
+    axes.set_axis_off()
+    axes.set_xlim(0.5 * (x0 + x1) - 0.5 * wide / ratio, 0.5 * (x0 + x1) + 0.5 * wide / ratio)
+    middle = 0.5 * (y0 + y1) - 4 / ratio
+    axes.set_ylim(middle - 0.5 * deep / ratio, middle + 0.5 * deep / ratio)
+    pen = Pen(axes, INCH / 72 / ratio)
+    drawn(pen, shown)
+    if candidate is not None:
+        _dimension(pen, shown, length(candidate.stroke, unit))
+    step = to.bar(unit, 45.0)
+    left, low = axes.get_xlim()[0], axes.get_ylim()[0] + 1.5 / ratio
+    tick = 1.2j / ratio
+    ends = left + 1j * low + np.array([0, step])
+    pen.line(np.array([ends[0] + tick, ends[0], ends[1], ends[1] + tick]), "scale", color=GREY, linewidth=0.9, zorder=1)
+    said = f"{length(step, unit)}   ·   scale {to}"
+    axes.text(ends[1].real + 2 / ratio, low, said, family=SANS, size=7.5, color=GREY, va="bottom", gid="scale-length")
+    page.rule(top + deep + 2)
+
+
+def _dimension(pen: Pen, shown: Scene, words: str) -> None:
+    """Draw the dimension line of the stroke, on the side of the path where the fixed pivots are not."""
+    start, end = shown.path[0], shown.path[-1]
+    along = (end - start) / abs(end - start)
+    up = 1j * along
+    others = np.concatenate([shown.fixed[shown.kinds != 1], shown.coupler[shown.middle]])
+    if ((others - start) * np.conj(up)).real.sum() > 0:
+        up = -up
+    p = pen.point
+    a, b = start + 18 * p * up, end + 18 * p * up
+    style = {"color": GREY, "linewidth": 0.7, "zorder": 2.5}
+    for z in (start, end):
+        pen.line(np.array([z + 5 * p * up, z + 21 * p * up]), "extension", **style)
+    pen.line(np.array([a, b]), "dimension", **style)
+    for z, way in ((a, along), (b, -along)):
+        pen.line(z + 5 * p * np.array([way * np.exp(0.3j), 0, way * np.exp(-0.3j)]), "arrow", **style)
+    angle = (np.degrees(np.angle(along)) + 90) % 180 - 90
+    at = 0.5 * (a + b)
+    pen.axes.text(
+        at.real, at.imag, words, rotation=angle, rotation_mode="anchor", ha="center", va="center", family=SANS,
+        size=7.5, color=INK, gid="stroke", bbox={"facecolor": PAPER, "edgecolor": "none", "pad": 1.2}, zorder=13,
+    )  # fmt: skip
+
+
+def _tables(page: _Page, told: Content, top: float) -> None:
+    inner = page.width - 2 * MARGIN
+    for table, left, share in ((told.lengths, 0.0, 0.29), (told.pivots, 0.325, 0.335), (told.limits, 0.695, 0.305)):
+        _table(page, table, MARGIN + left * inner, top, share * inner)
+    for k, table in enumerate((told.lengths, told.limits)):
+        page.text(MARGIN, top + 11.2 * LINE + 3.6 * k, table.note, 6.6, color=GREY)
+
+
+def _table(page: _Page, table: Table, left: float, top: float, wide: float) -> None:
+    page.text(left, top, table.heading, 8.5, weight="bold")
+    stops = {2: (1.0,), 3: (0.68, 1.0), 4: (0.55, 0.78, 1.0)}[len(table.columns)]
+    y = top
+    if any(table.columns):
+        y += LINE
+        for stop, words in zip(stops, table.columns[1:], strict=True):
+            page.text(left + stop * wide, y, words, 6.6, color=GREY, ha="right")
+    for row in table.rows:
+        y += LINE
+        page.text(left, y, row[0], 7.2, color=GREY)
+        for stop, words in zip(stops, row[1:], strict=True):
+            page.text(left + stop * wide, y, words, 7.2, ha="right")
+
+
+def _curves(page: _Page, guide: PlacedGuide, unit: str, top: float) -> None:
+    name, drive, shown = curves(guide, unit)
+    across = 0.5 * (page.width - 2 * MARGIN - GAP)
+    for k, one in enumerate(shown[:4]):
+        x, y = MARGIN + 5 + (k % 2) * (across + GAP), top + (k // 2) * (CURVES + GAP)
+        axes = page.axes(x, y, across - 5, CURVES, one.name.split(" [")[0])
+        panel(axes, drive, one, size=7.0)
+        if k + 2 >= len(shown[:4]):
+            axes.set_xlabel(f"angle of {name} from the start [°]", family=SANS, size=6.6, color=GREY, labelpad=1.5)
+
+
+def _foot(page: _Page, told: Content, top: float) -> None:
+    page.rule(top - 3.5)
+    for k, line in enumerate(told.theory):
+        page.text(MARGIN, top + 4.1 * (k + 0.3), line, 7.4)
+    page.text(MARGIN, page.height - MARGIN + 2.5, told.provenance, 6.8, color=GREY, gid="provenance")

@@ -1,0 +1,152 @@
+"""A guide that moves, as SVG without a script, to stand in a page or in a file; no matplotlib is needed.
+
+Links are turned and carried, never redrawn, so that none can stretch; each moves through the poses by itself, and they
+meet in every pose because the poses were measured together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from itertools import count
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from .frame import Frame
+from .machine import machine
+from .moving_layers import LAYERS, Layers
+from .moving_style import STYLE
+from .poses import Poses, poses
+from .svg import Clock, element, number
+from .words import described
+
+if TYPE_CHECKING:
+    from ..find.placed import PlacedGuide
+
+#: Width of a drawing in points of its symbols [px per px].
+POINT = 1 / 340
+#: Layers that stand above the machine.
+ABOVE = ("pole", "velocity", "names")
+_numbers = count(1)
+
+
+def moving_svg(
+    guide: PlacedGuide, *, width: float = 360.0, height: float | None = None, layers: Collection[str] = (),
+    hidden: Collection[str] = (), points: Mapping[str, Any] | None = None, turn: bool = False, still: bool = False,
+    seconds: float = 5.0, count: int | None = None, title: str | None = None, prefix: str | None = None,
+    style: bool = True,
+) -> str:  # fmt: skip
+    """Return a guide that moves, as one self-contained ``<svg>`` element: a card of a page, or a file.
+
+    It moves without a script (SMIL), over its stroke to and fro, or round and round.  In a page
+    ``svg.setCurrentTime(t)`` scrubs it, ``svg.pauseAnimations()`` and ``svg.unpauseAnimations()`` hold it and let it go
+    on: over a stroke t = 0 is the start of the path, ``seconds`` / 2 its end; over a turn the position given is at 0
+    and at ``seconds``.
+
+    Parameters
+    ----------
+    guide : PlacedGuide
+        A candidate, a guide of your own, a dwell: whatever stands somewhere.  Own guides and dwells have no stroke,
+        they run over their circuit.
+    width, height : float
+        Size [px].  The height, if not given, is what the drawing needs, from 0.3 to 1 of the width; if given, the
+        drawing stands in the middle.
+    layers : collection of str
+        What is drawn besides the linkage and its path, of `LAYERS`: ``pole``, ``circle`` (inflection circle),
+        ``cubics`` (circling-point curve on the coupler, centring-point curve on the ground, both of the position
+        given), ``centrodes``, ``velocity`` (of the guided point), ``turn`` (its path over the whole circuit), ``names``
+        (of the pivots).
+    hidden : collection of str
+        Those of them that are not shown at first: the class ``hide-NAME`` of the root hides a layer, so
+        ``svg.classList.toggle("hide-pole")`` is a check box.
+    points : mapping of str to (x, y), optional
+        Further coupler points whose paths are drawn, where they are in the position given.
+    turn : bool
+        Round and round over the whole circuit, not over the stroke.
+    still : bool
+        Without motion, in the position given.
+    seconds : float
+        Of a period.
+    count : int, optional
+        Of poses, see `poses.poses`.
+    title : str, optional
+        What the drawing says it shows (``<title>``, read aloud and shown under the pointer); what the guide is by
+        default.
+    prefix : str, optional
+        What names of elements begin with, so that a page can hold many; one of its own if not given.
+    style : bool
+        Whether the style sheet `STYLE` is in the drawing; a page of many may hold it once.
+
+    Returns
+    -------
+    str
+        The root has the class ``guide-drawing``; groups have the classes ``frame`` (bearings, guide lines), ``path``,
+        ``link`` with ``crank``, ``crank driver``, ``coupler``, ``slider``, ``slide``, ``output``, and ``layer`` with
+        the layer's name.  Colours are the properties ``--guide-paper``, ``--guide-ink``, ``--guide-grey``,
+        ``--guide-faint``, ``--guide-coupler``, ``--guide-coupler-face``, ``--guide-crank``, ``--guide-crank-face``,
+        ``--guide-driver``, ``--guide-driver-face``, ``--guide-path``, ``--guide-theory``; where a page sets none they
+        are those of the plates on light paper.
+
+    Raises
+    ------
+    InvalidRequest
+        If there is no such layer, a size is not positive, or as of `poses.poses`.
+    """
+    if unknown := [name for name in (*layers, *hidden) if name not in LAYERS]:
+        raise InvalidRequest(f"there is no layer {unknown[0]!r} of a drawing; there are {', '.join(LAYERS)}")
+    if not (0 < width < np.inf and (height is None or 0 < height < np.inf) and 0 < seconds < np.inf):
+        raise InvalidRequest("width, height and seconds of a drawing must be positive")
+    shown = poses(guide, count, turn=turn, points=points)
+    frame = Frame.around(shown, width, height, max(0.6, width * POINT))
+    clock = Clock(seconds, shown.closed, shown.middle, still)
+    prefix = f"guide-{next(_numbers)}-" if prefix is None else prefix
+    return drawing(guide, shown, frame, clock, layers, hidden, title or described(guide), prefix, style=style)
+
+
+def drawing(
+    guide: PlacedGuide, shown: Poses, frame: Frame, clock: Clock, layers: Collection[str], hidden: Collection[str],
+    title: str, prefix: str, *, style: bool = True, clip: tuple[float, float] | None = None, inside: str = "",
+    **root: str,
+) -> str:  # fmt: skip
+    """Return the drawing of poses in a frame, `inside` on top; the theory is clipped between two heights of the paper,
+    and `root` are further attributes of the root."""
+    wanted = [name for name in LAYERS if name in layers]
+    every = Layers(guide, shown, frame, clock)
+    drawn = {name: every.drawn(name) for name in wanted}
+    window, clipped = "", {}
+    if clip is not None:
+        place = {"y": number(clip[0]), "height": number(clip[1] - clip[0])}
+        window = element("clipPath", element("rect", x="0", width="100%", **place), id=f"{prefix}window")
+        clipped = {"clip_path": f"url(#{prefix}window)"}
+    below, above = machine(shown, frame, clock)
+    size = {"width": number(frame.width), "height": number(frame.height)} | root
+    kind = " ".join(["guide-drawing", *(f"hide-{name}" for name in wanted if name in hidden)])
+    return element(
+        "svg",
+        element("title", _escaped(title), id=f"{prefix}title"),
+        element("style", STYLE) if style else "",
+        element("rect", class_="paper", width="100%", height="100%"),
+        window,
+        element("g", *(drawn[name] for name in wanted if name not in ABOVE), **clipped),
+        below,
+        above,
+        *(drawn[name] for name in wanted if name in ABOVE),
+        inside,
+        xmlns="http://www.w3.org/2000/svg",
+        class_=kind,
+        viewBox=f"0 0 {number(frame.width)} {number(frame.height)}",
+        role="img",
+        aria_labelledby=f"{prefix}title",
+        **size,
+        style=f"--guide-point:{number(frame.point, 4)}px",
+    )
+
+
+def _escaped(words: str) -> str:
+    from xml.sax.saxutils import escape
+
+    return escape(words)
+
+
+__all__ = ["LAYERS", "STYLE", "Frame", "drawing", "moving_svg"]

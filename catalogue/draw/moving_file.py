@@ -1,0 +1,212 @@
+"""A moving drawing as a file of its own: to a stated scale in true millimetres, dimensioned, with check boxes.
+
+Without a script all that is shown moves as well; the script only puts layers on and off, and holds the motion.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .frame import Frame, largest_scale, size_at
+from .moving import drawing
+from .moving_layers import LAYERS
+from .moving_style import colour
+from .poses import poses
+from .svg import Clock, element, group, number, pair, text
+from .units import Scale, length, millimetres
+from .words import described, facts, family, places
+
+if TYPE_CHECKING:
+    from ..find.placed import PlacedGuide
+
+#: Size of a point of the symbols, margin, least width, and the largest width and height of the drawing itself [mm].
+POINT, MARGIN, NARROW, WIDEST, TALLEST = 0.38, 8.0, 130.0, 240.0, 200.0
+#: Heights of the title, of a line of text, and of the scale and the controls [mm].
+HEAD, LINE, FEET, CONTROLS = 19.0, 4.6, 11.0, 8.0
+#: Room for the dimension of the stroke on both sides of the drawing [mm].
+DIMENSION = 16.0
+#: Width of a check box with its words [mm].
+BOX = 37.0
+#: What check boxes call the layers.
+WORDS = {
+    "turn": "whole path", "circle": "inflection circle", "cubics": "cubics", "centrodes": "centrodes",
+    "pole": "pole", "velocity": "velocity", "names": "names",
+}  # fmt: skip
+#: Layers that are shown at first.
+SHOWN = ("names",)
+
+#: Puts layers on and off, holds the motion and leads it by hand.
+_SCRIPT = """(function () {
+var svg = document.currentScript.ownerSVGElement, bar = svg.querySelector('.bar'), span = +bar.dataset.span;
+var play = svg.querySelector('.play'), held = false;
+svg.classList.add('scripted');
+function hold(now) {
+  held = now;
+  if (now) svg.pauseAnimations(); else svg.unpauseAnimations();
+  play.setAttribute('aria-checked', !now);
+}
+function act(box) {
+  var name = box.dataset.layer;
+  if (name) box.setAttribute('aria-checked', !svg.classList.toggle('hide-' + name)); else hold(!held);
+}
+svg.querySelectorAll('.control').forEach(function (box) {
+  box.onclick = function () { act(box); };
+  box.onkeydown = function (e) { if (e.key == ' ' || e.key == 'Enter') { e.preventDefault(); act(box); } };
+});
+function seek(e) {
+  var r = bar.getBoundingClientRect();
+  hold(true);
+  svg.setCurrentTime(span * Math.max(0, Math.min(0.999999, (e.clientX - r.left) / r.width)));
+}
+bar.onpointerdown = function (e) { bar.setPointerCapture(e.pointerId); seek(e); bar.onpointermove = seek; };
+bar.onpointerup = function () { bar.onpointermove = null; };
+if (matchMedia('(prefers-reduced-motion: reduce)').matches) hold(true);
+})()"""
+
+_SERIF = "font-family:STIXGeneral,'STIX Two Text',Georgia,serif"
+_STYLE = f"""
+.guide-drawing .controls{{display:none}}.guide-drawing.scripted .controls{{display:inline}}
+.guide-drawing .control,.guide-drawing .bar{{cursor:pointer}}.guide-drawing .control:focus{{outline:none}}
+.guide-drawing .box{{fill:none;stroke:{colour("grey")};stroke-width:calc(1*var(--guide-point))}}
+.guide-drawing .control:focus .box{{stroke:{colour("ink")};stroke-width:calc(2*var(--guide-point))}}
+.guide-drawing .tick{{fill:none;stroke:{colour("coupler")};stroke-width:calc(2*var(--guide-point))}}
+.guide-drawing [aria-checked=false] .tick{{display:none}}
+.guide-drawing .bar{{fill:{colour("faint")}}}
+.guide-drawing .series{{{_SERIF};font-weight:bold;font-size:calc(21*var(--guide-point))}}
+.guide-drawing .family{{{_SERIF};font-weight:normal;font-style:italic;font-size:calc(16*var(--guide-point))}}
+.guide-drawing .fact{{fill:{colour("grey")}}}
+.guide-drawing .dimension{{stroke:{colour("grey")};stroke-width:calc(.9*var(--guide-point));fill:none}}
+"""
+
+
+def moving_file(
+    guide: PlacedGuide, *, unit: str = "mm", scale: str | None = None, turn: bool = False, code: str = ""
+) -> str:
+    """Return a guide that moves as an SVG file, in true millimetres at a scale that it states.
+
+    Parameters
+    ----------
+    guide : PlacedGuide
+    unit : str
+        Of the guide's lengths: mm, cm, m or in.
+    scale : str, optional
+        As ``1:2`` or ``5:1``; the largest of the usual ones at which the drawing has room on a sheet if not given.
+    turn : bool
+        Round and round over the whole circuit, not over the stroke.
+    code : str
+        Of the guide, to be picked up again by.
+
+    Raises
+    ------
+    InvalidRequest
+        If there is no such unit or scale, or as of `poses.poses`.
+    """
+    shown = poses(guide, turn=turn)
+    layers = [name for name in LAYERS if name != "turn" or not shown.closed]  # that path is drawn as it is
+    per = millimetres(unit)
+    drawn = (
+        Scale.named(scale) if scale is not None else Scale.fitting(largest_scale(shown, WIDEST, TALLEST, POINT) / per)
+    )
+    ratio = drawn.ratio * per
+    size = size_at(shown, ratio, POINT) + (1 + 1j) * (DIMENSION if hasattr(guide, "stroke") else 0)
+    told = [f"{name} = {length(value, unit)}" for name, value in guide.lengths.items()] + places(guide, unit)
+    width = max(size.real, NARROW) + 2 * MARGIN
+    columns = max(1, int((width - 2 * MARGIN) // 60))
+    rows = math.ceil(len(told) / columns)
+    top = HEAD + size.imag + 6
+    height = top + FEET + rows * LINE + CONTROLS * math.ceil(len(layers) / _across(width)) + 10
+    frame = Frame.centred(shown, ratio, POINT, width, height, complex(0.5 * width, HEAD + 0.5 * size.imag))
+    clock = Clock(5.0, shown.closed, shown.middle)
+    left = (width - 2 * MARGIN) / columns
+    listed = [
+        text(words, complex(MARGIN + left * (k // rows), top + FEET + LINE * (k % rows)), "fact")
+        for k, words in enumerate(told)
+    ]
+    inside = [
+        element("style", _STYLE), _title(guide, code, unit), _dimension(guide, frame, unit),
+        _bar(frame, drawn, unit, top), *listed, _controls(layers, clock, frame, top + FEET + rows * LINE + 2),
+        element("script", _SCRIPT),
+    ]  # fmt: skip
+    hidden = [name for name in layers if name not in SHOWN]
+    return drawing(
+        guide, shown, frame, clock, layers, hidden, described(guide, code), "guide-", clip=(HEAD - 1, top),
+        inside="".join(inside),
+        width=f"{number(width)}mm", height=f"{number(height)}mm",
+    )  # fmt: skip
+
+
+def _across(width: float) -> int:
+    """Return how many check boxes stand side by side."""
+    return max(1, int((width - 2 * MARGIN) // BOX))
+
+
+def _title(guide: PlacedGuide, code: str, unit: str) -> str:
+    series = getattr(guide, "series", "") or getattr(guide, "name", "")
+    head = element("tspan", series, "\u2002" if series else "") + element("tspan", family(guide), class_="family")
+    told = " · ".join(part for part in ([code] if code else []) + facts(guide, unit))
+    return element("text", head, class_="series", x=number(MARGIN), y="10") + text(told, complex(MARGIN, 15.5), "fact")
+
+
+def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> str:
+    """Return the dimension line of the stroke, on the side of the path where less of the linkage is."""
+    stroke = getattr(guide, "stroke", None)
+    if stroke is None:
+        return ""
+    request = guide.request  # type: ignore[attr-defined]  # what has a stroke has a request
+    ends = frame.at(request.origin + stroke * request.direction * np.array([0, 1]))
+    along = (ends[1] - ends[0]) / abs(ends[1] - ends[0])
+    finite = guide.linkage.points[0][guide.linkage.finite[0]]
+    side = 1j if ((frame.at(finite) - ends[0]) * np.conj(1j * along)).real.sum() < 0 else -1j
+    away = side * along
+    line = ends + 6.5 * away
+    parts = [f"M{pair(end + 1.5 * away)}L{pair(end + 7.5 * away)}" for end in ends]
+    parts.append(f"M{pair(line[0])}L{pair(line[1])}")
+    for end, way in ((line[0], along), (line[1], -along)):
+        parts.append(f"M{pair(end + 1.8 * way * np.exp(0.3j))}L{pair(end)}L{pair(end + 1.8 * way * np.exp(-0.3j))}")
+    middle = 0.5 * (line[0] + line[1])
+    angle = math.degrees(math.atan2(along.imag, along.real))
+    angle = (angle + 90) % 180 - 90  # never upside down
+    words = element(
+        "text", length(stroke, unit), class_="halo", text_anchor="middle", x="0", y=number(-1.0),
+        transform=f"translate({pair(middle)}) rotate({number(angle)})",
+    )  # fmt: skip
+    return element("path", class_="dimension", d="".join(parts)) + words
+
+
+def _bar(frame: Frame, scale: Scale, unit: str, top: float) -> str:
+    """Return a scale bar of a round length, with the scale."""
+    step = scale.bar(unit, 45.0)
+    right = complex(MARGIN + step * frame.scale, top + 4)
+    left = complex(MARGIN, top + 4)
+    data = f"M{pair(left - 1.2j)}L{pair(left)}L{pair(right)}L{pair(right - 1.2j)}"
+    said = f"{length(step, unit)}   ·   scale {scale}"
+    return element("path", class_="dimension", d=data) + text(said, right + 2 + 0.8j, "fact")
+
+
+def _controls(layers: Sequence[str], clock: Clock, frame: Frame, top: float) -> str:
+    """Return the check boxes of the layers, and the bar that holds the motion and leads it by hand."""
+    parts, across = [], _across(frame.width)
+    for k, name in enumerate(layers):
+        at = complex(MARGIN + BOX * (k % across), top + CONTROLS * (k // across))
+        parts.append(_box(at, WORDS[name], name in SHOWN, data_layer=name))
+    below = top + CONTROLS * math.ceil(len(layers) / across)
+    parts.append(_box(complex(MARGIN, below), "motion", True, play=" play"))
+    bar = element(
+        "rect", class_="bar", x=number(MARGIN + BOX), y=number(below + 0.4), height="2.4", rx="1.2",
+        width=number(frame.width - 2 * MARGIN - BOX), data_span=number(clock.seconds * (1 if clock.closed else 0.5)),
+    )  # fmt: skip
+    return group("controls", *parts, bar)
+
+
+def _box(at: complex, words: str, ticked: bool, play: str = "", **data: str) -> str:
+    tick = f"M{pair(at + 0.7 + 1.7j)}L{pair(at + 1.4 + 2.4j)}L{pair(at + 2.6 + 0.7j)}"
+    return element(
+        "g", element("rect", class_="box", x=number(at.real), y=number(at.imag), width="3.2", height="3.2", rx="0.6"),
+        element("path", class_="tick", d=tick), text(words, at + 4.8 + 2.7j, "word"),
+        class_=f"control{play}", role="checkbox", tabindex="0", aria_checked="true" if ticked else "false",
+        aria_label=words, **data,
+    )  # fmt: skip

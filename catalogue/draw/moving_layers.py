@@ -1,0 +1,193 @@
+"""What a moving drawing may show besides the machine: its theory, its velocity, the names of its pivots."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..curvature_theory.analysis import curvature
+from ..curvature_theory.finite_pole import finite_pole
+from ..kinematics.linkage import PR, RP, Linkage, homogeneous
+from ..kinematics.types import Array, Complexes, Floats, Mask
+from .cubics import cubic
+from .frame import Frame
+from .moving_style import LAYER_NAMES
+from .poses import POINTS, Poses
+from .svg import Clock, element, group, number, pair, polyline, text
+
+if TYPE_CHECKING:
+    from ..find.placed import PlacedGuide
+
+#: Names of layers, as they may be asked for, from the back to the front.
+LAYERS = LAYER_NAMES
+#: Radius above which an inflection circle is not drawn [widths of the paper].
+WIDE = 8.0
+#: Length of the longest arrow of the velocity [parts of the width].
+ARROW = 0.22
+
+
+@dataclass(frozen=True)
+class Layers:
+    """Draws layers of poses in a frame."""
+
+    guide: PlacedGuide
+    shown: Poses
+    frame: Frame
+    clock: Clock
+
+    def drawn(self, name: str) -> str:
+        """Return a layer by its name."""
+        draw = {
+            "turn": self._turn, "circle": self._circle, "cubics": self._cubics, "centrodes": self._centrodes,
+            "pole": self._pole, "velocity": self._velocity, "names": self._names,
+        }[name]  # fmt: skip
+        return group(f"layer {name}", draw())
+
+    def _pole(self) -> str:
+        pole, _ = self._instants
+        seen = self.frame.near(pole, 0.5)
+        if not seen.any():
+            return ""
+        r = 4.5 * self.frame.point
+        cross = polyline(np.array([-r, r, np.nan, -1j * r, 1j * r]))
+        sign = element("circle", class_="theory", r=number(0.6 * r)) + element("path", class_="theory", d=cross)
+        moved = self.clock.moved(self.frame.at(_held(pole, seen)), "sign", sign)
+        return element("g", self._blinking(seen), moved, **self._seen(seen))
+
+    def _circle(self) -> str:
+        pole, diameter = self._instants
+        radius: Floats = 0.5 * np.abs(diameter) * self.frame.scale
+        seen = np.asarray(radius < WIDE * self.frame.width)
+        if not seen.any():
+            return ""
+        centre, radius = _held(self.frame.at(pole + 0.5 * diameter), seen), _held(radius, seen)
+        values = {
+            "cx": [number(z.real) for z in centre],
+            "cy": [number(z.imag) for z in centre],
+            "r": [number(r) for r in radius],
+        }
+        now = {name: each[self.clock.middle] for name, each in values.items()}
+        moves = [self.clock.animate(name, each) for name, each in values.items()]
+        return element("circle", *moves, self._blinking(seen), class_="theory", **now, **self._seen(seen))
+
+    def _centrodes(self) -> str:
+        """Return both centrodes: one rolls upon the other and carries the coupler with it."""
+        pole, _ = self._instants
+        pole = np.where(self.frame.near(pole, 1.0), pole, np.nan)
+        fixed = element("path", class_="theory", d=polyline(self.frame.at(pole)))
+        rolling = self.frame.along(self.shown.at_home(pole) - self._origin)
+        return fixed + self._carried(element("path", class_="theory dashed", d=polyline(rolling)))
+
+    def _cubics(self) -> str:
+        """Return the circling-point curve, which the coupler carries, and the centring-point curve, of the position
+        given."""
+        found = curvature(self.guide.linkage)
+        rho0 = float(found.rho0[0])
+        if not np.isfinite(rho0):
+            return ""
+        axes, pole = found.axes[0] @ np.array([1, 1j]), complex(*found.pole[0])
+        reach = 3 * max(self.frame.width, self.frame.height) / self.frame.scale / rho0
+
+        def curve(kappa: float) -> Array:
+            parts = cubic(kappa * rho0, float(found.s[0]) * rho0, reach)
+            gap = np.array([complex(np.nan, np.nan)])
+            z = np.concatenate([np.append(part, gap) for part in parts]) if parts else gap
+            return self._thinned(pole + rho0 * (z.real * axes[0] + z.imag * axes[1]))
+
+        circling = self.frame.along(curve(found.kappa_star[0]) - self._origin)
+        centring = element("path", class_="theory", d=polyline(self.frame.at(curve(found.kappa[0])), 1))
+        return centring + self._carried(element("path", class_="theory dashed", d=polyline(circling, 1)))
+
+    def _velocity(self) -> str:
+        """Return the velocity of the guided point at a steady drive, the longest arrow of one length."""
+        speed = np.abs(self.shown.velocity)
+        seen = np.isfinite(speed)
+        if not seen.any() or np.nanmax(speed) == 0:
+            return ""
+        arrow = self.frame.along(self.shown.velocity) / (np.nanmax(speed) * self.frame.scale) * ARROW * self.frame.width
+        arrow = _held(arrow, seen)
+        head = 5 * self.frame.point
+        size = np.minimum(1, np.abs(arrow) / head)[:, None] * head * np.exp(1j * np.angle(arrow))[:, None]
+        barbs = arrow[:, None] - size * np.exp(0.45j * np.array([-1, 1]))
+        data = [
+            f"M0 0L{pair(a, 1)}M{pair(b, 1)}L{pair(a, 1)} {pair(c, 1)}" for a, (b, c) in zip(arrow, barbs, strict=True)
+        ]
+        path = element("path", self.clock.animate("d", data), class_="velocity", d=data[self.clock.middle])
+        moved = self.clock.moved(self.frame.at(self.shown.guided), "sign", path)
+        return element("g", self._blinking(seen), moved, **self._seen(seen))
+
+    def _turn(self) -> str:
+        """Return the path of the guided point over the whole circuit."""
+        moved, _ = self.guide.drawn_motion(2 * POINTS, whole=True)
+        z = moved.points["guided"]
+        z = np.where(self.frame.near(z, 0.5), z, np.nan)
+        return element("path", class_="faint", d=polyline(self.frame.at(z), 1))
+
+    def _names(self) -> str:
+        """Return the names of the pivots; those of the coupler go with them, upright."""
+        parts, p = [], self.frame.point
+        away = complex(7 * p, -6 * p)
+        for i in (0, 1):
+            if self.shown.kinds[i] != PR:
+                parts.append(text(f"A{'₁₂'[i]}", complex(self.frame.at(self.shown.fixed[i])) + away, "halo"))
+            if self.shown.kinds[i] != RP:
+                name = text(f"A{'₁₂'[i]}*", away, "halo")
+                parts.append(self.clock.moved(self.frame.at(self.shown.moving[:, i]), "name", name))
+        return "".join(parts)
+
+    @property
+    def _origin(self) -> complex:
+        """The coupler point by which it is carried, in the position given."""
+        return complex(self.shown.home[self.shown.origin])
+
+    def _linkages(self) -> Linkage:
+        """Return the linkages in the poses."""
+        kinds = self.guide.linkage.dyads[0]
+        fixed = np.broadcast_to(self.shown.fixed, self.shown.moving.shape)
+        z = np.stack([fixed, self.shown.moving], axis=-1)
+        w = np.array([[kind != PR, kind != RP] for kind in kinds], float)
+        return Linkage.trusted(homogeneous(z, np.broadcast_to(w, z.shape)))
+
+    @cached_property
+    def _instants(self) -> tuple[Complexes, Complexes]:
+        """Return in each pose the pole and the diameter of the inflection circle from there; NaN where infinite."""
+        with np.errstate(all="ignore"):
+            found = finite_pole(self._linkages())
+            diameter = found["rho0"] * (found["axes"][:, 1] @ np.array([1, 1j]))
+            pole = found["pole"] @ np.array([1, 1j])
+        finite = np.isfinite(pole) & np.isfinite(diameter)
+        return np.where(finite, pole, np.nan), np.where(finite, diameter, np.nan)
+
+    def _seen(self, seen: Mask) -> dict[str, str]:
+        """Return the opacity of what is seen in some poses only, where nothing moves."""
+        return {} if seen.all() else {"opacity": "1" if seen[self.clock.middle] else "0"}
+
+    def _blinking(self, seen: Mask) -> str:
+        """Return what hides an element in the poses in which it is not seen."""
+        return self.clock.animate("opacity", ["1" if one else "0" for one in seen], calcMode="discrete")
+
+    def _carried(self, *content: str) -> str:
+        """Return what the coupler carries, drawn in its position given about its origin."""
+        carrier = self.shown.carried(np.array([self._origin]))[:, 0]
+        return self.clock.moved(self.frame.at(carrier), "carried", self.clock.turned(self.shown.turn, None, *content))
+
+    def _thinned(self, z: Array) -> Array:
+        """Return a curve without what is far off the paper, and without points that are very near to the last one."""
+        z = np.where(self.frame.near(z, 1.5), z, np.nan)
+        kept, last = [], complex(np.nan)
+        step = 3 * self.frame.point / self.frame.scale
+        for i, point in enumerate(z):
+            broken = np.isnan(point)
+            if broken or np.isnan(last) or abs(point - last) >= step or i + 1 == len(z) or np.isnan(z[i + 1]):
+                kept.append(point)
+                last = point
+        return np.array(kept)
+
+
+def _held(z: Array, seen: Mask) -> Array:
+    """Return values with those that are not seen replaced by the nearest that is."""
+    at = np.flatnonzero(seen)
+    return np.asarray(z[at[np.abs(np.arange(len(z))[:, None] - at).argmin(1)]])

@@ -1,0 +1,111 @@
+"""One guide as a picture or a film, to a file of the kind that its suffix names, or into axes."""
+
+from __future__ import annotations
+
+import io
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..paper import FORMATS, kind_of, write, write_bytes
+from .moving_file import moving_file
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from ..find.placed import PlacedGuide
+
+#: What a guide can be drawn to; a GIF always moves.
+KINDS = (*FORMATS, "gif")
+#: Width of a film and greatest height over width [inch], its resolution [dots per inch], and the time of a pose [ms].
+WIDTH, TALL, DPI, PACE = 6.0, 1.0, 100, 80
+
+
+def check(file: str | Path, *, moving: bool = False) -> str:
+    """Return the kind of a file that a guide is to be drawn to, before any work is done for it.
+
+    Raises
+    ------
+    InvalidRequest
+        If its suffix names none, what it names cannot move, or the folder does not exist.
+    """
+    kind = kind_of(file, KINDS)
+    if moving and kind not in ("svg", "gif"):
+        raise InvalidRequest(f"a .{kind} cannot move: choose .svg or .gif")
+    return kind
+
+
+def draw(
+    guide: PlacedGuide, file: str | Path | None = None, *, ax: Axes | None = None, moving: bool = False,
+    unit: str = "mm", scale: str | None = None, code: str = "",
+) -> Any:  # fmt: skip
+    """Draw a guide; see `catalogue.Candidate.plot`."""
+    if ax is not None:
+        from .sheet import onto
+
+        if file is not None or moving:
+            raise InvalidRequest("a drawing goes into axes or into a file: give one of them")
+        onto(ax, guide)
+        return ax.get_figure()
+    kind = None if file is None else check(file, moving=moving)
+    if moving and file is None:
+        raise InvalidRequest("say to which file the moving drawing is to be written, .svg or .gif")
+    if file is not None and kind == "svg" and moving:
+        write_bytes(moving_file(guide, unit=unit, scale=scale, code=code).encode(), Path(file))
+        return None
+    if scale is not None:
+        raise InvalidRequest("only a moving SVG and a data sheet are drawn to a scale")
+    if file is not None and kind == "gif":
+        write_bytes(film(guide), Path(file))
+        return None
+    from .sheet import sheet
+
+    figure = sheet(guide)
+    if file is not None and kind is not None:
+        write(figure, Path(file), kind)
+    return figure
+
+
+def film(guide: PlacedGuide) -> bytes:
+    """Return a GIF of a guide that moves over its stroke to and fro, or round and round."""
+    from ..paper import blank
+    from .mechanism import ground, links
+    from .poses import poses
+    from .scene import scene_of
+    from .symbols import Pen
+
+    taken = poses(guide)
+    shown = scene_of(taken)
+    x0, y0, x1, y1 = shown.box
+    border = 0.45
+    inch = max((x1 - x0) / (WIDTH - 2 * border), (y1 - y0) / (TALL * WIDTH - 2 * border))
+    height = (y1 - y0) / inch + 2 * border
+    figure = blank(WIDTH, height)
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from PIL import Image
+
+    axes = figure.add_axes((0, 0, 1, 1))
+    axes.set_axis_off()
+    axes.set_xlim(0.5 * (x0 + x1 - WIDTH * inch), 0.5 * (x0 + x1 + WIDTH * inch))
+    axes.set_ylim(0.5 * (y0 + y1 - height * inch), 0.5 * (y0 + y1 + height * inch))
+    pen = Pen(axes, inch / 72)
+    ground(pen, shown)
+    standing = set(axes.get_children())
+    figure.set_dpi(DPI)
+    canvas = FigureCanvasAgg(figure)
+    frames = []
+    for pose in range(len(shown.coupler)):
+        links(pen, shown, pose)
+        canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib has no types here
+        dots = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+        frames.append(Image.fromarray(dots).convert("RGB"))
+        for artist in set(axes.get_children()) - standing:
+            artist.remove()
+    colours = frames[0].quantize(64)
+    frames = [frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames]
+    order = frames[:-1] if taken.closed else frames + frames[-2:0:-1]
+    out = io.BytesIO()
+    order[0].save(out, "gif", save_all=True, append_images=order[1:], duration=PACE, loop=0, optimize=False)
+    return out.getvalue()

@@ -1,0 +1,186 @@
+"""The poses of a guide that a moving drawing runs through, as coordinates: nothing here knows of paper or time.
+
+Every pose is measured on the guide's own motion; between the poses nothing is drawn that was not measured at both ends.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..kinematics.linkage import PR, RP
+from ..kinematics.types import Array, Complexes, Floats
+
+if TYPE_CHECKING:
+    from ..find.guide_motion import GuideMotion
+    from ..find.placed import PlacedGuide
+
+#: Positions that are measured, of which poses and points of the path are taken.
+FINE = 1025
+#: Poses over a stroke, and over a whole turn, if it is not said how many; the most that may be asked for.
+STROKE, TURN, MOST = 33, 73, 361
+#: Points of a drawn path.
+POINTS = 129
+
+
+@dataclass(frozen=True)
+class Poses:
+    """A guide in m poses; points are complex numbers in the user's unit, y upwards."""
+
+    kinds: Array  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
+    fixed: Complexes  #: fixed pivots, shape (2,); for a slider the unit normal of its line
+    moving: Complexes  #: moving pivots, shape (m, 2); for a slide the unit normal of its coupler line
+    turn: Floats  #: of the coupler from the position given, shape (m,) [rad]
+    cranks: dict[int, Floats]  #: by dyad 0 or 1, angle of the crank from the x axis, shape (m,) [rad]
+    guided: Complexes  #: shape (m,)
+    home: (
+        Complexes  #: in the position given, shape (3,): finite moving pivots or feet on the slides' lines, guided point
+    )
+    normals: dict[int, complex]  #: of each slide's coupler line, in the position given
+    rods: dict[int, Complexes]  #: of each slide, in the position given, the ends of its coupler line, shape (2,)
+    #: Of the guided point per radian of the drive, on the way through the poses, shape (m,); NaN where the drive is
+    #: in a dead point.
+    velocity: Complexes
+    path: Complexes  #: of the guided point, shape (POINTS,)
+    traces: dict[str, Complexes]  #: of further coupler points by name, shape (POINTS,) each
+    traced: dict[str, complex]  #: where these points are in the position given
+    driver: int  #: number of the driving crank; 0: the coupler
+    closed: bool  #: whether the last pose is the first again
+    joint: Complexes | None = None  #: of a dwell, of rod and rocker, shape (m,)
+    pivot: complex = complex("nan")  #: and the fixed pivot of its rocker
+
+    @property
+    def middle(self) -> int:
+        """Index of the pose that is nearest to the position given."""
+        away = np.abs(self.guided - self.home[2]) + np.abs(self.home - self.home[2]).max() * np.abs(self.turn)
+        return int(np.argmin(away))
+
+    @property
+    def origin(self) -> int:
+        """Which of `home` the coupler is carried by: a moving pivot if one is finite, else the guided point."""
+        return next((i for i in (0, 1) if self.kinds[i] != RP), 2)
+
+    def carried(self, z: Array) -> Complexes:
+        """Return where coupler points, given in the position given, shape (k,), are in the poses, shape (m, k)."""
+        return np.asarray(self.guided[:, None] + np.exp(1j * self.turn[:, None]) * (np.ravel(z) - self.home[2]))
+
+    def at_home(self, z: Complexes) -> Complexes:
+        """Return which coupler points are at the places z in the poses, both shape (m,)."""
+        return np.asarray(self.home[2] + np.exp(-1j * self.turn) * (z - self.guided))
+
+    @property
+    def extent(self) -> Complexes:
+        """All places to which the picture must reach."""
+        rods = [self.carried(ends) for ends in self.rods.values()]
+        fixed = self.fixed[self.kinds != PR]
+        every = [fixed, self.carried(self.home), *rods, self.path, *self.traces.values()]
+        every += [] if self.joint is None else [self.joint, np.array([self.pivot])]
+        z = np.concatenate([np.ravel(part) for part in every])
+        return np.asarray(z[np.isfinite(z)])
+
+
+def poses(
+    guide: PlacedGuide, count: int | None = None, *, turn: bool = False, points: Mapping[str, Any] | None = None
+) -> Poses:
+    """Return the poses of a guide over its stroke; where it has none, or if the whole turn is asked for, over its
+    circuit.
+
+    Parameters
+    ----------
+    guide : PlacedGuide
+    count : int, optional
+        Of the poses, from 3 to 361; 33 over a stroke, 73 over a circuit.  Over a stroke they lie the closer together
+        the nearer to its ends: a motion to and fro that takes equal times from one to the next is gentle there.
+    turn : bool
+        Whether the motion over the whole circuit is wanted, beginning and ending in the position given; of a linkage
+        that leads to infinity, to and fro over what is near.
+    points : mapping of str to (x, y), optional
+        Further coupler points, where they are in the position given.
+
+    Raises
+    ------
+    InvalidRequest
+        If the count is out of bounds, or the linkage does not lead its guided point over the whole stroke.
+    """
+    moved, closed = guide.drawn_motion(FINE, whole=turn, points=points)
+    count = (TURN if closed else STROKE) if count is None else count
+    if not 3 <= count <= MOST:
+        raise InvalidRequest(f"a moving drawing has 3 to {MOST} poses, not {count}")
+    share = np.linspace(0, 1, count)
+    at = np.round((len(moved) - 1) * (share if closed else 0.5 * (1 - np.cos(np.pi * share)))).astype(int)
+    along = np.round(np.linspace(0, len(moved) - 1, POINTS)).astype(int)
+    return _taken(guide, moved, at, along, closed, points)
+
+
+def _taken(
+    guide: PlacedGuide, moved: GuideMotion, at: Array, along: Array, closed: bool, points: Mapping[str, Any] | None
+) -> Poses:
+    """Return the poses of some of the positions of a motion, with the path through others."""
+    linkage = guide.linkage
+    kinds, z = linkage.dyads[0], linkage.points[0]
+    turn = np.radians(moved.coupler)
+    guided = moved.points["guided"]
+    if not np.isfinite(guided).all():
+        raise InvalidRequest("the linkage does not lead its guided point over the whole of the motion to be drawn")
+    moving = [
+        np.exp(1j * turn) * z[i, 1] if kinds[i] == RP else moved.points[f"A{i + 1}*"] for i in (0, 1)
+    ]  # a slide has a normal instead
+    start = complex(*guide.guided)
+    feet, rods = _slides(kinds, z, start, start + np.exp(-1j * turn) * (z[:, :1] - guided))
+    joint, pivot = output(guide, guided)
+    return Poses(
+        kinds=kinds,
+        fixed=z[:, 0],
+        moving=np.stack(moving, axis=1)[at],
+        turn=turn[at],
+        cranks={i - 1: np.radians(angle)[at] for i, angle in moved.cranks.items()},
+        guided=guided[at],
+        home=np.array([feet.get(i, z[i, 1]) for i in (0, 1)] + [start]),
+        normals={i: z[i, 1] for i in rods},
+        rods=rods,
+        velocity=moved.velocities["guided"][at] * (1 if moved.drive[-1] >= moved.drive[0] else -1),
+        path=guided[along],
+        traces={name: moved.points[name][along] for name in points or ()},
+        traced={name: complex(*at) for name, at in (points or {}).items()},
+        driver=moved.driver,
+        closed=closed,
+        joint=None if joint is None else joint[at],
+        pivot=pivot,
+    )
+
+
+def _slides(
+    kinds: Array, z: Array, start: complex, fixed: Complexes
+) -> tuple[dict[int, complex], dict[int, Complexes]]:
+    """Return for each slide, in the position given, the foot on its coupler line of the nearest coupler point, and the
+    ends of that line; `fixed` are the fixed pivots as the coupler sees them, shape (2, m)."""
+    feet: dict[int, complex] = {}
+    rods: dict[int, Complexes] = {}
+    points = [*(z[i, 1] for i in (0, 1) if kinds[i] != RP), start]
+    for i in (i for i in (0, 1) if kinds[i] == RP):
+        normal = z[i, 1]
+        height = [((point - z[i, 0]) * normal.conjugate()).real for point in points]
+        nearest = int(np.abs(height).argmin())
+        feet[i] = points[nearest] - height[nearest] * normal
+        contact = ((fixed[i] - feet[i]) * (1j * normal).conjugate()).real
+        rods[i] = feet[i] + 1j * normal * np.array([min(contact.min(), 0.0), max(contact.max(), 0.0)])
+    return feet, rods
+
+
+def output(guide: PlacedGuide, guided: Complexes) -> tuple[Complexes | None, complex]:
+    """Return where the joint of a dwell's rod and rocker is when the guided point is at places (m,), and the rocker's
+    pivot; none of another guide."""
+    if not hasattr(guide, "joint"):
+        return None, complex("nan")
+    start, joint, pivot = (complex(*z) for z in (guide.guided, guide.joint, guide.pivot))  # type: ignore[attr-defined]
+    rod, rocker = abs(start - joint), abs(joint - pivot)
+    side = np.sign(((start - pivot).conjugate() * (joint - pivot)).imag)
+    arm = guided - pivot
+    square = np.abs(arm) ** 2
+    foot = 0.5 * (square + rocker**2 - rod**2)  # of the perpendicular from the joint, times |arm|
+    with np.errstate(invalid="ignore"):
+        return pivot + arm * (foot + 1j * side * np.sqrt(square * rocker**2 - foot**2)) / square, pivot

@@ -1,0 +1,142 @@
+"""Elements of an SVG as text, places and angles as they stand there: y downwards, angles clockwise in degrees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from xml.sax.saxutils import escape, quoteattr
+
+import numpy as np
+
+from ..kinematics.types import Array, Complexes, Floats
+
+
+def element(name: str, *content: str, **attributes: object) -> str:
+    """Return an element; a trailing underscore of an attribute's name is dropped, others stand for hyphens."""
+    told = "".join(
+        f" {key.rstrip('_').replace('_', '-')}={quoteattr(str(value))}"
+        for key, value in attributes.items()
+        if value is not None
+    )
+    inner = "".join(content)
+    return f"<{name}{told}>{inner}</{name}>" if inner else f"<{name}{told}/>"
+
+
+def group(kind: str, *content: str, **attributes: object) -> str:
+    """Return a group of a class."""
+    return element("g", *content, class_=kind, **attributes)
+
+
+def text(words: str, at: complex, kind: str, **attributes: object) -> str:
+    """Return a line of text that begins, or by its anchor ends, at a place."""
+    return element("text", escape(words), class_=kind, x=number(at.real), y=number(at.imag), **attributes)
+
+
+def number(value: float, digits: int = 2) -> str:
+    """Return a number without needless digits."""
+    told = f"{value:.{digits}f}".rstrip("0").rstrip(".") if digits else f"{value:.0f}"
+    return "0" if told in ("-0", "") else told
+
+
+def pair(z: complex, digits: int = 2) -> str:
+    """Return a place."""
+    return f"{number(z.real, digits)} {number(z.imag, digits)}"
+
+
+def polyline(z: Array, digits: int = 2) -> str:
+    """Return the data of a path through points; it is interrupted where they are NaN."""
+    parts, pen = [], "M"
+    for point in np.asarray(z).tolist():
+        if point != point:  # NaN
+            pen = "M"
+            continue
+        parts.append(pen + pair(point, digits))
+        pen = "L" if pen == "M" else ""
+    return " ".join(parts).replace(" L", "L").replace(" M", "M")
+
+
+def plate(z: Array, radius: float) -> str:
+    """Return the data of the border of what is within a radius of the convex polygon with the corners z."""
+    corner = _hull(np.asarray(z), 1e-6 * radius)
+    r = number(radius)
+    if len(corner) == 1:
+        left, right = pair(corner[0] - radius), pair(corner[0] + radius)
+        return f"M{left}A{r} {r} 0 0 1 {right}A{r} {r} 0 0 1 {left}Z"
+    away = np.roll(corner, -1) - corner
+    normal = -1j * away / np.abs(away) * radius  # outwards where the corners follow the clock as it is seen
+    begin, end = corner + normal, np.roll(corner, -1) + normal
+    parts = [f"M{pair(begin[0])}"]
+    for k in range(len(corner)):
+        parts.append(f"L{pair(end[k])}A{r} {r} 0 0 1 {pair(begin[(k + 1) % len(corner)])}")
+    return "".join(parts) + "Z"
+
+
+def _hull(z: Complexes, near: float) -> Complexes:
+    """Return the corners of the convex hull of up to three points, with growing angle; nearer points are one."""
+    corner = [z[0]]
+    for point in z[1:]:
+        if min(abs(point - other) for other in corner) > near:
+            corner.append(point)
+    if len(corner) == 3:
+        a, b, c = corner
+        area = ((b - a).conjugate() * (c - a)).imag
+        longest = max((abs(b - a), a, b), (abs(c - b), b, c), (abs(a - c), a, c), key=lambda side: side[0])
+        if abs(area) <= near * longest[0]:
+            corner = [longest[1], longest[2]]
+        elif area < 0:
+            corner = [a, c, b]
+    return np.array(corner)
+
+
+@dataclass(frozen=True)
+class Clock:
+    """Makes parts of a drawing run through poses for ever, all in the same time.
+
+    Attributes
+    ----------
+    seconds : float
+        Of a period.
+    closed : bool
+        Whether the poses are run through round and round, the last being the first again; else to and fro.
+    middle : int
+        The pose in which parts stand where nothing moves.
+    still : bool
+        Whether nothing moves.
+    """
+
+    seconds: float
+    closed: bool
+    middle: int
+    still: bool = False
+
+    def order(self, values: list[str]) -> str:
+        """Return the values of all poses as they follow one another over a period."""
+        return ";".join(values if self.closed else values + values[-2::-1])
+
+    def animate(self, attribute: str, values: list[str], **attributes: object) -> str:
+        """Return what changes an attribute of the element it is in; empty if nothing moves or changes."""
+        if self.still or len(set(values)) == 1:
+            return ""
+        return element(
+            "animate", attributeName=attribute, values=self.order(values), dur=f"{number(self.seconds)}s",
+            repeatCount="indefinite", **attributes,
+        )  # fmt: skip
+
+    def _transform(self, kind: str, values: list[str]) -> str:
+        if self.still or len(set(values)) == 1:
+            return ""
+        return element(
+            "animateTransform", attributeName="transform", type=kind, values=self.order(values),
+            dur=f"{number(self.seconds)}s", repeatCount="indefinite",
+        )  # fmt: skip
+
+    def moved(self, at: Complexes, kind: str, *content: str) -> str:
+        """Return a group that is carried to places, shape (m,)."""
+        values = [pair(z) for z in at.tolist()]
+        start = f"translate({values[self.middle]})"
+        return group(kind, self._transform("translate", values), *content, transform=start)
+
+    def turned(self, angle: Floats, kind: str | None, *content: str) -> str:
+        """Return a group that is turned about its origin by angles, shape (m,) [rad, against the clock as seen]."""
+        values = [number(-a, 3) for a in np.degrees(angle).tolist()]
+        inner = (self._transform("rotate", values), *content)
+        return element("g", *inner, class_=kind, transform=f"rotate({values[self.middle]})")

@@ -1,0 +1,82 @@
+"""Units of length, and the scales of drawings in true millimetres."""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+
+from ..errors import InvalidRequest, quoted
+
+#: Millimetres of a unit.
+MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
+
+
+def millimetres(unit: str) -> float:
+    """Return how many millimetres a unit has; `InvalidRequest` if it is none."""
+    if unit not in MILLIMETRES:
+        raise InvalidRequest(f"there is no unit {quoted(unit)} of length; there are {', '.join(MILLIMETRES)}")
+    return MILLIMETRES[unit]
+
+
+def decimals(unit: str) -> int:
+    """Return the decimals of a thousandth of a millimetre in a unit."""
+    return math.ceil(math.log10(millimetres(unit))) + 3
+
+
+def fixed(value: float, digits: int) -> str:
+    """Return a number with so many decimals, without a sign where they are all zero."""
+    told = f"{value:.{digits}f}"
+    return told.lstrip("-") if float(told) == 0 else told.replace("-", "−")
+
+
+def length(value: float, unit: str) -> str:
+    """Return a length with its unit, to four or five digits and no finer than a thousandth of a millimetre."""
+    digits = max(0, min(6, 4 - math.floor(math.log10(abs(value))))) if value else 0
+    told = fixed(value, min(digits, decimals(unit)))
+    return f"{told.rstrip('0').rstrip('.') if '.' in told else told} {unit}"
+
+
+def rounded(value: float, steps: tuple[float, ...] = (1, 2, 5)) -> float:
+    """Return the greatest of the steps times a power of ten that is not above a value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    return max(m * power for m in steps if m * power <= value * (1 + 1e-12) or m == 1)
+
+
+@dataclass(frozen=True)
+class Scale:
+    """Lengths on paper to lengths of the thing: drawn : real."""
+
+    drawn: float
+    real: float
+
+    @property
+    def ratio(self) -> float:
+        """Lengths on paper over lengths of the thing."""
+        return self.drawn / self.real
+
+    def __str__(self) -> str:
+        return f"{self.drawn:g}:{self.real:g}"
+
+    @classmethod
+    def named(cls, text: str) -> Scale:
+        """Return the scale that is written, as ``1:2``; `InvalidRequest` if there is none such."""
+        parts = re.fullmatch(r"\s*([\d.]+)\s*:\s*([\d.]+)\s*", text) if isinstance(text, str) else None
+        try:
+            drawn, real = (float(part) for part in parts.groups()) if parts else (0.0, 0.0)
+        except ValueError:
+            drawn = real = 0.0
+        if not (0 < drawn < math.inf and 0 < real < math.inf):
+            raise InvalidRequest(f"a scale is written as 1:2 or 5:1, not {quoted(text)}")
+        return cls(drawn, real)
+
+    @classmethod
+    def fitting(cls, largest: float) -> Scale:
+        """Return the largest of the usual scales that is not above a ratio: 1, 2, 2.5 or 5 times a power of ten to 1,
+        or 1 to that."""
+        ratio = rounded(largest, (1, 2, 2.5, 5) if largest >= 1 else (1, 2, 4, 5))
+        return cls(float(f"{ratio:g}"), 1.0) if ratio >= 1 else cls(1.0, float(f"{1 / ratio:g}"))
+
+    def bar(self, unit: str, longest: float) -> float:
+        """Return a round length in a unit that is drawn no longer than so many millimetres."""
+        return rounded(longest / (self.ratio * millimetres(unit)))

@@ -1,0 +1,170 @@
+"""The motion of a guide over the drive, position by position."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..kinematics.circuits import COUPLER, Circuits
+from ..kinematics.linkage import RR, Linkage
+from ..kinematics.rates import rates
+from ..kinematics.types import Array, Complexes, Floats
+from ..problem.request import places, whole
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from .placed import PlacedGuide
+
+#: Positions of a motion if it is not said how many, and at most.
+SAMPLES, MOST = 361, 1_000_000
+
+
+@dataclass(frozen=True, eq=False)
+class GuideMotion:
+    """The motion of a guide at m positions; arrays of shape (m,), lengths in the user's unit.
+
+    Velocities and accelerations are derivatives by the angle of the drive: times the angular velocity of the drive, and
+    its square, they are those of a drive that turns steadily.  They are NaN in a dead point of the drive, where it
+    cannot move the linkage; `reason` says so.
+
+    Attributes
+    ----------
+    phase : ndarray
+        Of the circuit, see `catalogue.kinematics.circuits` [rad].
+    drive, coupler : ndarray
+        Angle of the driving crank from the x axis; of the coupler, from the position given [deg].
+    cranks : dict of int to ndarray
+        Angles of the cranks from the x axis, by number [deg].
+    ratios : dict of str to ndarray
+        Angular velocities over that of the drive: ``coupler``, ``crank 1``, ``crank 2``.
+    angular_accelerations : dict of str to ndarray
+        Their derivatives by the angle of the drive [1/rad].
+    points, velocities, accelerations : dict of str to complex ndarray
+        Of ``guided``, the finite moving pivots ``A1*`` and ``A2*`` and the points asked for: x + iy [length], its
+        derivatives [length/rad, length/rad^2].
+    transmission : ndarray
+        Transmission angle [deg].
+    advantage : ndarray
+        Mechanical advantage: force of the guided point along its path over force at the pin of the driving crank,
+        without friction; NaN where the coupler drives.
+    deviation : ndarray
+        Distance of the guided point from the nominal, positive to the left, where the motion is that over the stroke;
+        else NaN [length].
+    reason : ndarray of str
+        Why something is NaN; else empty.
+    """
+
+    driver: int
+    phase: Floats
+    drive: Floats
+    coupler: Floats
+    cranks: dict[int, Floats]
+    ratios: dict[str, Floats]
+    angular_accelerations: dict[str, Floats]
+    points: dict[str, Complexes]
+    velocities: dict[str, Complexes]
+    accelerations: dict[str, Complexes]
+    transmission: Floats
+    advantage: Floats
+    deviation: Floats
+    reason: Array
+
+    @classmethod
+    def of(
+        cls, placed: PlacedGuide, found: Circuits, s: Floats, points: Mapping[str, Any] | None, driver: int | None
+    ) -> GuideMotion:
+        """Return the motion of a guide at phases (m, 1) of one circuit."""
+        linkage, lead = found.linkage, int(found.lead[0])
+        chosen = (lead + 1) % 3 if driver is None else whole("driver", driver, 0)
+        kinds = linkage.dyads[0]
+        if chosen and (chosen > 2 or kinds[chosen - 1] != RR):
+            raise InvalidRequest(f"there is no crank {chosen} to drive: this {linkage.family[0]} has {_cranks(kinds)}")
+        pose = found.pose(s)
+        here = pose.linkages(linkage)
+        moves = rates(here, np.full(len(s), chosen - 1 if chosen else COUPLER))
+        named = {"guided": complex(*placed.guided)}
+        named |= {f"A{i + 1}*": complex(linkage.points[0, i, 1]) for i in (0, 1) if linkage.finite[0, i, 1]}
+        named |= {name: complex(*at) for name, at in places("points", points).items()}
+        at = {name: pose.point(np.array([z]))[:, 0] for name, z in named.items()}
+        z = here.points
+        cranks = {i + 1: np.degrees(np.unwrap(np.angle(z[:, i, 1] - z[:, i, 0]))) for i in (0, 1) if kinds[i] == RR}
+        coupler = np.degrees(np.unwrap(np.angle(1 + pose.x[:, 0])))
+        spins = {f"crank {i}": moves.crank(here, i - 1) for i in cranks}
+        velocities = {name: moves.velocity_of(p) for name, p in at.items()}
+        with np.errstate(all="ignore"):
+            reach = np.abs(z[:, chosen - 1, 1] - z[:, chosen - 1, 0]) if chosen else np.full(len(s), np.nan)
+            advantage = reach / np.abs(velocities["guided"])
+        name = f"crank {chosen}" if chosen else "coupler"
+        dead = np.isnan(moves.omega)
+        return cls(
+            chosen, s[:, 0], cranks.get(chosen, coupler), coupler, cranks,
+            {"coupler": moves.omega} | {k: v[0] for k, v in spins.items()},
+            {"coupler": moves.alpha} | {k: v[1] for k, v in spins.items()},
+            at, velocities, {k: moves.acceleration_of(p) for k, p in at.items()},
+            _transmission(here, chosen), np.where(np.isfinite(advantage), advantage, np.nan),
+            np.full(len(s), np.nan),
+            np.where(dead, f"dead point of {name}", ""),
+        )  # fmt: skip
+
+    def __len__(self) -> int:
+        return len(self.phase)
+
+    def between(self, first: int, last: int) -> GuideMotion:
+        """Return the motion from one position to the one before another."""
+        part = slice(first, last)
+
+        def taken(value: Any) -> Any:
+            if isinstance(value, dict):
+                return {name: array[part] for name, array in value.items()}
+            return value[part] if isinstance(value, np.ndarray) else value
+
+        return replace(self, **{f.name: taken(getattr(self, f.name)) for f in fields(self)})
+
+    def to_pandas(self, unit: str = "") -> pd.DataFrame:
+        """Return one row per position; headings say the unit, that of lengths if it is named here, else ``length``."""
+        import pandas as pd
+
+        length = unit or "length"
+        columns: dict[str, Array] = {"drive [deg]": self.drive, "coupler [deg]": self.coupler}
+        columns |= {f"crank {i} [deg]": angle for i, angle in self.cranks.items()}
+        for name, z in self.points.items():
+            columns |= {f"{name} x [{length}]": z.real, f"{name} y [{length}]": z.imag}
+        for what, every, by in (("v", self.velocities, "rad"), ("a", self.accelerations, "rad^2")):
+            for name, z in every.items():
+                columns |= {f"{name} {what}x [{length}/{by}]": z.real, f"{name} {what}y [{length}/{by}]": z.imag}
+        columns |= {f"{name} ratio [1]": ratio for name, ratio in self.ratios.items()}
+        columns |= {f"{name} acceleration [1/rad]": rate for name, rate in self.angular_accelerations.items()}
+        columns |= {
+            "transmission [deg]": self.transmission,
+            "advantage [1]": self.advantage,
+            f"deviation [{length}]": self.deviation,
+            "reason": self.reason,
+        }
+        return pd.DataFrame(columns)
+
+
+def sampled(samples: Any) -> int:
+    """Return how many positions are asked for; `InvalidRequest` unless from 2 to `MOST`."""
+    if whole("samples", samples, 2) > MOST:
+        raise InvalidRequest(f"samples must be at most {MOST}, not {samples}")
+    return int(samples)
+
+
+def _transmission(linkage: Linkage, driver: int) -> Floats:
+    """Return the transmission angle in each position, the crank of that number driving, 0: the better dyad [deg]."""
+    from ..guidance.metrics import transmission_sines
+
+    x = np.zeros(1, complex)
+    sines = transmission_sines(linkage, [linkage.points[None, :, i, 1] for i in (0, 1)], x)[:, 0]
+    angle = np.degrees(np.arcsin(np.clip(np.abs(sines), 0, 1)))
+    return np.asarray(angle[driver - 1 if driver else int(angle.min(1).argmax())])
+
+
+def _cranks(kinds: Sequence[int]) -> str:
+    numbers = [f"crank {i + 1}" for i in (0, 1) if kinds[i] == RR]
+    return " and ".join(numbers) if numbers else "none, its coupler drives (0)"

@@ -1,0 +1,182 @@
+"""Moving drawings as files: true millimetres at the stated scale, dimensions, layers; films; what is refused."""
+
+from __future__ import annotations
+
+import io
+import re
+import shutil
+import subprocess
+import xml.etree.ElementTree as ET
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+from PIL import Image
+
+from catalogue.draw.moving_file import moving_file
+from catalogue.draw.moving_layers import LAYERS
+from catalogue.draw.picture import film
+from catalogue.draw.units import MILLIMETRES, Scale, length
+from catalogue.errors import InvalidRequest
+from catalogue.find.placed import PlacedGuide
+from tests.draw.samples import ARC, DWELL, EVERY, MADE, NAMES, OPEN, OWN
+
+SVG = "{http://www.w3.org/2000/svg}"
+every = pytest.mark.parametrize("made", [*EVERY, OWN, OPEN, DWELL], ids=[*NAMES, "own", "open", "dwell"])
+
+
+def drawn_path(root: ET.Element) -> Any:
+    (path,) = [e for e in root.iter(f"{SVG}path") if e.attrib.get("class") == "path"]
+    return np.array(re.findall(r"-?[\d.]+", path.attrib["d"]), float).reshape(-1, 2) @ [1, 1j]
+
+
+@pytest.mark.parametrize(("unit", "scale"), [("mm", None), ("mm", "1:5"), ("cm", "1:10"), ("in", "1:50"), ("m", None)])
+def test_a_length_on_paper_is_true_at_the_stated_scale(unit: str, scale: str | None) -> None:
+    root = ET.fromstring(moving_file(ARC, unit=unit, scale=scale))
+    width, height = (float(root.attrib[name].removesuffix("mm")) for name in ("width", "height"))
+    assert root.attrib["viewBox"] == f"0 0 {width:g} {height:g}"  # so that a unit of it is a millimetre
+    said = "".join(root.itertext())
+    (told,) = re.findall(r"scale ([\d.]+:[\d.]+)", said)
+    ratio = Scale.named(told).ratio
+    if scale is not None:
+        assert told == scale
+    path = drawn_path(root)
+    real = ARC.path(201) @ np.array([1, 1j])
+    assert abs(path[-1] - path[0]) == pytest.approx(abs(real[-1] - real[0]) * MILLIMETRES[unit] * ratio, abs=0.02)
+    bar = [e for e in root.iter(f"{SVG}path") if e.attrib.get("class") == "dimension"][-1]
+    numbers = np.array(re.findall(r"-?[\d.]+", bar.attrib["d"]), float).reshape(-1, 2)
+    (step,) = re.findall(rf"([\d.]+) {unit} +· +scale", said)
+    assert np.ptp(numbers[:, 0]) == pytest.approx(float(step) * MILLIMETRES[unit] * ratio, abs=0.02)
+
+
+@every
+def test_file_is_whole_and_says_what_it_shows(made: PlacedGuide) -> None:
+    text = moving_file(made, code="abcdefg")
+    root = ET.fromstring(text)
+    title = root.find(f"{SVG}title")
+    assert title is not None
+    assert title.text is not None
+    assert title.text.startswith("abcdefg")
+    said = "".join(root.itertext())
+    for name, value in made.lengths.items():
+        assert f"{name} = {length(value, 'mm')}" in said
+    boxes = [e.attrib for e in root.iter() if e.attrib.get("role") == "checkbox"]
+    layers = [name for name in LAYERS if name != "turn" or made in EVERY]  # the path of others is that already
+    assert [box["data-layer"] for box in boxes if "data-layer" in box] == (list(LAYERS) if made is OPEN else layers)
+    for box in boxes[:-1]:  # a box is ticked if its layer is shown
+        assert (box["aria-checked"] == "false") == (f"hide-{box['data-layer']}" in root.attrib["class"].split())
+    assert "http" not in text.replace("http://www.w3.org/2000/svg", "")
+    width, height = (float(part) for part in root.attrib["viewBox"].split()[2:])
+    path = drawn_path(root)
+    assert (path.real > 0).all()
+    assert (path.real < width).all()
+    assert (path.imag > 0).all()
+    assert (path.imag < height).all()
+
+
+def test_usual_scales() -> None:
+    usual = {1.0: "1:1", 0.99: "1:2", 0.49: "1:2.5", 0.2: "1:5", 0.049: "1:25", 7.3: "5:1", 3: "2.5:1", 300: "250:1"}
+    for ratio, said in usual.items():
+        assert str(Scale.fitting(ratio)) == said
+        assert Scale.named(said).ratio <= ratio
+
+
+@pytest.mark.parametrize(("value", "unit", "said"), [
+    (123.456789, "mm", "123.46 mm"), (0.0123456, "in", "0.01235 in"), (-1e-9, "mm", "0 mm"), (-2.5, "mm", "−2.5 mm"),
+    (1500, "mm", "1500 mm"), (1.23456, "m", "1.2346 m"),
+])  # fmt: skip
+def test_lengths_as_they_are_written(value: float, unit: str, said: str) -> None:
+    assert length(value, unit) == said
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("made", [MADE["four-bar"], DWELL], ids=["stroke", "dwell"])
+def test_a_film_moves_and_comes_back(made: PlacedGuide) -> None:
+    with Image.open(io.BytesIO(film(made))) as picture:
+        assert picture.n_frames > 20  # type: ignore[attr-defined]
+        assert picture.info["loop"] == 0
+        frames = []
+        for k in range(picture.n_frames):  # type: ignore[attr-defined]
+            picture.seek(k)
+            frames.append(np.asarray(picture.convert("L"), float))
+    differ = [np.abs(a - b).mean() for a, b in zip(frames, frames[1:] + frames[:1], strict=True)]
+    assert min(differ) > 0
+    assert max(differ) < 12  # nothing jumps, at the seam neither
+
+
+@pytest.mark.parametrize("name", ["a.svg", pytest.param("a.gif", marks=pytest.mark.slow)])
+def test_plot_lets_it_move(name: str, tmp_path: Path) -> None:
+    assert ARC.plot(tmp_path / name, moving=True) is None
+    content = (tmp_path / name).read_bytes()
+    assert content.startswith(b"<svg" if name == "a.svg" else b"GIF89a")
+    ARC.plot(tmp_path / ("b" + name), moving=True)
+    assert (tmp_path / ("b" + name)).read_bytes() == content
+    if name == "a.svg":
+        assert ARC.code in content.decode()
+
+
+@pytest.mark.parametrize("made", [OWN, OPEN, DWELL], ids=["own", "open", "dwell"])
+def test_what_has_no_stroke_is_drawn_too(made: PlacedGuide) -> None:
+    figure = made.plot()
+    (axes,) = figure.axes
+    (path,) = [line for line in axes.lines if line.get_gid() == "path"]
+    assert len(path.get_xydata()) > 100
+    assert "error" not in {line.get_gid() for line in axes.lines}
+
+
+def test_a_guide_is_drawn_into_axes() -> None:
+    figure = Figure(figsize=(6, 3))
+    left, right = figure.subplots(1, 2)
+    assert ARC.plot(ax=right) is figure
+    assert not left.lines
+    (path,) = [line for line in right.lines if line.get_gid() == "path"]
+    np.testing.assert_array_equal(path.get_xydata(), ARC.path(201))
+    assert right.get_aspect() == 1
+    figure.draw_without_rendering()
+    box = right.get_window_extent()
+    for artist in right.patches:
+        assert box.x0 - 1 <= artist.get_window_extent().x0
+        assert artist.get_window_extent().x1 <= box.x1 + 1
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"file": "a.png", "moving": True}, "a .png cannot move"),
+        ({"moving": True}, "say to which file"),
+        ({"file": "a.jpg"}, r"choose \.png, \.svg, \.pdf or \.gif"),
+        ({"file": "a.svg", "moving": True, "unit": "ell"}, "no unit 'ell'"),
+        ({"file": "a.svg", "moving": True, "scale": "half"}, "a scale is written as"),
+        ({"file": "a.svg", "moving": True, "scale": "0:1"}, "a scale is written as"),
+        ({"file": "a.svg", "scale": "1:2"}, "only a moving SVG"),
+    ],
+)
+def test_what_cannot_be_drawn_is_refused(
+    given: dict[str, Any], said: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(InvalidRequest, match=said):
+        ARC.plot(**given)
+    assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="chromium is not installed")
+def test_two_poses_differ_in_a_browser(tmp_path: Path) -> None:
+    """A browser shows it moving: the same file at two times gives two pictures."""
+    pictures = []
+    for time in (0.0, 2.0):
+        page = tmp_path / f"{time}.html"
+        script = f"const s=document.querySelector('svg');s.pauseAnimations();s.setCurrentTime({time})"
+        page.write_text(f"<!doctype html>{moving_file(ARC)}<script>{script}</script>", "utf-8")
+        out = tmp_path / f"{time}.png"
+        subprocess.run(
+            ["chromium", "--headless", "--no-sandbox", "--disable-gpu", "--disable-quic", "--no-first-run",
+             f"--user-data-dir={tmp_path / 'profile'}", f"--screenshot={out}", page.as_uri()],
+            check=True, capture_output=True, timeout=60,
+        )  # fmt: skip
+        with Image.open(out) as picture:
+            pictures.append(np.asarray(picture.convert("L"), float))
+    assert np.abs(pictures[0] - pictures[1]).max() > 100
