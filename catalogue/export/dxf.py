@@ -1,0 +1,199 @@
+"""A guide as a DXF drawing: the linkage in the position given, its path, its dimensions, and its parts to cut.
+
+==============  ================================================================================================
+layer           what lies on it
+==============  ================================================================================================
+``FRAME``       the frame with the slots of sliders
+``LINKS``       cranks, blocks and the coupler with the slots of slides
+``PIVOTS``      holes of pivots and guided point, as circles
+``PATH``        the path of the guided point over the stroke, as a spline
+``DIMENSIONS``  lengths of the links
+``NAMES``       names of pivots and parts
+``CUT``         outlines, slots and holes of all parts, laid out beside the linkage; nothing is added for the tool
+==============  ================================================================================================
+
+Each link is a block with its origin in its first pivot and x to the second one; an INSERT holds its pose.
+"""
+
+from __future__ import annotations
+
+import io
+import math
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from ..errors import MissingExtra
+from ..kinematics.types import Complexes
+from .links import GUIDED, SAME, Links, spans, taken_apart
+from .outlines import Outline, Part, Sizes, parts
+
+if TYPE_CHECKING:
+    from ezdxf.document import Drawing
+    from ezdxf.layouts.base import BaseLayout
+    from ezdxf.layouts.layout import Modelspace
+
+    from ..find.placed import PlacedGuide
+    from .formats import Options
+
+#: Codes of units in the header (`$INSUNITS`), and whether they are metric.
+UNITS = {"in": 1, "ft": 2, "mm": 4, "cm": 5, "m": 6}
+METRIC = ("mm", "cm", "m")
+#: Layers with their colours (AutoCAD's numbers; 7 is black or white).
+LAYERS = {"FRAME": 8, "LINKS": 5, "PIVOTS": 1, "PATH": 30, "DIMENSIONS": 3, "NAMES": 7, "CUT": 2}
+#: Height of letters and free space around things, over the size of the linkage.
+LETTER, SPACE = 0.018, 0.06
+#: Dimensions show so many digits of the longest length.
+DIGITS = 6
+
+
+def written_dxf(guide: PlacedGuide, options: Options) -> str:
+    """Return the drawing as the text of a DXF file (R2010); the same guide gives the same text."""
+    try:
+        from ezdxf import options as settings  # type: ignore[attr-defined]  # its types hide it
+    except ImportError as error:
+        raise MissingExtra('DXF needs ezdxf: pip install "mechanism-catalogue[cad]"') from error
+    links = taken_apart(guide)
+    cut = parts(links, Sizes.of(links, options.bar_width, options.hole))
+    fixed = settings.write_fixed_meta_data_for_testing
+    settings.write_fixed_meta_data_for_testing = True  # no time of day, no random number
+    try:
+        document = drawing(guide, links, cut, options)
+        out = io.StringIO()
+        document.write(out)
+    finally:
+        settings.write_fixed_meta_data_for_testing = fixed
+    return out.getvalue()
+
+
+def drawing(guide: PlacedGuide, links: Links, cut: list[Part], options: Options) -> Drawing:
+    """Return the drawing as ezdxf has it."""
+    from ezdxf import zoom
+    from ezdxf.filemanagement import new
+
+    document = new("R2010", setup=["linetypes"], units=UNITS[options.unit])
+    document.header["$MEASUREMENT"] = int(options.unit in METRIC)
+    for name, colour in LAYERS.items():
+        document.layers.add(name, color=colour)
+    space = document.modelspace()
+    for part in cut:
+        _block(document, part)
+        link = part.link
+        where = {"layer": "FRAME" if link.kind == "frame" else "LINKS", "rotation": link.angle}
+        space.add_blockref(block_name(link.name), _xy(link.origin), dxfattribs=where)
+    _path(space, links.path)
+    letter = LETTER * links.size
+    _names(space, cut, letter)
+    _dimensions(document, guide, links, letter)
+    _laid_out(space, cut, links, letter)
+    zoom.extents(space)
+    return document
+
+
+def block_name(link: str) -> str:
+    """Return the name of the block of a link, as ``CRANK_1``."""
+    return link.upper().replace(" ", "_")
+
+
+def _xy(z: complex) -> tuple[float, float]:
+    return z.real, z.imag
+
+
+def _outline(space: BaseLayout, outline: Outline, layer: str) -> None:
+    points = [(z.real, z.imag, bulge) for z, bulge in zip(outline.corners, outline.bulges, strict=True)]
+    space.add_lwpolyline(points, format="xyb", close=True, dxfattribs={"layer": layer})
+
+
+def _block(document: Drawing, part: Part) -> None:
+    """Define the block of a link."""
+    block = document.blocks.new(block_name(part.link.name))
+    block.units = int(document.units)  # type: ignore[assignment]  # its types want it as it reads it
+    layer = "FRAME" if part.link.kind == "frame" else "LINKS"
+    for outline in (part.edge, *part.slots.values()):
+        _outline(block, outline, layer)
+    for z in part.holes.values():
+        block.add_circle(_xy(z), 0.5 * part.bore, dxfattribs={"layer": "PIVOTS"})
+
+
+def _path(space: Modelspace, path: Complexes) -> None:
+    """Draw the path as a cubic spline through its points, which are even in the phase of the motion."""
+    spline = make_interp_spline(np.linspace(0, 1, len(path)), np.stack([path.real, path.imag], 1), k=3)
+    space.add_open_spline(
+        [(float(p[0]), float(p[1]), 0.0) for p in np.asarray(spline.c)], degree=3, knots=[float(t) for t in spline.t],
+        dxfattribs={"layer": "PATH"},
+    )  # fmt: skip
+
+
+def _text(space: Modelspace, text: str, z: complex, height: float) -> None:
+    space.add_text(text, height=height, dxfattribs={"layer": "NAMES", "insert": _xy(z)})
+
+
+def _names(space: Modelspace, cut: list[Part], letter: float) -> None:
+    """Write the names of pivots beside them, once each."""
+    pivots = {name: part.link.placed(z) for part in cut for name, z in part.holes.items()}
+    for name, z in pivots.items():
+        _text(space, "P" if name == GUIDED else name, z + (0.5 * cut[0].bore + 0.4 * letter) * (1 + 1j), letter)
+
+
+def _dimensions(document: Drawing, guide: PlacedGuide, links: Links, letter: float) -> None:
+    """Draw the lengths of the links, beside them on the side that is farther from the middle of all."""
+    decimals = max(0, min(8, DIGITS - 1 - math.floor(math.log10(links.size))))
+    style = document.dimstyles.new("GUIDE")
+    document.header["$DIMSTYLE"] = "GUIDE"
+    look: dict[str, Any] = {
+        "dimtxt": letter, "dimasz": letter, "dimexo": 0.5 * letter, "dimexe": 0.5 * letter, "dimgap": 0.4 * letter,
+        "dimdec": decimals, "dimtad": 1, "dimzin": 8, "dimdsep": ord("."), "dimtih": 0, "dimtoh": 0,
+        "dimscale": 1.0, "dimlfac": 1.0, "dimclrd": 0, "dimclre": 0, "dimclrt": 0,
+    }  # fmt: skip
+    for key, value in look.items():
+        style.set_dxf_attrib(key, value)
+        document.header[f"${key.upper()}"] = value  # what LibreCAD goes by
+    measured = [ends for ends in spans(guide).values() if abs(ends[1] - ends[0]) > SAME * links.size]
+    middle = sum((a + b for a, b in measured), 0j) / (2 * len(measured))
+    lines: list[tuple[complex, complex]] = []
+    for a, b in sorted(measured, key=lambda ends: abs(ends[1] - ends[0])):
+        if not -1.4 < np.angle(b - a) < 1.74:  # letters are read from below, or from the right
+            a, b = b, a
+        up = 1j * (b - a) / abs(b - a)
+        side = up if ((0.5 * (a + b) - middle) * up.conjugate()).real > 0 else -up
+        away = 4 * letter
+        while any(_meet((a + away * side, b + away * side), line, 2.5 * letter) for line in lines):
+            away += 3 * letter
+        lines.append((a + away * side, b + away * side))
+        document.modelspace().add_aligned_dim(
+            _xy(a), _xy(b), distance=away if side == up else -away, dimstyle="GUIDE",
+            dxfattribs={"layer": "DIMENSIONS"},
+        ).render()  # fmt: skip
+
+
+def _meet(one: tuple[complex, complex], other: tuple[complex, complex], near: float) -> bool:
+    """Return whether two lines, if they are nearly parallel, are nearer than that and run side by side."""
+    along = (one[1] - one[0]) / abs(one[1] - one[0])
+    start, end = ((z - one[0]) * along.conjugate() for z in other)
+    low, high = sorted((start.real, end.real))
+    parallel = abs((end - start).imag) < 0.4 * abs(end - start)
+    return (
+        parallel
+        and min(abs(start.imag), abs(end.imag)) < near
+        and low < abs(one[1] - one[0]) - 1e-9 * near
+        and high > 1e-9 * near
+    )
+
+
+def _laid_out(space: Modelspace, cut: list[Part], links: Links, letter: float) -> None:
+    """Lay the parts out in a column to the right of the linkage, each along x, with their names."""
+    placed = [z for part in cut for z in part.edge.placed(part.link.origin, part.link.turn).points()]
+    every = np.array([*placed, *links.path])
+    gap = SPACE * links.size
+    left, top = float(every.real.max()) + 2 * gap, float(every.imag.max())
+    for part in cut:
+        x0, _, _, y1 = part.edge.box
+        shift = complex(left - x0, top - y1)
+        for outline in (part.edge, *part.slots.values()):
+            _outline(space, outline.placed(shift), "CUT")
+        for z in part.holes.values():
+            space.add_circle(_xy(z + shift), 0.5 * part.bore, dxfattribs={"layer": "CUT"})
+        bottom = part.edge.box[1] + shift.imag
+        _text(space, part.link.name, complex(left, bottom - 1.6 * letter), letter)
+        top = bottom - 1.6 * letter - gap

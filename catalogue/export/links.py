@@ -1,0 +1,223 @@
+"""A placed guide taken apart into its links: what each has at which place, and where it stands.
+
+A crank is a bar between two pivots.  The coupler is a plate with its pins and the guided point.  A slider is a block
+with a pin of the coupler, in a slot of the frame; a slide is a block on a pin of the frame, in a slot of the coupler.
+Slots are as long as the blocks travel over the stroke, of a linkage without a stroke over the whole circuit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..kinematics.circuits import OPEN, circuits
+from ..kinematics.link_lengths import in_coupler
+from ..kinematics.linkage import PR, RR
+from ..kinematics.types import Complexes, Floats
+
+if TYPE_CHECKING:
+    from ..find.guide_motion import GuideMotion
+    from ..find.placed import PlacedGuide
+
+#: Positions over which the blocks are followed and the path is drawn.
+POSITIONS = 361
+#: Name of the guided point among the pivots.
+GUIDED = "guided"
+#: Two places nearer than this part of the size are one.
+SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class Link:
+    """One link, in coordinates of its own: x + iy, the origin in its first pivot and x to the second one.
+
+    Attributes
+    ----------
+    name : str
+        ``frame``, ``crank 1``, ``coupler``, ``slider 2``, ``slide 1``.
+    kind : str
+        ``frame``, ``crank``, ``coupler`` or ``block``.
+    origin, turn : complex
+        Where its origin is in the position given, and the unit vector of its x axis there.
+    holes : dict of str to complex
+        Pivots by name: ``A1``, ``A1*``, ``A2``, ``A2*`` and ``guided``.
+    slots : dict of str to (complex, complex)
+        Name of the block that runs in each, and the ends of the way of its middle.
+    """
+
+    name: str
+    kind: str
+    origin: complex
+    turn: complex
+    holes: dict[str, complex]
+    slots: dict[str, tuple[complex, complex]]
+
+    def placed(self, z: complex) -> complex:
+        """Return where a point of the link is in the position given."""
+        return self.origin + self.turn * z
+
+    @property
+    def angle(self) -> float:
+        """Of its x axis [deg]."""
+        return float(np.degrees(np.angle(self.turn)))
+
+
+@dataclass(frozen=True)
+class Links:
+    """A guide as links.
+
+    Attributes
+    ----------
+    links : list of Link
+        The frame first, then cranks, blocks, the coupler.
+    path : complex ndarray, shape (m,)
+        Of the guided point, over the stroke or the whole circuit.
+    size : float
+        Diameter of the finite pivots and the path.
+    """
+
+    links: list[Link]
+    path: Complexes
+    size: float
+
+
+def taken_apart(guide: PlacedGuide) -> Links:
+    """Return the links of a guide.
+
+    Raises
+    ------
+    InvalidRequest
+        If it is a linkage without a stroke whose coupler runs to infinity: its slots would have no ends.
+    """
+    z, kinds, finite = guide.linkage.points[0], guide.linkage.dyads[0], guide.linkage.finite[0]
+    moved, guided = travelled(guide), complex(*guide.guided)
+    path = moved.points["guided"]
+    every = np.concatenate([z[finite], [guided], path])
+    size = float(np.abs(every[:, None] - every[None, :]).max())
+    frame: dict[str, complex] = {f"A{i + 1}": complex(z[i, 0]) for i in (0, 1) if finite[i, 0]}
+    pins: dict[str, complex] = {f"A{i + 1}*": complex(z[i, 1]) for i in (0, 1) if finite[i, 1]}
+    links, tracks, ways = [], {}, {}
+    for i in (0, 1):
+        fixed, moving = complex(z[i, 0]), complex(z[i, 1])
+        if kinds[i] == RR:
+            links.append(_link(f"crank {i + 1}", "crank", {f"A{i + 1}": fixed, f"A{i + 1}*": moving}))
+        elif kinds[i] == PR:
+            along = -1j * fixed
+            run = ((moved.points[f"A{i + 1}*"] - moving) * along.conjugate()).real
+            low, high = _ends(run)
+            tracks[f"slider {i + 1}"] = (moving + along * low, moving + along * high)
+            links.append(Link(f"slider {i + 1}", "block", moving, along, {f"A{i + 1}*": 0j}, {}))
+        else:
+            along = -1j * moving
+            contact = guided + (fixed - path) * np.exp(-1j * np.radians(moved.coupler))
+            run = ((contact - fixed) * along.conjugate()).real
+            low, high = _ends(run)
+            ways[f"slide {i + 1}"] = (fixed + along * low, fixed + along * high)
+            links.append(Link(f"slide {i + 1}", "block", fixed, along, {f"A{i + 1}": 0j}, {}))
+    if output := rod_and_rocker(guide):
+        (_, joint), (frame["B"], _) = output
+        links += [
+            _link("rod", "crank", {GUIDED: guided, "J": joint}),
+            _link("rocker", "crank", {"B": frame["B"], "J": joint}),
+        ]
+    if all(abs(guided - pin) > SAME * size for pin in pins.values()):
+        pins[GUIDED] = guided
+    return Links([_link("frame", "frame", frame, tracks), *links, _coupler(guide, pins, ways)], path, size)
+
+
+def travelled(guide: PlacedGuide) -> GuideMotion:
+    """Return the motion over the stroke, of a guide without one and of a point that returns over the whole circuit."""
+    answer: Any = guide  # a `Candidate`, which is above, if it has a stroke
+    if hasattr(answer, "stroke"):
+        moved: GuideMotion = answer.motion(POSITIONS, whole=bool(answer.span().cusp.any()))
+        return moved
+    if circuits(guide.linkage).kind[0] == OPEN:
+        raise InvalidRequest(
+            "the coupler of this linkage runs to infinity: find a stretch of its motion with `catalogue measure`, and "
+            "export that by its code"
+        )
+    return guide.motion(POSITIONS)
+
+
+def _ends(run: Floats) -> tuple[float, float]:
+    """Return the least and the greatest of values (m,) that are sampled evenly, where they turn between samples by a
+    parabola."""
+    ends = []
+    for side in (-1.0, 1.0):
+        k = int((side * run).argmax())
+        end = float(run[k])
+        if 0 < k < len(run) - 1:
+            slope, bend = 0.5 * (run[k + 1] - run[k - 1]), run[k + 1] - 2 * run[k] + run[k - 1]
+            end -= 0.5 * float(slope**2 / bend) if bend else 0.0
+        ends.append(end)
+    return ends[0], ends[1]
+
+
+def _link(
+    name: str, kind: str, holes: dict[str, complex], slots: dict[str, tuple[complex, complex]] | None = None
+) -> Link:
+    """Return a link of places in the position given: from its first hole to its second one, or along its slot."""
+    ends = [end for slot in (slots or {}).values() for end in slot]
+    origin, *others = [*holes.values(), *ends]
+    way = ends[1] - ends[0] if len(holes) < 2 else others[0] - origin
+    return _at(name, kind, origin, way, holes, slots or {})
+
+
+def _coupler(guide: PlacedGuide, holes: dict[str, complex], slots: dict[str, tuple[complex, complex]]) -> Link:
+    """Return the coupler in the coordinates in which `point along` and `point across` are told."""
+    origin, ahead = (complex(in_coupler(guide.linkage, np.array([z]))[0]) for z in (0j, 1 + 0j))
+    return _at("coupler", "coupler", origin, ahead - origin, holes, slots)
+
+
+def _at(
+    name: str, kind: str, origin: complex, turn: complex, holes: dict[str, complex],
+    slots: dict[str, tuple[complex, complex]],
+) -> Link:  # fmt: skip
+    turn = turn / abs(turn) if turn else 1 + 0j  # of a slot without length
+
+    def own(z: complex) -> complex:
+        return (z - origin) * turn.conjugate()
+
+    return Link(
+        name, kind, origin, turn,
+        {pivot: own(z) for pivot, z in holes.items()}, {block: (own(a), own(b)) for block, (a, b) in slots.items()},
+    )  # fmt: skip
+
+
+def spans(guide: PlacedGuide) -> dict[str, tuple[complex, complex]]:
+    """Return by name the two points between which each of `PlacedGuide.lengths` is measured, in the position given;
+    of a dwell ``rod`` and ``rocker`` too."""
+    z = guide.linkage.points[0]
+    guided = complex(*guide.guided)
+    origin, ahead = (complex(in_coupler(guide.linkage, np.array([p]))[0]) for p in (0j, 1 + 0j))
+    found: dict[str, tuple[complex, complex]] = {}
+    for name, length in guide.lengths.items():
+        what, _, number = name.rpartition(" ")
+        if name in ("frame", "coupler"):
+            k = int(name == "coupler")
+            ends = (z[0, k], z[1, k])
+        elif what == "crank":
+            ends = (z[int(number) - 1, 0], z[int(number) - 1, 1])
+        elif what == "offset of slider":
+            i = int(number) - 1
+            ends = (z[1 - i, 0], z[1 - i, 0] + length * z[i, 0])
+        elif what == "offset of slide":
+            i = int(number) - 1
+            ends = (z[1 - i, 1], z[1 - i, 1] + length * z[i, 1])
+        else:
+            foot = origin + (ahead - origin) * guide.lengths["point along"]
+            ends = (origin, foot) if name == "point along" else (foot, guided)
+        found[name] = (complex(ends[0]), complex(ends[1]))
+    return found | dict(zip(("rod", "rocker"), rod_and_rocker(guide), strict=False))
+
+
+def rod_and_rocker(guide: PlacedGuide) -> list[tuple[complex, complex]]:
+    """Return the ends of rod and rocker of a dwell, the joint last; none of another guide."""
+    dwell: Any = guide  # a `DwellCandidate`, which is above, if it has a joint
+    if not hasattr(dwell, "joint"):
+        return []
+    joint = complex(*dwell.joint)
+    return [(complex(*dwell.guided), joint), (complex(*dwell.pivot), joint)]

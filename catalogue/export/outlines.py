@@ -1,0 +1,172 @@
+"""Outlines of parts that are cut: bars, plates and blocks, their holes and slots.
+
+An outline is a closed chain of corners, each with the bulge of the side that follows it, as DXF has it: the tangent of
+a quarter of the angle of its arc, 0 for a straight side.  Corners run counterclockwise.  Nothing is taken off or added
+for the tool.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import ConvexHull, QhullError
+
+from ..errors import InvalidRequest
+from ..problem.request import positive
+from .links import Link, Links
+
+#: Length of a block over its width.
+BLOCK = 2.0
+#: Width of a bar that is not given, over the size of the linkage, and over the shortest distance of two pivots.
+WIDTH, PITCH = 0.06, 0.6
+
+
+@dataclass(frozen=True)
+class Outline:
+    """A closed chain of corners (m,) with the bulges (m,) of the sides that follow them."""
+
+    corners: list[complex]
+    bulges: list[float]
+
+    def placed(self, origin: complex, turn: complex = 1 + 0j) -> Outline:
+        """Return the outline elsewhere; `turn` is a unit vector."""
+        return Outline([origin + turn * z for z in self.corners], self.bulges)
+
+    @property
+    def box(self) -> tuple[float, float, float, float]:
+        """x0, y0, x1, y1; of an arc its circle's, which is right where it ends a bar along an axis."""
+        x = [z.real for z in self.points()]
+        y = [z.imag for z in self.points()]
+        return min(x), min(y), max(x), max(y)
+
+    def points(self, per_arc: int = 16) -> list[complex]:
+        """Return points along the outline, those of its arcs included."""
+        found: list[complex] = []
+        for k, (start, bulge) in enumerate(zip(self.corners, self.bulges, strict=True)):
+            end = self.corners[(k + 1) % len(self.corners)]
+            found.append(start)
+            if bulge:
+                sweep = 4 * math.atan(bulge)
+                centre = start + (end - start) * (0.5 + 0.5j / math.tan(0.5 * sweep))
+                turns = np.exp(1j * sweep * np.arange(1, per_arc) / per_arc)
+                found += [complex(z) for z in centre + (start - centre) * turns]
+        return found
+
+
+@dataclass(frozen=True)
+class Part:
+    """What is cut of one link, in its own coordinates: its edge, its slots, its holes by the names of pivots, and their
+    diameter."""
+
+    link: Link
+    edge: Outline
+    slots: dict[str, Outline]
+    holes: dict[str, complex]
+    bore: float
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """Width of the bars and diameter of the holes [the unit of the guide]."""
+
+    width: float
+    hole: float
+
+    @classmethod
+    def of(cls, links: Links, width: float | None, hole: float | None) -> Sizes:
+        """Return the sizes, round ones where they are not given.
+
+        Raises
+        ------
+        InvalidRequest
+            Unless both are above zero, the hole is narrower than the bar, and no two holes of a link meet.
+        """
+        pitch, link, pair = _closest(links)
+        wide = _round(min(WIDTH * links.size, PITCH * pitch)) if width is None else positive("bar width", width)
+        bore = _round(min(0.5 * wide, 0.5 * pitch)) if hole is None else positive("hole", hole)
+        if hole is not None and width is None:
+            wide = max(wide, 2 * bore)
+        if bore >= wide:
+            raise InvalidRequest(f"holes of {bore:g} do not fit into bars {wide:g} wide")
+        if bore >= pitch:
+            raise InvalidRequest(
+                f"holes of {bore:g} meet: {pair[0]} and {pair[1]} of the {link} are {pitch:.6g} apart; choose "
+                "smaller ones"
+            )
+        return cls(wide, bore)
+
+
+def parts(links: Links, sizes: Sizes) -> list[Part]:
+    """Return what is cut of each link: the frame, a bar of each crank, the blocks, and the coupler's plate."""
+    half, length = 0.5 * sizes.width, BLOCK * sizes.width
+    found = []
+    for link in links.links:
+        if link.kind == "block":
+            found.append(Part(link, rectangle(0j, 0j, length, sizes.width), {}, link.holes, sizes.hole))
+            continue
+        slots = {name: rectangle(a, b, length, sizes.width) for name, (a, b) in link.slots.items()}
+        corners = [*link.holes.values(), *(z for slot in slots.values() for z in slot.corners)]
+        found.append(Part(link, rounded_hull(corners, half), slots, link.holes, sizes.hole))
+    return found
+
+
+def rectangle(start: complex, end: complex, length: float, width: float) -> Outline:
+    """Return what a block covers whose middle moves from one place to another, along x if it rests."""
+    way = end - start
+    along = way / abs(way) if way else 1 + 0j
+    over, side = 0.5 * length * along, 0.5j * width * along
+    return Outline([start - over - side, end + over - side, end + over + side, start - over + side], [0.0] * 4)
+
+
+def rounded_hull(places: list[complex], radius: float) -> Outline:
+    """Return all that is within a radius of the convex hull of places: of one a disc, of two a bar."""
+    hull = convex(places)
+    if len(hull) == 1:
+        return Outline([hull[0] - radius, hull[0] + radius], [1.0, 1.0])
+    corners: list[complex] = []
+    bulges: list[float] = []
+    ways = [hull[(k + 1) % len(hull)] - hull[k] for k in range(len(hull))]
+    normals = [-1j * way / abs(way) for way in ways]
+    for k, corner in enumerate(hull):
+        before, after = normals[k - 1], normals[k]
+        turn = float(np.angle(after / before))
+        sweep = turn if len(hull) > 2 else math.pi  # a half circle is on either side by the sign of a zero
+        corners += [corner + radius * before, corner + radius * after]
+        bulges += [math.tan(0.25 * sweep), 0.0]
+    return Outline(corners, bulges)
+
+
+def convex(places: list[complex]) -> list[complex]:
+    """Return the corners of the convex hull, counterclockwise; of places on a line its two ends."""
+    z = np.array(places, complex)
+    far = z[np.abs(z - z[0]).argmax()]
+    if far == z[0]:
+        return [complex(far)]
+    along = (far - z[0]) / abs(far - z[0])
+    run, off = ((z - z[0]) * along.conjugate()).real, ((z - z[0]) * along.conjugate()).imag
+    if np.abs(off).max() <= 1e-9 * abs(far - z[0]):
+        return [complex(z[run.argmin()]), complex(z[run.argmax()])]
+    try:
+        return [complex(p) for p in z[ConvexHull(np.stack([z.real, z.imag], 1)).vertices]]
+    except QhullError:  # flatter than it can tell from a line
+        return [complex(z[run.argmin()]), complex(z[run.argmax()])]
+
+
+def _closest(links: Links) -> tuple[float, str, tuple[str, str]]:
+    """Return the shortest distance of two holes of a link, which link, and which holes."""
+    return min(
+        (abs(a - b), link.name, (one, other))
+        for link in links.links
+        for one, a in link.holes.items()
+        for other, b in link.holes.items()
+        if one < other
+    )
+
+
+def _round(value: float) -> float:
+    """Return the greatest of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is not above a value."""
+    power = 10.0 ** math.floor(math.log10(value))
+    share = max(m for m in (1, 1.5, 2, 3, 4, 5, 6, 8) if m * power <= value * (1 + 1e-12) or m == 1)
+    return float(f"{share * power:.3g}")

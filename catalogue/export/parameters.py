@@ -1,0 +1,109 @@
+"""The numbers of a guide by name, for programs that make models of parameters: SOLIDWORKS, Fusion.
+
+SOLIDWORKS links a text file with a line ``"name" = value`` each (Equations, Global Variables, and Dimensions > Import).
+Fusion imports user parameters from CSV (Change Parameters > Import): name, unit, expression, value, comment, favourite.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from .links import rod_and_rocker, taken_apart
+from .outlines import Sizes
+
+if TYPE_CHECKING:
+    from ..find.placed import PlacedGuide
+    from .formats import Options
+
+#: Lengths below this part of the size are rounding: none.
+ROUNDING = 1e-15
+
+#: What the lengths are, by their names without numbers.
+MEANINGS = {
+    "crank": "length of the crank, pivot to pivot",
+    "frame": "distance of the fixed pivots",
+    "coupler": "distance of the moving pivots",
+    "offset of slider": "distance of the slider's line from the other fixed pivot",
+    "offset of slide": "distance of the slide's line from the other moving pivot",
+    "point along": "guided point in the coupler, along from moving pivot 1",
+    "rod": "from the guided point to the joint with the rocker",
+    "rocker": "from its fixed pivot to the joint with the rod",
+    "rocker pivot": "from the fixed pivot of the driving crank to that of the rocker",
+    "point across": "guided point in the coupler, across, to the left",
+}
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A number by a name that every program takes: letters, digits and underscores."""
+
+    name: str
+    value: float
+    unit: str  #: of a length, or ``deg``
+    comment: str
+
+
+def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
+    """Return lengths of the links, places of the pivots and directions of the slides in the position given, and the
+    sizes of the parts."""
+    links, linkage = taken_apart(guide), guide.linkage
+    found: list[Parameter] = []
+
+    def length(name: str, value: float, meaning: str) -> None:
+        rounding = abs(value) < ROUNDING * links.size
+        found.append(Parameter(name, 0.0 if rounding else float(value), options.unit, meaning))
+
+    def place(name: str, z: complex, meaning: str) -> None:
+        length(f"{name}_x", z.real, meaning)
+        length(f"{name}_y", z.imag, meaning)
+
+    def angle(name: str, way: complex, meaning: str) -> None:
+        degrees = math.degrees(math.atan2(way.imag, way.real))
+        found.append(Parameter(name, degrees, "deg", f"{meaning}, from the x axis"))
+
+    for name, value in guide.lengths.items():
+        length(name.replace(" ", "_"), value, MEANINGS[name.rstrip(" 12")])
+    for i, (fixed, moving) in enumerate(linkage.points[0].tolist(), 1):
+        for what, z, finite in zip(("fixed", "moving"), (fixed, moving), linkage.finite[0, i - 1], strict=True):
+            if finite:
+                place(f"{what}_{i}", z, f"{what} pivot {i}")
+            else:
+                line = "line of the slider, in the frame" if what == "fixed" else "line of the slide, in the coupler"
+                angle(f"{what}_{i}_angle", -1j * z, line)
+        if linkage.finite[0, i - 1].all():
+            angle(f"crank_{i}_angle", moving - fixed, f"crank {i}")
+    place("guided", complex(*guide.guided), "guided point")
+    if output := rod_and_rocker(guide):
+        start, joint = output[-1]
+        place("joint", joint, "joint of rod and rocker")
+        place("rocker_pivot", start, "fixed pivot of the rocker")
+    sizes = Sizes.of(links, options.bar_width, options.hole)
+    length("bar_width", sizes.width, "width of bars and blocks")
+    length("hole", sizes.hole, "diameter of the holes")
+    return found
+
+
+def solidworks(guide: PlacedGuide, options: Options) -> str:
+    """Return equations, a parameter in each line, with units."""
+    return "".join(f'"{p.name}" = {positional(p.value)}{p.unit}\n' for p in parameters(guide, options))
+
+
+def fusion(guide: PlacedGuide, options: Options) -> str:
+    """Return user parameters as CSV with a heading."""
+    out = io.StringIO()
+    rows = csv.writer(out, lineterminator="\n")
+    rows.writerow(["Name", "Unit", "Expression", "Value", "Comments", "Favorite"])
+    for p in parameters(guide, options):
+        rows.writerow([p.name, p.unit, f"{positional(p.value)} {p.unit}", positional(p.value), p.comment, "FALSE"])
+    return out.getvalue()
+
+
+def positional(value: float) -> str:
+    """Return a number to the last digit and without an exponent, which not every program reads."""
+    return np.format_float_positional(value + 0.0, trim="-")

@@ -1,0 +1,44 @@
+"""A guide as JSON: all that is known of it, in a file that other commands read as a linkage of one's own."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import asdict
+from typing import TYPE_CHECKING, Any
+
+from .. import __version__
+
+if TYPE_CHECKING:
+    from ..find.placed import PlacedGuide
+    from .formats import Options
+
+#: What of an answer says where it comes from.
+PROVENANCE = ("id", "series", "configuration", "order", "cognate", "drift")
+#: What stands elsewhere in the file.
+ELSEWHERE = ("family", "pivots", "guided", "pole", "lengths")
+
+
+def written_json(guide: PlacedGuide, options: Options) -> str:
+    """Return the guide as JSON: pivots and guided point, lengths of the links, limits of the motion, what was
+    measured, and where it comes from; numbers to the last digit."""
+    told: dict[str, Any] = getattr(guide, "to_dict", dict)()
+    record = {
+        "unit": options.unit,
+        "family": str(guide.linkage.family[0]),
+        "pivots": guide.pivots,
+        "guided": guide.guided,
+        "pole": guide.pole,
+        "lengths": {name: value for name, value in guide.lengths.items() if math.isfinite(value)},
+        "limits": {
+            "circuits": [asdict(one) for one in guide.circuits],
+            "dead_points": guide.dead_points,
+            "change_points": guide.change_points,
+        },
+        "measured": {name: value for name, value in told.items() if name not in (*PROVENANCE, *ELSEWHERE)},
+        "provenance": {
+            "program": f"mechanism-catalogue {__version__}",
+            **{name: told[name] for name in PROVENANCE if name in told},
+        },
+    }
+    return json.dumps(record, indent=1, allow_nan=False) + "\n"

@@ -1,0 +1,86 @@
+"""The motion of a guide as a table: CSV, a workbook, Parquet."""
+
+from __future__ import annotations
+
+import io
+import re
+from datetime import UTC, datetime
+from difflib import get_close_matches
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InvalidRequest, MissingExtra, quoted
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from ..find.placed import PlacedGuide
+    from .formats import Options
+
+#: What a workbook says as the time it was made, so that the same guide gives the same file.
+EPOCH = datetime(2000, 1, 1, tzinfo=UTC)
+
+
+def motion_table(guide: PlacedGuide, options: Options) -> pd.DataFrame:
+    """Return positions over the stroke, or over the circuit where there is none or it is asked for.
+
+    Raises
+    ------
+    InvalidRequest
+        If the stroke is asked for and there is none, or no heading begins as a column is named.
+    """
+    stroke = getattr(guide, "stroke", None)
+    if options.over == "stroke" and stroke is None:
+        raise InvalidRequest(
+            "this linkage has no stroke: export an answer of `measure`, or the motion over the circuit"
+        )
+    whole: Any = {"whole": True} if stroke is not None and options.over == "circuit" else {}
+    table = guide.motion(options.positions, **whole).to_pandas(options.unit)
+    return table[_columns([str(name) for name in table.columns], options.columns)] if options.columns else table
+
+
+def _columns(headings: list[str], wanted: Any) -> list[str]:
+    """Return the headings that begin with the names that are wanted, in that order, each once."""
+    plain = {heading: heading.partition(" [")[0] for heading in headings}
+    found: dict[str, None] = {}
+    for name in wanted:
+        named = re.sub(r" *\[.*", "", str(name)).strip()
+        some = [heading for heading, text in plain.items() if text == named or text.startswith(f"{named} ")]
+        if not some or not named:
+            near = get_close_matches(named, plain.values(), 3) or sorted({*plain.values()})
+            raise InvalidRequest(f"the motion has no column {quoted(name)}; there are {', '.join(near)}")
+        found |= dict.fromkeys(some)
+    return list(found)
+
+
+def written_csv(guide: PlacedGuide, options: Options) -> str:
+    return motion_table(guide, options).to_csv(index=False, lineterminator="\n")
+
+
+def written_xlsx(guide: PlacedGuide, options: Options) -> bytes:
+    """Return a workbook of one sheet with a heading that stays; cells are empty where something is NaN."""
+    try:
+        import xlsxwriter  # type: ignore[import-untyped]  # it ships no types
+    except ImportError as error:
+        raise MissingExtra('xlsx needs xlsxwriter: pip install "mechanism-catalogue[cad]"') from error
+    table, out = motion_table(guide, options), io.BytesIO()
+    book = xlsxwriter.Workbook(out, {"in_memory": True})
+    book.set_properties({"created": EPOCH})
+    sheet, bold = book.add_worksheet("motion"), book.add_format({"bold": True})
+    sheet.freeze_panes(1, 0)
+    for k, heading in enumerate(table.columns):
+        sheet.write_string(0, k, heading, bold)
+        sheet.set_column(k, k, max(12, len(heading)))
+        for i, value in enumerate(table[heading].tolist(), 1):
+            if value == value and value != "":
+                sheet.write(i, k, value)
+    book.close()
+    return out.getvalue()
+
+
+def written_parquet(guide: PlacedGuide, options: Options) -> bytes:
+    out = io.BytesIO()
+    try:
+        motion_table(guide, options).to_parquet(out, engine="pyarrow", index=False)
+    except ImportError as error:
+        raise MissingExtra('parquet needs pyarrow: pip install "mechanism-catalogue[parquet]"') from error
+    return out.getvalue()

@@ -1,0 +1,62 @@
+"""One guide written in one format."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from importlib import import_module
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import InvalidRequest, quoted
+from ..folders import is_folder, replacing
+from .formats import Options, chosen
+
+if TYPE_CHECKING:
+    from ..find.placed import PlacedGuide
+
+#: Where the function of each format is: module and name.
+WRITERS = {
+    "dxf": ("dxf", "written_dxf"),
+    "json": ("record", "written_json"),
+    "csv": ("table", "written_csv"),
+    "xlsx": ("table", "written_xlsx"),
+    "parquet": ("table", "written_parquet"),
+    "solidworks": ("parameters", "solidworks"),
+    "fusion": ("parameters", "fusion"),
+    "freecad": ("freecad", "macro"),
+    "pylinkage": ("pylinkage_script", "script"),
+}
+
+
+def export(
+    guide: PlacedGuide, file: str | PathLike[str] | None = None, format: str | None = None, **options: Any
+) -> str | bytes:
+    """Return a guide in a format, and write it to a file if one is named; see `catalogue.PlacedGuide.export`."""
+    if file is not None and not isinstance(file, str | PathLike):
+        raise InvalidRequest(f"a guide is exported to a file, not to {quoted(file)}")
+    path = None if file is None else Path(file)
+    kind = chosen(format, path)
+    how = Options(**options)
+    if path is not None:
+        check(path)
+    module, name = WRITERS[kind]
+    write: Callable[[PlacedGuide, Options], str | bytes] = getattr(import_module(f".{module}", __package__), name)
+    made = write(guide, how)
+    if path is not None:
+        try:
+            with replacing(path) as part:
+                part.write_bytes(made if isinstance(made, bytes) else made.encode())
+        except OSError as error:
+            raise InvalidRequest(f"cannot write {path}: {error.strerror}") from error
+        except ValueError:  # a name that no file can have
+            raise InvalidRequest(f"cannot write to a file of the name {quoted(str(path))}") from None
+    return made
+
+
+def check(file: Path) -> None:
+    """Say that a file cannot be written before work is done for it."""
+    if not is_folder(file.parent):
+        raise InvalidRequest(f"cannot write {file}: there is no folder {file.parent}")
+    if is_folder(file):
+        raise InvalidRequest(f"{file} is a folder: name a file in it")

@@ -1,0 +1,121 @@
+"""Scripts: the FreeCAD macro, and the script that moves the guide by pylinkage and asserts its deviation."""
+
+from __future__ import annotations
+
+import ast
+import importlib.util
+import math
+import re
+import shutil
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import catalogue
+from catalogue.errors import InvalidRequest
+
+FAMILIES = ("four-bar", "slider-crank", "inverted-slider-crank", "swinging-block", "elliptic-trammel", "oldham")
+Six = dict[str, catalogue.Stretch]
+
+
+@pytest.mark.parametrize("family", FAMILIES)
+def test_the_macro_is_plain_python(six: Six, family: str) -> None:
+    tree = ast.parse(str(six[family].export(format="freecad")))
+    compile(tree, "guide.FCMacro", "exec")
+    imported = {alias.name for node in ast.walk(tree) if isinstance(node, ast.Import) for alias in node.names}
+    imported |= {str(node.module) for node in ast.walk(tree) if isinstance(node, ast.ImportFrom)}
+    assert imported == {"FreeCAD", "Part"}
+    values = {
+        node.targets[0].id: ast.literal_eval(node.value)
+        for node in tree.body
+        if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name) and node.targets[0].id.isupper()
+    }
+    told = {name: float(value) for name, value, _, _ in values["PARAMETERS"]}
+    assert told["guided_x"] == six[family].guided[0]
+    placed = {}
+    for name, _, (x, y), angle, _, _, holes in values["LINKS"]:
+        turn = complex(math.cos(math.radians(angle)), math.sin(math.radians(angle)))
+        placed[name] = [complex(x, y) + turn * complex(*hole) for hole in holes]
+    pivots = [complex(x, y) for dyad in six[family].pivots for x, y, w in dyad if w]
+    for z in (*pivots, complex(*six[family].guided)):
+        assert min(abs(z - hole) for holes in placed.values() for hole in holes) <= 1e-9 * six[family].size
+
+
+CHECK = """
+exec(compile(open({macro!r}, encoding="utf-8").read(), "macro", "exec"))
+for one in document.Objects:
+    if hasattr(one, "Shape"):
+        print("RESULT", one.Label, one.Shape.isValid(), one.Shape.Volume, one.Placement.Base.x, sep="|")
+print("RESULT", "sheet", sheet.get("crank_1").Value, sep="|")
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("unit", "millimetres"), [("mm", 1.0), ("in", 25.4)])
+def test_freecad_makes_the_bars(six: Six, tmp_path: Path, unit: str, millimetres: float) -> None:
+    command = shutil.which("freecadcmd") or shutil.which("FreeCADCmd")
+    if command is None:
+        pytest.skip("freecadcmd is not installed: it comes with the system's packages")
+    guide, macro, check = six["four-bar"], tmp_path / "guide.FCMacro", tmp_path / "check.py"
+    guide.export(macro, unit=unit, bar_width=20, hole=8)
+    check.write_text(CHECK.format(macro=str(macro)), "utf-8")
+    done = subprocess.run([command, str(check)], capture_output=True, text=True, timeout=300, check=False)
+    told = {line[1]: line[2:] for line in (text.split("|") for text in re.findall(r"RESULT.*", done.stdout))}
+    assert told, done.stdout + done.stderr
+    length = guide.lengths["crank 1"]
+    area = 20 * length + math.pi * 100 - 2 * math.pi * 16
+    assert told["crank 1"][0] == "True"
+    assert float(told["crank 1"][1]) == pytest.approx(area * 6 * millimetres**3, rel=1e-9)
+    assert float(told["crank 1"][2]) == pytest.approx(guide.pivots[0][0][0] * millimetres, abs=1e-9)
+    assert float(told["sheet"][0]) == pytest.approx(length * millimetres, rel=1e-12)
+    assert {"frame", "crank 2", "coupler", "path"} < {*told}
+
+
+def run(text: str, folder: Path) -> subprocess.CompletedProcess[str]:
+    if importlib.util.find_spec("pylinkage") is None:
+        pytest.skip("pylinkage is not installed: pip install pylinkage")
+    file = folder / "guide.py"
+    file.write_text(text, "utf-8")
+    return subprocess.run([sys.executable, str(file)], capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("which", ["four-bar", "slider-crank", "arc"])
+def test_pylinkage_agrees_with_the_deviation(six: Six, arc: catalogue.Stretch, tmp_path: Path, which: str) -> None:
+    guide = arc if which == "arc" else six[which]
+    text = str(guide.export(format="pylinkage"))
+    done = run(text, tmp_path)
+    assert done.returncode == 0, done.stderr
+    told = re.search(r"stroke ([\d.e+-]+), deviation ([\d.e+-]+)", done.stdout)
+    assert told
+    assert float(told[1]) == pytest.approx(guide.stroke, abs=guide.deviation)
+    assert float(told[2]) == pytest.approx(guide.deviation, rel=1e-3)
+    wrong = re.sub(r"^DEVIATION = .*$", f"DEVIATION = {1.05 * guide.deviation!r}", text, flags=re.MULTILINE)
+    assert "AssertionError" in run(wrong, tmp_path).stderr
+
+
+@pytest.mark.parametrize("family", FAMILIES[2:])
+def test_families_that_pylinkage_cannot_move_are_refused(six: Six, family: str) -> None:
+    with pytest.raises(InvalidRequest, match=f"no dyads for a guide of family {family}"):
+        six[family].export(format="pylinkage")
+
+
+def test_a_guide_that_pylinkage_would_lose_is_refused(six: Six) -> None:
+    with pytest.raises(InvalidRequest, match="passes a change point"):
+        replace(six["four-bar"], pole=[0.0, 0.0]).export(format="pylinkage")
+    with pytest.raises(InvalidRequest, match="asserts a deviation"):
+        catalogue.guide(six["four-bar"].pivots, six["four-bar"].guided).export(format="pylinkage")
+    swinging = {"ground": 1.6, "crank": 3.6, "coupler": 1.4, "rocker": 1.9, "along": 1.0, "across": 1.4}
+
+    def turns_back(one: catalogue.Stretch, crank: int) -> bool:
+        turned = np.diff(one.motion(721, driver=crank).drive)
+        return bool(turned.min() < 0 < turned.max())
+
+    found = catalogue.guide(swinging).measure(stroke=2.5, limit=2)
+    (through,) = [one for one in found if turns_back(one, 1) and turns_back(one, 2)]
+    with pytest.raises(InvalidRequest, match="dead point or a change point"):
+        through.export(format="pylinkage")
