@@ -1,0 +1,290 @@
+"""The routes of the page."""
+
+from __future__ import annotations
+
+import asyncio
+import re
+from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from contextlib import asynccontextmanager
+from functools import partial
+from mimetypes import guess_type
+from pathlib import Path
+from typing import Any
+from urllib.parse import urlencode
+
+from ..draw.moving_style import DARK, LIGHT, STYLE, properties
+from ..errors import CatalogueError, DatabaseError, InvalidRequest, MissingExtra, shortened
+
+try:
+    from jinja2 import Environment, FileSystemLoader
+    from starlette.applications import Starlette
+    from starlette.exceptions import HTTPException
+    from starlette.middleware import Middleware
+    from starlette.middleware.trustedhost import TrustedHostMiddleware
+    from starlette.requests import Request
+    from starlette.responses import HTMLResponse, JSONResponse, RedirectResponse, Response
+    from starlette.routing import Mount, Route
+    from starlette.staticfiles import StaticFiles
+except ImportError as error:
+    raise MissingExtra(
+        'the page needs starlette, jinja2 and uvicorn: pip install "mechanism-catalogue[web]"'
+    ) from error
+
+from . import asked, guides
+from .desk import Begin, Busy, Desk, NobodyWaits, process
+from .gallery import gallery
+from .guard import HOSTS, Guard
+from .own import EXAMPLE as OWN_EXAMPLE
+from .own import Own, measured
+from .wish import Form, Wish, WishError
+
+HERE = Path(__file__).parent
+#: Units that can be shown, and guides that are compared, at most.
+UNITS, SIDE_BY_SIDE = ("mm", "cm", "m", "in"), 6
+#: A wish that has answers, for who comes without one.
+EXAMPLE = {"path": "straight-line", "stroke": "150", "deviation": "0.05"}
+
+
+class Page:
+    """The routes; holds the form and the desk."""
+
+    def __init__(self, form: Form, begin: Begin, make: Callable[..., Any]) -> None:
+        self.form, self._begin, self._make = form, begin, make
+        self.desk: Desk
+        self.templates = Environment(
+            loader=FileSystemLoader(HERE / "templates"), autoescape=True, trim_blocks=True, lstrip_blocks=True
+        )
+        self.templates.globals["drawings"] = (
+            f"{STYLE}:root{{{properties(LIGHT)}}}@media(prefers-color-scheme:dark){{:root{{{properties(DARK)}}}}}"
+            ".guide-drawing{--guide-paper:var(--sheet)}"
+        )
+        self.templates.filters["address"] = urlencode
+        self.templates.tests["given"] = lambda name, values: any(values.get(name, ()))
+
+    @asynccontextmanager
+    async def open(self, _: Starlette) -> AsyncIterator[None]:
+        """Begin the processes, and end them."""
+        self.desk = Desk(self._begin, self._make)
+        try:
+            yield
+        finally:
+            await self.desk.close()
+
+    async def warm(self) -> None:
+        """Ask what everybody asks, so that it is known."""
+
+        async def never() -> bool:
+            return False
+
+        wish = self.form.wish(EXAMPLE.items())
+        lanes = [(self.desk.quick, False), (self.desk.thorough, True)]
+        first = [
+            self.desk.ask(f"warm {lane.count - k} {refined}", lane, never, partial(asked.search, refined=refined),
+                          wish.request, wish.keywords)
+            for lane, refined in lanes for k in range(lane.count)
+        ]  # fmt: skip
+        await asyncio.gather(*first)
+        await self.desk.ask("gallery", self.desk.thorough, never, gallery)
+
+    def show(self, template: str, request: Request, code: int = 200, **values: Any) -> HTMLResponse:
+        """Return a page, or a part of one."""
+        unit = request.query_params.get("unit", "mm")
+        if unit not in UNITS:
+            unit = "mm"
+        values |= {"unit": unit, "units": UNITS, "query": request.url.query, "path": request.url.path}
+        return HTMLResponse(self.templates.get_template(template).render(values), code)
+
+    async def ask(self, request: Request, key: str, task: Callable[..., Any], *arguments: Any, quick: bool) -> Any:
+        lane = self.desk.quick if quick else self.desk.thorough
+        return await self.desk.ask(key, lane, request.is_disconnected, task, *arguments)
+
+    async def _answers(self, request: Request, wish: Wish, *, refined: bool) -> asked.Answers:
+        task = partial(asked.search, refined=refined)
+        key = f"{wish.key} {refined}"
+        found: asked.Answers = await self.ask(request, key, task, wish.request, wish.keywords, quick=not refined)
+        return found
+
+    async def _found(self, request: Request) -> dict[str, Any]:
+        """Return what is shown of a search: answers with their wish, or what is wrong with it."""
+        given = request.query_params.multi_items()
+        try:
+            wish = self.form.wish(given)
+            known = self.desk.knows(f"{wish.key} True")
+            refined = known or request.query_params.get("stage") == "refined"
+            answers = await self._answers(request, wish, refined=refined)
+        except WishError as error:
+            return {"error": str(error), "field": error.field}
+        except InvalidRequest as error:
+            return {"error": str(error), "field": self.form.field_of(str(error))}
+        kept = [pair for pair in given if pair[0] != "stage"]
+        advice = [(said(text), self.form.relaxed(kept, text)) for text in answers.advice]
+        return {"wish": wish, "answers": answers, "advice": advice, "error": "", "field": ""}
+
+    async def home(self, request: Request) -> Response:
+        """The form with its answers; without a wish with an example."""
+        given = request.query_params.multi_items()
+        asking = any(name in self.form.fields for name, _ in given)
+        found = await self._found(request) if asking else {"error": "", "field": ""}
+        values: dict[str, list[str]] = {}
+        for name, value in given if asking else EXAMPLE.items():
+            values.setdefault(name, []).append(value)
+        picked = request.query_params.getlist("pick")
+        return self.show(
+            "home.html", request, 400 if found["error"] else 200, form=self.form, values=values, picked=picked,
+            asking=asking, **found,
+        )  # fmt: skip
+
+    async def answers(self, request: Request) -> Response:
+        """The answers alone, for the script."""
+        found = await self._found(request)
+        picked = request.query_params.getlist("pick")
+        return self.show("answers.html", request, 400 if found["error"] else 200, picked=picked, **found)
+
+    async def guide(self, request: Request) -> Response:
+        """The page of one guide."""
+        name = request.path_params["name"]
+        found = await self.ask(request, f"guide {name}", guides.guide_page, name, quick=True)
+        if isinstance(found, tuple):
+            return RedirectResponse(f"/own?{urlencode(found)}")
+        return self.show(
+            "guide.html", request, guide=found, files=guides.FILES, layers=guides.SHOWN, seconds=guides.SECONDS
+        )
+
+    async def file(self, request: Request) -> Response:
+        """A file made of a guide."""
+        name, kind = request.path_params["name"], request.path_params["kind"]
+        if kind not in guides.FILES:
+            raise HTTPException(404)
+        unit = request.query_params.get("unit", "mm")
+        if unit not in UNITS:
+            raise InvalidRequest(f"the unit is one of {', '.join(UNITS)}")
+        content = await self.ask(request, f"file {name} {kind} {unit}", guides.file_of, name, kind, unit, quick=True)
+        plain, suffix = re.sub(r"[^\w.-]", "_", name, flags=re.ASCII), guides.FILES[kind][0]
+        plain += f"-{kind}" * (kind in ("fusion", "solidworks"))
+        headers = {"Content-Disposition": f'attachment; filename="{plain}.{suffix}"'}
+        return Response(content, media_type=guess_type(f"x.{suffix}")[0] or "text/plain", headers=headers)
+
+    async def compare(self, request: Request) -> Response:
+        """Guides side by side."""
+        names = tuple(dict.fromkeys(request.query_params.getlist("pick")))
+        if len(names) > SIDE_BY_SIDE:
+            raise InvalidRequest(f"{SIDE_BY_SIDE} guides fit side by side: leave some out")
+        found = await self.ask(request, f"compare {names}", guides.compared, names, quick=True) if names else []
+        return self.show("compare.html", request, guides=found, groups=guides.side_by_side(found))
+
+    async def own(self, request: Request) -> Response:
+        """An own linkage, typed or dragged."""
+        found, error = None, ""
+        try:
+            found = await self._own(request)
+        except CatalogueError as fault:
+            error = str(fault)
+        given = request.query_params
+        shown = {name: given.get(name, default) for name, default in (("x", "0"), ("y", "0"), ("stroke", "40"))}
+        if "linkage" in given:
+            shown |= {name: given.get(name, "") for name in shown}
+        return self.show(
+            "own.html", request, 400 if error else 200, own=found, error=error,
+            linkage=given.get("linkage", OWN_EXAMPLE), **shown,
+        )  # fmt: skip
+
+    async def measured(self, request: Request) -> Response:
+        """An own linkage measured, for the script: while it is dragged without a drawing of the stretch."""
+        try:
+            found = await self._own(request)
+        except CatalogueError as fault:
+            return JSONResponse({"error": str(fault)}, 400)
+        shown = self.show("measured.html", request, own=found)
+        return JSONResponse(
+            {"pivots": found.pivots, "guided": found.guided, "path": found.path, "stretch": found.stretch,
+             "told": bytes(shown.body).decode(), "error": found.error}
+        )  # fmt: skip
+
+    async def _own(self, request: Request) -> Own:
+        given = request.query_params
+        if "linkage" in given:
+            arguments = tuple(given.get(name, "") for name in ("linkage", "x", "y", "stroke"))
+        else:
+            arguments = (OWN_EXAMPLE, "0", "0", "40")
+        kept = given.get("stage") != "draft"
+        found: Own = await self.ask(request, f"own {arguments} {kept}", measured, *arguments, kept, quick=True)
+        return found
+
+    async def gallery(self, request: Request) -> Response:
+        """The named guides and the series."""
+        named, series = await self.ask(request, "gallery", gallery, quick=False)
+        return self.show("gallery.html", request, guides=named, series=series)
+
+    async def failed(self, request: Request, error: Exception) -> Response:
+        """One line on a page, whatever went wrong."""
+        code, text = 400, str(error)
+        if isinstance(error, NobodyWaits):
+            return Response(status_code=499)
+        if isinstance(error, HTTPException):
+            code, text = (
+                error.status_code,
+                {404: "there is no such page", 405: "this page is only read"}.get(error.status_code, error.detail),
+            )
+        elif isinstance(error, DatabaseError | Busy):
+            code = 503
+        elif isinstance(error, MissingExtra):
+            code = 501
+        elif isinstance(error, InvalidRequest) and request.url.path.startswith("/guide/"):
+            code = 404
+        return self.show("failed.html", request, code, text=shortened(text, 500))
+
+
+def said(advice: str) -> str:
+    """Return advice that names options in the words of the form."""
+    text = re.sub(r"--([a-z-]+)", lambda flag: flag[1].replace("-", " "), advice)
+    return text[:1].upper() + text[1:]
+
+
+def application(
+    path: Path, form: Form, plugins: Sequence[str] = (), *, make: Callable[..., Any] = process, warm: bool = False
+) -> Starlette:
+    """Return the page of a database as an ASGI application.
+
+    Parameters
+    ----------
+    path : Path
+        Of the database, absolute; it is only read.
+    form : Form
+    plugins : sequence of str
+        Folders with plugins.
+    make : callable
+        `process`, or `thread`: of which kind those who answer are.
+    warm : bool
+        Ask at once what everybody asks.
+    """
+    page = Page(form, partial(asked.begin, path, tuple(plugins)), make)
+
+    @asynccontextmanager
+    async def lifespan(app: Starlette) -> AsyncIterator[None]:
+        async with page.open(app):
+            warming = asyncio.create_task(page.warm()) if warm else None
+            yield
+            if warming is not None:
+                warming.cancel()
+                await asyncio.gather(warming, return_exceptions=True)
+
+    routes = [
+        Route("/", page.home, name="home"),
+        Route("/answers", page.answers),
+        Route("/guide/{name}", page.guide, name="guide"),
+        Route("/guide/{name}/{kind}", page.file),
+        Route("/compare", page.compare),
+        Route("/own", page.own, name="own"),
+        Route("/own/measured", page.measured),
+        Route("/gallery", page.gallery),
+        Mount("/static", StaticFiles(directory=HERE / "static")),
+    ]
+    handlers: dict[Any, Callable[[Request, Any], Awaitable[Response]]] = dict.fromkeys(
+        (CatalogueError, HTTPException, NobodyWaits), page.failed
+    )
+    return Starlette(
+        routes=routes,
+        middleware=[Middleware(Guard), Middleware(TrustedHostMiddleware, allowed_hosts=HOSTS)],
+        exception_handlers=handlers,
+        lifespan=lifespan,
+    )

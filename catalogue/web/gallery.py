@@ -1,0 +1,71 @@
+"""The gallery: the named guides as published, and every series with one of its guides."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ..errors import CatalogueError
+from ..find.candidate import Candidate
+from ..find.stored import as_published
+from ..series.named_guides import named_guides
+from .asked import opened
+from .cards import drawing
+
+#: Level of the reach by which a guide of a series is chosen, and its least transmission angle [deg].
+LEVEL, TRANSMISSION = -3, 35
+
+
+@dataclass(frozen=True)
+class Plate:
+    """A named guide, or a series with one of its guides."""
+
+    name: str  #: of the page of the guide
+    title: str
+    line: str  #: proportions of a guide, families of a series
+    text: str  #: its place in the theory
+    source: str
+    drawing: str
+    series: str
+
+
+def gallery() -> tuple[tuple[Plate, ...], tuple[Plate, ...]]:
+    """Return the named guides and the series."""
+    catalogue = opened()
+    guides = []
+    for design in named_guides().values():
+        try:
+            one = as_published(design, catalogue.guide(design.name), design.stroke)
+        except CatalogueError:  # a database that was filled without them
+            continue
+        guides.append(
+            Plate(design.name, design.title, design.proportions, design.place, design.source, _drawn(one), one.series)
+        )
+    best = _examples()
+    series = []
+    for one_series in catalogue.registry.series.values():
+        code = one_series.code
+        number = best.get(code)
+        drawn = "" if number is None else _drawn(catalogue.guide(number).at(1.0))
+        inverse = "its own inverse" if one_series.inverse == code else f"inverse of {one_series.inverse}"
+        line = f"{', '.join(one_series.families)}; {inverse}"
+        name = "" if number is None else str(number)
+        series.append(Plate(name, one_series.title, line, "", one_series.source, drawn, code))
+    return tuple(guides), tuple(series)
+
+
+def _drawn(one: Candidate) -> str:
+    try:
+        return drawing(one)
+    except CatalogueError:
+        return ""
+
+
+def _examples() -> dict[str, int]:
+    """Return by series the number of the most compact stored guide along a line that transmits well, else of any."""
+    rows = opened().guides(reaches=True)
+    rows = rows[rows["kind"].isin(["line", "circle"]) & (rows["level"] == LEVEL)]
+    weak = rows["min_transmission"] < TRANSMISSION
+    bent = rows["kind"] == "circle"
+    rows = rows.assign(weak=weak, bent=bent).sort_values(["weak", "bent", "size"], kind="stable")
+    first = rows.drop_duplicates("series")
+    return {str(code): int(number) for code, number in zip(first["series"], first["id"], strict=True)}

@@ -1,0 +1,239 @@
+"""The page of one guide: its drawing, theory, lengths, pivots and curves, and the files made of it."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..curvature_theory.analysis import DEAD_POINT, PARALLEL, curvature
+from ..draw import moving_svg
+from ..draw.datasheet_html import sheet_html
+from ..draw.moving import LAYERS
+from ..draw.moving_file import moving_file
+from ..errors import InvalidRequest, quoted
+from ..export import export
+from ..export.formats import FORMATS, SUFFIXES
+from ..find.answers import is_code, recall
+from ..find.candidate import Candidate
+from ..find.placed import OwnGuide
+from ..series.named_guides import named_guides
+from .asked import opened
+from .cards import Card, Number, card, contact, coordinate, figure
+from .charts import charts
+
+if TYPE_CHECKING:
+    from ..series.named_guides import NamedGuide
+
+#: Size of the large drawing [px], and its period [s].
+LARGE, SECONDS = (960, 600), 6
+#: Digits of the number of a guide, at most.
+LONGEST = 15
+#: What can be shown in the large drawing besides, in words.
+SHOWN = {
+    "names": "Names of the pivots", "turn": "Path over the whole circuit", "pole": "Pole",
+    "circle": "Inflection circle", "cubics": "Cubics of stationary curvature",
+    "centrodes": "Centrodes", "velocity": "Velocity",
+}  # fmt: skip
+
+
+@dataclass(frozen=True)
+class GuidePage:
+    """What the page of a guide shows."""
+
+    name: str
+    heading: str
+    words: tuple[str, ...]  #: of a named guide: proportions, place, source
+    card: Card
+    drawing: str
+    numbers: tuple[Number, ...]
+    lengths: tuple[Number, ...]
+    pivots: tuple[tuple[str, str, str, str], ...]  #: name, x, y, remark
+    theory: tuple[Number, ...]
+    remarks: tuple[str, ...]
+    charts: tuple[str, ...]
+    own: tuple[tuple[str, str], ...]  #: the address of the page of own linkages that has it
+
+
+def pick(name: str) -> tuple[Candidate | OwnGuide, NamedGuide | None]:
+    """Return the guide that a code of an answer, a number or a name of the catalogue stands for.
+
+    Raises
+    ------
+    InvalidRequest
+        If there is none, or it is no planar guide.
+    """
+    design = named_guides().get(name)
+    if design is not None:
+        from ..find.stored import as_published
+
+        return as_published(design, opened().guide(name), design.stroke), design
+    if is_code(name):
+        found = recall(name, opened().registry.collection)
+        if not isinstance(found, Candidate | OwnGuide):
+            raise InvalidRequest(f"{name} is no planar guide: `catalogue show {name}` prints it")
+        return found, None
+    if not name.isascii() or not name.isdigit() or len(name) > LONGEST:
+        raise InvalidRequest(f"{quoted(name)} is no code, number or name of a guide")
+    return opened().guide(int(name)).at(1.0), None
+
+
+def placed(name: str) -> Candidate:
+    """Return the guide with a stroke that a name stands for; see `pick`."""
+    found, _ = pick(name)
+    if not isinstance(found, Candidate):
+        raise InvalidRequest(f"{name} has no stroke: measure it on the page of own linkages")
+    return found
+
+
+def address(one: Candidate | OwnGuide) -> tuple[tuple[str, str], ...]:
+    """Return what the page of own linkages is asked for a guide."""
+    pivots = json.dumps([[[float(f"{v:.12g}") for v in pivot] for pivot in dyad] for dyad in one.pivots])
+    point = [("x", f"{one.guided[0]:.12g}"), ("y", f"{one.guided[1]:.12g}")]
+    stroke = [("stroke", f"{one.stroke:.12g}")] if isinstance(one, Candidate) else []
+    return (("linkage", pivots), *point, *stroke)
+
+
+def guide_page(name: str) -> GuidePage | tuple[tuple[str, str], ...]:
+    """Return the page of a guide; of an own linkage without a stroke its address on the page of such."""
+    found, design = pick(name)
+    if not isinstance(found, Candidate):
+        return address(found)
+    if not is_code(name) or design is not None:  # nobody asked for a deviation that it could allow
+        found = replace(found, allowance=None, score=None, expected=None)
+    theory, remarks = _theory(found)
+    words = () if design is None else (design.proportions, design.place, f"Source: {design.source}")
+    series = opened().registry.series.get(found.series)
+    if series is not None:
+        remarks = (f"Series {series.code}: {series.title}. {series.source}.", *remarks)
+    return GuidePage(
+        name,
+        design.title if design is not None else f"{found.series or 'Own linkage'} {found.family}",
+        words,
+        card(found, name, ""),
+        moving_svg(found, width=LARGE[0], height=LARGE[1], layers=LAYERS, hidden=LAYERS, seconds=SECONDS, style=False),
+        _all_numbers(found),
+        tuple(_lengths(found)),
+        tuple(_pivots(found)),
+        theory,
+        remarks,
+        charts(found),
+        address(found),
+    )
+
+
+#: Lengths by name that are angles.
+ANGLES = ("angle", "between")
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ").capitalize()
+
+
+def _all_numbers(one: Candidate) -> tuple[Number, ...]:
+    """Return what is measured besides the numbers of the card."""
+    degrees = ("drive_angle", "rotation", "min_transmission_turn")
+    lengths = ("max_ground", "max_arm", "expected")
+    plain = ("uniformity", "advantage", "time_ratio", "sensitivity_rms", "drift", "gap", "score")
+    shown = [Number("Stroke", figure(one.stroke, 6), "length")]
+    for names, unit in ((lengths, "length"), (degrees, "°"), (plain, "")):
+        values = ((name, getattr(one, name)) for name in names)
+        shown += [Number(_words(name), figure(value), unit) for name, value in values if value is not None]
+    return tuple(shown)
+
+
+def _lengths(one: Candidate) -> Iterator[Number]:
+    for name, value in one.lengths.items():
+        angle = name in ANGLES
+        yield Number(_words(name), coordinate(value, 360 if angle else one.size), "°" if angle else "length")
+
+
+def _pivots(one: Candidate) -> list[tuple[str, str, str, str]]:
+    rows = []
+    for i, dyad in enumerate(one.pivots):
+        for star, (x, y, w) in zip(("", "*"), dyad, strict=True):
+            what = ("moving" if star else "fixed") + ("" if w else ", at infinity in this direction")
+            size = one.size if w else 1.0
+            rows.append((f"A{i + 1}{star}", coordinate(x, size), coordinate(y, size), what))
+    rows.append(("P", coordinate(one.guided[0], one.size), coordinate(one.guided[1], one.size), "guided point"))
+    return rows
+
+
+def _theory(one: Candidate) -> tuple[tuple[Number, ...], tuple[str, ...]]:
+    """Return curvature and memberships of a guide in the position of its pivots."""
+    at = curvature(one.linkage)
+    place = "at mid-stroke"
+    shown = [Number("Contact", contact(one.order), "", "Of the ancestor at its design position.")] * bool(one.order)
+    if at.state[0] not in (PARALLEL, DEAD_POINT):
+        x, y = at.pole[0]
+        shown += [
+            Number("Pole x", coordinate(x, one.size), "length", f"Instantaneous centre of the coupler {place}."),
+            Number("Pole y", coordinate(y, one.size), "length"),
+            Number("Inflection circle", figure(at.rho0[0], 6), "length", "Its diameter ρ0."),
+            Number("κ ρ0", coordinate(at.kappa[0] * at.rho0[0], 1), "", "ρ0/R of the centring-point curve."),
+            Number("κ* ρ0", coordinate(at.kappa_star[0] * at.rho0[0], 1), "", "ρ0/R* of the circling-point curve."),
+            Number("s ρ0", coordinate(at.s[0] * at.rho0[0], 1), "", "ρ0/S of both."),
+        ]
+        if np.isfinite(at.undulation[0]).all():
+            places = ", ".join(coordinate(v, one.size) for v in at.undulation[0])
+            shown.append(Number("Ball's point", f"({places})", "", "Point of undulation."))
+    remarks = [f"{str(at.reason[0]).capitalize()}."] if at.reason[0] else []
+    told = opened().classify(one.linkage)[0]
+    if told.series:
+        remarks.append("At mid-stroke a member of " + ", ".join(f"{m.series}" for m in told) + ".")
+    elif near := told.nearest:
+        remarks.append(
+            f"At mid-stroke the nearest degenerate series is {near.series}, residual {figure(near.residual)}."
+        )
+    return tuple(shown), tuple(remarks)
+
+
+#: Files made of a guide, by kind: suffix, and what it is.
+FILES: dict[str, tuple[str, str]] = {
+    "sheet": ("html", "data sheet of one page"),
+    "svg": ("svg", "moving drawing in true millimetres"),
+}
+FILES |= {
+    kind: (next((s[1:] for s, k in SUFFIXES.items() if k == kind), "csv"), told) for kind, told in FORMATS.items()
+}
+
+
+def file_of(name: str, kind: str, unit: str) -> str | bytes:
+    """Return a file of a kind of `FILES` made of a guide."""
+    one = placed(name)
+    if kind == "svg":
+        return moving_file(one, unit=unit, code=name)
+    if kind == "sheet":
+        return sheet_html(one, unit=unit)
+    return export(one, format=kind, unit=unit)
+
+
+def compared(names: tuple[str, ...]) -> list[Any]:
+    """Return the pages of guides side by side, of those with a stroke."""
+    return [found for found in map(guide_page, names) if isinstance(found, GuidePage)]
+
+
+#: A row of a comparison: label, help, and the number of each guide, None where it has none.
+Row = tuple[str, str, tuple[Number | None, ...]]
+
+
+def side_by_side(pages: Sequence[GuidePage]) -> list[tuple[str, list[Row]]]:
+    """Return the numbers of guides under headings, row by row."""
+    parts = {
+        "Measured": [page.card.numbers + page.numbers for page in pages],
+        "Links": [page.lengths for page in pages],
+        "Theory": [page.theory for page in pages],
+    }
+    groups = []
+    for heading, columns in parts.items():
+        found = [{one.label: one for one in column} for column in columns]
+        labels = dict.fromkeys(label for column in found for label in column)
+        rows = []
+        for label in labels:
+            cells = tuple(column.get(label) for column in found)
+            rows.append((label, next(cell.help for cell in cells if cell), cells))
+        groups.append((heading, rows))
+    return groups

@@ -1,0 +1,122 @@
+"""A linkage of one's own, typed or dragged: its path, and where on it the point runs straightest."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ..errors import CatalogueError, InvalidRequest, quoted
+from ..find.placed import OwnGuide, guide
+from ..guidance.stretches import straightest
+from ..kinematics.circuits import circuits
+from ..problem.request import positive
+from .cards import Card, Number, card, drawing, figure
+
+#: Positions of the path and of the stretch, and letters of a linkage at most.
+ROWS, STRETCH, LONGEST = 241, 61, 2000
+#: What is shown before anybody has given a linkage: Watt's, in the middle of its stroke.
+EXAMPLE = "[[[-50, 30], [0, 30]], [[50, -30], [0, -30]]]"
+
+
+@dataclass(frozen=True)
+class Own:
+    """An own linkage measured; places as plain numbers, for the script of the page."""
+
+    family: str
+    pivots: list[list[list[float]]]
+    guided: list[float]
+    path: list[list[float]]  #: of the point over the circuit it is on
+    stretch: list[list[float]]  #: where it runs straightest
+    numbers: tuple[Number, ...]
+    card: Card | None
+    error: str  #: why there is no stretch
+
+
+def read(linkage: str, x: str, y: str) -> OwnGuide:
+    """Return the guide that is typed: pivots or link lengths as JSON, and the place of the guided point.
+
+    Raises
+    ------
+    CatalogueError
+        If they form no linkage, or there is no point.
+    """
+    if len(linkage) > LONGEST:
+        raise InvalidRequest(f"a linkage has {LONGEST} letters at most")
+    try:
+        given = json.loads(linkage)
+    except (ValueError, RecursionError) as error:
+        raise InvalidRequest(f"the linkage is no JSON: {error}") from None
+    if not isinstance(given, dict | list):
+        raise InvalidRequest("the linkage must be pivots, [[A1, A1*], [A2, A2*]], or link lengths by their names")
+    point = (_number("x", x), _number("y", y)) if x or y else None
+    if isinstance(given, list) and point is None:
+        raise InvalidRequest("say where the guided point is: x and y")
+    return guide(given, point if isinstance(given, list) or not {"along", "x"} & {*given} else None)
+
+
+def _number(name: str, text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        raise InvalidRequest(f"{name} must be a number, not {quoted(text)}") from None
+
+
+def measured(linkage: str, x: str, y: str, stroke: str, settled: bool) -> Own:
+    """Return an own linkage with its path, and the straightest stretch of a stroke: of all circuits, drawn and kept;
+    unless it is `settled` of the circuit it stands on, which is quick enough while it is dragged."""
+    one = read(linkage, x, y)
+    length = positive("stroke", _number("stroke", stroke))
+    shown = [Number(_words(name), figure(value, 5), "length") for name, value in one.lengths.items()]
+    shown.append(Number("Stroke", figure(length, 5), "length"))
+    path = _places(one.motion(ROWS).points["guided"])
+    stretch, told, drawn, error = (_settled if settled else _dragged)(one, length)
+    return Own(str(one.linkage.family[0]), one.pivots, one.guided, path, stretch, (*shown, *told), drawn, error)
+
+
+Found = tuple[list[list[float]], list[Number], Card | None, str]
+
+
+def _settled(one: OwnGuide, stroke: float) -> Found:
+    """Return the straightest stretch of all circuits, its numbers and its card, or why there is none."""
+    try:
+        found = one.measure(stroke=stroke, limit=1)
+    except CatalogueError as fault:
+        return [], [], None, str(fault)
+    if not found:
+        return [], [], None, str(found.explanation)
+    best = found[0]
+    circuit = f"{best.circuit}{'' if best.given else ', to be assembled anew'}"
+    told = _told(figure(best.deviation), figure(best.min_transmission, 2), circuit)
+    return best.path(STRETCH).round(9).tolist(), told, card(best, found.remember()[0], drawing(best)), ""
+
+
+def _dragged(one: OwnGuide, stroke: float) -> Found:
+    """Return the straightest stretch of the circuit on which a linkage stands, and its deviation."""
+    here, point = circuits(one.linkage)[:1], np.array([complex(*one.guided)])
+    found = straightest(here, point, np.array([stroke]), circle=False, count=1)
+    if not len(found.deviation) or not np.isfinite(found.deviation[0]):
+        return [], _told("–", "…", "1"), None, ""
+    phases = np.linspace(found.low[0], found.high[0], STRETCH)[:, None]
+    z = here.pose(phases).point(point)[:, 0]
+    return _places(z), _told(figure(float(found.deviation[0])), "…", "1"), None, ""
+
+
+def _told(deviation: str, transmission: str, circuit: str) -> list[Number]:
+    return [
+        Number("Deviation", deviation, "length", "Half the width of the narrowest strip that holds the stretch."),
+        Number("Transmission", transmission, "°", "Least over the stretch, the better crank driving."),
+        Number("Circuit", circuit, "", "What the linkage reaches without being taken apart."),
+    ]
+
+
+def _words(name: str) -> str:
+    return name.replace("_", " ").capitalize()
+
+
+def _places(z: Any) -> list[list[float]]:
+    """Return finite places of a path, as far as they can be drawn."""
+    kept = z[np.isfinite(z)]
+    return [[round(v.real, 9), round(v.imag, 9)] for v in kept.tolist()]

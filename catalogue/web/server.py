@@ -1,0 +1,48 @@
+"""The server of the page, on loopback."""
+
+from __future__ import annotations
+
+import os
+import socket
+from collections.abc import Sequence
+from contextlib import suppress
+from pathlib import Path
+
+from ..errors import InvalidRequest, MissingExtra
+from .application import application
+from .wish import Form
+
+
+def serve(path: Path, form: Form, plugins: Sequence[str], port: int, *, browser: bool = False) -> None:
+    """Serve the page on loopback until it is interrupted.
+
+    Raises
+    ------
+    InvalidRequest
+        If the port is taken.
+    MissingExtra
+        Without uvicorn.
+    """
+    try:
+        import uvicorn
+    except ImportError as error:
+        raise MissingExtra('the page needs uvicorn: pip install "mechanism-catalogue[web]"') from error
+    with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listening:
+        if os.name != "nt":  # there it would share a port that is taken
+            listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            listening.bind(("127.0.0.1", port))
+        except OSError as error:
+            raise InvalidRequest(f"port {port} cannot be used ({error.strerror}): name another with --port") from None
+        listening.listen()  # who asks before the server takes over waits
+        address = f"http://127.0.0.1:{listening.getsockname()[1]}/"
+        print(f"{address}  (Ctrl-C ends it)", flush=True)
+        if browser:
+            import webbrowser
+
+            webbrowser.open(address)
+        config = uvicorn.Config(
+            application(path, form, plugins, warm=True), log_level="warning", access_log=False, lifespan="on"
+        )
+        with suppress(KeyboardInterrupt):  # how a server is ended
+            uvicorn.Server(config).run([listening])

@@ -1,0 +1,234 @@
+"""What is wished for: the options of `find` as fields of a form, and an address read as the command reads a line."""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from inspect import signature
+from typing import Any
+
+import click
+
+from ..api import Catalogue
+from ..errors import CatalogueError, InvalidRequest, quoted, shortened
+from ..find.names import SINGULAR
+from ..problem.constraints import DRIVE, LENGTHS, PRESCRIBED, REGIONS, Constraints
+from ..problem.request import Request
+
+#: What a request is read by: the name of a command and its options, to a request and the keywords of `Catalogue.find`.
+Read = Callable[[str, dict[str, Any]], tuple[Request, dict[str, Any]]]
+#: Options of the command that say where the path lies and how answers are ranked, besides the keywords of `find`.
+PATH, RANKING = ("stroke", "deviation", "radius", "from", "to", "along"), ("pareto",)
+#: What the page itself decides: first answers are stored guides as they are, then they are refined.
+DECIDED = ("refine",)
+#: Names in an address that are no wish: kind of path, unit that is shown, shortlist, stage of the search.
+BESIDES = ("path", "unit", "pick", "stage")
+#: Fields by what they are about; others stand in the last group.
+GROUPS = {
+    "Path": PATH,
+    "Kind": ("family", "series", "configuration", "order", "pins_only", "slots", "returns"),
+    "Place": (*REGIONS, "keep_out", *PRESCRIBED, "within"),
+    "Size": LENGTHS,
+    "Drive": ("min_transmission", "min_transmission_turn", "full_rotation", *DRIVE),
+    "Choice": (),
+}
+#: Fields that stand before the groups: what is asked most.
+FIRST = ("min_transmission", "max_size", "fixed_pivots_in", "pins_only")
+#: Bounds of what one request may cost, and letters that one field may have.
+MOST, LONGEST = {"effort": 4, "limit": 48}, 2000
+
+
+class WishError(InvalidRequest):
+    """A wish that cannot be meant, with the name of the field that says so, empty if it is none."""
+
+    def __init__(self, text: str, field: str = "") -> None:
+        super().__init__(text)
+        self.field = field
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of the form, made of an option of the command."""
+
+    name: str
+    flag: str
+    help: str
+    kind: str  #: switch, choice, choices, lines, numbers, number or text
+    unit: str  #: length, °, or none
+    metavar: str
+    default: str
+    choices: tuple[str, ...]
+    slider: str  #: what a slider runs over: length (in strokes), acute, turn, share, or no slider
+
+    @property
+    def label(self) -> str:
+        """The words of the flag."""
+        return self.flag.removeprefix("--").replace("-", " ").capitalize()
+
+    @classmethod
+    def of(cls, option: click.Option, choices: Mapping[str, Sequence[str]]) -> Field:
+        name, metavar = str(option.name), option.metavar or ""
+        unit = "°" if metavar == "DEG" else ""
+        if metavar in ("L", "R") or name == "deviation":
+            unit = "length"
+        known = tuple(choices.get(name, ()))
+        if option.is_flag:
+            kind = "switch"
+        elif option.multiple:
+            kind = "choices" if known else "lines"
+        elif option.nargs > 1:
+            kind = "numbers"
+        else:
+            kind = "number" if unit or metavar == "X" else "choice" if known else "text"
+        slider = ""
+        if kind == "number" and name not in ("within", "play", "round_to", "along", "radius"):
+            acute = "transmission" in name
+            slider = {"length": "length", "°": "acute" if acute else "turn"}.get(unit, "share")
+        given = option.default
+        default = "" if option.multiple or not isinstance(given, str | int | float) or not given else str(given)
+        return cls(
+            name, max(option.opts, key=len), option.help or "", kind, unit, metavar, default, known,
+            "deviation" if name == "deviation" else slider,
+        )  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Wish:
+    """A wish that can be meant: what is asked of `Catalogue.find`."""
+
+    command: str
+    request: Request
+    keywords: dict[str, Any]
+    arguments: tuple[str, ...]
+
+    @property
+    def key(self) -> str:
+        """The same for all ways to say the same."""
+        said = {name: value for name, value in self.keywords.items() if value not in (None, (), [], {}, False)}
+        return repr((self.request, sorted(said.items())))
+
+    @property
+    def line(self) -> str:
+        """The command that gives the same answers."""
+        return shlex.join(["catalogue", "find", self.command, *self.arguments])
+
+
+class Form:
+    """The form: fields made of the options of commands, by which an address is read.
+
+    Parameters
+    ----------
+    commands : mapping of str to click.Command
+        By the name of the path.
+    read : callable
+        See `Read`.
+    choices : mapping of str to sequence of str
+        What there is to choose from, by the name of an option.
+    """
+
+    def __init__(self, commands: Mapping[str, click.Command], read: Read, choices: Mapping[str, Sequence[str]]) -> None:
+        self.commands, self._read = dict(commands), read
+        find = [name for name, one in signature(Catalogue.find).parameters.items() if one.kind is one.KEYWORD_ONLY]
+        known = {SINGULAR.get(one.name, one.name) for one in fields(Constraints)}
+        known |= {*find, *PATH, *RANKING} - {*DECIDED}
+        options = [
+            one
+            for command in commands.values()
+            for one in command.params
+            if one.name in known and isinstance(one, click.Option)
+        ]
+        self.fields = {str(one.name): Field.of(one, choices) for one in options}
+
+    @property
+    def groups(self) -> dict[str, list[Field]]:
+        """Fields by what they are about; those that stand first are in none."""
+        group = {name: title for title, names in GROUPS.items() for name in names}
+        found: dict[str, list[Field]] = {title: [] for title in GROUPS}
+        for field in self.fields.values():
+            if field.name not in FIRST:
+                found[group.get(field.name, "Choice")].append(field)
+        return found
+
+    def wish(self, given: Iterable[tuple[str, str]]) -> Wish:
+        """Return the wish that an address says.
+
+        Raises
+        ------
+        WishError
+            If it cannot be meant.
+        """
+        said: dict[str, list[str]] = {}
+        for name, value in given:
+            said.setdefault(name, []).append(value.strip())
+        name = said.get("path", ["straight-line"])[-1]
+        if name not in self.commands:
+            raise WishError(f"there is no path {quoted(name)}: {' or '.join(self.commands)}", "path")
+        command = self.commands[name]
+        arguments = [part for field in self.fields.values() for part in self._arguments(field, command, said)]
+        if unknown := [one for one in said if one not in self.fields and one not in BESIDES]:
+            raise WishError(f"there is no field {quoted(unknown[0])}")
+        try:
+            context = command.make_context(name, list(arguments))
+            options = {k: v for k, v in context.params.items() if k in self.fields}
+            for bounded, most in MOST.items():
+                if (options.get(bounded) or 0) > most:
+                    raise WishError(f"{bounded} is at most {most} on this page; the command takes more", bounded)
+            request, keywords = self._read(name, options)
+            Constraints.of({k: v for k, v in keywords.items() if k in {one.name for one in fields(Constraints)}})
+        except click.UsageError as error:
+            option = getattr(error, "param", None)
+            text = re.sub(r"^Invalid value for .*?: ", "", shortened(error.format_message(), 300))
+            text = text.replace("is not a valid float", "is no number").replace("a valid integer", "a whole number")
+            raise WishError(text, str(option.name) if option is not None else self.field_of(text)) from None
+        except WishError:
+            raise
+        except CatalogueError as error:
+            raise WishError(str(error), self.field_of(str(error))) from None
+        return Wish(name, request, keywords, tuple(arguments))
+
+    def _arguments(self, field: Field, command: click.Command, said: Mapping[str, list[str]]) -> list[str]:
+        """Return the arguments of the command that a field stands for."""
+        values = [value for value in said.get(field.name, []) if value]
+        if not values:
+            return []
+        if any(len(value) > LONGEST for value in values):
+            raise WishError(f"this is longer than {LONGEST} letters", field.name)
+        option = next((one for one in command.params if one.name == field.name), None)
+        if option is None:
+            raise WishError(f"a {command.name} has no {field.label.lower()}: leave it empty", field.name)
+        if field.kind == "switch":
+            return [field.flag]
+        if field.kind == "numbers":
+            parts = values[-1].replace(",", " ").split()
+            if len(parts) != option.nargs:
+                raise WishError(f"{option.nargs} numbers are wanted, {field.metavar}, not {len(parts)}", field.name)
+            return [field.flag, *parts]
+        if field.kind == "lines":
+            values = [line.strip() for value in values for line in value.splitlines() if line.strip()]
+        if field.kind not in ("lines", "choices"):
+            values = values[-1:]
+        return [part for value in values for part in (field.flag, value)]
+
+    def field_of(self, text: str) -> str:
+        """Return the name of the field that a text names first, empty if it names none."""
+        plural = {one: many for many, one in SINGULAR.items()}
+        found = {}
+        for name, field in self.fields.items():
+            words = {name, field.flag, plural.get(name, name)}
+            if at := re.search(rf"(?<![\w-])({'|'.join(map(re.escape, sorted(words)))})(?![\w-])", text):
+                found[name] = (at.start(), -len(name))
+        return min(found, key=lambda name: found[name], default="")
+
+    def relaxed(self, given: Iterable[tuple[str, str]], advice: str) -> list[tuple[str, str]]:
+        """Return an address after one piece of advice of an empty answer, which names options as the command does."""
+        flags = {field.flag: field for field in self.fields.values()}
+        said = list(given)
+        for part in re.sub(r" \(asked [^)]*\)", "", advice).split(" with "):
+            words = part.removeprefix("without ").split()
+            field = flags[words[0]]
+            said = [pair for pair in said if pair[0] != field.name]
+            if not part.startswith("without "):
+                said.append((field.name, " ".join(words[1:]) or "1"))
+        return said

@@ -1,0 +1,132 @@
+"""The form says what the command says, and reads an address as the command reads its line."""
+
+from __future__ import annotations
+
+import shlex
+from dataclasses import fields
+from typing import Any
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+import catalogue
+from catalogue.cli import app
+from catalogue.cli.serve import wish_form
+from catalogue.find.names import SINGULAR
+from catalogue.problem.constraints import Constraints
+from catalogue.web.wish import Form, WishError
+
+LINE = [("path", "straight-line"), ("stroke", "150"), ("deviation", "0.05")]
+
+
+def test_every_constraint_has_a_field(form: Form) -> None:
+    names = {SINGULAR.get(one.name, one.name) for one in fields(Constraints)}
+    assert names <= {*form.fields}
+
+
+def test_every_field_stands_once(form: Form) -> None:
+    grouped = [one.name for group in form.groups.values() for one in group]
+    assert len(grouped) == len({*grouped})
+    first = {*form.fields} - {*grouped}
+    assert first == {"min_transmission", "max_size", "fixed_pivots_in", "pins_only"}
+
+
+def test_fields_have_the_words_of_the_options(form: Form) -> None:
+    find: Any = app.get_command(None, "find")  # type: ignore[arg-type]  # it needs no context
+    options = {one.name: one.help for name in form.commands for one in find.get_command(None, name).params}
+    assert {name: field.help for name, field in form.fields.items()} == {name: options[name] for name in form.fields}
+
+
+def test_an_address_is_read_as_the_command_reads_its_line(form: Form) -> None:
+    wish = form.wish(
+        [*LINE, ("max_size", " 400 "), ("fixed_pivots_in", "-300, -50, 300, 200"), ("family", "four-bar"),
+         ("family", "slider-crank"), ("pins_only", "1"), ("keep_out", "0,0,10,20\n5 5 6 6"), ("max_link", ""),
+         ("desires", "size=2:4"), ("min_transmission", "40")]
+    )  # fmt: skip
+    assert wish.request == catalogue.StraightLine(150, 0.05)
+    told = wish.keywords
+    assert told["max_size"] == 400
+    assert told["fixed_pivots_in"] == (-300, -50, 300, 200)
+    assert told["families"] == ("four-bar", "slider-crank")
+    assert told["pins_only"] is True
+    assert [*map(list, told["keep_out"])] == [[0, 0, 10, 20], [5, 5, 6, 6]]
+    assert told["desires"] == {"size": [2, 4]}
+    assert told["max_link"] is None
+
+
+def test_the_line_in_a_shell_gives_the_same_wish(form: Form) -> None:
+    wish = form.wish([("path", "circular-arc"), ("stroke", "100"), ("deviation", "0.05"), ("radius", "90"),
+                      ("fixed_pivots_in", "-inf 0 0 inf"), ("full_rotation", "1")])  # fmt: skip
+    words = shlex.split(wish.line)
+    assert words[:3] == ["catalogue", "find", "circular-arc"]
+    find: Any = app.get_command(None, "find")  # type: ignore[arg-type]  # it needs no context
+    context = find.get_command(None, "circular-arc").make_context("circular-arc", words[3:])
+    assert context.params["radius"] == 90
+    assert context.params["fixed_pivots_in"] == (float("-inf"), 0, 0, float("inf"))
+    assert context.params["full_rotation"] is True
+
+
+def test_the_same_wish_has_the_same_key(form: Form) -> None:
+    one = form.wish([*LINE, ("max_size", "400"), ("min_transmission", "40")])
+    other = form.wish([("min_transmission", "40.0"), ("max_size", "4e2"), ("unit", "in"), ("pick", "watt"), *LINE])
+    assert one.key == other.key
+    assert one.key != form.wish([*LINE, ("max_size", "401"), ("min_transmission", "40")]).key
+
+
+@pytest.mark.parametrize(
+    ("field", "value", "words"),
+    [
+        ("stroke", "abc", "no length"),
+        ("stroke", "-1", "above zero"),
+        ("stroke", "", "how long the path is"),
+        ("deviation", "", "Missing"),
+        ("deviation", "50", "no guidance"),
+        ("max_size", "nan", "above zero"),
+        ("fixed_pivots_in", "1 2 3", "4 numbers are wanted, X0 Y0 X1 Y1, not 3"),
+        ("fixed_pivots_in", "3 0 1 1", "inside out"),
+        ("min_transmission", "100", "between 0 and 90"),
+        ("effort", "9", "at most 4"),
+        ("limit", "1000", "at most 48"),
+        ("keep_out", "1,2,3", "keep-out"),
+        ("radius", "10", "no radius"),
+        ("desires", "size", "no length"),
+        ("max_link", "9" * 3000, "longer than"),
+    ],
+)
+def test_what_is_wrong_is_said_at_its_field(form: Form, field: str, value: str, words: str) -> None:
+    with pytest.raises(WishError, match=words) as caught:
+        form.wish([*(pair for pair in LINE if pair[0] != field), (field, value)])
+    assert caught.value.field == field
+    assert "\n" not in str(caught.value)
+
+
+def test_a_name_that_is_no_field_is_refused(form: Form) -> None:
+    with pytest.raises(WishError, match="no field 'max_sise'"):
+        form.wish([*LINE, ("max_sise", "3")])
+    with pytest.raises(WishError, match="no path 'spiral'"):
+        form.wish([("path", "spiral")])
+
+
+WITHOUT_SERIES = wish_form(())
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from(sorted(WITHOUT_SERIES.fields)), st.text(max_size=12)), max_size=4))
+def test_no_address_gets_through_unread(said: list[tuple[str, str]]) -> None:
+    told = ""
+    try:
+        assert WITHOUT_SERIES.wish([*LINE, *said]).request.stroke > 0
+    except WishError as error:
+        told = str(error)
+    assert "\n" not in told
+
+
+def test_advice_becomes_an_address(form: Form) -> None:
+    asked = [*LINE, ("max_size", "100"), ("fixed_pivots_in", "0 0 1 1"), ("pins_only", "1"), ("unit", "cm")]
+    advice = "--max-size 210.5 (asked 100) with --fixed-pivots-in -5 -6 7 8.5"
+    said = form.relaxed(asked, advice)
+    assert dict(said) == {"path": "straight-line", "stroke": "150", "deviation": "0.05", "pins_only": "1",
+                          "unit": "cm", "max_size": "210.5", "fixed_pivots_in": "-5 -6 7 8.5"}  # fmt: skip
+    assert form.wish(said).keywords["max_size"] == 210.5
+    assert "pins_only" not in dict(form.relaxed(asked, "without --pins-only"))
