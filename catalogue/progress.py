@@ -1,30 +1,32 @@
-"""Progress bars on standard error for what takes more than a second."""
+"""What takes more than a second shows on standard error that it goes on: bars on a terminal, lines elsewhere."""
 
 from __future__ import annotations
 
 import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from .populate import Progress
 
-#: After how long a pulsing bar appears [s].
-PATIENCE = 1.0
+#: After how long a pulsing bar, or a line, appears; and after how long the next line of a build [s].
+PATIENCE, AGAIN = 1.0, 10.0
 
 
 @contextmanager
 def busy(label: str) -> Iterator[None]:
-    """Show a pulsing bar and the time once what is done meanwhile takes longer than `PATIENCE`, on a terminal only."""
-    if not sys.stderr.isatty():
-        yield
-        return
+    """Show a pulsing bar and the time, or where standard error is no terminal one line, once what is done meanwhile
+    takes longer than `PATIENCE`."""
     done = threading.Event()
 
     def pulse() -> None:
         if done.wait(PATIENCE):
+            return
+        if not sys.stderr.isatty():
+            _say(f"{label} ...")
             return
         from rich.console import Console
         from rich.progress import BarColumn, TextColumn, TimeElapsedColumn
@@ -46,7 +48,8 @@ def busy(label: str) -> Iterator[None]:
 
 @contextmanager
 def shown(*, quiet: bool, label: str) -> Iterator[Callable[[Progress], None]]:
-    """Yield a function that shows the state of a build; where standard error is no terminal, one line at the end."""
+    """Yield a function that shows the state of a build; where standard error is no terminal, a line after `PATIENCE`,
+    one every `AGAIN` seconds, and one at the end."""
     if quiet:
         yield lambda _: None
         return
@@ -58,14 +61,31 @@ def shown(*, quiet: bool, label: str) -> Iterator[Callable[[Progress], None]]:
     console = Console(stderr=True)
     text, series = TextColumn("{task.description}"), TextColumn("guides {task.fields[series]}")
     columns = text, BarColumn(), MofNCompleteColumn(), series, TimeElapsedColumn()
-    with Bar(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
+    told = time.monotonic()
+    first = threading.Timer(PATIENCE, _say, [f"{label} ..."])
+    first.daemon = True
+    with ExitStack() as stack, Bar(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
         task = bar.add_task(label, total=None, series="")
+        if not console.is_terminal:
+            stack.callback(first.cancel)
+            first.start()
 
         def report(progress: Progress) -> None:
+            nonlocal told
             last[:] = [progress]
+            if not console.is_terminal and time.monotonic() - told > AGAIN:
+                told = time.monotonic()
+                of = f" of {progress.wanted}" * (progress.guides <= progress.wanted)
+                _say(f"{label}: {progress.guides}{of} guides ...")
             bar.update(task, total=progress.wanted, completed=progress.guides, series=progress.series)
 
         yield report
     if last and last[0].rows:
         p = last[0]
         print(f"{label}: {p.guides} guides, {p.rows} rows in {p.seconds:.1f} s ({p.rate:.0f} rows/s)", file=sys.stderr)
+
+
+def _say(text: str) -> None:
+    """Print a line on standard error, if anybody can be told."""
+    with suppress(OSError, ValueError):
+        print(text, file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""What takes long shows that it goes on, on a terminal, and only there."""
+"""What takes long shows that it goes on: a bar on a terminal, a line elsewhere."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from collections.abc import Callable
 import pytest
 
 from catalogue import progress
-from catalogue.progress import busy
+from catalogue.populate import Progress
+from catalogue.progress import busy, shown
 
 
 class Terminal(io.StringIO):
@@ -36,10 +37,34 @@ def test_a_bar_appears_after_a_while(taken: Callable[[io.StringIO], None]) -> No
     assert "searching" in stream.getvalue()
 
 
-def test_no_bar_appears_where_nobody_looks(taken: Callable[[io.StringIO], None]) -> None:
+def test_one_line_appears_where_nobody_looks(taken: Callable[[io.StringIO], None]) -> None:
     taken(stream := io.StringIO())
     with busy("searching"):
         time.sleep(0.3)
+    assert stream.getvalue() == "searching ...\n"
+
+
+def test_a_build_tells_where_nobody_looks_how_far_it_is(
+    taken: Callable[[io.StringIO], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(progress, "AGAIN", 0.0)
+    taken(stream := io.StringIO())
+    with shown(quiet=False, label="building") as report:
+        time.sleep(0.3)
+        report(Progress(guides=3, wanted=9))
+        report(Progress(guides=9, wanted=9, rows=9, seconds=1.0))
+    lines = stream.getvalue().splitlines()
+    assert lines[:3] == ["building ...", "building: 3 of 9 guides ...", "building: 9 of 9 guides ..."]
+    assert lines[3].startswith("building: 9 guides, 9 rows in 1.0 s")
+
+
+def test_a_build_that_is_refused_at_once_says_nothing(
+    taken: Callable[[io.StringIO], None], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    taken(stream := io.StringIO())
+    monkeypatch.setattr(progress, "PATIENCE", 10.0)
+    with shown(quiet=False, label="building"):
+        pass
     assert stream.getvalue() == ""
 
 

@@ -40,7 +40,8 @@ def main() -> None:
         if getattr(sys, name) is None:  # closed by who called us
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115  # for good
     try:
-        if other := other_distribution():
+        other = other_distribution()
+        if other and (VERSION == "unknown" or sys.argv[1:2] != ["doctor"]):  # which says it among the rest
             raise PluginError(other)
         code = run()
         if sys.stdout is not None:
@@ -113,10 +114,15 @@ class Commands(click.Group):
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         """Without arguments print the help and end with exit code 2, as all versions of click do not."""
-        if not args:
+        if not args and not ctx.resilient_parsing:  # as when the shell completes
             click.echo(ctx.get_help())
             ctx.exit(2)
-        return super().parse_args(ctx, args)
+        try:
+            return super().parse_args(ctx, args)
+        except click.NoSuchOption as error:
+            named = f"`{ctx.command_path} {' | '.join(self.list_commands(ctx))}`"
+            told = f"{error.format_message()} It may be one of a command that has to be named first: {named}."
+            raise click.UsageError(told, ctx) from None
 
     def invoke(self, ctx: click.Context) -> Any:
         """Run the command; `main` tells of Ctrl-C, without the empty line that click would print before."""
@@ -133,7 +139,7 @@ FIND = Commands(
 )
 SPATIAL = Commands(
     "spatial",
-    modules={"sweep": "spatial", "assemblies": "spatial"},
+    modules={"sweep": "spatial", "assemblies": "spatial", "fit": "spatial"},
     help="Move a mechanism in space that is given by its hard points.",
 )
 
@@ -141,12 +147,14 @@ SPATIAL = Commands(
 @click.group(
     "catalogue",
     cls=Commands,
-    modules={"build": "build", "classify": "classify", "census": "census", "show": "show", "measure": "measure",
-             "improve": "improve", "trace": "trace", "plate": "plate", "atlas": "plate", "export": "export",
-             "schema": "schema", "plugins": "plugins", "doctor": "doctor"},
+    modules={"build": "build", "classify": "classify", "census": "census", "show": "show", "sheet": "sheet",
+             "measure": "measure", "improve": "improve", "trace": "trace", "plate": "plate", "atlas": "plate",
+             "export": "export", "schema": "schema", "serve": "serve", "plugins": "plugins", "doctor": "doctor"},
     commands={"find": FIND, "spatial": SPATIAL},
-    epilog="The first `find` builds the database, in half a minute or so. Exit codes: 0 answered, 1 nothing found, "
-    "2 bad request, 3 bad linkage, 4 database, 5 plugin, 6 missing package, 130 interrupted.",
+    epilog="The first `find` builds the database, in half a minute or so. The shell completes commands, options and "
+    "names after `eval \"$(_CATALOGUE_COMPLETE=bash_source catalogue)\"`, others after zsh_source or fish_source. Exit "
+    "codes: 0 answered, 1 nothing found, 2 bad request, 3 bad linkage, 4 database, 5 plugin, 6 missing package, "
+    "130 interrupted.",
     context_settings={"show_default": True, "max_content_width": 120},
 )  # fmt: skip
 @click.version_option(VERSION, message="mechanism-catalogue %(version)s", help="Print the version and exit.")

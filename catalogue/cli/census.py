@@ -8,12 +8,27 @@ from pathlib import Path
 
 import click
 
+from ..find.columns import Column
 from ..progress import busy
+from .command import Tabled
 from .options import COMMON
-from .tables import print_records
+from .tables import print_records, print_table, tell
+
+#: Columns of the table, and what they mean.
+TABLE = ("series", "family", "configuration", "dimension", "mechanisms", "guides", "smallest", "remark")
+COLUMNS = {
+    "series": Column("series", "", "code of the series", right=False),
+    "family": Column("family", "", "which dyads, such as four-bar", right=False),
+    "configuration": Column("conf.", "", "where the pivots stand: letters of the dyads", right=False),
+    "dimension": Column("dim.", "", "free parameters of its largest member, apart from similarity"),
+    "mechanisms": Column("mech\u00adanisms", "", "stored"),
+    "guides": Column("guides", "", "stored: guided points and slots of these mechanisms"),
+    "smallest": Column("1e-2, ...", "strokes", "least size of a stored guide of this deviation over stroke"),
+    "remark": Column("remark", "", "why nothing is stored", right=False),
+}
 
 
-@click.command(params=[*COMMON])
+@click.command(cls=Tabled, table=TABLE, columns=COLUMNS, params=[*COMMON])
 def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
     """Count the stored mechanisms: series by family by configuration, and say why a cell is empty."""
     from ..api import open
@@ -24,23 +39,33 @@ def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
             cells = counting.census(catalogue.database, catalogue.registry)
         series = catalogue.registry.series
     levels = sorted({level for c in cells for level in c.smallest}, reverse=True)
-    columns = ["series", "family", "conf.", ">dim.", ">mechanisms", ">guides", *(f">1e{k}" for k in levels), ""]
+    columns = ["series", "family", "configuration", "dimension", "mechanisms", "guides", *(f">1e{k}" for k in levels)]
     rows = [
         [c.series, c.family, c.configuration, c.dimension, c.mechanisms, c.guides,
          *(f"{c.smallest[level]:.3g}" if level in c.smallest else "-" for level in levels), c.remark]
         for c in cells
     ]  # fmt: skip
-    title = "Census; under each deviation over stroke the least size over stroke"
-    print_records(format, [asdict(c) for c in cells], title, columns, rows)
     if format != "table":
+        print_records(format, [asdict(c) for c in cells], "", [*columns, "remark"], rows, meanings=COLUMNS)
         return
+    title = "Census; under each deviation over stroke the least size over stroke"
+    held = [row[:-1] for row in rows if not row[-1]]
+    print_table(title, columns, held, "--legend explains the columns", meanings=COLUMNS, spare=_spare(levels))
+    empty = sorted({c.remark for c in cells if c.remark})
+    for remark in empty:
+        tell(f"{remark}: " + ", ".join(f"{c.series} {c.family} {c.configuration}" for c in cells if c.remark == remark))
     total = sum(c.guides for c in cells)
-    print(f"{len(cells)} cells, {sum(c.mechanisms for c in cells)} mechanisms, {total} guides")
+    tell(f"{len(cells)} cells, {sum(c.mechanisms for c in cells)} mechanisms, {total} guides")
     for one in series.values():
         missing = counting.impossible(one, cells)
         if missing:
-            print(f"{one.code}: impossible are " + ", ".join(f"{family} {name}" for family, name in missing))
-    print(
+            tell(f"{one.code}: impossible are " + ", ".join(f"{family} {name}" for family, name in missing))
+    tell(
         f"Four-bar configurations of the series I, II, II*, III and III*: {counting.LETTER_COUNT} by the letters of "
         f"the dyads; Allievi counts {counting.ALLIEVI_COUNT}."
     )
+
+
+def _spare(levels: list[int]) -> list[str]:
+    """Return the columns that may be left out: of the levels every second one first."""
+    return ["dimension", "mechanisms", *(f"1e{k}" for k in sorted(levels, key=lambda k: (k % 2 == 0, k)))]

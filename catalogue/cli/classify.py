@@ -10,6 +10,7 @@ import click
 from ..progress import busy
 from .options import FORMAT, PLUGINS, Argument, number, switch
 from .tables import contact, print_csv, print_json, print_table
+from .units import UNIT, length
 
 if TYPE_CHECKING:
     from ..series.classification import Classification
@@ -19,10 +20,11 @@ if TYPE_CHECKING:
     params=[
         Argument("file", "FILE|-", "Linkages in JSON or CSV; - reads standard input."),
         switch("--guided", "List what each linkage guides, with its order."),
-        number("--radius", "R", "List points on circles of this radius too, four positions in common."),
-        number("--point", "X Y", "Say how singular the path of this coupler point is: cusps, inflections.", nargs=2),
+        length("--radius", "R", "List points on circles of this radius too, four positions in common."),
+        length("--point", "X Y", "Say how singular the path of this coupler point is: cusps, inflections.", nargs=2),
         number("--tolerance", "T", "Residual up to which a series holds; more for rounded proportions.",
                show_default="1e-9"),
+        UNIT,
         FORMAT,
         PLUGINS,
     ]
@@ -99,7 +101,7 @@ def _cell(value: Any) -> Any:
 
 
 def _print(rows: list[dict[str, Any]]) -> None:
-    columns = [">", "family", "conf.", "series", "nearest", ">residual", ">margin", "remark"]
+    columns = [">", "family", "conf.", "series", "nearest", ">residual", ">margin", "~remark"]
     cells: list[list[Any]] = []
     for i, row in enumerate(rows):
         number = [None if row[k] is None else f"{row[k]:.3g}" for k in ("residual", "margin")]

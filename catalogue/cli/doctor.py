@@ -18,14 +18,19 @@ from typing import NamedTuple
 import click
 from click.exceptions import Exit
 
-from .. import __version__
 from ..errors import CatalogueError, DatabaseError, PluginError
-from ..folders import answers_file, default_database, user_folder
+from ..folders import answers_file, default_database, other_distribution, user_folder
+from ..progress import busy
+from . import VERSION
 from .options import DB, FORMAT, PLUGINS
-from .tables import print_records
+from .tables import print_records, print_table, tell
 
 #: What is imported, always or by an extra.
-PACKAGES = ("numpy", "scipy", "SQLAlchemy", "alembic", "pluggy", "click", "rich", "matplotlib", "pandas", "pyarrow")
+PACKAGES = ("numpy", "scipy", "SQLAlchemy", "alembic", "pluggy", "click", "rich", "matplotlib", "pandas", "pyarrow",
+            "starlette", "jinja2", "uvicorn", "ezdxf", "xlsxwriter")  # fmt: skip
+#: Extras that bring what a part of the commands needs.
+EXTRAS = {"matplotlib": "plot", "pyarrow": "parquet", "starlette": "web", "jinja2": "web", "uvicorn": "web",
+          "ezdxf": "cad", "xlsxwriter": "cad"}  # fmt: skip
 
 
 class Finding(NamedTuple):
@@ -45,22 +50,41 @@ def doctor(db: Path | None, plugins: Sequence[str], format: str) -> None:
     upgrades, and what lies in the user's data directory.
     """
     file = (db or default_database()).absolute()
-    found = [*_installed(), *_database(file), *_beside(file), *_plugins(plugins), *_users()]
+    with busy("looking"):
+        found = [*_installed(), *_database(file), *_beside(file), *_plugins(plugins), *_users()]
     records = [{"what": f.what, "found": f.found, "remedy": f.remedy, "sound": not f.code} for f in found]
-    print_records(format, records, "Doctor", ["", "found", "remedy"], [f[:3] for f in found])
+    if format == "table":
+        _print(found)
+    else:
+        print_records(format, records, "", ["", "found", "remedy"], [f[:3] for f in found])
     if wrong := [f.code for f in found if f.code]:
         raise Exit(min(wrong))
 
 
+def _print(found: Sequence[Finding]) -> None:
+    """Print the report; beside what is wrong, or could be mended, stands the remedy."""
+    print_table("Doctor", ["", "~found"], [f[:2] for f in found])
+    remedies = [f for f in found if f.remedy]
+    if remedies:
+        print_table("What mends or removes it", ["", "~remedy"], [(f.what, f.remedy) for f in remedies])
+    wrong = sum(bool(f.code) for f in found)
+    tell(f"{wrong} of these are wrong" if wrong else "nothing is wrong")
+
+
 def _installed() -> Iterator[Finding]:
-    yield Finding("mechanism-catalogue", f"{__version__} in {Path(__file__).parents[1]}")
+    yield Finding("mechanism-catalogue", f"{VERSION} in {Path(__file__).parents[1]}")
     yield Finding("Python", f"{platform.python_version()} at {sys.executable}, {platform.platform()}")
     yield Finding("SQLite", sqlite3.sqlite_version)
+    if other := other_distribution():
+        yield Finding("name clash", "two distributions own the package `catalogue`", other, PluginError.exit_code)
+    else:
+        yield Finding("name clash", "none: the unrelated distribution `catalogue` is not installed")
     for name in PACKAGES:
         try:
             yield Finding(name, version(name))
         except PackageNotFoundError:
-            yield Finding(name, "not installed")
+            extra = EXTRAS.get(name)
+            yield Finding(name, "not installed", f'pip install "mechanism-catalogue[{extra}]"' if extra else "")
 
 
 def _database(file: Path) -> Iterator[Finding]:
@@ -84,7 +108,7 @@ def _database(file: Path) -> Iterator[Finding]:
                 (state,) = connection.execute("PRAGMA integrity_check(1)").fetchone()
                 orphans = connection.execute("PRAGMA foreign_key_check").fetchmany(1)
                 held = {
-                    table: connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]
+                    table: connection.execute(f"SELECT count(*) FROM {table}").fetchone()[0]  # nosec B608  # our own
                     for table in ("mechanism", "guide", "specimens")
                     if connection.execute("SELECT 1 FROM sqlite_master WHERE name = ?", (table,)).fetchone()
                 }

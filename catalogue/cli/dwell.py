@@ -3,50 +3,75 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..find.columns import DWELL, LENGTH, Column
+from ..find.columns import TABLE as MADE
 from ..progress import busy
-from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, number
-from .tables import codes, print_results, print_table
+from .command import CONFIG, Tabled
+from .find_options import PLOT
+from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, option, switch
+from .tables import FORCE, OUTPUT, codes, print_results, print_table, row
+from .units import UNIT, angle, length, unit
 
 if TYPE_CHECKING:
     from ..find.dwell_results import DwellResults
 
+#: Columns of the table, what they mean, and which may be left out.
+TABLE = ("code", "id", "series", "family", "angle", "residual", "swing", "min_transmission", "size", "rod", "rocker")
+COLUMNS = {
+    **MADE,
+    **DWELL,
+    "rod": Column("rod", LENGTH, "from the guided point to the rocker"),
+    "rocker": Column("rocker", LENGTH, "from the rod to the rocker's pivot"),
+}
+SPARE = ("id", "rod", "rocker", "family")
+
 
 @click.command(
+    cls=Tabled,
+    table=TABLE,
+    columns=COLUMNS,
     params=[
-        number("--angle", "DEG", "By how much the crank turns meanwhile, at least.", required=True),
-        number("--residual", "DEG", "Band of angles in which the rocker may stray meanwhile.", required=True),
-        number("--swing", "DEG", "How far the rocker swings over a turn, at least.", required=True),
-        number("--min-transmission", "DEG", "Least transmission angle over the full turn.", default=0.0),
-        FAMILY, SERIES, ORDER, PINS_ONLY, EFFORT, LIMIT, *COMMON,
+        angle("--angle", "DEG", "By how much the crank turns meanwhile, at least.", required=True),
+        angle("--residual", "DEG", "Band of angles in which the rocker may stray meanwhile.", required=True),
+        angle("--swing", "DEG", "How far the rocker swings over a turn, at least.", required=True),
+        angle("--min-transmission", "DEG", "Least transmission angle over the full turn.", default=0.0),
+        length("--crank-length", "L", "Length of the driving crank: all others are in its unit.", default=1.0),
+        FAMILY, SERIES, ORDER, PINS_ONLY, EFFORT, LIMIT,
+        switch("--explain", "Say how many were looked at, and how near the nearest came."),
+        option("--save", "FILE", "Keep what is listed in a file, from which it is read again anywhere.", OUTPUT),
+        PLOT, FORCE, UNIT, *COMMON, CONFIG,
     ]
 )  # fmt: skip
 def dwell(
-    angle: float, residual: float, swing: float, format: str, db: Path | None, plugins: Sequence[str],
-    family: Sequence[str], **options: Any,
+    angle: float, residual: float, swing: float, crank_length: float, format: str, db: Path | None,
+    plugins: Sequence[str], family: Sequence[str], explain: bool, save: Path | None, plot: Path | None, **options: Any,
 ) -> None:  # fmt: skip
     """Let a rocker stand still while a crank turns on: a circular guide and the dyad at its centre.
 
     \b
-    catalogue find dwell --angle 90 --residual 0.5 --swing 30
+    catalogue find dwell --angle 90 --residual 0.5 --swing 30 --crank-length 40mm
     """
     from ..api import open
     from ..find.dwell_results import StandStill
 
     def table(found: DwellResults) -> None:
-        columns = ["code", ">id", "series", "family", ">dwell", ">residual", ">swing", ">transmission", ">size"]
         rows = [
-            [code, d.id, d.series, d.family, f"{d.angle:.1f}\u00b0", f"{d.residual:.3g}\u00b0", f"{d.swing:.1f}\u00b0",
-             f"{d.min_transmission:.1f}\u00b0", f"{d.size:.3g}"]
+            row(d, TABLE, code=code, min_transmission=f"{d.min_transmission:.1f}\u00b0",
+                **{name: f"{d.lengths[name]:.4g}" for name in ("rod", "rocker")})
             for code, d in zip(codes(found), found, strict=True)
         ]  # fmt: skip
-        caption = "sizes in crank lengths; `catalogue show CODE` gives all pivots"
-        print_table(f"Dwells of {angle:g}\u00b0", columns, rows, caption)
+        of = f" of {crank_length:g} {unit()}".rstrip() if crank_length != 1 or unit() else ""
+        caption = f"lengths for a driving crank{of or ' of 1'}; `catalogue show CODE` gives all pivots"
+        print_table(f"Dwells of {angle:g}\u00b0", TABLE, rows, caption, meanings=COLUMNS, spare=SPARE)
 
     with open(db, plugins=plugins) as catalogue, busy("trying rockers"):
         found = catalogue.find_dwells(StandStill(angle, residual, swing), families=family, **options)
-    print_results(found, table, format)
+    if crank_length != 1:
+        found = replace(found, candidates=[d.scaled(crank_length) for d in found])
+    print_results(found, table, format, explain=explain, save=save, plot=plot)

@@ -1,62 +1,147 @@
-"""``catalogue export``: the stored guides as a file for other programs."""
+"""``catalogue export``: one guide for CAD and other programs, or all that is stored as a table."""
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from contextlib import ExitStack
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..errors import InvalidRequest, MissingExtra
+from ..export.formats import BINARY, FORMATS, SUFFIXES, UNITS, Options, chosen
+from ..export.write import check
 from ..folders import is_folder, replacing
-from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, option, several, switch
+from .measure import given
+from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, Argument, number, option, several, switch
+from .references import HELP, REFERENCE
 from .tables import FORCE, OUTPUT
 
 if TYPE_CHECKING:
     import pandas as pd
 
+#: Formats of the whole store, and those that a suffix names.
+STORE = ("csv", "parquet", "sqlite")
+STORE_SUFFIXES = {".parquet": "parquet", ".db": "sqlite", ".sqlite": "sqlite"}
+
+#: Options for one guide, and for the store.
+OF_GUIDE = [
+    number("--stroke", "L", "Lay a stored guide or a named design along a path of this stroke."),
+    number("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
+    option("--unit", None, "In which the lengths of the guide are; none is converted.", click.Choice(UNITS),
+           show_default="mm"),
+    number("--bar-width", "W", "Of the parts to cut (dxf, freecad, parameters).",
+           show_default="a round one after the size"),
+    number("--hole", "D", "Diameter of their holes; nothing is added for the tool.",
+           show_default="half the width or less"),
+    option("--positions", "N", "Rows of the table of the motion (csv, xlsx, parquet).", int, show_default="73"),
+    several("--columns", "NAME,...", "Only these columns of it, by the beginnings of their headings; may be repeated."),
+    option("--over", None, "The motion over the stroke of an answer, or over the circuit.",
+           click.Choice(["stroke", "circuit"]), show_default="the stroke, if there is one"),
+]  # fmt: skip
+OF_STORE = [
+    switch("--reaches", "Of all that is stored: one row per reach instead of one per guide; sqlite has both."),
+    SERIES,
+    FAMILY,
+    several("--kind", "NAME", "Only line, circle, slot, arc, return-line or return-circle; may be repeated."),
+    ORDER,
+    PINS_ONLY,
+]
+_FLAGS = {str(one.name): one.opts[0] for one in (*OF_GUIDE, *OF_STORE)}
+
 
 @click.command(
     params=[
-        option("--format", None, "What to write; sqlite: a database with guides, pivots, reaches and what they mean.",
-               click.Choice(["csv", "parquet", "sqlite"]), default="csv"),
-        option("--out", "FILE", "Where to; without it csv goes to standard output.", OUTPUT),
+        Argument("reference", f"[{REFERENCE}]", f"{HELP} Without it: all that is stored, as a table.", required=False),
+        option("--format", None, "What to write; of all that is stored csv, parquet or sqlite.",
+               click.Choice([*FORMATS, "sqlite"]), show_default="by the suffix of --out"),
+        option("--out", "FILE", "Where to; without it, or with -, text goes to standard output.", OUTPUT),
         FORCE,
-        switch("--reaches", "One row per reach instead of one per guide; sqlite has both in any case."),
-        SERIES,
-        FAMILY,
-        several("--kind", "NAME", "Only line, circle, slot, arc, return-line or return-circle; may be repeated."),
-        ORDER,
-        PINS_ONLY,
+        *OF_GUIDE,
+        *OF_STORE,
         DB,
         PLUGINS,
     ]
 )  # fmt: skip
-def export(
-    format: str, out: Path | None, reaches: bool, series: Sequence[str], family: Sequence[str],
-    kind: Sequence[str], order: int, pins_only: bool, db: Path | None, plugins: Sequence[str],
-) -> None:  # fmt: skip
-    """Write the stored guides with their pivots, parameters and curvature as a table for other programs.
+def export(reference: str | None, format: str | None, out: Path | None, **options: Any) -> None:
+    """Write a guide for CAD and other programs; without CODE all that is stored, as a table.
 
-    Lengths are canonical; `catalogue schema` says what each column means.
+    dxf: the linkage with a block per link, path and dimensions; beside it its parts to cut, on a layer of their own.
+    freecad: a macro that makes the parts as solids, with a spreadsheet of parameters. solidworks, fusion: parameters
+    by name, to be imported. pylinkage: a script that moves the guide and asserts its deviation. json: the guide with
+    lengths, limits and provenance, which `measure`, `improve`, `trace`, `show` read. csv, xlsx, parquet: the motion.
+
+    The suffix of --out says which: .dxf, .FCMacro, .txt (solidworks), .py (pylinkage), .json, .csv, .xlsx, .parquet.
+
+    Slots are cut as long as the sliding blocks travel over the stroke. A guide by a slot (`find --slots`) is given as
+    it is traced: with its coupler held fast.
+
+    The table of all that is stored has pivots, parameters and curvature; lengths are canonical, `catalogue schema` says
+    what each column means.
 
     \b
+    catalogue export CODE --out guide.dxf --bar-width 20 --hole 6
+    catalogue export watt --stroke 150 --format fusion --out watt.csv
+    catalogue export mine.json --out motion.xlsx --positions 37 --columns drive,guided,transmission
     catalogue export --series II.xy --format parquet --out evans.parquet
     """
+    if out is not None and str(out) == "-":
+        out = None
+    db, plugins = options.pop("db"), options.pop("plugins")
+    of_store = {str(one.name): options.pop(str(one.name)) for one in OF_STORE}
+    misplaced = of_store if reference is not None else options
+    if wrong := [_FLAGS[name] for name, value in misplaced.items() if value not in (None, False, 0, ())]:
+        where = "is for all that is stored: leave out CODE" if reference is not None else "is for one guide: name it"
+        raise InvalidRequest(f"{wrong[0]} {where}")
+    if out is not None:
+        if is_folder(out):
+            raise InvalidRequest(f"{out} is a folder: name a file with --out")
+        check(out)
+    if reference is None:
+        _store(_of_store(format, out), out, db, plugins, of_store)
+        return
+    if format == "sqlite":
+        raise InvalidRequest("sqlite holds all that is stored: leave out CODE")
+    kind = chosen(format, out)
+    if out is None and kind in BINARY:
+        raise InvalidRequest(f"{kind} cannot be printed: name a file with --out")
+    point, stroke = options.pop("point"), options.pop("stroke")
+    options["columns"] = [name for text in options["columns"] for name in text.split(",")]
+    how = {name: value for name, value in options.items() if value is not None}
+    Options(**how)
+    with ExitStack() as stack:
+        every, _ = given(reference, point, db, plugins, stack, stroke)
+    if len(every) != 1:
+        raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be exported at a time")
+    made = every[0].export(out, kind, **how)
+    if out is None:
+        sys.stdout.write(str(made))
+    else:
+        print(f"written: {out}, {kind}", file=sys.stderr)
+
+
+def _of_store(format: str | None, out: Path | None) -> str:
+    """Return the format of a table of all that is stored."""
+    if format is None and out is not None:
+        suffix = out.suffix.lower()
+        format = STORE_SUFFIXES.get(suffix) or SUFFIXES.get(suffix)
+    format = format or "csv"
+    if format not in STORE:
+        raise InvalidRequest(f"{format} is of one guide: name it; all that is stored can be {', '.join(STORE)}")
+    if out is None and format != "csv":
+        raise InvalidRequest(f"{format} cannot be printed: name a file with --out")
+    return format
+
+
+def _store(format: str, out: Path | None, db: Path | None, plugins: Any, which: dict[str, Any]) -> None:
     from ..api import open
     from ..store.extract import write_extract
 
-    if out is None and format != "csv":
-        raise InvalidRequest(f"{format} cannot be printed: name a file with --out")
-    if out is not None:
-        _check(out)
+    which["families"] = which.pop("family")
+    which["reaches"] &= format != "sqlite"
     with open(db, plugins=plugins) as catalogue:
-        guides = catalogue.guides(
-            series=series, families=family, kind=kind, order=order, pins_only=pins_only,
-            reaches=reaches and format != "sqlite",
-        )  # fmt: skip
+        guides = catalogue.guides(**which)
         if out is None:
             guides.to_csv(sys.stdout, index=False)
             return
@@ -71,14 +156,6 @@ def export(
         except OSError as error:
             raise InvalidRequest(f"cannot write {out}: {error.strerror}") from error
     print(f"written: {out}, {len(guides)} rows", file=sys.stderr)
-
-
-def _check(out: Path) -> None:
-    """Say that a file cannot be written before work is done for it."""
-    if not is_folder(out.parent):
-        raise InvalidRequest(f"cannot write {out}: there is no folder {out.parent}")
-    if is_folder(out):
-        raise InvalidRequest(f"{out} is a folder: name a file with --out")
 
 
 def _write_parquet(guides: pd.DataFrame, file: Path) -> None:

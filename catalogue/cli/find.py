@@ -7,17 +7,26 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
+from ..find.columns import CANDIDATE
+from ..find.columns import TABLE as MADE
 from ..progress import busy
+from .command import CONFIG, Tabled
 from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
-from .tables import codes, contact, links, print_results, print_table
+from .tables import codes, print_results, print_table, row
+from .units import with_unit
 
 if TYPE_CHECKING:
-    from ..find.candidate import Candidate
     from ..find.results import Found
     from ..problem.request import Request
 
+#: Columns of the table, some of them only where they are asked for, what they mean, and which may be left out.
+TABLE = ("code", "id", "series", "family", "configuration", "order", "deviation", "expected", "allowance", "size",
+         "links", "transmission", "rotates", "radius", "score", "front")  # fmt: skip
+COLUMNS = {**MADE, **CANDIDATE}
+SPARE = ("id", "configuration", "order", "rotates", "family", "allowance", "links")
 
-@click.command(params=[DEVIATION, STROKE, *PLACE, *OPTIONS])
+
+@click.command(cls=Tabled, table=TABLE, columns=COLUMNS, params=[DEVIATION, STROKE, *PLACE, *OPTIONS, CONFIG])
 def straight_line(deviation: float, **options: Any) -> None:
     """Guide a point along a straight line.
 
@@ -29,7 +38,7 @@ def straight_line(deviation: float, **options: Any) -> None:
     _find(StraightLine(deviation=deviation, **place(options)), options)
 
 
-@click.command(params=[DEVIATION, STROKE, RADIUS, *PLACE, *OPTIONS])
+@click.command(cls=Tabled, table=TABLE, columns=COLUMNS, params=[DEVIATION, STROKE, RADIUS, *PLACE, *OPTIONS, CONFIG])
 def circular_arc(deviation: float, radius: float | None, **options: Any) -> None:
     """Guide a point along a circular arc.
 
@@ -62,8 +71,9 @@ def _find(request: Request, options: dict[str, Any]) -> None:
         find_in(request, options)
         return
     del options["collection"]
-    if options.pop("where"):
-        raise InvalidRequest("--where bounds a metric of a collection: name it with --collection")
+    for name, what in (("where", "bounds a metric"), ("special", "names mechanisms")):
+        if options.pop(name):
+            raise InvalidRequest(f"--{name} {what} of a collection: name it with --collection")
     from ..api import open
     from ..problem.constraints import PRESCRIBED
 
@@ -83,63 +93,22 @@ def settled(options: dict[str, Any]) -> None:
     from ..find.names import SINGULAR
 
     options |= {name: options.pop(option) for name, option in SINGULAR.items() if option in options}
-    options["keep_out"] = [_zone(text) for text in options["keep_out"]]
     if "desires" in options:
-        options["desires"] = dict(_desire(text) for text in options["desires"])
-
-
-def _zone(text: str) -> list[float] | list[tuple[float, float]]:
-    """Return a box as four numbers or a polygon as points, from numbers with commas or spaces between."""
-    try:
-        numbers = [float(part) for part in text.replace(",", " ").split()]
-    except ValueError:
-        raise InvalidRequest(f"--keep-out takes numbers such as 0,0,10,20, not {text!r}") from None
-    if len(numbers) == 4:
-        return numbers
-    if len(numbers) < 6 or len(numbers) % 2:
-        raise InvalidRequest(f"--keep-out takes x0,y0,x1,y1 or x and y of three or more points, not {text!r}")
-    return list(zip(numbers[::2], numbers[1::2], strict=True))
-
-
-def _desire(text: str) -> tuple[str, list[float]]:
-    """Return the name of a desire and its numbers, from NAME=BEST:WORST or NAME=BEST:WORST:WEIGHT."""
-    name, _, numbers = text.partition("=")
-    try:
-        return name.strip(), [float(part) for part in numbers.split(":")]
-    except ValueError:
-        raise InvalidRequest(f"--desire takes NAME=BEST:WORST or NAME=BEST:WORST:WEIGHT, not {text!r}") from None
+        options["desires"] = dict(options["desires"])
 
 
 def print_candidates(found: Found) -> None:
     """Print the answers of a `find` as a table."""
     first = found[0]
-    arc = first.radius is not None
     radii = [c.radius or 0.0 for c in found]
     same = max(radii) <= 1.004 * min(radii)
-    what = f"an arc of chord {first.stroke:g}" if arc else f"a straight line of {first.stroke:g}"
-    what += f" and radius {first.radius:.4g}" if arc and same else ""
-    columns = ["code", ">id", "series", "family", "conf.", ">order", ">deviation", ">allowance", ">size", ">links",
-               ">transmission", "turns", ">score"]  # fmt: skip
-    turning = any(c.min_transmission_turn for c in found)
-    rows = [[code, *_row(c, turning)] for code, c in zip(codes(found), found, strict=True)]
-    if not same:
-        columns.append(">radius")
-        rows = [[*row, f"{radius:.4g}"] for row, radius in zip(rows, radii, strict=True)]
-    caption = "allowance: scatter of the pivots that the path forgives; transmission: over the stroke (over the turn)\n"
-    caption += "`catalogue show CODE` gives all numbers of one, --plot FILE draws it; so do `measure` and `improve`"
-    print_table(f"Guides for {what}", columns, rows, caption)
-
-
-def _row(c: Candidate, turning: bool) -> list[Any]:
-    transmission = f"{c.min_transmission:.0f}\u00b0"
-    if turning and c.min_transmission_turn is not None:
-        transmission += f" ({c.min_transmission_turn:.0f}\u00b0)"
-    return [
-        c.id, c.series, c.family, c.configuration, contact(c.order), f"{c.deviation:.3g}",
-        None if c.allowance is None else f"{c.allowance:.3g}",
-        f"{c.size:.4g}",
-        links(c),
-        transmission,
-        " ".join(f"crank {k}" for k in c.rotates) or None,
-        None if c.score is None else f"{c.score:.0f}",
-    ]  # fmt: skip
+    what = f"a straight line of {with_unit(f'{first.stroke:g}')}"
+    if first.radius is not None:
+        what = f"an arc of chord {with_unit(f'{first.stroke:g}')}"
+        what += f" and radius {with_unit(f'{first.radius:.4g}')}" * same
+    asked = {"radius": not same, "expected": any(c.expected != c.deviation for c in found if c.expected is not None),
+             "front": first.front is not None}  # fmt: skip
+    names = [name for name in TABLE if asked.get(name, True)]
+    caption = "`catalogue show CODE` gives all numbers of one and --plot FILE draws it; --legend explains the columns"
+    rows = [row(c, names, code=code) for code, c in zip(codes(found), found, strict=True)]
+    print_table(f"Guides for {what}", names, rows, caption, meanings=COLUMNS, spare=SPARE)

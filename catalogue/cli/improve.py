@@ -10,29 +10,41 @@ import click
 
 from ..errors import InvalidRequest
 from ..progress import busy
-from .find import place, settled
+from .command import Tabled
+from .completion import references
+from .find import COLUMNS, place, settled
 from .find_options import IMPROVE, PLACE, RADIUS, STROKE
 from .measure import given
-from .options import Argument, number, option, several, switch
+from .options import Argument, option, several, switch
 from .references import HELP, REFERENCE
-from .tables import FORCE, OUTPUT, codes, links, print_results, print_table
+from .tables import FORCE, OUTPUT, codes, print_results, print_table, row
+from .units import length, with_unit
 
 if TYPE_CHECKING:
     from ..find.improve import Improvement
 
 
+#: Columns of the table, and which may be left out.
+TABLE = ("which", "code", "series", "family", "deviation", "expected", "allowance", "size", "links", "min_transmission",
+         "score")  # fmt: skip
+SPARE = ("family", "series", "links")
+
+
 @click.command(
+    cls=Tabled,
+    table=TABLE,
+    columns=COLUMNS,
     params=[
-        Argument("reference", REFERENCE, HELP),
+        Argument("reference", REFERENCE, HELP, shell_complete=references),
         STROKE,
-        number("--deviation", "D", "Largest deviation.", show_default="a tenth of the stroke; the smallest is sought"),
+        length("--deviation", "D", "Largest deviation.", show_default="a tenth of the stroke; the smallest is sought"),
         switch("--arc", "Along an arc of whatever radius fits best, not a straight line."),
         RADIUS,
         *PLACE,
-        number("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
+        length("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
         several("--hold", "WHAT", "What stays: fixed-pivots, or a length by its name, crank1, frame; may be repeated."),
         switch("--in-place", "The path stays where --from and --to say."),
-        number("--within", "L", "With --in-place: how far held fixed pivots may move.", default=0.0),
+        length("--within", "L", "With --in-place: how far held fixed pivots may move.", default=0.0),
         switch("--catalogue/--no-catalogue", "Look for the best of the catalogue too.", default=True),
         option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", OUTPUT),
         FORCE,
@@ -78,14 +90,13 @@ def improve(
 
 
 def _table(found: Improvement) -> None:
-    columns = ["", "code", "series", "family", ">deviation", ">allowance", ">size", ">links", ">transmission", ">score"]
+    played = any(c.expected != c.deviation for c in found if c.expected is not None)
+    names = [name for name in TABLE if played or name != "expected"]
     rows = [
-        [which, code, c.series, c.family, f"{c.deviation:.3g}", None if c.allowance is None else f"{c.allowance:.3g}",
-         f"{c.size:.4g}", links(c),
-         f"{c.min_transmission:.0f}\u00b0", None if c.score is None else f"{c.score:.0f}"]
-        for which, code, c in zip(found.which, codes(found), found, strict=True)
-    ]  # fmt: skip
-    arc = "" if found[0].radius is None else f", radius {found[0].radius:.5g}"
-    print_table(f"Over a stroke of {found[0].stroke:g}{arc}", columns, rows, "`catalogue show CODE` gives all numbers")
+        row(c, names, which=which, code=code) for which, code, c in zip(found.which, codes(found), found, strict=True)
+    ]
+    arc = "" if found[0].radius is None else f", radius {with_unit(f'{found[0].radius:.5g}')}"
+    title = f"Over a stroke of {with_unit(f'{found[0].stroke:g}')}{arc}"
+    print_table(title, names, rows, "`catalogue show CODE` gives all numbers", meanings=COLUMNS, spare=SPARE)
     if found.improved is None:
         print(found.explain())

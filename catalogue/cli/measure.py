@@ -9,10 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from ..find.columns import STRETCH
+from ..find.columns import TABLE as MADE
 from ..progress import busy
-from .options import DB, FORMAT, PLUGINS, Argument, number, option, switch
+from .command import Tabled
+from .completion import references
+from .options import DB, FORMAT, PLUGINS, Argument, option, switch
 from .references import HELP, REFERENCE, guides
-from .tables import FORCE, OUTPUT, codes, links, print_results, print_table
+from .tables import FORCE, OUTPUT, PICTURE, codes, print_results, print_table, row, tell
+from .units import UNIT, length, unit, with_unit
 
 if TYPE_CHECKING:
     from ..api import Catalogue
@@ -20,18 +25,29 @@ if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
 
+#: Columns of the table, some of them only where there is something to say, what they mean, and which may be left out.
+TABLE = ("number", "code", "circuit", "crank", "stroke", "deviation", "radius", "allowance", "size", "links",
+         "min_transmission", "nearest_series")  # fmt: skip
+COLUMNS = {**MADE, **STRETCH}
+SPARE = ("nearest_series", "links", "crank", "size")
+
+
 @click.command(
+    cls=Tabled,
+    table=TABLE,
+    columns=COLUMNS,
     params=[
-        Argument("reference", REFERENCE, HELP),
-        number("--stroke", "L", "Where is the point guided best over this stroke?"),
-        number("--deviation", "D", "How far is it guided within this deviation? With --stroke: the allowance left."),
+        Argument("reference", REFERENCE, HELP, shell_complete=references),
+        length("--stroke", "L", "Where is the point guided best over this stroke?"),
+        length("--deviation", "D", "How far is it guided within this deviation? With --stroke: the allowance left."),
         switch("--arc", "Along an arc of whatever radius fits best, not a straight line."),
-        number("--radius", "R", "Along an arc of exactly this radius."),
-        number("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
+        length("--radius", "R", "Along an arc of exactly this radius."),
+        length("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
         option("--limit", "N", "How many stretches of each linkage.", int, show_default="4, of several linkages 1"),
         option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", OUTPUT),
-        option("--plot", "FILE|DIR", "Draw the best one; in a folder all, named by their codes.", OUTPUT),
+        option("--plot", "FILE|DIR", "Draw the best one; in a folder all, named by their codes.", PICTURE),
         FORCE,
+        UNIT,
         FORMAT,
         DB,
         PLUGINS,
@@ -71,9 +87,10 @@ def measure(
 
 
 def given(
-    reference: str, point: tuple[float, float] | None, db: Path | None, plugins: Sequence[str], stack: ExitStack
-) -> tuple[list[PlacedGuide], Any]:
-    """Return the guides that a reference names, and a function that returns the series."""
+    reference: str, point: tuple[float, float] | None, db: Path | None, plugins: Sequence[str], stack: ExitStack,
+    stroke: float | None = None,
+) -> tuple[list[PlacedGuide], Any]:  # fmt: skip
+    """Return the guides that a reference names, and a function that returns the series; see `references.guides`."""
     from ..api import open
     from ..plugin.registry import Registry
 
@@ -84,48 +101,36 @@ def given(
             held.append(stack.enter_context(open(db, plugins=plugins)))
         return held[0]
 
-    every = guides(reference, point, opened)
+    every = guides(reference, point, opened, stroke)
     return every, lambda: Registry(plugins).series
 
 
 def describe(guide: PlacedGuide) -> None:
     """Say of what kind a linkage is, how long its links are and how it moves."""
-    lengths = ", ".join(f"{name} {value:.6g}" for name, value in guide.lengths.items())
-    print(f"{guide.linkage.family[0]}: {lengths}")
+    lengths = ", ".join(f"{name} {with_unit(f'{value:.6g}')}" for name, value in guide.lengths.items())
+    tell(f"{guide.linkage.family[0]}: {lengths}")
     circuits = guide.circuits
     turns = sorted({c.lead for c in circuits if c.motion == "turns"})
     moves = [f"{lead} turns fully" for lead in turns]
     moves += [f"{c.lead} swings from {c.low:.2f}\u00b0 to {c.high:.2f}\u00b0" for c in circuits if c.motion == "swings"]
     moves += ["the coupler runs from infinity to infinity"] * any(c.motion == "open" for c in circuits)
-    print(f"{len(circuits)} circuit{'s' * (len(circuits) != 1)}: {'; '.join(moves)}")
+    tell(f"{len(circuits)} circuit{'s' * (len(circuits) != 1)}: {'; '.join(moves)}")
     for what, stops in (("dead points", guide.dead_points), ("change points", guide.change_points)):
         places = [
             f"{crank} at {', '.join(f'{a:.2f}' for a in angles)}\u00b0" for crank, angles in stops.items() if angles
         ]
-        print(f"{what}: {'; '.join(places) or 'none'}")
+        tell(f"{what}: {'; '.join(places) or 'none'}")
 
 
 def _table(found: Measured, *, many: bool) -> None:
-    first, arc = found[0], found[0].radius is not None
-    columns = [*[">#"] * many, "code", ">circuit", "crank", ">stroke", ">deviation", *[">radius"] * arc, ">size",
-               ">links", ">transmission", "nearest series"]  # fmt: skip
-    columns += [">allowance"] * (first.allowance is not None)
-    rows = []
-    for code, c in zip(codes(found), found, strict=True):
-        drive = "-" if c.drive_from is None else f"{c.driver}: {c.drive_from:.1f}\u00b0 \u2192 {c.drive_to:.1f}\u00b0"
-        rows.append([
-            *[c.number] * many, code, f"{c.circuit}{'' if c.given else '*'}", drive, f"{c.stroke:.6g}",
-            f"{c.deviation:.3g}", *([f"{c.radius:.5g}"] if arc else []), f"{c.size:.4g}",
-            links(c),
-            f"{c.min_transmission:.0f}\u00b0",
-            None if c.nearest_series is None else f"{c.nearest_series} ({c.residual:.1g})",
-            *([f"{c.allowance:.3g}"] if c.allowance is not None else []),
-        ])  # fmt: skip
-    what = "arcs" if arc else "straight lines"
-    caption = "crank: which drives, its angle at the start and the end of the path"
-    caption += "\n* another circuit than that given: take the linkage apart to reach it" * any(
-        not c.given for c in found
-    )
-    print_table(f"Stretches along {what}", columns, rows, caption)
+    first = found[0]
+    asked = {"number": many, "radius": first.radius is not None, "allowance": first.allowance is not None}
+    names = [name for name in TABLE if asked.get(name, True)]
+    rows = [row(c, names, code=code) for code, c in zip(codes(found), found, strict=True)]
+    what = "straight lines" if first.radius is None else "arcs"
+    apart = "* another circuit than that given: take the linkage apart to reach it\n" * any(not c.given for c in found)
+    caption = f"{apart}`catalogue show CODE` gives all numbers; --legend explains the columns"
+    title = f"Stretches along {what}" + f", lengths in {unit()}" * bool(unit())
+    print_table(title, names, rows, caption, meanings=COLUMNS, spare=SPARE)
     for number_, reason in (found.failed or {}).items():
-        print(f"{number_}: {reason}")
+        tell(f"{number_}: {reason}")

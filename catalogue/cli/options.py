@@ -7,6 +7,8 @@ from typing import Any
 
 import click
 
+from .completion import held
+
 #: A file or a folder, which need not be there.
 PATH: Any = click.Path(path_type=Path)
 
@@ -14,8 +16,8 @@ PATH: Any = click.Path(path_type=Path)
 class Argument(click.Argument):
     """An argument of which the help says what it is."""
 
-    def __init__(self, name: str, metavar: str, help: str) -> None:
-        super().__init__([name], metavar=metavar)
+    def __init__(self, name: str, metavar: str, help: str, **more: Any) -> None:
+        super().__init__([name], metavar=metavar, **more)
         self.help = help
 
     def get_help_record(self, ctx: click.Context) -> tuple[str, str]:  # noqa: ARG002  # click gives it
@@ -31,9 +33,9 @@ def number(flag: str, metavar: str | None, help: str, **more: Any) -> click.Opti
     return option(flag, metavar, help, float, **more)
 
 
-def several(flag: str, metavar: str, help: str) -> click.Option:
+def several(flag: str, metavar: str, help: str, type: Any = str, **more: Any) -> click.Option:
     """Return an option that may be repeated."""
-    return option(flag, metavar, help, multiple=True)
+    return option(flag, metavar, help, type, multiple=True, **more)
 
 
 def switch(flag: str, help: str, **more: Any) -> click.Option:
@@ -45,8 +47,8 @@ DB = option(
     show_default="in the user's data directory",
 )  # fmt: skip
 PLUGINS = several("--plugins", "DIR", "Folder with plugins, besides those of CATALOGUE_PLUGINS; may be repeated.")
-FAMILY = several("--family", "NAME", "Only this family; may be repeated.")
-SERIES = several("--series", "CODE", "Only this series; may be repeated.")
+FAMILY = several("--family", "NAME", "Only this family; may be repeated.", shell_complete=held("family"))
+SERIES = several("--series", "CODE", "Only this series; may be repeated.", shell_complete=held("series"))
 ORDER = option("--order", None, "Least order of contact at the design position (99: exact).", int, default=0)
 PINS_ONLY = switch("--pins-only", "No sliding joint.")
 EFFORT = option("--effort", "N", "How hard to search: starts, rounds and seconds grow with it.", int, default=1)

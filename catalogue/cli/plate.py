@@ -14,6 +14,8 @@ import click
 
 from ..errors import InvalidRequest
 from ..folders import replacing
+from ..progress import busy
+from .completion import held
 from .options import PATH, PLUGINS, Argument, option
 from .tables import FORCE, FORCE_KEY, OUTPUT, refuse_existing
 
@@ -23,7 +25,7 @@ if TYPE_CHECKING:
 
 @click.command(
     params=[
-        Argument("series", "SERIES", "Code of a series, such as II.xy or 'III*.KK'."),
+        Argument("series", "SERIES", "Code of a series, such as II.xy or 'III*.KK'.", shell_complete=held("series")),
         option("--out", "FILE", "PNG, SVG or PDF by the suffix.", OUTPUT, show_default="CODE.svg, here"),
         FORCE,
         PLUGINS,
@@ -39,7 +41,8 @@ def plate(series: str, out: Path | None, plugins: Sequence[str]) -> None:
     file = Path(f"{file_name(chosen.code)}.svg") if out is None else out
     if not click.get_current_context().meta[FORCE_KEY]:
         refuse_existing(file, "--out")
-    draw(chosen, file)
+    with busy("drawing"):
+        draw(chosen, file)
     print(f"drawn: {file}", file=sys.stderr)
 
 

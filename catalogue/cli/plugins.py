@@ -34,7 +34,7 @@ def plugins(plugins: Sequence[str], format: str, db: Path | None) -> None:
     for r in registry.records:
         adds = [*r.families, *r.series, *(f"{name} ({held[name]} specimens)" for name in r.collections)]
         rows.append([r.name, r.version, f"left out: {r.error}" if r.error else ", ".join(adds), r.origin])
-    print_records(format, records, "Plugins", ["plugin", "version", "adds", "from"], rows)
+    print_records(format, records, "Plugins", ["plugin", "version", "~adds", "~from"], rows)
     if any(r.error for r in registry.records):
         raise Exit(5)
 

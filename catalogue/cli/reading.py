@@ -38,7 +38,7 @@ def read_text(file: str) -> str:
             return sys.stdin.read().removeprefix("\ufeff")
         return expanded(file).read_text(encoding="utf-8-sig")
     except (OSError, UnicodeDecodeError, ValueError) as error:
-        raise InvalidRequest(f"cannot read {file}: {error}") from None
+        raise InvalidRequest(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
 
 
 def read_linkages(file: str) -> Linkage:

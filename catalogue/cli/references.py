@@ -22,15 +22,18 @@ HELP = (
 )
 
 
-def guides(reference: str, point: tuple[float, float] | None, opened: Callable[[], Catalogue]) -> list[PlacedGuide]:
-    """Return the guides that a reference names; the catalogue is opened only if it is needed.
+def guides(
+    reference: str, point: tuple[float, float] | None, opened: Callable[[], Catalogue], stroke: float | None = None
+) -> list[PlacedGuide]:
+    """Return the guides that a reference names; the catalogue is opened only if it is needed.  A stored guide or a
+    named design is laid along a path of the stroke that is given.
 
     Raises
     ------
     InvalidRequest, InvalidLinkage
-        If it names none, or a linkage comes without a guided point.
+        If it names none, a linkage comes without a guided point, or a stroke is given for what has its own.
     """
-    found = answers(reference, opened)
+    found = answers(reference, opened, stroke)
     if found is None:
         found = _own(reference, point)
     for one in found:
@@ -39,14 +42,16 @@ def guides(reference: str, point: tuple[float, float] | None, opened: Callable[[
     return found
 
 
-def answers(reference: str, opened: Callable[[], Catalogue]) -> list[Any] | None:
-    """Return the answers that a reference names, None if it is a file of linkages."""
+def answers(reference: str, opened: Callable[[], Catalogue], stroke: float | None = None) -> list[Any] | None:
+    """Return the answers that a reference names, None if it is a file of linkages; see `guides`."""
     from ..find.answers import answer, is_saved, recall
     from .reading import read_text
 
     def collection(name: str) -> Any:
         return opened().registry.collection(name)
 
+    if stroke is not None and (reference == "-" or is_answer(reference)):
+        raise InvalidRequest(f"{reference} stands where it is: only a stored guide or a named design takes a stroke")
     if reference == "-":
         return None
     if _is_file(reference):
@@ -61,12 +66,12 @@ def answers(reference: str, opened: Callable[[], Catalogue]) -> list[Any] | None
     catalogue = opened()
     guide = catalogue.guide(reference)
     if guide.name is None:
-        return [guide.at(1.0)]
+        return [guide.at(1.0 if stroke is None else stroke)]
     from ..find.stored import as_published
     from ..series.named_guides import named_guides
 
     design = named_guides()[guide.name]
-    return [as_published(design, guide, design.stroke)]
+    return [as_published(design, guide, design.stroke if stroke is None else stroke)]
 
 
 def is_answer(reference: str) -> bool:

@@ -20,5 +20,5 @@ def schema(format: str) -> None:
     from ..store.schema import described
 
     records = [asdict(one) for one in described()]
-    print_records(format, records, "What a database holds", ["table", "column", "type", "unit", "meaning"],
-                  [list(record.values()) for record in records])  # fmt: skip
+    print_records(format, records, "What a database holds", ["table", "column", "type", "unit", "~meaning"],
+                  [list(record.values()) for record in records], spare=["type"])  # fmt: skip

@@ -3,15 +3,20 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from .options import COMMON, Argument, number, option
+from ..errors import InvalidRequest
+from ..find.columns import DWELL, STRETCH, Column
+from ..progress import busy
+from .completion import references
+from .options import COMMON, Argument, option, switch
 from .references import is_answer
-from .tables import FORCE, OUTPUT, print_json, print_table
+from .tables import FORCE, PICTURE, print_json, print_table, tell
+from .units import UNIT, length
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
@@ -47,22 +52,23 @@ def _words(design: NamedGuide, memberships: Memberships, published: Candidate, b
 
 
 def _kept(name: str, db: Path | None, plugins: Sequence[str]) -> list[Any]:
-    """Return the answers that a code or a file stands for; a catalogue is opened only for those of a collection."""
+    """Return the answers that a code or a file stands for, or the linkages of a file with their guided points; a
+    catalogue is opened only for answers of a collection."""
     from ..api import open
-    from ..errors import InvalidRequest
-    from .references import answers
+    from .references import answers, guides
 
     found = answers(name, lambda: open(db, plugins=plugins, build=False))
+    if found is None:
+        found = guides(name, None, lambda: open(db, plugins=plugins, build=False))
     if not found:
         raise InvalidRequest(f"{name} holds no answers: `catalogue measure {name}` measures linkages")
     return found
 
 
-def _show_answers(found: list[Any], name: str, plot: Path | None, format: str) -> None:
+def _show_answers(found: list[Any], name: str, plot: Path | None, moving: bool, format: str) -> None:
     """Print answers with all their numbers, and draw the first."""
     if plot is not None:
-        found[0].plot(plot)
-        print(f"drawn: {plot}", file=sys.stderr)
+        _draw(found[0], plot, moving)
     if format != "table":
         print_json([one.to_dict() for one in found] if len(found) > 1 else found[0].to_dict())
         return
@@ -70,48 +76,79 @@ def _show_answers(found: list[Any], name: str, plot: Path | None, format: str) -
         _card(one, name)
 
 
+def _draw(one: Any, file: Path, moving: bool) -> None:
+    from ..find.placed import PlacedGuide
+
+    if moving and not isinstance(one, PlacedGuide):
+        raise InvalidRequest("only a planar guide is drawn so that it moves")
+    one.plot(file, **({"moving": True} if moving else {}))
+    print(f"drawn: {file}", file=sys.stderr)
+
+
 def _card(one: Any, name: str) -> None:
-    """Print one answer: what it is, its numbers and its pivots."""
+    """Print one answer: what it is, its numbers with what they mean, its links and its pivots."""
     numbers = one.to_dict()
-    pivots, guided = numbers.pop("pivots", None), numbers.pop("guided", None)
-    numbers |= numbers.pop("lengths", None) or {}
-    print(
-        f"{name}: "
-        + " ".join(str(numbers.pop(key)) for key in ("series", "family", "configuration") if numbers.get(key))
-    )
-    print_table(
-        "", ["", ""], [[key.replace("_", " "), _plain(value)] for key, value in numbers.items() if value is not None]
-    )
+    pivots, guided, lengths = (numbers.pop(key, None) for key in ("pivots", "guided", "lengths"))
+    kind = " ".join(str(numbers.pop(key)) for key in ("series", "family", "configuration") if numbers.get(key))
+    tell(f"{name}: {kind}")
+    known = {"DwellCandidate": DWELL, "CollectionCandidate": {}}.get(type(one).__name__, STRETCH)
+    if hasattr(one, "collection"):
+        known = {key: Column(key, m.unit, m.meaning) for key, m in one.collection.metrics.items()}
+    numbers.pop("parameters", None)  # of a collection: for programs
+    rows = [
+        [key.replace("_", " "), _plain(value), *((known[key].unit, known[key].meaning) if key in known else ("", ""))]
+        for key, value in numbers.items() if value not in (None, "")
+    ]  # fmt: skip
+    print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["meaning", "unit"])
+    if lengths:
+        _links(lengths)
     if pivots is not None:
-        lines = [
-            [i + 1, kind, *(repr(v) for v in pivot[:2]), "at infinity" if pivot[2] == 0 else ""]
-            for i, dyad in enumerate(pivots)
-            for kind, pivot in zip(("fixed", "moving"), dyad, strict=True)
-        ]
-        lines.append(["", "guided", *(repr(v) for v in guided or ()), ""])
-        print_table("Pivots in mid-stroke", [">dyad", "point", ">x", ">y", ""], lines)
+        _pivots("Pivots in mid-stroke" if hasattr(one, "stroke") else "Pivots", pivots, guided, repr)
+
+
+def _links(lengths: Mapping[str, float]) -> None:
+    """Print the lengths of the links, and where the guided point is in the coupler."""
+    print_table("Links", ["", ">length"], [[name, f"{value:.6g}"] for name, value in lengths.items()])
+
+
+def _pivots(title: str, pivots: Any, guided: Any, digits: Callable[[float], str]) -> None:
+    """Print where the pivots and the guided point are."""
+    lines = [
+        [i + 1, kind, *map(digits, pivot[:2]), "at infinity" if pivot[2] == 0 else ""]
+        for i, dyad in enumerate(pivots)
+        for kind, pivot in zip(("fixed", "moving"), dyad, strict=True)
+    ]
+    lines.append(["", "guided", *map(digits, guided or ()), ""])
+    print_table(title, [">dyad", "point", ">x", ">y", ""], lines)
 
 
 def _plain(value: Any) -> str:
-    if isinstance(value, list):
+    if isinstance(value, dict):
+        return ", ".join(f"{name} {_plain(v)}" for name, v in value.items())
+    if isinstance(value, list | tuple):
         return ", ".join(_plain(v) for v in value) or "none"
     return repr(value) if isinstance(value, float) else str(value)
 
 
 @click.command(
     params=[
-        Argument("name", "CODE|FILE|ID|NAME", "Code or file of answers, number of a guide, or name of a design."),
-        number("--stroke", None, "Lay the guide along a path of this stroke.", default=1.0),
+        Argument("name", "CODE|FILE|ID|NAME",
+                 "Code or file of answers, file of linkages, number of a guide, or name of a design.",
+                 shell_complete=references),
+        length("--stroke", None, "Lay the guide along a path of this stroke.", default=1.0),
         option("--level", "N", "Split it for a deviation of 10^N of the stroke.", int,
                show_default="the middle one of those it holds"),
-        option("--plot", "FILE", "Draw it there: PNG, SVG or PDF by the suffix.", OUTPUT),
+        option("--plot", "FILE", "Draw it there: PNG, SVG, PDF or moving GIF by the suffix.", PICTURE),
+        switch("--moving", "Let an SVG move, in true millimetres, with check boxes for pole, circles and cubics."),
         FORCE,
+        UNIT,
         *COMMON,
     ]
 )  # fmt: skip
 def show(
-    name: str, stroke: float, level: int | None, plot: Path | None, format: str, db: Path | None, plugins: Sequence[str]
-) -> None:
+    name: str, stroke: float, level: int | None, plot: Path | None, moving: bool, format: str, db: Path | None,
+    plugins: Sequence[str],
+) -> None:  # fmt: skip
     """Show an answer, a stored guide or a named design: parameters, pivots, all that is measured; draw it with --plot.
 
     An answer is shown as it was found, by its code or from a file of `find --save`.
@@ -121,14 +158,20 @@ def show(
     """
     from ..api import open
     from ..curvature_theory.leading_error import EXACT
+    from ..draw.picture import check
     from ..series.named_guides import named_guides
 
+    if plot is not None:
+        check(plot, moving=moving)
+    elif moving:
+        raise InvalidRequest("--moving goes with --plot FILE.svg")
+
     if is_answer(name):
-        _show_answers(_kept(name, db, plugins), name, plot, format)
+        _show_answers(_kept(name, db, plugins), name, plot, moving, format)
         return
     from ..find.candidate import digits
 
-    with open(db, plugins=plugins) as catalogue:
+    with open(db, plugins=plugins) as catalogue, busy("looking"):
         guide = catalogue.guide(name)
         design, told, words = named_guides().get(guide.name or ""), {}, []
         if design is None or level is not None:
@@ -144,29 +187,28 @@ def show(
             told["deviation"] = published.deviation
             told["best_of_series"] = None if best is None else {"id": best.id, "deviation": best.deviation}
     if plot is not None:
-        laid.plot(plot)
-        print(f"drawn: {plot}", file=sys.stderr)
+        _draw(laid, plot, moving)
     if format != "table":
         print_json(laid.to_dict() | ({"design": told} if told else {}))
         return
     for line in words:
-        print(line)
+        tell(line)
     order = "exact" if guide.order == EXACT else f"order {guide.order}"
     what = f"circle of radius {1 / abs(guide.curvature):.4g}" if guide.curvature else "straight line"
     if guide.is_slot:
         what = f"slot in the coupler over a fixed point, {what}; shown with the coupler held fast"
     if guide.returns:
         what += ", to the pole and back; shown with the point at rest there"
-    print(f"guide {guide.id}: {guide.series} {guide.family} {guide.configuration}, {guide.member}, point {guide.label}")
+    tell(f"guide {guide.id}: {guide.series} {guide.family} {guide.configuration}, {guide.member}, point {guide.label}")
     free = ", ".join(f"{k} = {v:.6g}" for k, v in guide.parameters.items())
-    print(f"{what}, {order}" + f"; parameters {free}" * bool(free))
+    tell(f"{what}, {order}" + f"; parameters {free}" * bool(free))
     if guide.kappa is not None:
-        print(f"rho0 = {guide.rho0:.6g}, kappa = {guide.kappa:.6g}, kappa* = {guide.kappa_star:.6g}, s = {guide.s:.6g}")
+        tell(f"rho0 = {guide.rho0:.6g}, kappa = {guide.kappa:.6g}, kappa* = {guide.kappa_star:.6g}, s = {guide.s:.6g}")
     else:
-        print("pole at infinity: parallel cranks")
+        tell("pole at infinity: parallel cranks")
     p = guide.provenance
     if p:
-        print(f"plugin {p['plugin']} {p['plugin_version']}, plan {p['plan']}, seed {p['seed']}, block {p['number']}")
+        tell(f"plugin {p['plugin']} {p['plugin_version']}, plan {p['plan']}, seed {p['seed']}, block {p['number']}")
     r = guide.reaches
     columns = [">deviation/stroke", ">longest stroke", ">size/stroke", ">transmission"]
     rows = [
@@ -174,12 +216,6 @@ def show(
         for k, a, b, c in zip(r["level"], r["stroke"], r["size"], r["min_transmission"], strict=True)
     ]
     print_table("Reach, in units of rho0 or of the height of crank 1", columns, rows[::-1])
-    lines: list[list[Any]] = [
-        [i + 1, kind, *(f"{v:.6g}" for v in pivot[:2]), "at infinity" if pivot[2] == 0 else ""]
-        for i, dyad in enumerate(laid.pivots)
-        for kind, pivot in zip(("fixed", "moving"), dyad, strict=True)
-    ]
-    lines.append(["", "guided", *(f"{v:.6g}" for v in laid.guided), ""])
-    columns = [">dyad", "point", ">x", ">y", ""]
-    place = f"Laid from (0, 0) to ({stroke:g}, 0), in mid-stroke"
-    print_table(f"{place}; deviation {digits(laid.deviation)}", columns, lines)
+    _links(laid.lengths)
+    place = f"Laid from (0, 0) to ({stroke:g}, 0), in mid-stroke; deviation {digits(laid.deviation)}"
+    _pivots(place, laid.pivots, laid.guided, "{:.6g}".format)

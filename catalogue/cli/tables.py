@@ -7,7 +7,7 @@ import json
 import os
 import re
 import sys
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -18,7 +18,7 @@ from ..errors import InvalidRequest, printable
 from ..folders import is_folder
 
 if TYPE_CHECKING:
-    from ..find.candidate import Candidate
+    from ..find.columns import Column
     from ..find.results import Results
 
 T = TypeVar("T", bound="Results[Any]")
@@ -41,42 +41,60 @@ def refuse_existing(file: Path, flag: str) -> None:
         raise InvalidRequest(f"{file} is there already: name another with {flag}, or overwrite it with --force")
 
 
+class _Picture(_Output):
+    """A file to draw to, or a folder: what cannot be drawn is refused before anything is searched."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        from ..draw.picture import check
+
+        file: Path = super().convert(value, param, ctx)
+        if file.suffix and not is_folder(file):
+            check(file)
+        return file
+
+
 FORCE_KEY = "catalogue.force"
 OUTPUT: Any = _Output(path_type=Path)
+PICTURE: Any = _Picture(path_type=Path)
 FORCE = click.Option(
     ["--force"], is_flag=True, is_eager=True, expose_value=False, help="Overwrite a file that is there.",
     callback=lambda ctx, _, given: ctx.meta.update({FORCE_KEY: given}),
 )  # fmt: skip
 
 
-def print_table(title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "") -> None:
-    """Print a table; columns whose heading begins with ``>`` are set to the right, None in a cell is a dash."""
-    from rich import box
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
+def print_table(
+    title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "", *,
+    meanings: Mapping[str, Column] | None = None, spare: Sequence[str] = (), keys: int = 0,
+) -> None:  # fmt: skip
+    """Print a table in the width that there is, see `layout`; None in a cell is a dash.
 
-    def plain(cell: Any) -> Text:  # brackets in a text are no markup
-        text = "-" if cell is None else str(cell)
-        return Text(text if text.isprintable() else printable(text))
+    A column is a name of `meanings`, or a heading that begins with ``>`` where it is set to the right, with ``~`` where
+    its words may be broken.  `spare` names those that may be left out, the first to go first; `keys` columns are
+    repeated where the others are set below one another.
+    """
+    from .layout import Heading, cell, console, write, write_table
 
-    table = Table(
-        title=Text(title),
-        caption=Text(caption) if caption else None,
-        box=box.SIMPLE_HEAD,
-        title_justify="left",
-        caption_justify="left",
-    )
-    for heading in columns:
-        table.add_column(
-            Text(heading.removeprefix(">")), justify="right" if heading[:1] == ">" else "left", overflow="fold"
-        )
-    for row in rows:
-        table.add_row(*map(plain, row))
-    console = Console()
-    if not console.is_terminal:
-        console = Console(width=max(100, 14 * len(columns)))
-    console.print(table)
+    known = meanings or {}
+    headings = [Heading(known[c].title, known[c].right) if c in known else Heading.of(c) for c in columns]
+    names = [c.lstrip(">~") for c in columns]
+    on = console()
+    if title:
+        write(on, title, "bold")
+        print()
+    may_go = [names.index(name) for name in spare if name in names]
+    left_out = write_table(on, headings, [[cell(v) for v in row] for row in rows], spare=may_go, keys=keys)
+    if left_out:
+        caption += f"\nleft out for want of room: {', '.join(headings[k].plain for k in left_out)}"
+    if caption.strip():
+        write(on, caption.strip())
+        print()
+
+
+def tell(text: str) -> None:
+    """Print lines of text, broken between words where they are too long."""
+    from .layout import console, write
+
+    write(console(), text)
 
 
 def print_json(given: Any) -> None:
@@ -87,7 +105,7 @@ def print_json(given: Any) -> None:
 def print_csv(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
     """Print a heading and rows; lists and mappings stand in a cell as JSON."""
     writer = csv.writer(sys.stdout, lineterminator="\n")
-    writer.writerow([heading.removeprefix(">") for heading in columns])
+    writer.writerow([heading.lstrip(">~") for heading in columns])
     writer.writerows(
         [json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else printable(v) if isinstance(v, str) else v
          for v in row]
@@ -95,14 +113,17 @@ def print_csv(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
     )  # fmt: skip
 
 
-def print_records(output: str, records: Any, title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]]) -> None:
-    """Print records as JSON, or what a table shows of them."""
+def print_records(
+    output: str, records: Any, title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]], **more: Any
+) -> None:
+    """Print records as JSON, or what a table shows of them; `more` is of `print_table`."""
+    meanings: Mapping[str, Column] = more.get("meanings") or {}
     if output == "json":
         print_json(records)
     elif output == "csv":
-        print_csv(columns, rows)
+        print_csv([meanings[c].plain if c in meanings else c for c in columns], rows)
     else:
-        print_table(title, columns, rows)
+        print_table(title, columns, rows, **more)
 
 
 def print_results(
@@ -149,7 +170,29 @@ def codes(found: Results[Any]) -> list[str]:
         return ["-"] * len(found)
 
 
-def links(one: Candidate) -> str | None:
+#: How numbers are printed.
+_NUMBERS: Mapping[str, str] = {
+    "deviation": "{:.3g}", "allowance": "{:.3g}", "expected": "{:.3g}", "size": "{:.4g}", "radius": "{:.5g}",
+    "stroke": "{:.6g}", "score": "{:.0f}", "min_transmission": "{:.0f}\u00b0", "angle": "{:.1f}\u00b0",
+    "residual": "{:.3g}\u00b0", "swing": "{:.1f}\u00b0",
+}  # fmt: skip
+
+
+def row(one: Any, names: Sequence[str], **given: Any) -> list[Any]:
+    """Return the cells of an answer, those that are given and those that it has."""
+    made = {
+        name: given[name] if name in given else _MADE[name](one) if name in _MADE else _plain(one, name)
+        for name in names
+    }
+    return list(made.values())
+
+
+def _plain(one: Any, name: str) -> Any:
+    value = getattr(one, name)
+    return value if value is None or name not in _NUMBERS else _NUMBERS[name].format(value)
+
+
+def links(one: Any) -> str | None:
     """Return the shortest and the longest link of a candidate as they are printed."""
     if one.max_link is None or one.min_link is None:
         return None
@@ -161,3 +204,30 @@ def contact(order: int) -> str:
     from ..curvature_theory.leading_error import EXACT
 
     return "exact" if order == EXACT else str(order)
+
+
+def _transmission(one: Any) -> str:
+    """Return the transmission angle over the stroke, in brackets that over the turn."""
+    turn = getattr(one, "min_transmission_turn", None)
+    return str(_plain(one, "min_transmission")) + ("" if turn is None else f" ({turn:.0f}\u00b0)")
+
+
+def _crank(one: Any) -> str | None:
+    if one.drive_from is None:
+        return None
+    return f"{one.driver}: {one.drive_from:.1f}\u00b0 \u2192 {one.drive_to:.1f}\u00b0"
+
+
+def _nearest_series(one: Any) -> str | None:
+    return None if one.nearest_series is None else f"{one.nearest_series} ({one.residual:.1g})"
+
+
+_MADE = {
+    "links": links,
+    "order": lambda one: contact(one.order),
+    "transmission": _transmission,
+    "rotates": lambda one: " ".join(f"crank {k}" for k in one.rotates) or None,
+    "circuit": lambda one: f"{one.circuit}{'' if one.given else '*'}",
+    "crank": _crank,
+    "nearest_series": _nearest_series,
+}

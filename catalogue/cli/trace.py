@@ -10,22 +10,26 @@ from pathlib import Path
 import click
 
 from ..errors import InvalidRequest
+from ..progress import busy
+from .completion import references
 from .measure import given
-from .options import DB, PLUGINS, Argument, number, option, several
+from .options import DB, PLUGINS, Argument, option, several
 from .references import HELP, REFERENCE
+from .units import NAMED_POINT, NAMED_UNIT, length, unit
 
 
 @click.command(
     params=[
-        Argument("reference", REFERENCE, HELP),
+        Argument("reference", REFERENCE, HELP, shell_complete=references),
         option("--over", None, "Over the stroke of an answer, or the circuit.", click.Choice(["stroke", "circuit"]),
                show_default="the stroke, if there is one"),
         option("--samples", "N", "Positions.", int, default=73),
         option("--driver", "N", "Number of the crank that drives; 0: the coupler.", int,
                show_default="that of the answer, or the first that turns"),
-        number("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
-        several("--also", "NAME=X,Y", "A further coupler point, where it is in that position; may be repeated."),
-        option("--unit", "NAME", "Unit of the lengths, for the headings.", default="length"),
+        length("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
+        several("--also", "NAME=X,Y", "A further coupler point, where it is in that position; may be repeated.",
+                NAMED_POINT),
+        NAMED_UNIT,
         option("--format", None, "How to print.", click.Choice(["csv", "json"]), default="csv"),
         DB,
         PLUGINS,
@@ -33,7 +37,7 @@ from .references import HELP, REFERENCE
 )  # fmt: skip
 def trace(
     reference: str, over: str | None, samples: int, driver: int | None, point: tuple[float, float] | None,
-    also: Sequence[str], unit: str, format: str, db: Path | None, plugins: Sequence[str],
+    also: Sequence[tuple[str, tuple[float, float]]], format: str, db: Path | None, plugins: Sequence[str],
 ) -> None:  # fmt: skip
     """Print positions, velocities, accelerations, transmission angle and mechanical advantage over the drive.
 
@@ -48,26 +52,18 @@ def trace(
         every, _ = given(reference, point, db, plugins, stack)
     if len(every) != 1:
         raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be traced at a time")
-    one, points = every[0], dict(_named(text) for text in also)
-    if isinstance(one, Candidate) and over != "circuit":
-        motion = one.motion(samples, points=points, driver=driver)
-    elif over == "stroke":
-        raise InvalidRequest(f"{reference} has no stroke: trace an answer of `measure`, or --over circuit")
-    elif isinstance(one, Candidate):
-        motion = one.motion(samples, points=points, driver=driver, whole=True)
-    else:
-        motion = one.motion(samples, points=points, driver=driver)
-    table = motion.to_pandas(unit)
+    one, points = every[0], dict(also)
+    with busy("moving it"):
+        if isinstance(one, Candidate) and over != "circuit":
+            motion = one.motion(samples, points=points, driver=driver)
+        elif over == "stroke":
+            raise InvalidRequest(f"{reference} has no stroke: trace an answer of `measure`, or --over circuit")
+        elif isinstance(one, Candidate):
+            motion = one.motion(samples, points=points, driver=driver, whole=True)
+        else:
+            motion = one.motion(samples, points=points, driver=driver)
+    table = motion.to_pandas(unit() or "length")
     if format == "csv":
         table.to_csv(sys.stdout, index=False)
     else:
         print(table.to_json(orient="records", indent=1))
-
-
-def _named(text: str) -> tuple[str, tuple[float, float]]:
-    name, _, numbers = text.partition("=")
-    try:
-        x, y = (float(part) for part in numbers.split(","))
-    except ValueError:
-        raise InvalidRequest(f"--also takes NAME=X,Y, not {text!r}") from None
-    return name.strip(), (x, y)

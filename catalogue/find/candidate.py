@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from copy import deepcopy
 from dataclasses import dataclass, field, fields, replace
-from pathlib import Path
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,7 +15,9 @@ from ..errors import InvalidRequest
 from ..guidance.sensitivity import sensitivity
 from ..kinematics.types import Complexes, Floats
 from ..problem.request import CircularArc, Request, StraightLine, switch
-from .placed import SAMPLES, GuideMotion, PlacedGuide, sampled
+from .columns import CANDIDATE, attributes
+from .guide_motion import SAMPLES, GuideMotion, sampled
+from .placed import PlacedGuide
 
 if TYPE_CHECKING:
     from ..guidance.circuit_curve import CircuitCurve
@@ -32,51 +34,10 @@ DERIVED = ("drift", "band", "percent", "lengths")
 class Candidate(PlacedGuide):
     """A verified guide, laid so that its path runs from (0, 0) to (stroke, 0); lengths in the user's unit.
 
-    Attributes
-    ----------
-    id : int or None
-        Of the stored guide it comes from; ``catalogue show ID`` shows it.  None if it was constructed for given pivots.
-    family, series, configuration, order
-        Of the ancestor at its design position; order of contact, 99 if it is exact.
-    stroke, deviation : float
-        Deviation: half the width of the narrowest strip (annulus) that holds the path over the stroke; with given
-        pivots the largest distance from the nominal itself, which stays where it is (`catalogue.guidance.in_place`).
-    radius : float or None
-        Of the best circle; None for a straight line.
-    size, max_link, min_link, max_ground, max_arm, min_transmission, rotates
-        See `catalogue.guidance.metrics.Measures`; None where there is no such length.  `rotates`: numbers of cranks.
-    driver, drive_angle, time_ratio, uniformity, advantage, rotation
-        See `catalogue.guidance.drive.DriveMetrics`; None where there is no such thing.
-    min_transmission_turn : float or None
-        Least transmission angle over the whole turn of the driver [deg]; None if it does not turn fully.
-    allowance : float or None
-        Standard deviation of every pivot coordinate at which the path still stays within the deviation asked; None for
-        a point that returns.
-    sensitivity_rms, expected : float or None
-        Standard deviation of the path's displacement across it, where it is largest, if every coordinate of every pivot
-        is off by a standard deviation of 1; deviation plus two of them for the play that was asked for.  None for a
-        point that returns.
-    pivots, guided : list
-        [[A1, A1*], [A2, A2*]], each [x, y, w], and the guided point, in mid-stroke; one that returns at rest.
-    score : float or None
-        Joint desirability of size, transmission, allowance and shortest link, 0 to 100; see
-        `catalogue.problem.ranking.Ranking.score`.
-    front : int or None
-        Number of its Pareto front, 1 if no other answer is better by all criteria; None unless it was asked for.
-    nearest : float or None
-        How near the nearest other answer is as a design, 0 to 1; see `catalogue.candidates.select`.
-    gap : float or None
-        What moving the pivots by a hundredth of their distance from the guided point could at most still take away
-        from what was ranked by, to first order (`catalogue.refine.certificate`); 0: it is stationary.  None if not
-        refined, and for a point that returns.
-    alternations : int or None
-        Peaks of alternating sign at which the path reaches its deviation, ends included; with `gap`.
-    cognate : int or None
-        1, 2: it is a cognate of the stored guide, the one that shares its first or second fixed pivot.
-    pole : list of float or None
-        Given where the linkage is at a change point at that moment: the pole of the branch on which it moves.
-    start, along
-        Where the path starts, [x, y], and its direction from there [deg].
+    The attributes, some of which may be None, are told of in `catalogue.find.columns.CANDIDATE`; see also
+    `catalogue.guidance.metrics.Measures`, `catalogue.guidance.drive.DriveMetrics`, `catalogue.guidance.in_place` (the
+    deviation with given pivots), `catalogue.problem.ranking.Ranking.score`, `catalogue.candidates.select` (nearest) and
+    `catalogue.refine.certificate` (gap, alternations: to first order; None if not refined).
     """
 
     id: int | None
@@ -180,12 +141,30 @@ class Candidate(PlacedGuide):
         moved = GuideMotion.of(self, circuits(self.linkage)[:1], s, points, driver)
         return replace(moved, deviation=self.off_nominal(moved.points["guided"]))
 
+    def drawn_motion(
+        self, samples: int, *, whole: bool = False, points: Mapping[str, Any] | None = None
+    ) -> tuple[GuideMotion, bool]:
+        if whole:
+            return super().drawn_motion(samples, whole=True, points=points)
+        from ..kinematics.circuits import circuits
+
+        here, traced = self._trace
+        if not np.isfinite(traced.fit.deviation).all():
+            raise InvalidRequest(f"the linkage does not lead its guided point over a stroke of {self.stroke:g}")
+        if not here.cusp.any():
+            return self.motion(samples, points=points), False
+        # a point that returns: from one end of its path to its rest and back
+        found = circuits(here.linkage)[:1]
+        low, high = found.phases(here.motion.pose(np.stack([traced.low, traced.high]).astype(float)))
+        s = np.linspace(low, high, sampled(samples))[:, None]
+        return GuideMotion.of(self, found, s, points, self.driver), False
+
     def _phases(self) -> tuple[float, float]:
         """Return the phases, see `kinematics.circuits`, between which the point runs from the start of its path to the
         end."""
         from ..kinematics.circuits import circuits
 
-        here, traced = self._traced()
+        here, traced = self._trace
         if here.cusp.any():
             raise InvalidRequest("the guided point returns: ask for the motion over the whole circuit")
         pose = here.motion.pose(np.stack([traced.low, traced.high]).astype(float))
@@ -199,12 +178,17 @@ class Candidate(PlacedGuide):
         nominal, positive to the left."""
         from ..guidance.deviation_curve import from_circle
 
-        _, traced = self._traced()
+        _, traced = self._trace
         fit = traced.fit
         if self.radius is None:
             side = 1.0 if (fit.along[0].conjugate() * self.request.direction).real > 0 else -1.0
             return np.asarray(side * ((z - fit.start[0]) * fit.along[0].conjugate()).imag)
         return from_circle(z, (z[0], z[-1]), self.radius, max(self.deviation, 1e-18 * self.stroke))
+
+    @cached_property
+    def _trace(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
+        """The guide on its motion, and what is traced over the stroke; once for all that is asked of it."""
+        return self._traced()
 
     def _traced(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
         from ..guidance.placement import at_stroke
@@ -215,7 +199,7 @@ class Candidate(PlacedGuide):
     def path(self, points: int = 101) -> Floats:
         """Return points of the guided path over the stroke, shape (points, 2), from 2 to a million."""
         points = sampled(points)
-        here, traced = self._traced()
+        here, traced = self._trace
         share = np.linspace(-1, 1, points)
         u, v = here.path.window(traced.low.astype(float), traced.high.astype(float), share)
         z = here.point + (u + 1j * v)[:, 0] * here.tangent
@@ -230,7 +214,7 @@ class Candidate(PlacedGuide):
         InvalidRequest
             If the guided point returns: at its rest it follows no error to first order.
         """
-        here, traced = self._traced()
+        here, traced = self._trace
         if here.cusp.any():
             raise InvalidRequest("the guided point returns: its sensitivity is not known")
         return sensitivity(here, traced)
@@ -264,32 +248,8 @@ class Candidate(PlacedGuide):
         """Names of what a candidate is printed as."""
         return [*(f.name for f in fields(cls) if f.repr), *DERIVED]
 
-    def plot(self, file: str | Path | None = None) -> Any:
-        """Draw the linkage in mid-stroke with ghosts at the ends, its path and the deviation.
 
-        Parameters
-        ----------
-        file : path, optional
-            PNG, SVG or PDF by its suffix.  The same candidate gives the same file.
-
-        Returns
-        -------
-        matplotlib.figure.Figure
-            Of its own: pyplot does not know it, and no display is needed.
-
-        Raises
-        ------
-        InvalidRequest
-            If the suffix is none of these, the folder does not exist or cannot be written, or the linkage does not lead
-            its guided point over the whole stroke.
-        MissingExtra
-            Without matplotlib: ``pip install "mechanism-catalogue[plot]"``.
-        """
-        from ..draw import draw
-
-        return draw(self, file)
-
-
+Candidate.__doc__ = f"{Candidate.__doc__}\n{attributes(CANDIDATE, Candidate.columns())}"
 #: What a candidate of a `find` is printed as.
 COLUMNS = tuple(Candidate.columns())
 

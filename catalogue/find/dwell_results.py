@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import asdict, dataclass
+import math
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from ..errors import InvalidRequest
@@ -45,8 +47,8 @@ class StandStill:
 
 @dataclass(frozen=True)
 class DwellCandidate(PlacedGuide):
-    """A crank-driven linkage with an output dyad, in the middle of the dwell; the driving crank has length 1, places
-    are [x, y]."""
+    """A crank-driven linkage with an output dyad, in the middle of the dwell; the driving crank has length 1 unless it
+    is `scaled`, places are [x, y]."""
 
     id: int  #: of the stored guide that it comes from, like what follows
     family: str
@@ -58,7 +60,7 @@ class DwellCandidate(PlacedGuide):
     swing: float  #: the same over the full turn [deg]
     min_transmission: float  #: least angle over the full turn, of the linkage and at the joint of the dyad [deg]
     #: Diameter of all finite pivots in the middle of the dwell, the joint and the pivot of the output dyad among them,
-    #: together with the guided path over the whole turn [crank lengths].
+    #: together with the guided path over the whole turn [the unit of the crank].
     size: float
     driver: int  #: number of the crank that turns
     pivots: list[list[list[float]]]  #: [[A1, A1*], [A2, A2*]], each [x, y, w]
@@ -68,9 +70,31 @@ class DwellCandidate(PlacedGuide):
 
     pole = None  # it is at no change point
 
+    @cached_property
+    def lengths(self) -> dict[str, float]:
+        """Lengths of all links, by name: of the linkage, the rod and the rocker, and how far the rocker's pivot is from
+        that of the driving crank."""
+        rod, rocker = math.dist(self.guided, self.joint), math.dist(self.joint, self.pivot)
+        home = self.pivots[self.driver - 1][0][:2]
+        return {**super().lengths, "rod": rod, "rocker": rocker, "rocker pivot": math.dist(home, self.pivot)}
+
+    def scaled(self, crank: float) -> DwellCandidate:
+        """Return the same dwell with a driving crank of this length [any unit; all lengths are then in it].
+
+        Raises
+        ------
+        InvalidRequest
+            Unless it is a finite number above zero.
+        """
+        (ax, ay, _), (bx, by, _) = self.pivots[self.driver - 1]
+        times = positive("crank", crank) / math.dist((ax, ay), (bx, by))
+        pivots = [[[times * x, times * y, w] if w else [x, y, w] for x, y, w in dyad] for dyad in self.pivots]
+        guided, joint, pivot = ([times * x, times * y] for x, y in (self.guided, self.joint, self.pivot))
+        return replace(self, pivots=pivots, guided=guided, joint=joint, pivot=pivot, size=times * self.size)
+
     def to_dict(self) -> dict[str, Any]:
-        """Return the dwell as plain Python numbers, lists and strings."""
-        return asdict(self)
+        """Return the dwell as plain Python numbers, lists and strings, what is derived included."""
+        return {**asdict(self), "lengths": dict(self.lengths)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,4 +103,4 @@ class DwellResults(Results[DwellCandidate]):
 
     @property
     def columns(self) -> list[str]:
-        return list(DwellCandidate.__dataclass_fields__)
+        return [*DwellCandidate.__dataclass_fields__, "lengths"]

@@ -4,29 +4,28 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InvalidLinkage, InvalidRequest, quoted
-from ..kinematics.circuits import COUPLER, SWING, TURN, Circuits, circuits
+from ..kinematics.circuits import COUPLER, OPEN, SWING, TURN, circuits
 from ..kinematics.linkage import RR, Linkage
-from ..kinematics.rates import rates
-from ..kinematics.types import Array, Complexes, Floats
-from ..problem.request import places, whole
+from ..kinematics.types import Complexes
 from ..problem.request import point as two_numbers
+from .guide_motion import SAMPLES, GuideMotion, sampled
 
 if TYPE_CHECKING:
-    import pandas as pd
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
     from ..problem.request import Request
     from .improve import Improvement
     from .measure import Measured
-
-#: Positions of a motion if it is not said how many, and at most.
-SAMPLES, MOST = 361, 1_000_000
 
 
 @dataclass(frozen=True)
@@ -140,11 +139,205 @@ class PlacedGuide:
         s = found.phase + np.linspace(0, 1, sampled(samples))[:, None] * found.period
         return GuideMotion.of(self, found, s, points, driver)
 
+    def drawn_motion(
+        self,
+        samples: int,
+        *,
+        whole: bool = False,  # noqa: ARG002  # what has no stroke always runs over its circuit
+        points: Mapping[str, Any] | None = None,
+    ) -> tuple[GuideMotion, bool]:
+        """Return the motion that a drawing shows, and whether it ends where it began: over the stroke, or where there
+        is none, or the `whole` is asked for, over the circuit; of one that leads to infinity the part that is near.
+
+        Raises
+        ------
+        InvalidRequest
+            As of `motion`.
+        """
+        found, driver = circuits(self.linkage)[:1], getattr(self, "driver", None)
+        if found.kind[0] != OPEN:
+            s = found.phase + np.linspace(0, 1, sampled(samples))[:, None] * found.period
+            return GuideMotion.of(self, found, s, points, driver), True
+        s = np.linspace(0, 1, sampled(samples))[:, None] * found.period
+        moved, reach = GuideMotion.of(self, found, s, points, driver), 3 * float(self.linkage.size[0])
+        return moved.between(*_near(moved.points["guided"], complex(*self.guided), reach)), False
+
+    def plot(
+        self, file: str | Path | None = None, *, ax: Axes | None = None, moving: bool = False, unit: str = "mm",
+        scale: str | None = None,
+    ) -> Any:  # fmt: skip
+        """Draw the linkage in mid-stroke with ghosts at the ends, its path and the deviation; or let it move.
+
+        What has no stroke is drawn in the position given, with the path over its circuit.
+
+        Parameters
+        ----------
+        file : path, optional
+            PNG, SVG, PDF or GIF by its suffix; a GIF moves.  The same guide gives the same file.
+        ax : matplotlib.axes.Axes, optional
+            Axes into which the linkage and its path are drawn instead, to one scale in both directions.
+        moving : bool
+            Whether an SVG moves: it needs no script and no matplotlib, and has check boxes for pole, inflection circle,
+            cubics, centrodes, velocity.
+        unit : str
+            Of the lengths in a moving SVG: mm, cm, m or in.
+        scale : str, optional
+            Of a moving SVG in true millimetres, as ``1:2``; the largest usual one that fits a sheet if not given.
+
+        Returns
+        -------
+        matplotlib.figure.Figure or None
+            Of its own: pyplot does not know it, and no display is needed.  None for what moves.
+
+        Raises
+        ------
+        InvalidRequest
+            If the suffix is none of these, the folder does not exist or cannot be written, there is no such unit or
+            scale, or the linkage does not lead its guided point over the whole stroke.
+        MissingExtra
+            Without matplotlib: ``pip install "mechanism-catalogue[plot]"``.
+        """
+        from ..draw import draw
+
+        return draw(self, file, ax=ax, moving=moving, unit=unit, scale=scale, code=self.code)
+
+    def _repr_html_(self) -> str | None:
+        """What a notebook shows: the guide moves."""
+        from ..draw.cards import guide_html
+
+        with suppress(InvalidRequest):
+            return guide_html(self)
+        return None
+
+    def _repr_svg_(self) -> str | None:
+        """The same for what shows no HTML."""
+        from ..draw import moving_svg
+
+        with suppress(InvalidRequest):
+            return moving_svg(self, layers=("names",))
+        return None
+
+    def _repr_png_(self) -> bytes | None:
+        """A still for what shows neither; None without matplotlib."""
+        from ..draw.cards import guide_png
+
+        with suppress(InvalidRequest):
+            return guide_png(self)
+        return None
+
+    def plot_curves(self, file: str | Path | None = None, *, unit: str = "") -> Figure:
+        """Draw deviation, speed of the guided point, transmission angle and mechanical advantage over the drive; of a
+        dwell the angle of the rocker too.
+
+        Parameters
+        ----------
+        file : path, optional
+            PNG, SVG or PDF by its suffix.
+        unit : str
+            Of the lengths, for the headings.
+
+        Returns
+        -------
+        matplotlib.figure.Figure
+
+        Raises
+        ------
+        InvalidRequest, MissingExtra
+            As of `plot`.
+        """
+        from ..draw.curves import draw_curves
+
+        return draw_curves(self, file, unit=unit)
+
+    def sheet(self, file: str | Path, *, paper: str = "a4", unit: str = "mm", scale: str | None = None) -> None:
+        """Write a data sheet of one page: the drawing to a stated scale, lengths and pivots with tolerances from the
+        allowance, limits, curves over the drive, theory and provenance.
+
+        Parameters
+        ----------
+        file : path
+            PDF or HTML by its suffix; in HTML the guide moves, and no matplotlib is needed.
+        paper : str
+            ``a4`` or ``letter``.
+        unit : str
+            Of the guide's lengths, none is converted: mm, cm, m or in.
+        scale : str, optional
+            Of the drawing in true millimetres, as ``1:2``; the largest usual one that fits if not given.
+
+        Raises
+        ------
+        InvalidRequest
+            If there is no such paper, unit or scale, or as of `plot`.
+        MissingExtra
+            For a PDF, as of `plot`.
+        """
+        from ..draw.datasheet_file import sheet
+
+        sheet(self, file, paper=paper, unit=unit, scale=scale)
+
+    @property
+    def code(self) -> str:
+        """Letters and digits that tell this guide from all others; by them it is picked up again once it has been
+        remembered, see `Results.remember`."""
+        import json
+
+        from .answers import code_of, record
+
+        return code_of(json.dumps(record(self), sort_keys=True, allow_nan=False))
+
     def measure(self, **asked: Any) -> Measured:
         """Return where the guided point runs straightest, or nearest to a circle; see `catalogue.measure`."""
         from .measure import measure
 
         return measure(self, **asked)
+
+    def export(
+        self,
+        file: str | Path | None = None,
+        format: str | None = None,
+        *,
+        unit: str = "mm",
+        bar_width: float | None = None,
+        hole: float | None = None,
+        positions: int = 73,
+        columns: Sequence[str] = (),
+        over: str | None = None,
+    ) -> str | bytes:
+        """Return the guide for CAD or another program, and write it to a file if one is named, in place of one there.
+
+        Parameters
+        ----------
+        file : path, optional
+            Its suffix names the format, if that is not given: ``.dxf``, ``.json``, ``.csv``, ``.xlsx``, ``.parquet``,
+            ``.txt`` (solidworks), ``.FCMacro`` (freecad), ``.py`` (pylinkage).
+        format : str, optional
+            ``dxf``: linkage, path, dimensions and parts to cut.  ``json``: all that is known, which the commands read.
+            ``csv``, ``xlsx``, ``parquet``: the motion as a table.  ``solidworks``, ``fusion``: parameters by name.
+            ``freecad``, ``pylinkage``: scripts.
+        unit : str
+            In which the lengths of the guide are: mm, cm, m, in or ft; none is converted.
+        bar_width, hole : float, optional
+            Width of the bars, diameter of the holes [unit].
+        positions, columns, over
+            Rows of the table of the motion; its columns by the beginnings of their headings; ``stroke`` or ``circuit``.
+
+        Returns
+        -------
+        str or bytes
+            What was written; a workbook and Parquet are bytes.
+
+        Raises
+        ------
+        InvalidRequest
+            If the format is not known, the file cannot be written, holes meet, or the guide cannot be given so:
+            pylinkage moves four-bars and slider-cranks, away from change points.
+        MissingExtra
+            Without what the format needs: ``pip install "mechanism-catalogue[cad]"``, or ``[parquet]``.
+        """
+        from ..export import export
+
+        how = {"bar_width": bar_width, "hole": hole, "positions": positions, "columns": columns, "over": over}
+        return export(self, file, format, unit=unit, **how)
 
     def improve(self, request: Request, **how: Any) -> Improvement:
         """Return the guide as it is, refined, and beside the best of a catalogue; see `catalogue.improve`."""
@@ -161,6 +354,17 @@ class OwnGuide(PlacedGuide):
     guided: list[float]
     pole: list[float] | None = None
     name: str = ""
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the linkage as plain Python numbers, lists and strings."""
+        return {
+            "family": str(self.linkage.family[0]),
+            "name": self.name or None,
+            "pivots": self.pivots,
+            "guided": self.guided,
+            "pole": self.pole,
+            "lengths": dict(self.lengths),
+        }
 
     def __repr__(self) -> str:
         lengths = ", ".join(f"{name} {value:.6g}" for name, value in self.lengths.items())
@@ -205,134 +409,12 @@ def guide(linkage: Any, point: Any = None, *, name: str = "") -> OwnGuide:
     return OwnGuide(one.pivots[0].tolist(), [*place], None, name)
 
 
-@dataclass(frozen=True, eq=False)
-class GuideMotion:
-    """The motion of a guide at m positions; arrays of shape (m,), lengths in the user's unit.
-
-    Velocities and accelerations are derivatives by the angle of the drive: times the angular velocity of the drive, and
-    its square, they are those of a drive that turns steadily.  They are NaN in a dead point of the drive, where it
-    cannot move the linkage; `reason` says so.
-
-    Attributes
-    ----------
-    phase : ndarray
-        Of the circuit, see `catalogue.kinematics.circuits` [rad].
-    drive, coupler : ndarray
-        Angle of the driving crank from the x axis; of the coupler, from the position given [deg].
-    cranks : dict of int to ndarray
-        Angles of the cranks from the x axis, by number [deg].
-    ratios : dict of str to ndarray
-        Angular velocities over that of the drive: ``coupler``, ``crank 1``, ``crank 2``.
-    angular_accelerations : dict of str to ndarray
-        Their derivatives by the angle of the drive [1/rad].
-    points, velocities, accelerations : dict of str to complex ndarray
-        Of ``guided``, the finite moving pivots ``A1*`` and ``A2*`` and the points asked for: x + iy [length], its
-        derivatives [length/rad, length/rad^2].
-    transmission : ndarray
-        Transmission angle [deg].
-    advantage : ndarray
-        Mechanical advantage: force of the guided point along its path over force at the pin of the driving crank,
-        without friction; NaN where the coupler drives.
-    deviation : ndarray
-        Distance of the guided point from the nominal, positive to the left, where the motion is that over the stroke;
-        else NaN [length].
-    reason : ndarray of str
-        Why something is NaN; else empty.
-    """
-
-    driver: int
-    phase: Floats
-    drive: Floats
-    coupler: Floats
-    cranks: dict[int, Floats]
-    ratios: dict[str, Floats]
-    angular_accelerations: dict[str, Floats]
-    points: dict[str, Complexes]
-    velocities: dict[str, Complexes]
-    accelerations: dict[str, Complexes]
-    transmission: Floats
-    advantage: Floats
-    deviation: Floats
-    reason: Array
-
-    @classmethod
-    def of(
-        cls, placed: PlacedGuide, found: Circuits, s: Floats, points: Mapping[str, Any] | None, driver: int | None
-    ) -> GuideMotion:
-        """Return the motion of a guide at phases (m, 1) of one circuit."""
-        linkage, lead = found.linkage, int(found.lead[0])
-        chosen = (lead + 1) % 3 if driver is None else whole("driver", driver, 0)
-        kinds = linkage.dyads[0]
-        if chosen and (chosen > 2 or kinds[chosen - 1] != RR):
-            raise InvalidRequest(f"there is no crank {chosen} to drive: this {linkage.family[0]} has {_cranks(kinds)}")
-        pose = found.pose(s)
-        here = pose.linkages(linkage)
-        moves = rates(here, np.full(len(s), chosen - 1 if chosen else COUPLER))
-        named = {"guided": complex(*placed.guided)}
-        named |= {f"A{i + 1}*": complex(linkage.points[0, i, 1]) for i in (0, 1) if linkage.finite[0, i, 1]}
-        named |= {name: complex(*at) for name, at in places("points", points).items()}
-        at = {name: pose.point(np.array([z]))[:, 0] for name, z in named.items()}
-        z = here.points
-        cranks = {i + 1: np.degrees(np.unwrap(np.angle(z[:, i, 1] - z[:, i, 0]))) for i in (0, 1) if kinds[i] == RR}
-        coupler = np.degrees(np.unwrap(np.angle(1 + pose.x[:, 0])))
-        spins = {f"crank {i}": moves.crank(here, i - 1) for i in cranks}
-        velocities = {name: moves.velocity_of(p) for name, p in at.items()}
-        with np.errstate(all="ignore"):
-            reach = np.abs(z[:, chosen - 1, 1] - z[:, chosen - 1, 0]) if chosen else np.full(len(s), np.nan)
-            advantage = reach / np.abs(velocities["guided"])
-        name = f"crank {chosen}" if chosen else "coupler"
-        dead = np.isnan(moves.omega)
-        return cls(
-            chosen, s[:, 0], cranks.get(chosen, coupler), coupler, cranks,
-            {"coupler": moves.omega} | {k: v[0] for k, v in spins.items()},
-            {"coupler": moves.alpha} | {k: v[1] for k, v in spins.items()},
-            at, velocities, {k: moves.acceleration_of(p) for k, p in at.items()},
-            _transmission(here, chosen), np.where(np.isfinite(advantage), advantage, np.nan),
-            np.full(len(s), np.nan),
-            np.where(dead, f"dead point of {name}", ""),
-        )  # fmt: skip
-
-    def __len__(self) -> int:
-        return len(self.phase)
-
-    def to_pandas(self, unit: str = "") -> pd.DataFrame:
-        """Return one row per position; headings say the unit, that of lengths if it is named here, else ``length``."""
-        import pandas as pd
-
-        length = unit or "length"
-        columns: dict[str, Array] = {"drive [deg]": self.drive, "coupler [deg]": self.coupler}
-        columns |= {f"crank {i} [deg]": angle for i, angle in self.cranks.items()}
-        for name, z in self.points.items():
-            columns |= {f"{name} x [{length}]": z.real, f"{name} y [{length}]": z.imag}
-        for what, every, by in (("v", self.velocities, "rad"), ("a", self.accelerations, "rad^2")):
-            for name, z in every.items():
-                columns |= {f"{name} {what}x [{length}/{by}]": z.real, f"{name} {what}y [{length}/{by}]": z.imag}
-        columns |= {f"{name} ratio [1]": ratio for name, ratio in self.ratios.items()}
-        columns |= {f"{name} acceleration [1/rad]": rate for name, rate in self.angular_accelerations.items()}
-        columns |= {
-            "transmission [deg]": self.transmission,
-            "advantage [1]": self.advantage,
-            f"deviation [{length}]": self.deviation,
-            "reason": self.reason,
-        }
-        return pd.DataFrame(columns)
-
-
-def sampled(samples: Any) -> int:
-    """Return how many positions are asked for; `InvalidRequest` unless from 2 to `MOST`."""
-    if whole("samples", samples, 2) > MOST:
-        raise InvalidRequest(f"samples must be at most {MOST}, not {samples}")
-    return int(samples)
-
-
-def _transmission(linkage: Linkage, driver: int) -> Floats:
-    """Return the transmission angle in each position, the crank of that number driving, 0: the better dyad [deg]."""
-    from ..guidance.metrics import transmission_sines
-
-    x = np.zeros(1, complex)
-    sines = transmission_sines(linkage, [linkage.points[None, :, i, 1] for i in (0, 1)], x)[:, 0]
-    angle = np.degrees(np.arcsin(np.clip(np.abs(sines), 0, 1)))
-    return np.asarray(angle[driver - 1 if driver else int(angle.min(1).argmax())])
+def _near(z: Complexes, home: complex, reach: float) -> tuple[int, int]:
+    """Return the first and one beyond the last of the places z about the one nearest to home that are within reach."""
+    away = np.abs(z - home)
+    middle = int(np.nanargmin(away))
+    far = np.flatnonzero(~(away <= max(reach, float(away[middle]))))
+    return int(far[far < middle].max(initial=-1)) + 1, int(far[far > middle].min(initial=len(z)))
 
 
 def _stops(linkage: Linkage, *, dead: bool) -> dict[str, list[float]]:
@@ -348,8 +430,3 @@ def _stops(linkage: Linkage, *, dead: bool) -> dict[str, list[float]]:
                 angles += [axis + at, axis - at]
         told[f"crank {i + 1}"] = sorted({round(math.degrees(a) % 360, 9) for a in angles})
     return told
-
-
-def _cranks(kinds: Sequence[int]) -> str:
-    numbers = [f"crank {i + 1}" for i in (0, 1) if kinds[i] == RR]
-    return " and ".join(numbers) if numbers else "none, its coupler drives (0)"

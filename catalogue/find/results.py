@@ -6,6 +6,7 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
 
@@ -64,6 +65,14 @@ class Results(Sequence[T]):
         rows = [f"  {i}: {one!r}" for i, one in enumerate(self.candidates[:SHOWN])]
         more = [f"  ... {len(self) - SHOWN} more"] * (len(self) > SHOWN)
         return "\n".join([f"<{type(self).__name__} of {len(self)}>", *rows, *more])
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: cards that move, a table behind; of no answers why there are none."""
+        from ..draw.cards import cards_html
+
+        if not self.candidates:
+            return f"<pre>{escape(self.explain())}</pre>"
+        return cards_html(self.candidates, f"{type(self).__name__} of {len(self)}")
 
     @overload
     def __getitem__(self, index: int) -> T: ...

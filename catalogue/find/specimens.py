@@ -7,9 +7,10 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from itertools import count
 from typing import Any
 
-from sqlalchemy import ColumnElement, Float, and_, case, func, select, true
+from sqlalchemy import ColumnElement, Float, and_, case, func, or_, select, true
 
 from ..collections.bounds import Bound, bounds
 from ..collections.results import CollectionCandidate
@@ -53,6 +54,7 @@ def find_in(
     families: Sequence[str] = (),
     series: Sequence[str] = (),
     where: Mapping[str, Any] | None = None,
+    special: Sequence[str] = (),
     drawn: Callable[[], None] = lambda: None,
 ) -> CollectionResults:
     """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`.  `drawn` is called
@@ -63,13 +65,16 @@ def find_in(
         raise InvalidRequest(f"cannot rank by {quoted(rank_by)}; {collection.name} has {', '.join(criteria)}")
     given = bounds(collection, request.stroke, {} if where is None else where)
     named = {"family": (names("families", families), collection.families),
-             "series": (names("series", series), collection.series)}  # fmt: skip
+             "series": (names("series", series), collection.series),
+             "special": (names("special", special), [*collection.special])}  # fmt: skip
     allowed = {what: wanted for what, (wanted, _) in named.items()}
     for what, (_, held) in named.items():
         if unknown := [name for name in allowed[what] if name not in held]:
-            raise InvalidRequest(f"there is no {what} {unknown[0]!r}; there are {', '.join(held)}")
+            raise InvalidRequest(f"there is no {what} {unknown[0]!r}; there are {', '.join(held) or 'none'}")
     drawn()
-    search = _Search(database, collection, request, given, _tests(collection, request, given, allowed))
+    search = _Search(
+        database, collection, request, given, _tests(collection, request, given, allowed), allowed["special"]
+    )
     more = rank_by != "deviation" and collection.metrics[rank_by].more
     # Stored numbers decide what is verified, measured ones what comes first; the sort is stable.
     found = sorted(
@@ -93,7 +98,11 @@ def _tests(
     tests: dict[str, ColumnElement[bool]] = {
         f"deviation {request.deviation:g}": Row.deviation <= request.relative * (1 + SLACK)
     }
-    tests |= {what: getattr(Row, what).in_(names) for what, names in allowed.items() if names}
+    tests |= {what: getattr(Row, what).in_(allowed[what]) for what in ("family", "series") if allowed[what]}
+    if patterns := [pattern for name in allowed["special"] for pattern in collection.special[name]]:
+        tests[f"special {' or '.join(allowed['special'])}"] = or_(
+            *(Row.configuration.op("GLOB")(pattern) for pattern in patterns)
+        )
     if request.sweep is not None and "sweep" in collection.metrics:
         reach = request.relative / PER_SWEEP
         tests[f"radius {request.radius:g}"] = _stored("sweep").between(request.sweep - reach, request.sweep + reach)
@@ -113,6 +122,8 @@ class _Search:
     request: Request
     bounds: list[Bound]
     tests: dict[str, ColumnElement[bool]]  #: what stored specimens must satisfy, by what it is called
+    special: Sequence[str] = ()  #: one of these a specimen must be, if there are any
+    others: int = 0  #: how many that could be were looked at and are none of these
     verified: int = 0
     shown: int = 0
     removed: Counter[str] = field(default_factory=Counter)  #: how many of the verified failed each test
@@ -133,15 +144,26 @@ class _Search:
             .limit(BATCH)
         )
         found = 0
-        for part in range(BATCHES):
+        for part in count() if self.special else range(BATCHES):
             rows = self.database.read(ranked.offset(BATCH * part))
-            measured = self.measured([*self.database.objects(rows["parameters"])])
-            for number, one in zip(rows["id"].tolist(), measured, strict=True):
+            stored = [*self.database.objects(rows["parameters"])]
+            wanted = [i for i, one in enumerate(stored) if self.is_special(one)]
+            measured = self.measured([stored[i] for i in wanted])
+            for number, one in zip(rows["id"][wanted].tolist(), measured, strict=True):
                 if self.serves(one):
                     found += 1
                     yield self.candidate(number, one)
-            if not measured or found >= limit:
+            if not stored or found >= limit:
                 return
+
+    def is_special(self, parameters: Any) -> bool:
+        """Return whether a specimen is one of the well-known cases that are asked for; count those that are not."""
+        if not self.special:
+            return True
+        with self.asked("classified"):
+            good = not set(self.special).isdisjoint(self.collection.classify(parameters).special)
+        self.others += not good
+        return good
 
     def measured(self, stored: list[Any]) -> list[Measured]:
         """Return what a batch of specimens does on its finite motion."""
@@ -215,6 +237,7 @@ class _Search:
         useful = {name: n for i, (name, n) in enumerate(excluded.items()) if n and number[f"freed {i}"]}
         lines = [f"{self.collection.name}: {number['all']} specimens guide a point along a {self.request.kind}"]
         lines += [f"  {name} alone excludes {n} of them" for name, n in excluded.items()]
+        lines += [f"  {self.others} that might be are not {' or '.join(self.special)}"] if self.others else []
         lines.append(f"  {self.verified} of the rest were followed on their finite motion; {self.shown} are shown")
         lines += [f"  there {name} removed {n}" for name, n in self.removed.items()]
         if not self.shown:

@@ -39,6 +39,7 @@ class Ran:
 def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Callable[..., Ran]:
     """Return the command as a function; warnings are shown as they are to a user."""
     monkeypatch.setattr("warnings.showwarning", None)
+    monkeypatch.setattr("catalogue.progress.PATIENCE", 1e6)  # a slow machine is not told of
     monkeypatch.delenv("CATALOGUE_PLUGINS", raising=False)
     monkeypatch.delenv("CATALOGUE_DB", raising=False)
     monkeypatch.setenv("XDG_DATA_HOME", str(tmp_path / "home"))  # whose database is nobody's
@@ -77,6 +78,7 @@ def process(environment: dict[str, str]) -> Callable[..., Ran]:
             env={**environment, **extra}, input=stdin, capture_output=True, text=True, timeout=120,
         )  # fmt: skip
         assert "Traceback" not in done.stdout + done.stderr, done.stderr
-        return Ran(done.returncode, done.stdout, done.stderr)
+        told = [line for line in done.stderr.splitlines(keepends=True) if not line.endswith(" ...\n")]  # how far it is
+        return Ran(done.returncode, done.stdout, "".join(told))
 
     return call

@@ -121,7 +121,7 @@ def test_csv_holds_the_same_rows(run: Run, small_db: Path) -> None:
 
 @pytest.mark.slow
 def test_table_is_readable_and_complete(process: Run, small_db: Path) -> None:
-    done = process(*LINE, "--db", small_db)
+    done = process(*LINE, "--db", small_db, COLUMNS="160")
     assert done.code == 0
     assert done.err == ""
     lines = done.out.splitlines()
@@ -301,7 +301,7 @@ def test_a_reader_that_goes_away_is_no_error(environment: dict[str, str], small_
         process.stdout.close()
         err = process.stderr.read()
         code = process.wait(60)
-    assert err == b""
+    assert err in (b"", b"searching ...\n")
     assert code in (1, 141)
 
 
@@ -314,6 +314,7 @@ def test_find_imports_only_what_it_needs(environment: dict[str, str], small_db: 
         "try: main()\n"
         "except SystemExit as end: assert not end.code, end.code\n"
         "heavy = ('pandas', 'matplotlib', 'scipy', 'alembic', 'pluggy', 'catalogue.plugin', 'catalogue.populate',"
+        " 'starlette', 'jinja2', 'uvicorn', 'catalogue.web',"
         " 'catalogue.cli.build', 'catalogue.cli.dwell', 'catalogue.cli.show')\n"
         "print([m for m in heavy if m in sys.modules] + [m for m in sys.modules if m.startswith('catalogue_plugin')],"
         " file=sys.stderr)"
@@ -326,7 +327,8 @@ def test_find_imports_only_what_it_needs(environment: dict[str, str], small_db: 
 def test_importing_the_package_imports_nothing_heavy(environment: dict[str, str]) -> None:
     code = (
         "import sys; import catalogue\n"
-        "heavy = ('pandas', 'matplotlib', 'scipy', 'sqlalchemy', 'alembic', 'click', 'rich', 'pluggy')\n"
+        "heavy = ('pandas', 'matplotlib', 'scipy', 'sqlalchemy', 'alembic', 'click', 'rich', 'pluggy', 'starlette',"
+        " 'jinja2', 'uvicorn')\n"
         "assert not [m for m in heavy if m in sys.modules], [m for m in heavy if m in sys.modules]\n"
         "assert set(catalogue.__all__) <= set(dir(catalogue))\n"
         "for name in catalogue.__all__: getattr(catalogue, name)\n"

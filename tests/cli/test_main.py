@@ -115,5 +115,9 @@ def test_another_package_of_the_same_name_is_told_in_one_line(
         assert done.returncode == 5
         assert done.stdout == ""
         assert done.stderr.splitlines()[-1].startswith("catalogue: the distribution `catalogue` is installed beside")
+    done = ran("-m", "catalogue", "doctor")
+    assert done.returncode == 5
+    assert "Traceback" not in done.stderr
     if last == "ours":
+        assert "name clash" in done.stdout  # among the rest
         assert "both own the package `catalogue`; uninstall both" in ran("-c", "import catalogue").stderr

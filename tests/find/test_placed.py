@@ -10,7 +10,8 @@ import pytest
 
 import catalogue
 from catalogue.errors import CatalogueError, InvalidLinkage, InvalidRequest
-from catalogue.find.placed import GuideMotion, guide
+from catalogue.find.guide_motion import GuideMotion
+from catalogue.find.placed import guide
 
 Ask = Callable[..., catalogue.Found]
 CRANK_ROCKER = {"ground": 4, "crank": 1, "coupler": 3.5, "rocker": 3, "along": 2, "across": 1}

@@ -1,0 +1,48 @@
+"""What the shell completes after the name of an option: what the database holds, codes of answers, named guides."""
+
+from __future__ import annotations
+
+import json
+import sqlite3
+from collections.abc import Callable
+from contextlib import closing, suppress
+from pathlib import Path
+
+import click
+
+from ..folders import answers_file, default_database, folder
+
+Complete = Callable[[click.Context, click.Parameter, str], list[str]]
+#: Answers whose codes are offered.
+LATEST = 100
+
+
+def held(column: str) -> Complete:
+    """Return what offers the families, series or configurations that the database holds."""
+
+    def offered(ctx: click.Context, param: click.Parameter, begun: str) -> list[str]:  # noqa: ARG001  # click gives it
+        file = ctx.params.get("db") or default_database()
+        return _begun(_column(file, f"SELECT DISTINCT {column} FROM mechanism ORDER BY {column}"), begun)
+
+    return offered
+
+
+def references(ctx: click.Context, param: click.Parameter, begun: str) -> list[str]:  # noqa: ARG001  # click gives it
+    """Return named guides, and codes of the latest answers."""
+    names = [one["name"] for one in json.loads((folder("data") / "named_guides.json").read_text("utf-8"))]
+    codes = _column(answers_file(), f"SELECT code FROM answer ORDER BY number DESC LIMIT {LATEST}")
+    return _begun([*names, *codes], begun)
+
+
+def _column(file: Path, query: str) -> list[str]:
+    """Return what a query finds in a file, nothing if that cannot be read."""
+    with (
+        suppress(sqlite3.Error, OSError),
+        closing(sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)) as one,
+    ):
+        return [str(row[0]) for row in one.execute(query)]
+    return []
+
+
+def _begun(names: list[str], begun: str) -> list[str]:
+    return [name for name in names if name.startswith(begun)]

@@ -1,0 +1,51 @@
+"""``catalogue sheet``: a guide on one page, for the workshop."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from contextlib import ExitStack
+from pathlib import Path
+
+import click
+
+from ..errors import InvalidRequest
+from .measure import given
+from .options import DB, PLUGINS, Argument, number, option
+from .references import HELP, REFERENCE
+from .tables import FORCE, OUTPUT
+
+
+@click.command(
+    params=[
+        Argument("reference", REFERENCE, HELP),
+        option("--out", "FILE", "Where to: PDF or HTML by the suffix.", OUTPUT, required=True),
+        option("--paper", None, "Size of the page.", click.Choice(["a4", "letter"]), default="a4"),
+        option("--unit", None, "In which the lengths of the guide are; none is converted.",
+               click.Choice(["mm", "cm", "m", "in"]), default="mm"),
+        option("--scale", "A:B", "Of the drawing, as 1:2.", show_default="the largest usual one that fits"),
+        number("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
+        FORCE,
+        DB,
+        PLUGINS,
+    ]
+)  # fmt: skip
+def sheet(
+    reference: str, out: Path, paper: str, unit: str, scale: str | None, point: tuple[float, float] | None,
+    db: Path | None, plugins: Sequence[str],
+) -> None:  # fmt: skip
+    """Write a data sheet of one page: drawing to scale, lengths with tolerances, limits, curves, theory.
+
+    \b
+    catalogue sheet CODE --out guide.pdf --paper letter
+    """
+    from ..draw.datasheet_file import KINDS
+    from ..paper import kind_of
+
+    kind_of(out, KINDS)
+    with ExitStack() as stack:
+        every, _ = given(reference, point, db, plugins, stack)
+    if len(every) != 1:
+        raise InvalidRequest(f"{reference} holds {len(every)} linkages: a sheet shows one")
+    every[0].sheet(out, paper=paper, unit=unit, scale=scale)
+    print(f"written: {out}", file=sys.stderr)

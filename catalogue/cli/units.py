@@ -1,0 +1,192 @@
+"""Lengths and angles as they are written in a workshop: ``80mm``, ``3.5in``, ``3 1/2"``, ``1/8in``, ``30deg``.
+
+There is one unit of output: that of ``--unit``, else of the first length that is given with one.  Numbers without a
+unit, in files too, are in it; lengths in others are converted, exactly, before they are rounded to a double.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from fractions import Fraction
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from ..errors import InvalidRequest
+from .options import option
+
+if TYPE_CHECKING:
+    _ParamType = click.ParamType[Any]
+else:  # which is no generic type in its older versions
+    _ParamType = click.ParamType
+
+#: Units of output [mm].
+UNITS = {"mm": Fraction(1), "cm": Fraction(10), "m": Fraction(1000), "in": Fraction("25.4")}
+#: Other ways to write a unit of length, and how many of which it is.
+WRITTEN = {
+    **{unit: (Fraction(1), unit) for unit in UNITS},
+    **dict.fromkeys(("um", "\u00b5m", "\u03bcm"), (Fraction(1, 1000), "mm")),
+    **dict.fromkeys(('"', "\u2033", "\u201d", "''", "inch", "inches"), (Fraction(1), "in")),
+    **dict.fromkeys(("ft", "'", "\u2032", "\u2019"), (Fraction(12), "in")),
+}
+#: Units of angles [deg].
+ANGLES = {"": 1.0, "deg": 1.0, "\u00b0": 1.0, "rad": math.degrees(1.0)}
+#: Where a context keeps the unit of output.
+KEY = "catalogue.unit"
+#: A number, perhaps mixed with a fraction, and a unit: 3.5in, 3 1/2", 3-1/2", 1/8 in, 80.
+_NUMBER = re.compile(
+    r"(?P<sign>[+-]?)(?:(?:(?P<whole>\d+)(?:\s+|-))?(?P<over>\d+)\s*/\s*(?P<under>\d+)|"
+    r"(?P<decimal>(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?))\s*(?P<unit>[^\d\s.][^\s\d]*)?",
+    re.IGNORECASE | re.ASCII,
+)
+
+
+class Length(_ParamType):
+    """A length; with a unit it is converted to the unit of output."""
+
+    name = "length"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        plain = _plain(value)
+        if plain is not None:
+            return plain
+        number, unit = _read(str(value))
+        if number is None or unit.lower() not in WRITTEN | {"": None}:
+            self.fail(f'{value!r} is no length: write 80, 80mm, 2.5cm, 3.5in, 3 1/2" or 1/8in', param, ctx)
+        if not unit:
+            return float(number)
+        times, base = WRITTEN[unit.lower()]
+        target = base if ctx is None else ctx.meta.setdefault(KEY, base)
+        if target not in UNITS:
+            self.fail(f"{value!r} cannot be told in {target!r}; --unit knows {', '.join(UNITS)}", param, ctx)
+        return float(number * times * UNITS[base] / UNITS[target])
+
+
+class Angle(_ParamType):
+    """An angle, in degrees unless it is said to be in radians."""
+
+    name = "angle"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        plain = _plain(value)
+        if plain is not None:
+            return plain
+        number, unit = _read(str(value))
+        if number is None or unit.lower() not in ANGLES:
+            self.fail(f"{value!r} is no angle: write 30, 30deg or 0.5rad", param, ctx)
+        return float(number) * ANGLES[unit.lower()]
+
+
+LENGTH, ANGLE = Length(), Angle()
+
+
+class Zone(_ParamType):
+    """A box as four lengths or a polygon as points, from lengths with commas or blanks between."""
+
+    name = "zone"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        numbers = [LENGTH.convert(part, param, ctx) for part in value.replace(",", " ").split()]
+        if len(numbers) == 4:
+            return numbers
+        if len(numbers) < 6 or len(numbers) % 2:
+            raise InvalidRequest(f"--keep-out takes x0,y0,x1,y1 or x and y of three or more points, not {value!r}")
+        return list(zip(numbers[::2], numbers[1::2], strict=True))
+
+
+class Desire(_ParamType):
+    """The name of a desire and its numbers, from NAME=BEST:WORST or NAME=BEST:WORST:WEIGHT."""
+
+    name = "desire"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        name, equals, numbers = (part.strip() for part in value.partition("="))
+        read = ANGLE if name == "transmission" else LENGTH
+        parts = [(read if k < 2 else LENGTH).convert(part, param, ctx) for k, part in enumerate(numbers.split(":"))]
+        if not equals or not 2 <= len(parts) <= 3:
+            raise InvalidRequest(f"--desire takes NAME=BEST:WORST or NAME=BEST:WORST:WEIGHT, not {value!r}")
+        return name, parts
+
+
+class NamedPoint(_ParamType):
+    """A point with a name, from NAME=X,Y."""
+
+    name = "named point"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        name, _, numbers = value.partition("=")
+        parts = numbers.split(",")
+        if len(parts) != 2:
+            raise InvalidRequest(f"--also takes NAME=X,Y, not {value!r}")
+        return name.strip(), tuple(LENGTH.convert(part, param, ctx) for part in parts)
+
+
+def _plain(value: Any) -> float | None:
+    """Return a number, also one that is infinite or none, that is written without a unit."""
+    try:
+        return float(value)
+    except (TypeError, ValueError):
+        return None
+
+
+def _read(text: str) -> tuple[Fraction | None, str]:
+    """Return the number and the unit of a text, None if it has no number that a double can hold."""
+    found = _NUMBER.fullmatch(text.strip())
+    if found is None:
+        return None, ""
+    try:
+        if found["decimal"]:
+            if not math.isfinite(rough := float(found["decimal"])):
+                return None, ""
+            number = Fraction(found["decimal"]) if rough else Fraction(0)
+        else:
+            number = int(found["whole"] or 0) + Fraction(int(found["over"]), int(found["under"]))
+            float(number)
+    except (ValueError, ZeroDivisionError, OverflowError):
+        return None, ""
+    return (-number if found["sign"] == "-" else number), found["unit"] or ""
+
+
+def _chosen(ctx: click.Context, param: click.Parameter, value: str | None) -> str | None:  # noqa: ARG001  # click gives it
+    if value is not None:
+        ctx.meta[KEY] = value
+    return value
+
+
+ZONE, DESIRE, NAMED_POINT = Zone(), Desire(), NamedPoint()
+#: The unit of output.
+UNIT = option(
+    "--unit", None, "Unit of what is printed, and of lengths without one: mm, cm, m or in. A length may be given in "
+    "another, such as 80mm, 3.5in, 3 1/2\" or 1/8in.", click.Choice([*UNITS]), is_eager=True, expose_value=False,
+    callback=_chosen, show_default="that of the first length that has one",
+)  # fmt: skip
+#: The unit in the headings, whatever it is called.
+NAMED_UNIT = option(
+    "--unit", "NAME", "Unit of the lengths, for the headings; lengths in other ones are converted to mm, cm, m or in.",
+    is_eager=True, expose_value=False, callback=_chosen, show_default="length",
+)  # fmt: skip
+
+
+def length(flag: str, metavar: str | None, help: str, **more: Any) -> click.Option:
+    return option(flag, metavar, help, LENGTH, **more)
+
+
+def angle(flag: str, metavar: str | None, help: str, **more: Any) -> click.Option:
+    return option(flag, metavar, help, ANGLE, **more)
+
+
+def unit() -> str:
+    """Return the unit of output of the command that runs; an empty text if lengths have none."""
+    return str(click.get_current_context().meta.get(KEY, ""))
+
+
+def with_unit(text: str) -> str:
+    """Return a length, as it is printed, with the unit of output."""
+    return f"{text} {unit()}".rstrip()

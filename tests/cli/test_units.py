@@ -1,0 +1,166 @@
+"""Lengths and angles in the units of a workshop; requests from files."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from catalogue.cli import units
+from catalogue.cli.command import request_of
+from catalogue.cli.find import straight_line
+from catalogue.errors import InvalidRequest
+
+Run = Callable[..., Any]
+LINE = ("find", "straight-line", "--no-refine", "--limit", 1, "--format", "json")
+
+
+def read(text: Any, unit: str = "", type_: Any = units.LENGTH) -> tuple[float, str]:
+    """Return what a text is read as, and the unit of output afterwards."""
+    with click.Context(click.Command("x")) as ctx:
+        if unit:
+            ctx.meta[units.KEY] = unit
+        return type_.convert(text, None, ctx), ctx.meta.get(units.KEY, "")
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "number"),
+    [
+        ("80", "", 80.0), ("-1e-3", "", -0.001), ("inf", "", math.inf), ("1/8", "", 0.125), ("80mm", "mm", 80.0),
+        ("80 MM", "mm", 80.0), ("2.5 cm", "cm", 2.5), ("1m", "m", 1.0), ("3.5in", "in", 3.5), ('3 1/2"', "in", 3.5),
+        ('3-1/2"', "in", 3.5), ("1/8in", "in", 0.125), ("-3 1/2 in", "in", -3.5), ("50um", "mm", 0.05),
+        ("50\u00b5m", "mm", 0.05), ("2ft", "in", 24.0), ("2'", "in", 24.0), (".5inch", "in", 0.5), ("0mm", "mm", 0.0),
+        ("1e-999999999mm", "mm", 0.0),
+    ],
+)  # fmt: skip
+def test_lengths_are_read(text: str, unit: str, number: float) -> None:
+    assert read(text) == (number, unit)
+
+
+@pytest.mark.parametrize(
+    ("text", "unit", "number"),
+    [("1in", "mm", 25.4), ("25.4mm", "in", 1.0), ("1cm", "mm", 10.0), ("1m", "cm", 100.0), ("0.1in", "mm", 2.54),
+     ("7/64in", "mm", 2.778125), ("80", "in", 80.0), ("1ft", "m", 0.3048)],
+)  # fmt: skip
+def test_lengths_are_converted_exactly(text: str, unit: str, number: float) -> None:
+    assert read(text, unit) == (number, unit)
+
+
+@pytest.mark.parametrize(
+    "text", ["", "x", "3..5in", "1/0in", "3 mmm", "5 apples", "1e999in", "--", "in", "3 4in", "1e5000/2"]
+)
+def test_nonsense_is_no_length(text: str) -> None:
+    with pytest.raises(click.BadParameter, match=r"is no length: write 80, 80mm, 2\.5cm"):
+        read(text)
+
+
+@pytest.mark.parametrize(
+    ("text", "number"),
+    [("30", 30.0), ("30deg", 30.0), ("30\u00b0", 30.0), ("0.5rad", math.degrees(0.5)), ("-1 rad", -57.29577951308232)],
+)
+def test_angles_are_read(text: str, number: float) -> None:
+    assert read(text, type_=units.ANGLE) == (number, "")
+    with pytest.raises(click.BadParameter, match=r"is no angle: write 30, 30deg or 0\.5rad"):
+        read("30mm", type_=units.ANGLE)
+
+
+@given(st.text(max_size=20))
+def test_any_text_is_a_length_or_refused(text: str) -> None:
+    try:
+        number, unit = read(text)
+    except click.BadParameter:
+        return
+    assert isinstance(number, float)
+    assert unit in {"", *units.UNITS}
+
+
+@given(st.floats(1e-6, 1e6), st.sampled_from([*units.UNITS]), st.sampled_from([*units.UNITS]))
+def test_there_and_back_is_the_same(number: float, one: str, other: str) -> None:
+    there, _ = read(f"{number!r}{one}", other)
+    assert read(f"{there!r}{other}", one)[0] == pytest.approx(number, rel=1e-15)
+
+
+@pytest.mark.slow
+def test_a_request_in_inches_is_the_same_in_millimetres(run: Run, small_db: Path) -> None:
+    inches = run(
+        *LINE, "--stroke", '6"', "--deviation", "1/500in", "--max-size", "500mm", "--unit", "mm", "--db", small_db
+    )
+    plain = run(*LINE, "--stroke", 152.4, "--deviation", 0.0508, "--max-size", 500, "--db", small_db)
+    assert inches.code == 0
+    assert inches.out == plain.out
+    shown = run(*LINE[:-2], "--stroke", '6"', "--deviation", 0.002, "--keep-out", "1ft,1ft,2ft,2ft", "--db", small_db)
+    assert "Guides for a straight line of 6 in" in shown.out
+
+
+def test_every_length_of_a_request_may_have_a_unit(run: Run, small_db: Path) -> None:
+    """None is taken for a plain number: an impossible one is told of in the unit of output."""
+    done = run(
+        *LINE, "--stroke", "150mm", "--deviation", "0.05mm", "--min-link", "4in", "--max-link", "5cm", "--db", small_db
+    )
+    assert "min_link 101.6 is above max_link 50" in done.line
+    done = run("measure", "-", "--stroke", "three", stdin="{}")
+    assert "'three' is no length" in done.err
+
+
+def test_a_file_holds_a_request_and_the_command_line_wins(run: Run, small_db: Path, tmp_path: Path) -> None:
+    (file := tmp_path / "press.toml").write_text(
+        'stroke = "15cm"\ndeviation = "0.05mm"\nmin-link = 4\nmax_link = 5\npins-only = true\n'
+        'family = ["four-bar"]\nfixed-pivots-in = [-9, -9, 9, 9]\nkeep-out = [[0, 0, 1, 1], "2,2,3,3"]\n'
+    )  # fmt: skip
+    done = run(*LINE, "--config", file, "--unit", "mm", "--min-link", 7, "--db", small_db)
+    assert "min_link 7 is above max_link 5" in done.line
+    held = request_of(str(file), straight_line)
+    assert held["keep_out"] == ["0,0,1,1", "2,2,3,3"]
+    assert held["pins_only"] is True
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("storke = 1", "`find straight-line` has no option 'storke'; did you mean 'stroke'?"),
+        ("config = 'x'", "has no option 'config'"),
+        ("stroke = ", "cannot read"),
+        ("pins-only = 1", "pins-only must be true or false, not 1"),
+        ("stroke = true", "stroke cannot be True"),
+        ("[stroke]\nlength = 1", "stroke cannot be {'length': 1}"),
+    ],
+)
+def test_a_file_that_is_no_request_is_told_in_one_line(run: Run, tmp_path: Path, text: str, said: str) -> None:
+    (file := tmp_path / "x.toml").write_text(text)
+    done = run(*LINE, "--config", file)
+    assert done.code == 2
+    assert said in done.line
+    with pytest.raises(InvalidRequest):
+        request_of(str(tmp_path / "none.toml"), straight_line)
+
+
+def test_dwells_are_scaled_with_their_crank(run: Run, small_db: Path) -> None:
+    asked = (
+        "find",
+        "dwell",
+        "--angle",
+        60,
+        "--residual",
+        1,
+        "--swing",
+        "20deg",
+        "--limit",
+        1,
+        "--format",
+        "json",
+        "--db",
+        small_db,
+    )
+    (one,), (inch,) = (json.loads(run(*asked, *more).out) for more in ((), ("--crank-length", "2in", "--unit", "mm")))
+    assert inch["size"] == pytest.approx(50.8 * one["size"])
+    assert inch["swing"] == one["swing"]
+    for name, value in one["lengths"].items():
+        assert inch["lengths"][name] == pytest.approx(50.8 * value)
+    assert one["lengths"]["rod"] == pytest.approx(math.dist(one["guided"], one["joint"]))
