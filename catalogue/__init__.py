@@ -39,9 +39,10 @@ if TYPE_CHECKING:
     from .find.answers import load, recall
     from .find.candidate import Candidate
     from .find.dwell_results import StandStill
+    from .find.guide_motion import GuideMotion
     from .find.improve import Improvement, improve
     from .find.measure import Measured, Stretch, measure
-    from .find.placed import GuideMotion, OwnGuide, PlacedGuide, guide
+    from .find.placed import OwnGuide, PlacedGuide, guide
     from .find.results import Found
     from .kinematics.linkage import Linkage
     from .problem.constraints import ConstraintArguments, Constraints
@@ -59,7 +60,7 @@ _HOME = {
     "DatabaseTooNew": "errors",
     "DuplicateSeries": "errors",
     "Found": "find.results",
-    "GuideMotion": "find.placed",
+    "GuideMotion": "find.guide_motion",
     "Improvement": "find.improve",
     "InvalidLinkage": "errors",
     "InvalidRequest": "errors",

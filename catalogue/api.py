@@ -145,6 +145,7 @@ class Catalogue:
         families: Sequence[str] = (),
         series: Sequence[str] = (),
         where: Mapping[str, tuple[float | None, float | None]] | None = None,
+        special: Sequence[str] = (),
         quiet: bool = False,
     ) -> CollectionResults:
         """Return the best mechanisms of a collection, each verified on its finite motion at the stroke asked for.
@@ -165,6 +166,8 @@ class Catalogue:
             Allowed ones; all if empty.
         where : mapping of str to (least, most)
             Bounds on metrics, None for an open side: ``{"condition": (None, 50.0)}``.
+        special : sequence of str
+            Only mechanisms that are one of these well-known cases.
 
         Raises
         ------
@@ -186,7 +189,7 @@ class Catalogue:
 
         return find_in(
             self.database, collection, request, limit=limit, rank_by=rank_by, families=families, series=series,
-            where=where, drawn=drawn,
+            where=where, special=special, drawn=drawn,
         )  # fmt: skip
 
     def build_collection(

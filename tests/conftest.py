@@ -28,6 +28,7 @@ if os.environ.get("TEST_DOUBLE"):  # as on platforms on which long double is dou
 import pytest
 from alembic import command
 from alembic.config import Config
+from hypothesis import settings
 
 import catalogue
 from catalogue.find import dwells, find, prescribed_pivots
@@ -67,6 +68,10 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
 
 
 GOLDEN = Path(__file__).with_name("golden") / "planar.json"
+
+# How long a case takes says how busy the machine is, not what is right.
+settings.register_profile("untimed", deadline=None)
+settings.load_profile("untimed")
 
 
 @pytest.fixture(scope="session", autouse=True)

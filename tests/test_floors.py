@@ -14,15 +14,16 @@ ROOT = Path(catalogue.__file__).parent
 #: From the bottom to the top.  A room is a package, or a module at the top level of the core.
 FLOORS = (
     ("errors",),
-    ("folders", "foreign_code", "progress"),
-    ("kinematics",),
+    ("folders", "foreign_code", "html_table", "progress"),
+    ("kinematics", "paper"),
     ("curvature_theory", "problem", "spatial", "store"),
     ("guidance", "collections"),
     ("series", "candidates"),
-    ("refine", "draw"),
+    ("refine", "draw", "export"),
     ("search", "plugin"),
     ("populate", "find"),
     ("api",),
+    ("web",),
     ("cli", "testing"),
     ("__main__",),
 )

@@ -17,8 +17,6 @@ if TYPE_CHECKING:
     from ..curvature_theory.dead_points import dead_points
     from ..curvature_theory.instant import Instant
     from ..curvature_theory.leading_error import EXACT
-    from ..draw.paper import blank, kind_of, write
-    from ..draw.symbols import PAPER
     from ..errors import InvalidLinkage, InvalidRequest, PluginError
     from ..guidance.minimum_zone import grid
     from ..kinematics.families import Family
@@ -26,6 +24,7 @@ if TYPE_CHECKING:
     from ..kinematics.polynomials import product, real_roots
     from ..kinematics.power_series import taylor_product, taylor_quotient, taylor_root
     from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
+    from ..paper import PAPER, blank, kind_of, write
     from ..problem.request import CircularArc, Request, StraightLine
     from ..series.pairs import (
         alike,
@@ -77,8 +76,7 @@ _HOME = {
     "collections.spec": "Collection LENGTH Measured Metric Specimen Tags",
     "collections.results": "CollectionCandidate",
     "guidance.minimum_zone": "grid",
-    "draw.paper": "blank kind_of write",
-    "draw.symbols": "PAPER",
+    "paper": "PAPER blank kind_of write",
 }
 _MODULE = {name: home for home, names in _HOME.items() for name in names.split()}
 

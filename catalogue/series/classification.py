@@ -48,6 +48,18 @@ class Classification(Sequence[Memberships]):
     def __repr__(self) -> str:
         return f"<Classification of {self.instant.linkage!r} in {len(self.tested)} series>"
 
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the series of each linkage, or the nearest, as a table."""
+        from ..html_table import MOST, html_table
+
+        rows = []
+        for k, family in enumerate(self.family[:MOST].tolist()):
+            one = self[k]
+            near = one.nearest
+            nearest = [near.series, f"{near.residual:.2g}"] if near else [None, None]
+            rows.append([k, family, self.configuration[k], ", ".join(one.series) or None, *nearest])
+        return html_table([">", "family", "configuration", "series", "nearest", ">residual"], rows, len(self))
+
     @property
     def family(self) -> Array:
         """Family of each linkage, shape (n,)."""

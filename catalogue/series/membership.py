@@ -64,3 +64,13 @@ class Memberships(Sequence[Membership]):
     def __getitem__(self, index: slice) -> tuple[Membership, ...]: ...
     def __getitem__(self, index: int | slice) -> Membership | tuple[Membership, ...]:
         return self.holding[index]
+
+    def _repr_html_(self) -> str:
+        """What a notebook shows: the series that hold and those that are near, as a table."""
+        from ..html_table import html_table
+
+        rows = [
+            (m.series, m.family, m.configuration, f"{m.residual:.2g}", f"{m.margin:.2g}", "✓" if m.holds else "")
+            for m in self.near
+        ]
+        return html_table(["series", "family", "configuration", ">residual", ">margin", "belongs"], rows)

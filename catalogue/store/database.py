@@ -116,26 +116,30 @@ def _read(name: str, kind: type, values: Sequence[Any]) -> Array:
 class Database:
     """A database file with current tables; leave it as a context manager, or `close` it."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, path: Path, *, writable: bool = True) -> None:
         self.path = path  # absolute
+        self.writable = writable
         self._checked: tuple[int, ...] = ()
 
     @cached_property
     def engine(self) -> Engine:
         """An engine whose connections begin a transaction with their first statement."""
-        return engine_for(self.path)
+        return engine_for(self.path, writable=self.writable)
 
     @cached_property
     def _kept(self) -> Engine:
         """An engine for what is read again and again."""
-        kept = engine_for(self.path, keep=True)
+        kept = engine_for(self.path, keep=True, writable=self.writable)
         weakref.finalize(self, kept.dispose)  # also of one that nobody closes
         return kept
 
+    def _connect(self) -> sqlite3.Connection:
+        return files.connect(self.path, writable=self.writable)
+
     @classmethod
-    def open(cls, path: str | PathLike[str], *, create: bool = True) -> Database:
+    def open(cls, path: str | PathLike[str], *, create: bool = True, writable: bool = True) -> Database:
         """Open the file `path`, upgrading older tables after a backup; if there is none and `create`, make an empty
-        one, and the folders above it.
+        one, and the folders above it.  One that is not `writable` must be there and current, and is only read.
 
         Raises
         ------
@@ -149,10 +153,13 @@ class Database:
             raise DatabaseError(f"{quoted(path)} is no path of a file: name one with --db")
         with database_errors(Path(path)):
             path = expanded(path).absolute()
-            if not create and not path.exists():
+            if not (create and writable) and not path.exists():
                 raise DatabaseError(f"{path} does not exist: run `catalogue build` first, or name another with --db")
-            bring_up_to_date(path)
-        return cls(path)
+            if writable:
+                bring_up_to_date(path)
+            elif files.revision(path) != files.revisions()[-1]:
+                raise DatabaseError(f"{path} is not of this version: `catalogue build` brings it up to date")
+        return cls(path, writable=writable)
 
     @contextmanager
     def begin(self) -> Iterator[Connection]:
@@ -182,7 +189,7 @@ class Database:
         DatabaseError
             If the file is damaged or locked.
         """
-        with database_errors(self.path), closing(files.connect(self.path)) as connection:
+        with database_errors(self.path), closing(self._connect()) as connection:
             cursor = connection.execute(f"SELECT {', '.join(columns)} {rest}", tuple(values))
             return as_columns(cursor, {name.rpartition(".")[2]: kind for name, kind in columns.items()})
 
@@ -224,7 +231,7 @@ class Database:
             stamp = (found.st_mtime_ns, found.st_size)
             if self._checked in ((*stamp, True), (*stamp, rules)):
                 return
-            with closing(files.connect(self.path)) as connection:
+            with closing(self._connect()) as connection:
                 sealed, digest = _seal(connection)
                 if sealed and sealed != digest:
                     raise sqlite3.DataError(f"{IMPOSSIBLE}it is not as it was written")
@@ -290,7 +297,7 @@ class Database:
 
     def __reduce__(self) -> tuple[Callable[[Path], Database], tuple[Path]]:
         """What was pickled opens the file anew."""
-        return partial(Database.open, create=False), (self.path,)
+        return partial(Database.open, create=False, writable=self.writable), (self.path,)
 
     def __repr__(self) -> str:
         return f"Database({str(self.path)!r})"

@@ -80,12 +80,13 @@ def database_errors(path: Path) -> Iterator[None]:
         raise DatabaseError(f"{path} {saying}") from error
 
 
-def connect(path: Path, *, create: bool = False) -> sqlite3.Connection:
+def connect(path: Path, *, create: bool = False, writable: bool = True) -> sqlite3.Connection:
     """Return a connection to the file `path` (absolute) in which only an explicit BEGIN opens a transaction.
 
     Where the file may not be written, SQLite falls back to reading by itself.
     """
-    uri = f"{path.as_uri()}?mode={'rwc' if create else 'rw'}"
+    mode = ("rwc" if create else "rw") if writable else "ro"
+    uri = f"{path.as_uri()}?mode={mode}"
     connection = sqlite3.connect(uri, uri=True, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
     try:
         connection.executescript(_PRAGMAS)
@@ -95,7 +96,7 @@ def connect(path: Path, *, create: bool = False) -> sqlite3.Connection:
     return connection
 
 
-def engine_for(path: Path, *, keep: bool = False) -> Engine:
+def engine_for(path: Path, *, keep: bool = False, writable: bool = True) -> Engine:
     """Return an engine on the existing file `path` whose transactions are real, for tables as well as for rows.
 
     A connection with the execution option ``immediate`` takes the write lock at once: a transaction that reads before
@@ -106,7 +107,7 @@ def engine_for(path: Path, *, keep: bool = False) -> Engine:
     from sqlalchemy import URL, create_engine, event
     from sqlalchemy.pool import NullPool, QueuePool
 
-    creator: Callable[[], Any] = partial(connect, path)
+    creator: Callable[[], Any] = partial(connect, path, writable=writable)
     pool = QueuePool(creator, pool_size=1, max_overflow=-1) if keep else NullPool(creator)
     engine = create_engine(URL.create("sqlite", database=str(path)), pool=pool)
     event.listen(engine, "begin", _begin)

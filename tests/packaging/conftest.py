@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 import pytest
 
 ROOT = Path(__file__).resolve().parents[2]
-LEFT_BEHIND = {"__pycache__", "build", "dist", "PKG-INFO"}  # by tools; git ignores them
+LEFT_BEHIND = {"__pycache__", "build", "dist", "made", "PKG-INFO"}  # by tools; git ignores them
 OWN_DOT_ENTRIES = {".ci", ".gitignore", ".pre-commit-config.yaml"}
 
 
