@@ -1,7 +1,8 @@
 """How the path of a guided point changes with the pivots, and what errors of the pivots, or play in their joints, do
 to it.
 
-In the pose z -> z + D + x z, x = exp(i theta) - 1, each dyad (A, w), (A*, w*) demands (see `motion`)
+In the pose z -> z + D + x z, x = exp(i theta) - 1, all coordinates counted from an origin near the linkage, each dyad
+(A, w), (A*, w*) demands (see `motion`)
 
     w w* |D|^2 + 2 Re(conj(w (1 + x) A* - w* A) D) - 2 Re(conj(A) A* x) = 0
 
@@ -48,7 +49,7 @@ class PoseJacobian(Rows):
     Attributes
     ----------
     shift : complex ndarray, shape (m, n, 10)
-        Of the displacement D of the pose z -> z + D + x z.
+        Of the displacement d of the pose z -> z + d + x (z - origin) (`Pose`), the origin held.
     angle : ndarray, shape (m, n, 10)
         Of the angle of the coupler [rad].
     across : ndarray, shape (m, n, 10)
@@ -65,17 +66,17 @@ def pose_jacobian(moving: Motion | CircuitMotion, point: Complexes, t: Floats, t
     places along their nominals: at the parameters t (m, n), where unit vectors along the nominal are `tangent`, (n,) or
     (m, n)."""
     linkage = moving.linkage
-    d, x, _ = moving.pose(t)
-    d = d - x * moving.origin
+    d, x, origin = moving.pose(t)
     turn = 1 + x
     tangent = np.broadcast_to(tangent, t.shape)
-    spin = 1j * turn * point  # of the guided point, by theta
+    z = np.where(linkage.finite, linkage.points - origin[:, None, None], linkage.points)
+    spin = 1j * turn * (point - origin)  # of the guided point, by theta
     # an angle is counted as an arc about as long as the linkage is large: products of lengths stay numbers
     unit = np.ldexp(1.0, np.frexp(linkage.size)[1])
     left = np.empty((*t.shape, 3, 3))
     right = np.zeros((*t.shape, 3, COUNT))
     for i in (0, 1):
-        (a, b), (w, v) = linkage.points[:, i].T, linkage.finite[:, i].T.astype(float)
+        (a, b), (w, v) = z[:, i].T, linkage.finite[:, i].T.astype(float)
         normal = w * v * d + w * turn * b - v * a
         by_theta = (np.conj(w * b * 1j * turn) * d).real - (np.conj(a) * b * 1j * turn).real
         left[..., i, :] = np.stack([normal.real, normal.imag, by_theta / unit], axis=-1)

@@ -166,7 +166,8 @@ class Quantities:
             return still * z, _own(i, 0, still)
         moving = self.guides.motion
         pose = moving.pose(self.t)
-        slope = _own(i, 1, 1 + pose.x) + 1j * pose.direction(z)[..., None] * self.by.angle
+        arm = pose.direction(np.where(finite, z - pose.origin, z))
+        slope = _own(i, 1, 1 + pose.x) + 1j * arm[..., None] * self.by.angle
         return pose.pivot(self.found.linkage, i), slope + np.where(finite[:, None], self.by.shift, 0)
 
     def _turning(self) -> Pieces:

@@ -128,14 +128,19 @@ def windows(n: int) -> Iterator[Row]:
 
 
 def stretches(n: int, stressed: Stressed, name: str) -> Iterator[Row]:
-    """What `measure` tells of the straightest stretch over half a size: deviation, size, transmission angle."""
+    """What `measure` tells of the straightest stretch over half a size, or over half of what the point runs: deviation,
+    size, transmission angle."""
     inputs, finite = stressed
     numbers, told, flags, leads = [], [], [], []
     linkage, point = linkages(inputs, finite)
     for i in range(n):
         with contextlib.suppress(InvalidRequest, InvalidLinkage):
             guide = catalogue.guide(linkage.pivots[i].tolist(), (float(point[i].real), float(point[i].imag)))
-            for one in catalogue.measure(guide, stroke=0.5 * float(linkage.size[i]), limit=1):
+            all_round = circuits(linkage[[i]])
+            phases = np.linspace(0, all_round.period, 65)
+            run = all_round.pose(phases).point(point[[i]].repeat(len(all_round)))
+            farthest = float(np.nanmax(abs(run - run[0])))
+            for one in catalogue.measure(guide, stroke=0.5 * min(float(linkage.size[i]), farthest), limit=1):
                 found = circuits(one.linkage)[:1]
                 if found.closure.change.any():
                     continue  # it goes straight through a change point, where the reference would turn aside
@@ -183,7 +188,9 @@ def stretches(n: int, stressed: Stressed, name: str) -> Iterator[Row]:
             kernel, name, given, lambda _: values[:, [column]], exact, method=left, unit=unit, timed=False, roundings=1
         )
 
-    yield row("measure: deviation", 0, deviation, values[:, 3], 2e-4 * values[:, 0] / values[:, 3])
+    # of a short stroke the rounding of the pivots counts, which is one of the size
+    unit = np.maximum(values[:, 3], 1e-6 * values[:, 1])
+    yield row("measure: deviation", 0, deviation, unit, 2e-4 * values[:, 0] / unit)
     yield row("measure: size", 1, size, values[:, 1], 5e-3)
     if np.all(flags):
         yield row("measure: transmission angle", 2, angle, np.full(len(values), 90.0), 1e-3)

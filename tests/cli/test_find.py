@@ -320,7 +320,7 @@ def test_find_imports_only_what_it_needs(environment: dict[str, str], small_db: 
         " file=sys.stderr)"
     )
     done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, timeout=60)
-    assert done.stderr == "[]\n"
+    assert done.stderr.removeprefix("searching ...\n") == "[]\n"  # the line where the machine is slow
 
 
 @pytest.mark.slow

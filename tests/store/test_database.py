@@ -284,8 +284,8 @@ def test_a_connection_is_kept_but_not_for_a_forked_process(filled: Path, monkeyp
 def test_a_database_that_nobody_closed_lets_go_of_the_file(filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     made: list[sqlite3.Connection] = []
 
-    def noted(*args: Any) -> sqlite3.Connection:
-        made.append(connect(*args))
+    def noted(*args: Any, **options: Any) -> sqlite3.Connection:
+        made.append(connect(*args, **options))
         return made[-1]
 
     monkeypatch.setattr("catalogue.store.engine.connect", noted)

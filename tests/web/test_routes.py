@@ -7,9 +7,10 @@ import io
 import json
 import re
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
+from collections.abc import Callable, Coroutine
 from html import unescape
 from pathlib import Path
+from typing import Any
 from urllib.parse import urlencode
 
 import numpy as np
@@ -289,9 +290,16 @@ async def _at_once() -> bool:
     return True
 
 
-def in_threads(test: Callable[[Desk], object]) -> None:
+def in_a_loop(task: Coroutine[Any, Any, None]) -> None:
+    """Run a coroutine in a thread of its own: the browser's tests may have left a loop running in this one."""
     import asyncio
+    from concurrent.futures import ThreadPoolExecutor
 
+    with ThreadPoolExecutor(1) as thread:
+        thread.submit(asyncio.run, task).result()
+
+
+def in_threads(test: Callable[[Desk], object]) -> None:
     async def run() -> None:
         desk = Desk(lambda _: None, thread)
         try:
@@ -299,7 +307,7 @@ def in_threads(test: Callable[[Desk], object]) -> None:
         finally:
             await desk.close()
 
-    asyncio.run(run())
+    in_a_loop(run())
 
 
 def test_one_question_asked_twice_is_answered_once() -> None:
@@ -364,7 +372,6 @@ def test_slow_questions_leave_quick_ones_alone() -> None:
 
 @pytest.mark.slow
 def test_workers_that_are_killed_are_begun_anew(small_db: Path) -> None:
-    import asyncio
     import os
     import signal
     from functools import partial
@@ -382,4 +389,4 @@ def test_workers_that_are_killed_are_begun_anew(small_db: Path) -> None:
         finally:
             await desk.close()
 
-    asyncio.run(run())
+    in_a_loop(run())
