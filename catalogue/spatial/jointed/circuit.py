@@ -12,22 +12,7 @@ from ...kinematics.types import Array
 from .elements import Scalar
 from .motion import Motion
 from .system import FREE
-from .tracing import (
-    BRANCH,
-    LONG,
-    MOST,
-    SHORTEST,
-    STUCK,
-    Curve,
-    March,
-    Trace,
-    across,
-    crossed,
-    signature,
-    solved,
-    stationary,
-    tangents,
-)
+from .tracing import LONG, MOST, Curve, March, Trace, across, signature, solved, stationary, tangents
 
 if TYPE_CHECKING:
     from .mechanism import Mechanism
@@ -148,10 +133,7 @@ def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
     behind = np.zeros(len(y))
     done: dict[int, Trace] = {}
     for _ in range(MOST):
-        stuck = march.h < SHORTEST
-        for i in march.who[stuck]:
-            march.reason[i] = STUCK
-        march.end(stuck)
+        march.end(march.stopped())
         if not len(march.who):
             break
         good, who = march.step(), march.who
@@ -165,15 +147,9 @@ def _around(curve: Curve, y: Array, tangent: Array) -> list[tuple[Trace, bool]]:
             if closing is not None:
                 done[i] = closing
         march.end(np.isin(who, list(done)))
-    out = []
-    for i in range(len(y)):
-        if i in done:
-            out.append((done[i], True))
-        else:
-            trace = crossed(march.trace(i))
-            reason = BRANCH if trace.reason == BRANCH else march.reason[i] or LONG
-            out.append((Trace._make([*trace[:7], reason]), False))
-    return out
+    open_ = (i for i in range(len(y)) if i not in done)
+    ended = {i: march.trace(i)._replace(reason=march.reason[i] or LONG) for i in open_}
+    return [(done[i], True) if i in done else (ended[i], False) for i in range(len(y))]
 
 
 def _closed(curve: Curve, trace: Trace, first: Array, away: Array, step: float) -> Trace | None:

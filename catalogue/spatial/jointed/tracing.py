@@ -19,6 +19,10 @@ from .system import System
 
 #: First correction at a node that is aimed at, above which a step is refused, and steps [rad, units].
 AIM, REFUSED, FIRST, LONGEST, SHORTEST = 2e-3, 1e-2, 0.1, 0.8, 1e-7
+#: Second correction at a node, at most, over the first: where Newton's method does not contract, another curve is near.
+CONTRACTION = 0.2
+#: A step shorter than this that would still change the orientation of the curve is at a branch point [rad, units].
+AT_BRANCH = 1e-5
 #: How far, of a step, its chord may be off the mean of the tangents at its ends: less than this on one smooth curve.
 BOW = 0.02
 #: Largest turn of the tangent between nodes [cos].
@@ -179,72 +183,70 @@ class March:
             np.zeros(len(y)), y, curve.system.lifted(y, tangent), drive, (by * tangent).sum(1), tangent, j,
         )  # fmt: skip
         self.h = np.full(len(y), FIRST)
+        self.sign = _orientation(j, tangent)
+        self.crossing = np.zeros(len(y), bool)  # whether the last step tried would have changed the orientation
         # where no step was made yet, the node before is one straight behind
         self.before: tuple[Array, ...] = (self.last[0] - FIRST, y - FIRST * self.last[2], *self.last[2:])
         self.nodes: list[list[tuple[Array, ...]]] = [[tuple(v[i] for v in self.last)] for i in self.who]
         self.reason = [""] * len(y)
 
     def step(self) -> Array:
-        """Try a step of every curve; return where one was made."""
+        """Try a step of every curve; return where one was made.
+
+        A step is refused where Newton's method does not contract, where the cubics would not be near the curve, and
+        where the bordered determinant changes its sign, which it does not on one smooth curve (Allgower and Georg,
+        ch. 8).
+        """
         s, y, rate, drive, _, tangent, _ = self.last
         back = (s - self.before[0])[:, None]
         system = self.curve.system
         guess = system.unitary(_cubic(1 + self.h[:, None] / back, back, self.before[1], y, self.before[2], rate))
-        f, j, value, by = self.curve(guess)
-        off, new = _across(f, j, tangent)
-        y_new = system.moved(guess, off)
+        f, j, _, _ = self.curve(guess)
+        off, across_guess = _across(f, j, tangent)
+        size = np.sqrt((off * off).sum(1))
+        near = system.unitary(system.moved(guess, off))
+        f, j, value, by = self.curve(near)
+        off, new = _across(f, j, across_guess)
+        left = np.sqrt((off * off).sum(1))
+        y_new = system.moved(near, off)
         rate_new = system.lifted(y_new, new)
-        size, turn = np.sqrt((off * off).sum(1)), (new * tangent).sum(1)
         # the arc over the chord: the cubics, and the next guess, rely on it
         ahead = y_new - y
         chord = np.sqrt((system.weight * ahead**2).sum(1))
         arc = chord * (1 + (2 - 2 * (system.weight * rate_new * rate).sum(1)) / 24)
         bow = (system.weight * (ahead - (0.5 * arc)[:, None] * (rate + rate_new)) ** 2).sum(1)
         bow *= not system.idle.size  # a spin that is idle follows no curve of its own
-        good = (size <= np.minimum(REFUSED, 0.1 * self.h)) & (turn >= TURN) & (bow <= (BOW * arc) ** 2)
+        good = (size <= np.minimum(REFUSED, 0.1 * self.h)) & (left <= np.maximum(CONTRACTION * size, LAST))
+        good &= ((new * tangent).sum(1) >= TURN) & (bow <= (BOW * arc) ** 2)
+        self.crossing = _orientation(j, new) != self.sign
+        good &= ~self.crossing
         if system.scalars[-1].periodic:
             value = drive + _around(value - drive)
         node = (s + arc, y_new, rate_new, value + (by * off).sum(1), (by * new).sum(1), new, j)
-        change = np.minimum(np.maximum((AIM / np.maximum(size, 1e-9)) ** 0.25, 0.3), 2.0)
-        astray = np.zeros(len(good), bool)
+        change = np.clip((AIM / np.maximum(size, 1e-9)) ** 0.25, 0.3, 2.0)
         if good.all():
             self.before, self.last = self.last, node
         else:
             change = np.where(good, change, np.minimum(change, 0.5))
             self.before = tuple(_where(good, a, b) for a, b in zip(self.last, self.before, strict=True))
-            # a node that is only nearly on its curve would refuse every shorter step
-            bad = np.flatnonzero(~good)
-            sub = self.curve.take(bad)
-            exact, along, slope = across(sub, y[bad], tangent[bad])
-            moved = (system.weight * (exact - y[bad]) ** 2).sum(1)
-            astray[bad] = ((along * tangent[bad]).sum(1) < TURN) | ~(moved <= REFUSED**2)
-            held = (s[bad], exact, sub.system.lifted(exact, along), drive[bad], slope, along, self.last[6][bad])
-            for new_value, old_value in zip(node, held, strict=True):
-                new_value[bad] = old_value
-            self.last = node
+            self.last = tuple(_where(good, a, b) for a, b in zip(node, self.last, strict=True))
         for i in np.flatnonzero(good):
             self.nodes[self.who[i]].append(tuple(v[i] for v in self.last))
         self.h = np.minimum(change * self.h, LONGEST)
-        for i in np.flatnonzero(astray):
-            self._back(int(i))
         return np.asarray(good)
 
-    def _back(self, i: int) -> None:
-        """Take a curve back to the node before its last, as the exact one there is on another branch."""
-        nodes = self.nodes[self.who[i]]
-        if len(nodes) > 1:
-            self.h[i] = 0.3 * (nodes[-1][0] - nodes[-2][0])
-            nodes.pop()
-        for array, value in zip(self.last, nodes[-1], strict=True):
-            array[i] = value
-        s, y, rate = nodes[-1][:3]
-        for array, value in zip(self.before, (s - FIRST, y - FIRST * rate, *nodes[-1][2:]), strict=True):
-            array[i] = value
+    def stopped(self) -> Array:
+        """Return which curves cannot go on, and note why."""
+        stopped = self.h < np.where(self.crossing, AT_BRANCH, SHORTEST)
+        for i in np.flatnonzero(stopped):
+            self.reason[self.who[i]] = BRANCH if self.crossing[i] else STUCK
+        return np.asarray(stopped)
 
     def end(self, here: Array) -> None:
         """Take some curves off their way."""
         keep = np.flatnonzero(~here)
         self.who, self.h, self.curve = self.who[keep], self.h[keep], self.curve.take(keep)
+        self.sign, self.crossing = self.sign[keep], self.crossing[keep]
         self.last, self.before = (tuple(v[keep] for v in node) for node in (self.last, self.before))
 
     def trace(self, i: int) -> Trace:
@@ -259,6 +261,11 @@ def _across(f: Array, j: Array, tangent: Array) -> tuple[Array, Array]:
     z = _solve(np.concatenate([j, tangent[:, None]], axis=1), right)
     off, new = z[..., 0], z[..., 1]
     return off, new / np.sqrt((new * new).sum(1, keepdims=True))
+
+
+def _orientation(j: Array, tangent: Array) -> Array:
+    """Return the signs of the determinants of Jacobians (n, m - 1, m) bordered by tangents."""
+    return np.asarray(np.linalg.slogdet(np.concatenate([j, tangent[:, None]], axis=1))[0])
 
 
 def _where(mask: Array, a: Array, b: Array) -> Array:
@@ -276,13 +283,11 @@ def toward(curve: Curve, y: Array, tangent: Array, target: Array, at: tuple[Arra
         good, here = march.step(), way[march.who]
         passed = good & (here * (march.last[3] - target[march.who]) >= 0)
         turned = good & ~passed & (here * march.last[4] <= 0)
-        stuck = march.h < SHORTEST
-        if (passed | turned | stuck).any():
+        ended = passed | turned | march.stopped()
+        if ended.any():
             for i in march.who[turned]:
                 march.reason[i] = TURNING
-            for i in march.who[stuck]:
-                march.reason[i] = STUCK
-            march.end(passed | turned | stuck)
+            march.end(ended)
     for i in march.who:
         march.reason[i] = LONG
     return [_ended(curve, i, march.trace(i)) for i in range(len(y))]
@@ -301,18 +306,7 @@ def _ended(curve: Curve, i: int, trace: Trace) -> Trace:
             one = (*one[:3], trace.drive[-2] + _around(value - trace.drive[-2])[0], *one[4:])
         arrays = [np.concatenate([v[:-1], np.asarray(w)[None]]) for v, w in zip(trace[:7], one, strict=True)]
         trace = Trace._make([*arrays, TURNING])
-    return crossed(trace)
-
-
-def crossed(trace: Trace) -> Trace:
-    """Return a trace up to where another branch crosses it: where the bordered determinant changes its sign."""
-    if len(trace.s) < 2:
-        return trace
-    sign = np.linalg.slogdet(np.concatenate([trace.jacobian, trace.tangent[:, None]], axis=1))[0]
-    k = int((sign != sign[0]).argmax())
-    if not k:
-        return trace
-    return Trace._make([*(v[:k] for v in trace[:7]), BRANCH])
+    return trace
 
 
 def stationary(curve: Curve, trace: Trace, i: int) -> tuple[tuple[float, Array], Array]:
