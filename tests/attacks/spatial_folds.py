@@ -23,7 +23,7 @@ import numpy as np
 
 from catalogue.spatial import Cylindrical, Joint, Link, Mechanism, Revolute, Spherical, Travel
 from catalogue.spatial.jointed.circuit import Circuit
-from catalogue.spatial.jointed.tracing import Curve, March, Trace, signature
+from catalogue.spatial.jointed.tracing import Curve, March, Trace, signature, unfolded
 from tests.benchmarks.measuring import table, title
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "spatial_folds.md"
@@ -84,7 +84,9 @@ def back(curve: Curve, circuits: list[Circuit]) -> list[tuple[bool, bool]]:
             break
         march.step()
     return [
-        _met(circuits[i], int(first[i]), march.trace(i), float(far[i])) if far[i] else (True, True)
+        _met(circuits[i], int(first[i]), unfolded(circuits[i].curve, march.trace(i)), float(far[i]))
+        if far[i]
+        else (True, True)
         for i in range(len(circuits))
     ]
 
@@ -105,10 +107,12 @@ def _met(circuit: Circuit, first: int, again: Trace, far: float) -> tuple[bool, 
 
 
 def folds(trace: Trace) -> Array:
-    """Return the arc lengths, roughly, at which the drive turns back."""
+    """Return the arc lengths, roughly, at which the drive turns back: of its cubic between two nodes."""
     k = np.flatnonzero(trace.slope[:-1] * trace.slope[1:] < 0)
-    a, b = trace.slope[k], trace.slope[k + 1]
-    return np.asarray(trace.s[k] + (trace.s[k + 1] - trace.s[k]) * a / (a - b))
+    a, b, h = trace.slope[k], trace.slope[k + 1], trace.s[k + 1] - trace.s[k]
+    m = 3 * (trace.drive[k + 1] - trace.drive[k]) / h - a - b
+    # the root of a (1 - t)^2 + 2 m t (1 - t) + b t^2 between 0 and 1
+    return np.asarray(trace.s[k] + h * a / (a - m + np.sign(a) * np.sqrt(m * m - a * b)))
 
 
 def attacked(sort: str, n: int, seed: int) -> Counter[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from catalogue.spatial import Travel
 from tests.attacks.spatial_folds import attacked, discriminant, drawn
 
 
@@ -24,6 +25,20 @@ def test_a_step_that_ends_on_another_branch_is_refused(seed: int, number: int) -
     circuit = mechanism.one(number).circuit(drive)
     assert circuit.closed
     assert max(abs(discriminant(numbers, number, v)) for v in circuit.dead_points) < 1e-9
+
+
+@pytest.mark.parametrize(("sort", "seed", "number"), [("five links", 6, 7), ("RSCR", 3, 55)])
+def test_dead_points_close_together_are_not_stepped_over(sort: str, seed: int, number: int) -> None:
+    """The drive turns back twice in a part of the circuit that once was a single step."""
+    mechanism, drive, _ = drawn(sort, 100, np.random.default_rng(seed))
+    circuit = mechanism.circuits(drive)[number]
+    turns = np.diff(np.sign(np.diff(circuit.motion(4001).drive)))
+    assert len(circuit.dead_points) == np.count_nonzero(turns) == 4
+    if isinstance(drive, Travel):
+        drive = Travel("body", drive.point[number], drive.along[number])
+    sweep = mechanism.one(number).sweep(drive, np.linspace(min(circuit.limits) - 1, max(circuit.limits) + 1, 101))
+    assert sweep.ends == (((pytest.approx(circuit.dead_points[-1]), "dead point"),
+                           (pytest.approx(circuit.dead_points[0]), "dead point")),)  # fmt: skip
 
 
 def test_the_discriminant_vanishes_at_dead_points_and_nowhere_else() -> None:

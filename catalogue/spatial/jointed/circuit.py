@@ -12,7 +12,7 @@ from ...kinematics.types import Array
 from .elements import Scalar
 from .motion import Motion
 from .system import FREE
-from .tracing import LONG, MOST, Curve, March, Trace, across, signature, solved, stationary, tangents
+from .tracing import LONG, MOST, Curve, March, Trace, across, signature, solved, stationary, tangents, unfolded
 
 if TYPE_CHECKING:
     from .mechanism import Mechanism
@@ -106,6 +106,7 @@ def _circuit(
     closed, unit, reason = back is None, curve.system.scalars[-1].unit, ""
     if back is not None:
         reason, trace = trace.reason, back.joined(trace)
+    trace = unfolded(curve, trace)
     dead = []
     if closed and abs(trace.slope[0]) < 1e-9 and trace.slope[1] * trace.slope[-2] < 0:  # in the design pose
         dead.append(float(trace.drive[0]) * unit)

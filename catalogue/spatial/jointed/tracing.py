@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import brentq, minimize_scalar
 
 from ...kinematics.types import Array
 from .system import System
@@ -23,6 +23,8 @@ AIM, REFUSED, FIRST, LONGEST, SHORTEST = 2e-3, 1e-2, 0.1, 0.8, 1e-7
 CONTRACTION = 0.2
 #: A step shorter than this that would still change the orientation of the curve is at a branch point [rad, units].
 AT_BRANCH = 1e-5
+#: A drive that turns back less steeply than this [units per rad or unit] rests.
+FLAT = 1e-9
 #: How far, of a step, its chord may be off the mean of the tangents at its ends: less than this on one smooth curve.
 BOW = 0.02
 #: Largest turn of the tangent between nodes [cos].
@@ -307,6 +309,37 @@ def _ended(curve: Curve, i: int, trace: Trace) -> Trace:
         arrays = [np.concatenate([v[:-1], np.asarray(w)[None]]) for v, w in zip(trace[:7], one, strict=True)]
         trace = Trace._make([*arrays, TURNING])
     return trace
+
+
+def unfolded(curve: Curve, trace: Trace) -> Trace:
+    """Return a trace with a node between any two between which its drive turns back twice.
+
+    The cubic between two nodes, whose slope is s0 (1 - t)^2 + 2 m t (1 - t) + s1 t^2, says where that may be; the least
+    slope of the curve itself decides.
+    """
+    h, s0, s1 = np.diff(trace.s), trace.slope[:-1], trace.slope[1:]
+    m = 3 * np.diff(trace.drive) / h - s0 - s1
+    for k in reversed(np.flatnonzero((s0 * s1 > 0) & (m * s0 < 0))):
+        way = np.sign(s0[k])
+
+        def slope(s: float, k: int = k, way: float = way) -> float:
+            return float(way * across(curve, trace.at(np.array([s])), trace.tangent[k][None])[2][0])  # noqa: B023
+
+        least = minimize_scalar(slope, bounds=(trace.s[k], trace.s[k + 1]), method="bounded", options={"xatol": 1e-9})
+        if least.fun < -FLAT:
+            trace = _with_node(curve, trace, int(k), float(least.x))
+    return trace
+
+
+def _with_node(curve: Curve, trace: Trace, k: int, s: float) -> Trace:
+    """Return a trace with one more node, at an arc length after node k."""
+    y, tangent, slope = across(curve, trace.at(np.array([s])), trace.tangent[k][None])
+    _, j, value, _ = curve(y)
+    if curve.system.scalars[-1].periodic:
+        value = trace.drive[k] + _around(value - trace.drive[k])
+    node: tuple[Any, ...] = (s, y[0], curve.system.lifted(y, tangent)[0], value[0], slope[0], tangent[0], j[0])
+    arrays = [np.insert(v, k + 1, w, axis=0) for v, w in zip(trace[:7], node, strict=True)]
+    return Trace._make([*arrays, trace.reason])
 
 
 def stationary(curve: Curve, trace: Trace, i: int) -> tuple[tuple[float, Array], Array]:
