@@ -12,8 +12,9 @@ from ..errors import InvalidRequest, quoted
 from ..guidance.circuit_curve import CircuitCurve, ends, laid, on_path
 from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
-from ..guidance.stretches import Curves, Stretches, longest, straightest
+from ..guidance.stretches import longest, straightest
 from ..guidance.trace import Traced
+from ..guidance.windows import Curves, Stretches
 from ..kinematics.batch import Columns, join
 from ..kinematics.circuits import OPEN, Circuits, circuits
 from ..kinematics.link_lengths import link_lengths

@@ -12,7 +12,8 @@ import pytest
 from scipy.optimize import minimize
 
 from catalogue.guidance.deviation_curve import from_circle
-from catalogue.guidance.stretches import Curves, Stretches, longest, straightest
+from catalogue.guidance.stretches import longest, straightest
+from catalogue.guidance.windows import Curves, Stretches
 from catalogue.kinematics.circuits import OPEN, Circuits, circuits
 from catalogue.kinematics.linkage import FAMILIES, Linkage
 from catalogue.kinematics.types import Array
