@@ -10,9 +10,8 @@ import click
 
 from ..find.columns import Column
 from ..progress import busy
-from .command import Tabled
 from .options import COMMON
-from .tables import print_records, print_table, tell
+from .tables import Tabled, print_records, print_table, tell
 
 #: Columns of the table, and what they mean.
 TABLE = ("series", "family", "configuration", "dimension", "mechanisms", "guides", "smallest", "remark")

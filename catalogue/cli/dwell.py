@@ -12,10 +12,10 @@ import click
 from ..find.columns import DWELL, LENGTH, Column
 from ..find.columns import TABLE as MADE
 from ..progress import busy
-from .command import CONFIG, Tabled
+from .find import CONFIG
 from .find_options import PLOT
 from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, option, switch
-from .tables import FORCE, OUTPUT, codes, print_results, print_table, row
+from .tables import FORCE, OUTPUT, Tabled, codes, print_results, print_table, row
 from .units import UNIT, angle, length, unit
 
 if TYPE_CHECKING:

@@ -10,14 +10,13 @@ import click
 
 from ..errors import InvalidRequest
 from ..progress import busy
-from .command import Tabled
 from .completion import references
 from .find import COLUMNS, place, settled
 from .find_options import IMPROVE, PLACE, RADIUS, STROKE
 from .measure import given
 from .options import Argument, option, several, switch
 from .references import HELP, REFERENCE
-from .tables import FORCE, OUTPUT, codes, print_results, print_table, row
+from .tables import FORCE, OUTPUT, Tabled, codes, print_results, print_table, row
 from .units import length, with_unit
 
 if TYPE_CHECKING:

@@ -12,11 +12,10 @@ import click
 from ..find.columns import STRETCH
 from ..find.columns import TABLE as MADE
 from ..progress import busy
-from .command import Tabled
 from .completion import references
 from .options import DB, FORMAT, PLUGINS, Argument, option, switch
 from .references import HELP, REFERENCE, guides
-from .tables import FORCE, OUTPUT, PICTURE, codes, print_results, print_table, row, tell
+from .tables import FORCE, OUTPUT, PICTURE, Tabled, codes, print_results, print_table, row, tell
 from .units import UNIT, length, unit, with_unit
 
 if TYPE_CHECKING:

@@ -1,4 +1,4 @@
-"""Answers printed: tables on a terminal, CSV and JSON; and written, to files that are not there."""
+"""Answers printed: tables on a terminal, what their columns mean, CSV and JSON; and written, to files not yet there."""
 
 from __future__ import annotations
 
@@ -231,3 +231,43 @@ _MADE = {
     "crank": _crank,
     "nearest_series": _nearest_series,
 }
+
+
+class Tabled(click.Command):
+    """A command that prints a table: `table` names its columns, `columns` says what these and those of CSV mean."""
+
+    def __init__(self, *args: Any, table: Sequence[str], columns: Mapping[str, Column], **more: Any) -> None:
+        super().__init__(*args, **more)
+        self.table, self.columns = table, columns
+        self.params.append(_legend())
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        """Write what the columns of the table mean."""
+        with formatter.section("Columns of the table"):
+            formatter.write_dl([(one.plain, one.told) for one in map(self.columns.__getitem__, self.table)])
+        super().format_epilog(ctx, formatter)
+
+
+def print_legend(table: Sequence[str], columns: Mapping[str, Column]) -> None:
+    """Print what each column means: those of the table, in its order, then those that only CSV and JSON have."""
+    from ..find.columns import TABLE
+
+    names = [*table, *(name for name in columns if name not in {*table, *TABLE})]
+    rows = [
+        [columns[name].plain if name in table else "", "" if name in TABLE and name != "code" else name,
+         columns[name].unit, columns[name].meaning]
+        for name in names
+    ]  # fmt: skip
+    print_table("Columns", ["column", "in CSV and JSON", "unit", "~meaning"], rows, "length: in the unit of the output")
+
+
+def _legend() -> click.Option:
+    def told(ctx: click.Context, param: click.Parameter, given: bool) -> None:  # noqa: ARG001  # click gives it
+        if given and not ctx.resilient_parsing and isinstance(ctx.command, Tabled):
+            print_legend(ctx.command.table, ctx.command.columns)
+            ctx.exit()
+
+    return click.Option(
+        ["--legend"], is_flag=True, is_eager=True, expose_value=False, callback=told,
+        help="Say what each column means, and exit.",
+    )  # fmt: skip

@@ -1,9 +1,9 @@
 """The longest stretches of random linkages within a deviation, beside all windows of their paths sampled densely.
 
-``python tests/benchmarks/longest_stretch.py [--count 20] [--write]``: of each family `count` random linkages of size about
-1, a random coupler point each, within 0.003.  The alternative closes the chain by circles, reads each path in 300 points
-and looks at the narrowest strip of every window, of the best three again in 1500 (`tests/naive.py`).  `--write`: the
-report goes to ``data/reports/longest_stretch.md`` too.
+``python tests/benchmarks/longest_stretch.py [--count 20] [--write]``: of each family `count` random linkages of size
+about 1, a random coupler point each, within 0.003.  The alternative closes the chain by circles, reads each path in 300
+points and looks at the narrowest strip of every window, of the best three again in 1500 (`tests/naive.py`).  `--write`:
+the report goes to ``data/reports/longest_stretch.md`` too.
 """
 
 from __future__ import annotations
@@ -80,7 +80,15 @@ def main(count: int) -> None:
     title("The longest stretch within a deviation, beside all windows")
     print(__doc__.split("``:", 1)[1].strip().split("  `--write`")[0].replace("`count`", f"{count}") + "\n")
     rows = [compared(family, count) for family in FAMILIES]
-    head = ["family", "linkages", "least share", "shorter by 0.1 %", "longer by 0.1 %", "ms of ours", "ms of all windows"]
+    head = [
+        "family",
+        "linkages",
+        "least share",
+        "shorter by 0.1 %",
+        "longer by 0.1 %",
+        "ms of ours",
+        "ms of all windows",
+    ]
     table(head, rows)
 
 

@@ -70,8 +70,9 @@ def test_output_to_a_full_device_is_one_line(environment: dict[str, str], small_
             command, env={**environment, "CATALOGUE_DB": str(small_db)}, stdout=full, stderr=subprocess.PIPE, text=True,
             check=False, timeout=120,
         )  # fmt: skip
-    assert (done.returncode, done.stderr.count("\n")) == (2, 1)
-    assert "No space left on device" in done.stderr
+    told = done.stderr.removeprefix("searching ...\n")  # on a slow machine
+    assert (done.returncode, told.count("\n")) == (2, 1)
+    assert "No space left on device" in told
 
 
 def test_output_that_is_closed_is_no_error(environment: dict[str, str]) -> None:

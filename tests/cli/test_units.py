@@ -14,8 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue.cli import units
-from catalogue.cli.command import request_of
-from catalogue.cli.find import straight_line
+from catalogue.cli.find import request_of, straight_line
 from catalogue.errors import InvalidRequest
 
 Run = Callable[..., Any]
