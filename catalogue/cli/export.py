@@ -15,7 +15,7 @@ from ..export.write import check
 from ..folders import is_folder, replacing
 from .measure import given
 from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, Argument, number, option, several, switch
-from .references import HELP, REFERENCE
+from .references import HELP, REFERENCE, keep
 from .tables import FORCE, OUTPUT
 
 if TYPE_CHECKING:
@@ -115,6 +115,7 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
     if len(every) != 1:
         raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be exported at a time")
     made = every[0].export(out, kind, **how)
+    keep(every[0])
     if out is None:
         sys.stdout.write(str(made))
     else:

@@ -74,6 +74,14 @@ def answers(reference: str, opened: Callable[[], Catalogue], stroke: float | Non
     return [as_published(design, guide, design.stroke if stroke is None else stroke)]
 
 
+def keep(one: Any) -> None:
+    """Keep a guide under the code that stands on what is drawn and written of it, if answers can be kept at all."""
+    from ..find.answers import remember
+
+    with suppress(InvalidRequest):
+        remember([one])
+
+
 def is_answer(reference: str) -> bool:
     """Return whether a reference is a file, or may be the code of an answer."""
     from ..find.answers import is_code

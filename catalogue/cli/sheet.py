@@ -12,7 +12,7 @@ import click
 from ..errors import InvalidRequest
 from .measure import given
 from .options import DB, PLUGINS, Argument, number, option
-from .references import HELP, REFERENCE
+from .references import HELP, REFERENCE, keep
 from .tables import FORCE, OUTPUT
 
 
@@ -48,4 +48,5 @@ def sheet(
     if len(every) != 1:
         raise InvalidRequest(f"{reference} holds {len(every)} linkages: a sheet shows one")
     every[0].sheet(out, paper=paper, unit=unit, scale=scale)
+    keep(every[0])
     print(f"written: {out}", file=sys.stderr)

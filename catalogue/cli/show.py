@@ -14,7 +14,7 @@ from ..find.columns import DWELL, STRETCH, Column
 from ..progress import busy
 from .completion import references
 from .options import COMMON, Argument, option, switch
-from .references import is_answer
+from .references import is_answer, keep
 from .tables import FORCE, PICTURE, print_json, print_table, tell
 from .units import UNIT, length
 
@@ -82,6 +82,7 @@ def _draw(one: Any, file: Path, moving: bool) -> None:
     if moving and not isinstance(one, PlacedGuide):
         raise InvalidRequest("only a planar guide is drawn so that it moves")
     one.plot(file, **({"moving": True} if moving else {}))
+    keep(one)
     print(f"drawn: {file}", file=sys.stderr)
 
 

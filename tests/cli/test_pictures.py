@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -68,3 +69,16 @@ def test_sheet_of_an_answer_and_of_a_linkage(run: Run, code: str, mine: Path, tm
 def test_a_sheet_that_cannot_be_written_is_refused(run: Run, code: str, tmp_path: Path) -> None:
     assert "choose .pdf or .html" in run("sheet", code, "--out", tmp_path / "a.png").line
     assert "a scale is written as" in run("sheet", code, "--out", tmp_path / "a.html", "--scale", "2").line
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("arguments", [("show", "watt", "--plot"), ("sheet", "watt", "--out")])
+def test_the_code_on_a_picture_of_a_named_guide_is_kept(
+    run: Run, small_db: Path, tmp_path: Path, arguments: tuple[str, ...]
+) -> None:
+    picture = tmp_path / ("watt.svg" if "show" in arguments else "watt.html")
+    moving = ["--moving"] if "show" in arguments else []
+    assert run(*arguments, picture, *moving, "--db", small_db).code == 0
+    found = re.search(r"\b(?:code |guide-title\">)([a-z][a-z0-9]{6})\b", picture.read_text("utf-8"))
+    assert found is not None
+    assert "four-bar" in run("show", found[1]).out
