@@ -93,7 +93,8 @@ def test_given_pivots_reach_the_library(run: Run, small_db: Path, small: Catalog
 def test_zones_and_practice_reach_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
     told = run(
         *LINE, "--keep-out", "-200,-300,400,-150", "--keep-out", "60 80 90 80 75 140",
-        "--swept-in", -300, -300, 450, 450, "--max-rotation", 70, "--play", 0.01, "--limit", 3, "--format", "json", "--db", small_db,
+        "--swept-in", -300, -300, 450, 450, "--max-rotation", 70, "--play", 0.01,
+        "--limit", 3, "--format", "json", "--db", small_db,
     )  # fmt: skip
     zones = [(-200, -300, 400, -150), ((60, 80), (90, 80), (75, 140))]
     same = small.find(
