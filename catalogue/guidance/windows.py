@@ -46,6 +46,8 @@ NODES, FINER = 16, 32
 EDGE = 1e-5
 #: Strokes tried for a deviation that is given, of the largest distance on the curve; widest arc, chord over radius.
 LADDER = 0.95 * 0.8 ** np.arange(24)
+#: Windows of few curves are sought for several strokes at once, so many in all.
+TOGETHER = 12
 FULLEST = 1.95
 
 
@@ -285,13 +287,16 @@ class Search:
         across = self.curves.across
         if self.radius is not None:
             across = np.minimum(across, FULLEST * self.radius)
-        parts, which, once = [], np.flatnonzero(across > 0), np.zeros(0, int)
-        for share in LADDER:
-            if not len(which):
-                break
-            parts.append(self.places(share * across[which], 2, which))
-            held = parts[-1].circuit[parts[-1].deviation <= allowed[parts[-1].circuit]]
-            which, once = np.setdiff1d(which, np.intersect1d(held, once)), np.union1d(once, held)
+        parts, which, once, rung = [], np.flatnonzero(across > 0), np.zeros(0, int), 0
+        while len(which) and rung < len(LADDER):
+            shares = LADDER[rung : rung + max(TOGETHER // len(which), 1)]
+            found = self.places(np.outer(shares, across[which]).ravel(), 2, np.tile(which, len(shares)))
+            for share in shares:
+                tried = found[(found.stroke == share * across[found.circuit]) & np.isin(found.circuit, which)]
+                parts.append(tried)
+                held = tried.circuit[tried.deviation <= allowed[tried.circuit]]
+                which, once = np.setdiff1d(which, np.intersect1d(held, once)), np.union1d(once, held)
+            rung += len(shares)
         tried = join(*parts)
         order = np.lexsort((tried.stroke, tried.circuit))
         tried = tried[order]
