@@ -176,7 +176,7 @@ def output(guide: PlacedGuide, guided: Complexes) -> tuple[Complexes | None, com
     pivot; none of another guide."""
     if not hasattr(guide, "joint"):
         return None, complex("nan")
-    start, joint, pivot = (complex(*z) for z in (guide.guided, guide.joint, guide.pivot))  # type: ignore[attr-defined]
+    start, joint, pivot = (complex(*z) for z in (guide.guided, guide.joint, guide.pivot))  # type: ignore[attr-defined]  # a dwell
     rod, rocker = abs(start - joint), abs(joint - pivot)
     side = np.sign(((start - pivot).conjugate() * (joint - pivot)).imag)
     arm = guided - pivot

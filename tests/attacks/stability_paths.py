@@ -188,9 +188,7 @@ def stretches(n: int, stressed: Stressed, name: str) -> Iterator[Row]:
             kernel, name, given, lambda _: values[:, [column]], exact, method=left, unit=unit, timed=False, roundings=1
         )
 
-    # of a short stroke the rounding of the pivots counts, which is one of the size
-    unit = np.maximum(values[:, 3], 1e-6 * values[:, 1])
-    yield row("measure: deviation", 0, deviation, unit, 2e-4 * values[:, 0] / unit)
+    yield row("measure: deviation", 0, deviation, values[:, 3], 2e-4 * values[:, 0] / values[:, 3])
     yield row("measure: size", 1, size, values[:, 1], 5e-3)
     if np.all(flags):
         yield row("measure: transmission angle", 2, angle, np.full(len(values), 90.0), 1e-3)
