@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import json
 import os
 import subprocess
 import sys
@@ -82,3 +83,19 @@ def process(environment: dict[str, str]) -> Callable[..., Ran]:
         return Ran(done.returncode, done.stdout, "".join(told))
 
     return call
+
+
+@pytest.fixture
+def mine(tmp_path: Path) -> Path:
+    """Return a file with a linkage of one's own, by its link lengths."""
+    file = tmp_path / "mine.json"
+    file.write_text(
+        json.dumps({"crank": 100, "rocker": 250, "ground": 220, "coupler": 250, "along": 125, "across": 80})
+    )
+    return file
+
+
+@pytest.fixture
+def code(run: Callable[..., Ran], mine: Path) -> str:
+    """Return the code of a stretch of it."""
+    return str(json.loads(run("measure", mine, "--stroke", 120, "--limit", 1, "--format", "json").out)[0]["code"])

@@ -19,19 +19,6 @@ Run = Callable[..., Any]
 MINE = {"crank": 100, "rocker": 250, "ground": 220, "coupler": 250, "along": 125, "across": 80}
 
 
-@pytest.fixture
-def mine(tmp_path: Path) -> Path:
-    file = tmp_path / "mine.json"
-    file.write_text(json.dumps(MINE))
-    return file
-
-
-@pytest.fixture
-def code(run: Run, mine: Path) -> str:
-    """Return the code of a stretch of one's own linkage."""
-    return str(json.loads(run("measure", mine, "--stroke", 120, "--limit", 1, "--format", "json").out)[0]["code"])
-
-
 def test_an_answer_comes_back_from_json(run: Run, code: str, tmp_path: Path) -> None:
     file = tmp_path / "guide.json"
     done = run("export", code, "--out", file)

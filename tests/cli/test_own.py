@@ -16,13 +16,6 @@ Run = Callable[..., Any]
 MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
 
 
-@pytest.fixture
-def mine(tmp_path: Path) -> Path:
-    file = tmp_path / "mine.json"
-    file.write_text(json.dumps(MINE))
-    return file
-
-
 def test_measure_prints_what_a_linkage_is_and_where_it_guides(run: Run, mine: Path) -> None:
     done = run("measure", mine, "--stroke", 120)
     assert done.code == 0

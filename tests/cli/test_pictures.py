@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -12,18 +11,6 @@ import pytest
 
 Run = Callable[..., Any]
 MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
-
-
-@pytest.fixture
-def mine(tmp_path: Path) -> Path:
-    file = tmp_path / "mine.json"
-    file.write_text(json.dumps(MINE))
-    return file
-
-
-@pytest.fixture
-def code(run: Run, mine: Path) -> str:
-    return str(json.loads(run("measure", mine, "--stroke", 120, "--format", "json").out)[0]["code"])
 
 
 def test_show_draws_what_moves(run: Run, code: str, tmp_path: Path) -> None:
