@@ -3,6 +3,7 @@ longest stroke over which it does so within a deviation that is given: windows (
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
@@ -14,14 +15,16 @@ from ..kinematics.circuits import Circuits
 from ..kinematics.types import Complexes, Floats, Indices
 from .windows import FINER, NODES, Curves, Search, Stretches
 
-#: Circuits handled at once, on one of the cores.
-BLOCK = 512
+#: Circuits handled at once at most, on one of the cores.
+BLOCK = 1024
+#: So few are not shared among the cores.
+LEAST = 256
 #: Rounds after which only the best of each linkage are followed, of several wanted so many times as many; if only one
-#: is wanted, how many are looked about and how many are then moved, and corrections of a stroke.
-FIRST, SPARE, SEEN, MOVED, FIRST_CORRECTIONS = 2, 2, 4, 2, 3
+#: is wanted, how many are looked about, how many are then moved, and how many are left after each correction.
+FIRST, SPARE, SEEN, MOVED, KEPT = 2, 2, 4, 2, (3, 2, 1)
 #: Corrections of a stroke at most, on the way and then on the finer grid, in a thorough and a quick search; what is
 #: left between a stroke that holds and one that does not when it is corrected no more.
-CORRECTIONS, SETTLED = ((5, 2), (6, 5)), 1e-3
+CORRECTIONS, SETTLED = ((5, 2), (5, 7)), 1e-3
 #: Powers of the stroke with which a deviation may grow; most that the logarithm of a stroke is changed by; by which
 #: part the deviation stays inside.
 STEEP, CHANGE, INSIDE = (0.5, 60.0), (-0.5, 0.2), 1e-3
@@ -74,8 +77,8 @@ def longest(
         rough, fine = CORRECTIONS[quick]
         for turn in range(rough):
             grow.step(NODES)
-            if quick and turn == FIRST_CORRECTIONS:
-                grow.keep(seek.leading(grow.at, -grow.reach, 1))
+            if quick and turn < len(KEPT):
+                grow.keep(seek.leading(grow.at, -grow.reach, KEPT[turn]))
         grow.finer()
         for _ in range(fine):
             grow.step(FINER)
@@ -175,8 +178,9 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
 
 def _by_blocks(found: Callable[[Indices], Stretches], n: int) -> Stretches:
     """Return what is found in all blocks of n circuits, several at once."""
-    blocks = [np.arange(i, min(i + BLOCK, n)) for i in range(0, n, BLOCK)]
-    if len(blocks) == 1:
-        return found(blocks[0])
-    with ThreadPoolExecutor() as threads:
+    if n <= LEAST:
+        return found(np.arange(n))
+    cores = os.cpu_count() or 1
+    blocks = np.array_split(np.arange(n), cores * max(1, -(-n // (cores * BLOCK))))
+    with ThreadPoolExecutor(cores) as threads:
         return join(*threads.map(found, blocks))

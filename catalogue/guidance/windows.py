@@ -22,9 +22,11 @@ from .minimum_zone import grid, minimum_zone
 #: Phases at which a coupler curve is read to be cut.
 PHASES = 192
 #: Pieces of a window at least; of a circuit, at least and at most.
-PIECES, FEWEST, MOST = 12, 192, 6144
+PIECES, FEWEST, MOST = 10, 160, 5120
 #: Points of a window that are looked at.
 POINTS = 9
+#: Windows are looked at whose ends are that many times as far apart as asked, or that many times nearer.
+NEARLY = 1.5
 #: A path that is as good as it can be reaches about so many times its mean error.
 PEAK = 1.4
 #: In a thorough and a quick search: where windows are tried about the best place, what the way to the farthest becomes
@@ -34,12 +36,12 @@ QUICK = (np.array([0, -1, 1]) / 2, 1 / 2, 9)
 #: The same while a stroke is corrected.
 CORRECTING = (np.array([0, -1, 1, -2, 2, -3, 3]) / 3, 1 / 3, 1)
 #: What that way becomes, while a stroke is sought, where the best is the farthest.
-FARTHER = 3.0
+FARTHER = 2.0
 #: Windows about each of the first ones, and how many of them are followed, in either; and how far to either side they
 #: are, of a window.
 ABOUT, WIDE = ((13, 2), (7, 1)), 1 / 6
 #: Secant steps to the end of a window, how near its stroke is to be then, and how near it is near enough.
-STEPS, CLOSE, NEGLIGIBLE = 5, 1e-5, 1e-9
+STEPS, CLOSE, NEGLIGIBLE = 5, 1e-5, 1e-7
 #: Intervals between the Chebyshev points of a window, on the way and in the end.
 NODES, FINER = 16, 32
 #: How far inside its ends, of half a window, a path is looked at for whether it turns back there.
@@ -158,16 +160,17 @@ class Search:
         fits = (steps[-1] < pieces) & (steps[1] > 0)
         index = np.arange(pieces)[:, None] + np.where(fits, steps, np.arange(POINTS)[:, None])[:, None]
         beyond = ~turns & (index[-1] > pieces)
-        index = np.where(turns, index % pieces, np.minimum(index, pieces))
+        index = np.where(turns & (index >= pieces), index - pieces, np.minimum(index, pieces))
         w = z[index, np.arange(len(which))]  # (POINTS, pieces, k)
         with np.errstate(all="ignore"):
-            off = np.where(beyond | ~fits, np.inf, np.nan_to_num(self._off(w), nan=np.inf, posinf=np.inf))
-            off = np.where(np.abs(np.log(np.abs(w[-1] - w[0]) / stroke)) < 0.4, off, np.inf)
+            ratio = np.abs(w[-1] - w[0]) / stroke
+            good = fits & ~beyond & (ratio > 1 / NEARLY) & (ratio < NEARLY)
+            off = np.where(good, np.nan_to_num(self._off(w), nan=np.inf, posinf=np.inf), np.inf)
         peak = (off <= np.roll(off, 1, 0)) & (off < np.roll(off, -1, 0)) & np.isfinite(off)
-        order = np.argsort(np.where(peak, off, np.inf), axis=0, kind="stable")[:count]
-        column = np.broadcast_to(np.arange(len(which)), order.shape)
-        good = np.take_along_axis(peak, order, 0).T
-        at, column = order.T[good], column.T[good]
+        at, column = np.nonzero(peak)
+        order = np.lexsort((off[at, column], column))
+        order = order[np.arange(len(order)) - np.searchsorted(column[order], column[order]) < count]
+        at, column = at[order], column[order]
         low, high = s[at, column], s[index[-1, at, column], column]
         high = np.where(high > low, high, high + curves.circuits.period[column])
         return Stretches(which[column], low, high, stroke[column], PEAK * off[at, column])
@@ -327,4 +330,4 @@ def _seen(w: Complexes) -> tuple[Complexes, Floats]:
     """Return points (p, ...), first to last, as they lie about the middle of their ends, these in -1 and 1; and half
     the distance of the ends."""
     half = 0.5 * (w[-1] - w[0])
-    return (w - 0.5 * (w[0] + w[-1])) / half, np.abs(half)
+    return (w - 0.5 * (w[0] + w[-1])) * (1 / half), np.abs(half)

@@ -30,6 +30,7 @@ Source: Grashof 1883 for the conditions; the closures by two circles, or a circl
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -81,11 +82,6 @@ class Circuits(Columns):
 
     def __len__(self) -> int:
         return len(self.of)
-
-    def angle(self, s: Floats) -> Floats:
-        """Return the lead's angle from its axis at phases (m, k) [rad]; of a coupler, from the position given."""
-        swing, run = self.centre - self.half * np.cos(s), self.centre + self.half * (s / np.pi - 1)
-        return np.asarray(np.where(self.kind == TURN, s, np.where(self.kind == SWING, swing, run)))
 
     def pose(self, s: Floats) -> Pose:
         """Return the poses at phases (m, k)."""
@@ -177,24 +173,47 @@ class Closure(Columns):
         """The crank's angle from the axis in the given position [rad]."""
         return np.angle((self.pin - self.pivot) / self.arm)
 
-    def root(self, cosine: Floats, sine: Floats, s: Floats, angle: Floats, half: Floats, swing: Mask) -> Floats:
+    def root(self, phi: Floats, cosine: Floats, sine: Floats, swing: Swing | None) -> Floats:
         """Return the root of the product in the head of the module, with the sign that it has on the way through dead
-        and change points; from the angles (m, n), cosine and sine of their halves, and phases."""
+        and change points; from angles (m, n), cosine and sine of their halves, and the swings among them."""
         p, q = 2 * cosine**2 - self.p_up, 2 * sine**2 - self.q_down
         with np.errstate(all="ignore"):
-            if swing.any():
-                low, high = half * np.sin(0.5 * s) ** 2, half * np.cos(0.5 * s) ** 2  # half the ways to the dead points
-                ends, (at_p, at_q), away = 2 * np.sin(low) * np.sin(high), self.at, np.abs(angle)
-                both = ends * 2 * np.sin(0.5 * (at_p + away)) * np.sin(0.5 * (away + at_q))
-                p, q = np.where(self.dead[0], ends, p), np.where(self.dead[1], ends, q)
+            if swing is not None:
+                for factor, dead in zip((p, q), self.dead[:, swing.which], strict=True):
+                    factor[:, swing.which] = np.where(dead, swing.ends, factor[:, swing.which])
             square = np.where(self.kind == RP, q, p * q)
-            if swing.any():
-                square = np.where(self.dead.all(0), both, square)
+            if (both := self.dead.all(0)).any():
+                some = _columns(both)
+                away, (at_p, at_q) = np.abs(phi[:, some]), self.at[:, some]
+                square[:, some] = p[:, some] * 2 * np.sin(0.5 * (at_p + away)) * np.sin(0.5 * (away + at_q))
             root = np.sqrt(square)
-        for through, factor in ((self.change[0], cosine), (self.change[1], sine), (swing, s)):
+        for through, factor in zip(self.change, (cosine, sine), strict=True):
             if through.any():
-                root = np.where(through & ((np.sin(s) if factor is s else factor) < 0), -root, root)
-        return root
+                root = np.where(through & (factor < 0), -root, root)
+        if swing is not None:
+            root[:, swing.which] = np.where(swing.back, -root[:, swing.which], root[:, swing.which])
+        return np.asarray(root)
+
+
+class Swing(NamedTuple):
+    """Columns of cranks that swing, and by phases (m, k): their angles, twice the sines of half the ways to either dead
+    point multiplied, and where they are on the way back."""
+
+    which: Indices | slice
+    phi: Floats
+    ends: Floats
+    back: Mask
+
+    @classmethod
+    def of(cls, some: Circuits, s: Floats) -> Swing | None:
+        if not (swings := some.kind == SWING).any():
+            return None
+        which = _columns(swings)
+        centre, half, part = some.centre[which], some.half[which], 0.5 * s[:, which]
+        sine, cosine = np.sin(part), np.cos(part)
+        low, high = np.abs(half) * sine**2, np.abs(half) * cosine**2
+        phi = centre - half * (cosine - sine) * (cosine + sine)
+        return cls(which, phi, 2 * np.sin(low) * np.sin(high), sine * cosine < 0)
 
 
 def circuits(linkage: Linkage) -> Circuits:
@@ -260,24 +279,31 @@ def _swinging(phi: Floats, centre: Floats, half: Floats, side: Floats) -> Floats
 
 def _by_crank(some: Circuits, s: Floats) -> Pose:
     """Return poses about the crank pins."""
-    of = some.closure
-    phi = some.angle(s)
-    cosine, sine = np.cos(0.5 * phi), np.sin(0.5 * phi)
-    root = some.sign * of.root(cosine, sine, s, phi, np.abs(some.half), some.kind == SWING)
-    pin = of.pivot + of.arm * (cosine + 1j * sine) ** 2
+    of, swing, phi = some.closure, Swing.of(some, s), s
+    if swing is not None:
+        phi = s.copy()
+        phi[:, swing.which] = swing.phi
+    ahead = np.empty(phi.shape, complex)
+    cosine, sine = ahead.real, ahead.imag = np.cos(0.5 * phi), np.sin(0.5 * phi)
+    root = some.sign * of.root(phi, cosine, sine, swing)
+    pin = of.pivot + of.arm * ahead**2
     turn = np.empty_like(pin)
     with np.errstate(all="ignore"):
-        for kind in np.unique(of.kind):
-            here = of.kind == kind
-            which = slice(None) if here.all() else np.flatnonzero(here)
+        for kind in (RR, PR, RP):
+            if not (here := of.kind == kind).any():
+                continue
+            which = _columns(here)
             r, f, k, y = of.r[which], of.f[which], of.square[which], root[:, which]
+            goal = of.goal[which] if kind == PR else of.goal[which] - pin[:, which]
+            side = np.empty(y.shape, complex)
             if kind == PR:
-                goal = of.goal[which] * (k - r * (2 * cosine[:, which] ** 2 - 1) + 1j * r * y)
+                side.real, side.imag = k - r * (2 * cosine[:, which] ** 2 - 1), r * y
+            elif kind == RP:
+                side.real, side.imag = k, np.sqrt(2 * r * f) * y
             else:
                 square = (r - f) ** 2 + 4 * r * f * sine[:, which] ** 2
-                base = (of.goal[which] - pin[:, which]) / square
-                goal = base * (0.5 * square + k + 1j * r * f * y if kind == RR else k + 1j * np.sqrt(2 * r * f) * y)
-            goal = goal / of.way[which]
+                side.real, side.imag = 0.5 + k / square, r * f / square * y
+            goal = goal * of.way[which].conj() * side
             turn[:, which] = goal / np.abs(goal)
     return Pose(pin - of.pin, turn - 1, of.pin)
 
@@ -304,7 +330,7 @@ def _coupler_circuits(linkage: Linkage, rows: Indices) -> tuple[Array, ...]:
 def _by_coupler(some: Circuits, s: Floats) -> Pose:
     """Return poses about a finite point of the couplers."""
     z, slide = some.linkage.points, some.linkage.dyads == RP
-    turn = np.exp(1j * some.angle(s))
+    turn = np.exp(1j * np.where(some.kind == TURN, s, some.centre + some.half * (s / np.pi - 1)))
     origin = np.where(slide[:, 0], z[:, 0, 0], z[:, 0, 1])
     normal, level = [], []
     for i in (0, 1):
@@ -316,6 +342,11 @@ def _by_coupler(some: Circuits, s: Floats) -> Pose:
     with np.errstate(all="ignore"):
         at = 1j * (normal[0] * level[1] - normal[1] * level[0]) / _cross(normal[0], normal[1])
     return Pose(at - origin, turn - 1, origin)
+
+
+def _columns(some: Mask) -> Indices | slice:
+    """Return the index of some columns, a slice where it is all."""
+    return slice(None) if some.all() else np.flatnonzero(some)
 
 
 def _dot(a: Array, b: Array) -> Floats:
