@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import ExitStack
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -101,7 +102,7 @@ def given(
         return held[0]
 
     every = guides(reference, point, opened, stroke)
-    return every, lambda: Registry(plugins).series
+    return every, cache(lambda: Registry(plugins).series)
 
 
 def describe(guide: PlacedGuide) -> None:

@@ -156,7 +156,7 @@ def record(one: Answer) -> dict[str, Any]:
     if hasattr(one, "collection"):
         return {"kind": "CollectionCandidate", **one.to_dict(), "metrics": dict(one.metrics)}
     held = {f.name: getattr(one, f.name) for f in fields(one) if f.name != "_drift"}
-    return {"kind": type(one).__name__, **json.loads(json.dumps(held))}
+    return {"kind": type(one).__name__, **held}
 
 
 def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None = None) -> Answer:

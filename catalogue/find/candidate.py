@@ -241,7 +241,8 @@ class Candidate(PlacedGuide):
 
     def to_dict(self) -> dict[str, Any]:
         """Return the candidate as plain Python numbers, lists and strings, what is derived included."""
-        return {name: deepcopy(getattr(self, name)) for name in self.columns()}
+        values = {name: getattr(self, name) for name in self.columns()}
+        return {name: deepcopy(v) if isinstance(v, list | dict) else v for name, v in values.items()}
 
     @classmethod
     def columns(cls) -> list[str]:

@@ -3,6 +3,7 @@
 ``python tests/benchmarks/measure_time.py [--write]``: four-bars with random pivots of size about 1 and a coupler point
 each; over a stroke of 0.5, within a deviation of 0.005.  The alternative closes the chain by circles, reads each path
 in 300 points and looks at the narrowest strip of every window, of the best again in 1500; it is asked for one linkage.
+A CSV of them is read, measured with the nearest series of each, and written as CSV, by the command in a new process.
 `--write`: the report goes to ``data/reports/measure_time.md`` too.
 """
 
@@ -13,9 +14,13 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the command does
 
 import contextlib
+import csv
 import io
+import resource
 import runpy
+import subprocess
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -27,6 +32,7 @@ from measuring import table, title
 from catalogue.find.measure import measure
 from catalogue.find.placed import OwnGuide, guide
 from catalogue.kinematics.linkage import Linkage
+from catalogue.plugin.registry import Registry
 
 COUNT, STROKE, DEVIATION, RUNS = 1000, 0.5, 0.005, 5
 NAIVE: dict[str, Any] = runpy.run_path(str(Path(__file__).parents[1] / "naive.py"))
@@ -43,14 +49,29 @@ def guides(count: int) -> list[OwnGuide]:
 
 
 def taken(run: Callable[[], Any], times: int) -> tuple[float, float]:
-    """Return the least wall and process time of several runs, after one that is not counted."""
+    """Return the least wall and processor time of several runs, after one that is not counted."""
     run()
     found = []
     for _ in range(times):
-        wall, cpu = time.perf_counter(), time.process_time()
+        wall, cpu = time.perf_counter(), processor_time()
         run()
-        found.append((time.perf_counter() - wall, time.process_time() - cpu))
+        found.append((time.perf_counter() - wall, processor_time() - cpu))
     return min(w for w, _ in found), min(c for _, c in found)
+
+
+def processor_time() -> float:
+    """Return the processor time of this process and of those it has run [s]."""
+    children = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return time.process_time() + children.ru_utime + children.ru_stime
+
+
+def command(every: list[OwnGuide], folder: str) -> list[str]:
+    """Write linkages to a CSV, and return the command that measures them."""
+    path = Path(folder) / "linkages.csv"
+    with path.open("w", encoding="utf-8", newline="") as file:
+        csv.writer(file).writerows([*np.array(one.pivots)[..., :2].ravel(), *one.guided] for one in every)
+    program = [sys.executable, "-c", "from catalogue.cli import main; main()"]
+    return [*program, "measure", str(path), "--stroke", str(STROKE), "--format", "csv"]
 
 
 def naive_stroke(one: OwnGuide) -> float:
@@ -64,17 +85,25 @@ def main() -> None:
     title("Time to measure linkages of one's own")
     every = guides(COUNT)
     one = every[0]
+    series = Registry().series
+    folder = tempfile.TemporaryDirectory()
+    shell = command(every, folder.name)
     jobs: list[tuple[str, int, Callable[[], Any], int]] = [
         ("one, over a stroke, 4 stretches", 1, lambda: measure(one, stroke=STROKE), RUNS),
         ("one, within a deviation, 4 stretches", 1, lambda: measure(one, deviation=DEVIATION), RUNS),
         ("one, within a deviation, all windows of samples", 1, lambda: naive_stroke(one), 1),
         ("over a stroke, the best of each", COUNT, lambda: measure(every, stroke=STROKE, limit=1), 2),
+        ("the same, with the nearest series", COUNT,
+         lambda: measure(every, stroke=STROKE, limit=1, series=lambda: series), 2),
+        ("the same, from CSV to CSV, a new process", COUNT,
+         lambda: subprocess.run(shell, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=True), 2),
         ("within a deviation, the best of each", COUNT, lambda: measure(every, deviation=DEVIATION, limit=1), 2),
-    ]
+    ]  # fmt: skip
     rows = []
-    for name, count, run, times in jobs:
-        wall, cpu = taken(run, times)
-        rows.append((name, count, f"{wall:.3f}", f"{cpu:.3f}", f"{1000 * cpu / count:.2f}"))
+    with folder:
+        for name, count, run, times in jobs:
+            wall, cpu = taken(run, times)
+            rows.append((name, count, f"{wall:.3f}", f"{cpu:.3f}", f"{1000 * cpu / count:.2f}"))
     table(["what", "linkages", "s", "s of the processor", "ms per linkage"], rows)
     best = max(row.stroke for row in measure(one, deviation=DEVIATION))
     print(f"Longest stroke of the one linkage: {best:.5f}, from samples {naive_stroke(one):.5f}.")
