@@ -26,6 +26,7 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any
 from unittest import mock
+from urllib.parse import quote, urlencode
 
 import numpy as np
 from hypothesis import HealthCheck, given, seed, settings
@@ -221,7 +222,7 @@ def _options() -> dict[tuple[str, ...], list[str]]:
     found: dict[tuple[str, ...], Any] = {
         (name,): app.get_command(None, name)  # type: ignore[arg-type]
         for name in app.modules
-        if name != "serve"  # does not end; tests/web fuzzes what it is asked
+        if name != "serve"  # does not end; `page` is what it is asked
     }
     found |= {("find", name): finding.get_command(None, name) for name in finding.modules}  # type: ignore
     return {name: [f for p in one.params for f in p.opts if f[:2] == "--"] for name, one in found.items() if one}
@@ -264,6 +265,37 @@ def _commanded(opened: catalogue.Catalogue, given: Any) -> None:
 
 
 TARGETS["command line"] = (ARGV, _commanded)
+
+
+# -- the page ---------------------------------------------------------------------------------------------------------
+PLACE = st.one_of(
+    st.sampled_from(["/", "/answers", "/compare", "/own", "/own/measured", "/gallery", "/guide/1", "/guide/watt/dxf"]),
+    st.builds("/guide/{}".format, WORDS), st.builds("/guide/{}/{}".format, WORDS, WORDS), WORDS.map("/{}".format),
+)  # fmt: skip
+FIELDS = ("kind", "stroke", "deviation", "radius", "from", "to", "max-size", "min-transmission", "family", "series",
+          "rank-by", "unit", "stage", "pick", "linkage", "x", "y", "fixed-pivots-in", "full-rotation")  # fmt: skip
+GIVEN = st.one_of(
+    WORDS, st.floats().map(repr), st.sampled_from(["line", "arc", "40", "0.5", "in", "draft", "refined"]), JSON_VALUE
+)
+ADDRESS = st.tuples(PLACE, st.lists(st.tuples(st.sampled_from(FIELDS) | WORDS, GIVEN), max_size=5))
+
+
+def _asked(opened: catalogue.Catalogue, given: Any) -> None:
+    from starlette.testclient import TestClient
+
+    from catalogue.cli.serve import wish_form
+    from catalogue.web.application import application
+    from catalogue.web.desk import thread
+
+    place, fields = given
+    page = application(Path(opened.database.path), wish_form(tuple(opened.registry.series)), make=thread)
+    where = f"{quote(place, errors='surrogatepass')}?{urlencode(fields, errors='surrogatepass')}"
+    with TestClient(page, base_url="http://127.0.0.1", follow_redirects=False) as client:
+        answer = client.get(where)
+    assert answer.status_code in (200, 303, 307, 400, 404, 501, 503), (answer.status_code, answer.text)
+
+
+TARGETS["page"] = (ADDRESS, _asked)
 
 
 # -- runs -------------------------------------------------------------------------------------------------------------
@@ -310,8 +342,8 @@ def main() -> None:
     parser.add_argument("--only", action="append", default=[])
     parser.add_argument("--write", action="store_true")
     asked = parser.parse_args()
-    # files and command lines are the widest ways in: each gets as much as six functions
-    share = {name: 6 if name in ("files", "command line") else 1 for name in asked.only or TARGETS}
+    # files, command lines and addresses are the widest ways in: each gets as much as six functions
+    share = {name: 6 if name in ("files", "command line", "page") else 1 for name in asked.only or TARGETS}
     rows: list[list[Any]] = []
     fallen: list[str] = []
     with catalogue.open(asked.database, build=False) as opened:
