@@ -72,10 +72,13 @@ def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
     share = np.linspace(0, 1, STATIONS)
     along = swept[..., :1] + (swept[..., 1:] - swept[..., :1]) * share
     amount = largest((side * area.outside(along)).max(axis=(2, 3)))
-    more = np.fmax.reduce((side * area.outside(_between(area, swept))).max(axis=-1), axis=(0, 2))
-    missed = (amount <= 0) & np.isfinite(more)  # between the places that are looked at
-    more = np.where(more > 0, more, GRAZED * np.abs(swept).max((0, 2, 3)))
-    return np.asarray(np.where(missed, more, amount))
+    some = np.flatnonzero(amount <= 0)
+    if len(some):  # between the places that are looked at
+        near = swept[:, some]
+        more = np.fmax.reduce((side * area.outside(_between(area, near))).max(axis=-1), axis=(0, 2))
+        passed = np.where(more > 0, more, GRAZED * np.abs(near).max((0, 2, 3)))
+        amount[some] = np.where(np.isfinite(more), passed, amount[some])
+    return amount
 
 
 def _between(area: Area, swept: Complexes) -> Complexes:

@@ -70,12 +70,13 @@ class Region:
             x, y = np.maximum(x0 - z.real, z.real - x1), np.maximum(y0 - z.imag, z.imag - y1)
             away = np.hypot(np.maximum(x, 0.0), np.maximum(y, 0.0))
             return np.asarray(np.where(away > 0, away, np.maximum(x, y)))
-        corner = self.corners[:, 0] + 1j * self.corners[:, 1]
-        side = np.roll(corner, -1) - corner
-        side, corner = side[side != 0], corner[side != 0]
-        away = np.asarray(z)[..., None] - corner
-        along = np.clip((away * side.conj()).real / np.abs(side) ** 2, 0, 1)
-        distance = np.abs(away - along * side).min(-1)
+        least = np.full(z.shape, np.inf)
+        for (x, y), (p, q) in zip(self.corners, np.roll(self.corners, -1, axis=0) - self.corners, strict=True):
+            if p or q:
+                u, v = z.real - x, z.imag - y
+                along = np.clip((u * p + v * q) / (p * p + q * q), 0, 1)
+                least = np.minimum(least, (u - along * p) ** 2 + (v - along * q) ** 2)
+        distance = np.sqrt(least)
         return np.asarray(np.where(self.holds(z), -distance, distance))
 
     def holds(self, z: Complexes) -> Mask:
