@@ -31,7 +31,7 @@ OF_GUIDE = [
     number("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
     option("--unit", None, "In which the lengths of the guide are; none is converted.", click.Choice(UNITS),
            show_default="mm"),
-    number("--bar-width", "W", "Of the parts to cut (dxf, freecad, parameters).",
+    number("--bar-width", "W", "Of the parts to cut (dxf, freecad, step, parameters).",
            show_default="a round one after the size"),
     number("--hole", "D", "Diameter of their holes; nothing is added for the tool.",
            show_default="half the width or less"),
@@ -68,11 +68,13 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
     """Write a guide for CAD and other programs; without CODE all that is stored, as a table.
 
     dxf: the linkage with a block per link, path and dimensions; beside it its parts to cut, on a layer of their own.
-    freecad: a macro that makes the parts as solids, with a spreadsheet of parameters. solidworks, fusion: parameters
-    by name, to be imported. pylinkage: a script that moves the guide and asserts its deviation. json: the guide with
-    lengths, limits and provenance, which `measure`, `improve`, `trace`, `show` read. csv, xlsx, parquet: the motion.
+    step: these parts as solids where they stand. freecad: a macro that makes them, with a spreadsheet of parameters.
+    solidworks, fusion: parameters by name, to be imported. pylinkage: a script that moves the guide and asserts its
+    deviation. json: the guide with lengths, limits and provenance, which `measure`, `improve`, `trace`, `show` read.
+    csv, xlsx, parquet: the motion.
 
-    The suffix of --out says which: .dxf, .FCMacro, .txt (solidworks), .py (pylinkage), .json, .csv, .xlsx, .parquet.
+    The suffix of --out says which: .dxf, .step, .FCMacro, .txt (solidworks), .py (pylinkage), .json, .csv, .xlsx,
+    .parquet.
 
     Slots are cut as long as the sliding blocks travel over the stroke. A guide by a slot (`find --slots`) is given as
     it is traced: with its coupler held fast.

@@ -19,16 +19,18 @@ FORMATS = {
     "solidworks": "equations: parameters by name",
     "fusion": "user parameters as CSV",
     "freecad": "macro that makes parameters and parts",
+    "step": "parts as solids where they stand",
     "pylinkage": "script that moves it and checks its deviation",
 }
 #: Formats by the suffix of a file, where none is named.
 SUFFIXES = {
     ".dxf": "dxf", ".json": "json", ".csv": "csv", ".xlsx": "xlsx", ".parquet": "parquet", ".txt": "solidworks",
-    ".fcmacro": "freecad", ".py": "pylinkage",
+    ".fcmacro": "freecad", ".py": "pylinkage", ".step": "step", ".stp": "step",
 }  # fmt: skip
 #: Formats that are no text, and cannot be printed.
 BINARY = ("xlsx", "parquet")
-UNITS = ("mm", "cm", "m", "in", "ft")
+#: Units of length, in millimetres.
+UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 
 
 @dataclass(frozen=True)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .. import __version__
+from .formats import UNITS
 from .links import taken_apart
 from .outlines import Outline, Sizes, parts
 from .parameters import parameters, positional
@@ -13,10 +14,8 @@ if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
     from .formats import Options
 
-#: Thickness of a part over its width, and points through which the path is drawn.
-THICKNESS, POINTS = 0.3, 61
-#: Millimetres, in which FreeCAD reckons, of the units.
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
+#: Points through which the path is drawn.
+POINTS = 61
 
 MACRO = '''\
 """A guide ({family}) of mechanism-catalogue {version}, as solids; run it as a macro of FreeCAD, or by freecadcmd."""
@@ -25,7 +24,7 @@ import FreeCAD
 import Part
 from FreeCAD import Placement, Rotation, Vector
 
-MILLIMETRES = {millimetres!r}  # of the unit of all lengths below: {unit}
+MILLIMETRES = {millimetres!r}  # in which FreeCAD reckons, of the unit of all lengths below: {unit}
 THICKNESS = {thickness!r}
 HOLE = {hole!r}  # diameter
 
@@ -101,7 +100,7 @@ def macro(guide: PlacedGuide, options: Options) -> str:
     for part in parts(links, sizes):
         link = part.link
         told.append(
-            f"    (\n        {link.name!r}, {_level(link.name)}, {_xy(link.origin)}, {link.angle!r},\n"
+            f"    (\n        {link.name!r}, {part.level}, {_xy(link.origin)}, {link.angle!r},\n"
             f"        {_corners(part.edge)},\n        [{', '.join(map(_corners, part.slots.values()))}],\n"
             f"        [{', '.join(map(_xy, part.holes.values()))}],\n    ),\n"
         )
@@ -109,19 +108,13 @@ def macro(guide: PlacedGuide, options: Options) -> str:
         family=guide.linkage.family[0],
         version=__version__,
         unit=options.unit,
-        millimetres=MILLIMETRES[options.unit],
-        thickness=THICKNESS * sizes.width,
+        millimetres=UNITS[options.unit],
+        thickness=sizes.thickness,
         hole=sizes.hole,
         parameters="".join(rows),
         links="".join(told),
         path="".join(f"    {_xy(complex(z))},\n" for z in links.path[::step]),
     )
-
-
-def _level(name: str) -> int:
-    """Return in which layer a link lies: the frame with its sliders, cranks, the coupler with its slides."""
-    what = name.split()[0]
-    return {"frame": 0, "slider": 0, "crank": 1}.get(what, 2)
 
 
 def _xy(z: complex) -> str:

@@ -17,8 +17,8 @@ from ..errors import InvalidRequest
 from ..problem.request import positive
 from .links import Link, Links
 
-#: Length of a block over its width.
-BLOCK = 2.0
+#: Length of a block over its width; thickness of any part over that.
+BLOCK, THICKNESS = 2.0, 0.3
 #: Width of a bar that is not given, over the size of the linkage, and over the shortest distance of two pivots.
 WIDTH, PITCH = 0.06, 0.6
 
@@ -66,6 +66,11 @@ class Part:
     holes: dict[str, complex]
     bore: float
 
+    @property
+    def level(self) -> int:
+        """In which layer it lies: the frame with its sliders, cranks, the coupler with its slides."""
+        return {"frame": 0, "slider": 0, "crank": 1}.get(self.link.name.split()[0], 2)
+
 
 @dataclass(frozen=True)
 class Sizes:
@@ -73,6 +78,11 @@ class Sizes:
 
     width: float
     hole: float
+
+    @property
+    def thickness(self) -> float:
+        """Of the parts as solids [the unit of the guide]."""
+        return THICKNESS * self.width
 
     @classmethod
     def of(cls, links: Links, width: float | None, hole: float | None) -> Sizes:

@@ -25,6 +25,7 @@ WRITERS = {
     "solidworks": ("parameters", "solidworks"),
     "fusion": ("parameters", "fusion"),
     "freecad": ("freecad", "macro"),
+    "step": ("step", "solids"),
     "pylinkage": ("pylinkage_script", "script"),
 }
 

@@ -1,0 +1,74 @@
+"""A guide as a STEP file: its links as solids where they stand, each by its name, and the path of the guided point."""
+
+from __future__ import annotations
+
+import tempfile
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from ..errors import MissingExtra
+from .formats import UNITS
+from .links import taken_apart
+from .outlines import Outline, Part, Sizes, parts
+
+if TYPE_CHECKING:
+    from ..find.placed import PlacedGuide
+    from .formats import Options
+
+#: What the file says as the time it was made, so that the same guide gives the same file; points of the path.
+EPOCH, POINTS = "2000-01-01T00:00:00", 61
+
+
+def solids(guide: PlacedGuide, options: Options) -> str:
+    """Return the file, in millimetres.
+
+    Raises
+    ------
+    MissingExtra
+        If build123d is not there.
+    """
+    try:
+        cad: Any = import_module("build123d")  # by name: it ships types, and is seldom there
+    except ImportError as error:
+        raise MissingExtra('step needs build123d: pip install "mechanism-catalogue[step]"') from error
+    links = taken_apart(guide)
+    sizes = Sizes.of(links, options.bar_width, options.hole)
+    unit, rise = UNITS[options.unit], UNITS[options.unit] * sizes.thickness
+    made: list[Any] = []
+    for part in parts(links, sizes):
+        origin = unit * part.link.origin
+        solid = cad.Solid.extrude(_face(cad, part, unit), cad.Vector(0, 0, rise))
+        solid = solid.moved(cad.Location((origin.real, origin.imag, part.level * rise), (0, 0, part.link.angle)))
+        solid.label = part.link.name
+        made.append(solid)
+    step = max(1, (len(links.path) - 1) // (POINTS - 1))
+    path = cad.Edge.make_spline([(z.real, z.imag, 3 * rise) for z in (unit * links.path[::step]).tolist()])
+    path.label = "path"
+    whole = cad.Compound(label=guide.linkage.family[0], children=[*made, path])
+    with tempfile.TemporaryDirectory() as folder:
+        file = Path(folder) / "guide.step"
+        cad.export_step(whole, file, timestamp=EPOCH)
+        return file.read_text("utf-8")
+
+
+def _face(cad: Any, part: Part, unit: float) -> Any:
+    """Return a part as a face with its slots and holes, in coordinates of its link [mm]."""
+    holes = [
+        cad.Wire(cad.Edge.make_circle(0.5 * unit * part.bore, cad.Plane((unit * z.real, unit * z.imag, 0))))
+        for z in part.holes.values()
+    ]
+    return cad.Face(_wire(cad, part.edge, unit), [*(_wire(cad, slot, unit) for slot in part.slots.values()), *holes])
+
+
+def _wire(cad: Any, outline: Outline, unit: float) -> Any:
+    edges = []
+    corners = [unit * z for z in outline.corners]
+    for start, end, bulge in zip(corners, corners[1:] + corners[:1], outline.bulges, strict=True):
+        ends = [(z.real, z.imag) for z in (start, end)]
+        if bulge:
+            top = 0.5 * (start + end) - 0.5j * bulge * (end - start)
+            edges.append(cad.Edge.make_three_point_arc(ends[0], (top.real, top.imag), ends[1]))
+        else:
+            edges.append(cad.Edge.make_line(*ends))
+    return cad.Wire(edges)
