@@ -27,10 +27,10 @@ from .tables import print_records, print_table, tell
 
 #: What is imported, always or by an extra.
 PACKAGES = ("numpy", "scipy", "SQLAlchemy", "alembic", "pluggy", "click", "rich", "matplotlib", "pandas", "pyarrow",
-            "starlette", "jinja2", "uvicorn", "ezdxf", "xlsxwriter")  # fmt: skip
+            "starlette", "jinja2", "uvicorn", "ezdxf", "xlsxwriter", "build123d")  # fmt: skip
 #: Extras that bring what a part of the commands needs.
 EXTRAS = {"matplotlib": "plot", "pyarrow": "parquet", "starlette": "web", "jinja2": "web", "uvicorn": "web",
-          "ezdxf": "cad", "xlsxwriter": "cad"}  # fmt: skip
+          "ezdxf": "cad", "xlsxwriter": "cad", "build123d": "step"}  # fmt: skip
 
 
 class Finding(NamedTuple):

@@ -83,6 +83,11 @@ class Circuits(Columns):
     def __len__(self) -> int:
         return len(self.of)
 
+    def angle(self, s: Floats) -> Floats:
+        """Return the lead's angle from its axis at phases (m, k) [rad]; of a coupler, from the position given."""
+        swing, run = self.centre - self.half * np.cos(s), self.centre + self.half * (s / np.pi - 1)
+        return np.asarray(np.where(self.kind == TURN, s, np.where(self.kind == SWING, swing, run)))
+
     def pose(self, s: Floats) -> Pose:
         """Return the poses at phases (m, k)."""
         led = self.lead == COUPLER
@@ -182,7 +187,7 @@ class Closure(Columns):
                 for factor, dead in zip((p, q), self.dead[:, swing.which], strict=True):
                     factor[:, swing.which] = np.where(dead, swing.ends, factor[:, swing.which])
             square = np.where(self.kind == RP, q, p * q)
-            if (both := self.dead.all(0)).any():
+            if (both := np.asarray(self.dead.all(0))).any():
                 some = _columns(both)
                 away, (at_p, at_q) = np.abs(phi[:, some]), self.at[:, some]
                 square[:, some] = p[:, some] * 2 * np.sin(0.5 * (at_p + away)) * np.sin(0.5 * (away + at_q))
@@ -330,7 +335,7 @@ def _coupler_circuits(linkage: Linkage, rows: Indices) -> tuple[Array, ...]:
 def _by_coupler(some: Circuits, s: Floats) -> Pose:
     """Return poses about a finite point of the couplers."""
     z, slide = some.linkage.points, some.linkage.dyads == RP
-    turn = np.exp(1j * np.where(some.kind == TURN, s, some.centre + some.half * (s / np.pi - 1)))
+    turn = np.exp(1j * some.angle(s))
     origin = np.where(slide[:, 0], z[:, 0, 0], z[:, 0, 1])
     normal, level = [], []
     for i in (0, 1):
