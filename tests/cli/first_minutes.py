@@ -66,7 +66,7 @@ def transcript() -> str:
         home.mkdir()
         bin_ = Path(folder) / "venv" / "bin"
         subprocess.run([sys.executable, "-m", "venv", bin_.parent], check=True)
-        subprocess.run([bin_ / "pip", "install", "-q", f"{ROOT}[plot,parquet]"], check=True, stderr=subprocess.DEVNULL)
+        subprocess.run([bin_ / "pip", "install", "-q", f"{ROOT}[plot,parquet,cad]"], check=True, stderr=subprocess.DEVNULL)
         (Path(folder) / "clone").mkdir()
         (Path(folder) / "clone" / "data").symlink_to(ROOT / "data")
         env = {"HOME": str(home), "PATH": f"{bin_}:{os.defpath}", "COLUMNS": str(WIDTH), "LANG": "C.UTF-8"}
