@@ -22,8 +22,11 @@ from pathlib import Path
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "data" / "reports" / "first_minutes.md"
 WIDTH, SHOWN = 80, 24
-#: Commands that take minutes on purpose.
-LEFT_OUT = {"catalogue build --count": "a denser catalogue is minutes of work"}
+#: Commands that take minutes on purpose, or do not end.
+LEFT_OUT = {
+    "catalogue build --count": "a denser catalogue is minutes of work",
+    "catalogue serve": "it serves until it is ended",
+}
 #: What a new user tries besides what the README says, mistakes among them.
 BESIDES = (
     "catalogue",
@@ -66,7 +69,9 @@ def transcript() -> str:
         home.mkdir()
         bin_ = Path(folder) / "venv" / "bin"
         subprocess.run([sys.executable, "-m", "venv", bin_.parent], check=True)
-        subprocess.run([bin_ / "pip", "install", "-q", f"{ROOT}[plot,parquet,cad]"], check=True, stderr=subprocess.DEVNULL)
+        subprocess.run(
+            [bin_ / "pip", "install", "-q", f"{ROOT}[plot,parquet,cad]"], check=True, stderr=subprocess.DEVNULL
+        )
         (Path(folder) / "clone").mkdir()
         (Path(folder) / "clone" / "data").symlink_to(ROOT / "data")
         env = {"HOME": str(home), "PATH": f"{bin_}:{os.defpath}", "COLUMNS": str(WIDTH), "LANG": "C.UTF-8"}
