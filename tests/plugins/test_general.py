@@ -10,7 +10,10 @@ import pytest
 
 from catalogue.curvature_theory.instant import Instant
 from catalogue.kinematics.linkage import Linkage
+from catalogue.series.series import Member
 from catalogue.testing import SeriesContract, load
+from catalogue.testing.base import real
+from catalogue.testing.sample import even
 
 GENERAL = load("general")
 
@@ -50,6 +53,19 @@ def test_every_golden_linkage_is_general_or_within_reach_of_a_degeneration(golde
     assert np.all(residual[degenerate > 0] == 0)
     assert np.all(margin[degenerate > 0] > 1e-3)
     assert not (margin[degenerate == 0] > 1e-9).any()
+
+
+@pytest.mark.parametrize("member", [m for m in GENERAL.members if m.name != "general"], ids=lambda m: m.key)
+def test_members_of_higher_order_have_what_they_are_named_after(member: Member) -> None:
+    sample = even(GENERAL, member, size=24).valid
+    what, _, named = member.name.partition(",")[0].replace("pseudo-", "pseudo ").partition(" ")
+    best = np.zeros(len(sample.linkage))
+    for guided in sample.guided:
+        if what == "fifth":  # whose pairs may be imaginary
+            best = np.fmax(best, guided.order)
+        elif guided.label == named:
+            best = np.where(real(guided), guided.order, 0)
+    assert (best >= {"pseudo": 4, "fifth": 5, "double": 5}[what]).all()
 
 
 @pytest.mark.parametrize(

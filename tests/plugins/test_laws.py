@@ -13,6 +13,7 @@ import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 import pytest
 
+from catalogue.curvature_theory.instant import Instant
 from catalogue.curvature_theory.leading_error import EXACT, leading_error_of_pairs
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.trace import trace
@@ -54,6 +55,27 @@ def measured(guide: Dyad, poses: list[list[Any]]) -> tuple[Any, Any]:
             moved.append(abs(seen if guide.slide else d + turn * guide.moving - guide.moving))
         strokes.append(max(moved))
     return np.array(strokes), np.array(deviations)
+
+
+#: Pivots at infinity of the six families: dyad, (fixed, moving).
+AT_INFINITY = {
+    "four-bar": [], "slider-crank": [(1, 0)], "inverted-slider-crank": [(1, 1)], "swinging-block": [(0, 0), (1, 1)],
+    "elliptic-trammel": [(0, 0), (1, 0)], "oldham": [(0, 1), (1, 1)],
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("family", AT_INFINITY)
+def test_no_series_takes_linkages_of_a_family_that_it_does_not_have(family: str) -> None:
+    pivots = np.ones((50, 2, 2, 3))
+    pivots[..., :2] = np.random.default_rng(3).normal(size=(50, 2, 2, 2))
+    for dyad, end in AT_INFINITY[family]:
+        pivots[:, dyad, end, :2] /= np.linalg.norm(pivots[:, dyad, end, :2], axis=-1, keepdims=True)
+        pivots[:, dyad, end, 2] = 0
+    linkage = Linkage(pivots)
+    assert linkage.family[0] == family
+    for series in REGISTRY.series.values():
+        taken = np.isfinite(series.residuals(Instant(linkage))[0])
+        assert family in series.families or not taken.any(), series.code
 
 
 @pytest.mark.slow
