@@ -34,6 +34,17 @@ def test_found_is_a_sequence(found: Found) -> None:
         found[8]
 
 
+def test_deviations_are_positive_on_the_left_of_the_way(found: Found) -> None:
+    """Beside the line through the ends of the path they are off by no more than where the nominal lies."""
+    for one in found:
+        moved = one.motion(41)
+        z = moved.points["guided"]
+        seen = (z - z[0]) / (z[-1] - z[0]) * abs(z[-1] - z[0])
+        rest = moved.deviation - seen.imag
+        assert np.abs(rest - np.polyval(np.polyfit(seen.real, rest, 1), seen.real)).max() <= 1e-6 * one.deviation
+        assert np.abs(moved.deviation).max() == pytest.approx(one.deviation, rel=0.02)
+
+
 def test_json_and_dataframe_say_the_same(found: Found) -> None:
     rows = json.loads(found.to_json())
     frame = found.to_pandas()

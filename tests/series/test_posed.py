@@ -211,6 +211,25 @@ def test_degenerate_data_lose_just_the_answers_that_theory_says(
 
 @pytest.mark.parametrize("given", GIVEN)
 @pytest.mark.parametrize("path", ["line", "circle", "slot"])
+def test_answers_turn_shift_and_grow_with_the_problem(registry: Registry, given: str, path: str) -> None:
+    here = random_problems(given, path, 40)
+    by, shift = 3 * np.exp(0.7j), 2 - 1j
+    places = (by * z + shift for z in (here.pivots, here.point, here.centre))
+    there = Posed(given, *places, unit(by) * here.axis)
+    solved = 0
+    for code, series in registry.series.items():
+        before, after = (series.answers(one) for one in (here, there))
+        z, moved = (one[..., 0] + 1j * one[..., 1] for one in (before, after))
+        wanted = by * z + shift * before[..., 2]
+        wanted = np.where(before[..., 2] == 0, unit(by) * z, wanted)
+        near = 3e-9 * np.nanmax(np.abs(z), initial=1)
+        np.testing.assert_allclose(moved, wanted, rtol=1e-9, atol=near, err_msg=code)
+        solved += np.isfinite(before).any()
+    assert solved
+
+
+@pytest.mark.parametrize("given", GIVEN)
+@pytest.mark.parametrize("path", ["line", "circle", "slot"])
 def test_coincident_or_enormous_data_raise_nothing(registry: Registry, given: str, path: str) -> None:
     good = random_problems(given, path, 4)
     for pivots in (good.pivots * 0, good.pivots * 1e150, good.pivots[:, :1].repeat(2, 1)):
