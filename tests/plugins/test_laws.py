@@ -56,6 +56,23 @@ def measured(guide: Dyad, poses: list[list[Any]]) -> tuple[Any, Any]:
     return np.array(strokes), np.array(deviations)
 
 
+def test_members_guide_to_the_order_that_their_names_promise() -> None:
+    """Five positions on a line or through a point are pseudo, six double; of fifth order are circles and lines."""
+    promised = 0
+    for series, member in MEMBERS:
+        kind, _, point = member.name.partition(",")[0].replace("pseudo-", "pseudo ").partition(" ")
+        want = {"pseudo": (4, [point]), "double": (5, [point]), "fifth": (5, ["[1]", "[2]", "[3]", "[4]"])}.get(kind)
+        if want is None:
+            continue
+        sample = even(series, member, size=8).valid
+        there = {g.label: g.order[np.isfinite(g.pairs).all((1, 2))] for g in sample.guided if g.label in want[1]}
+        orders = np.concatenate([*there.values()])
+        assert len(orders) >= len(sample.linkage) > 0, sample.name(0)
+        assert (orders == want[0]).all(), (sample.name(0), orders)
+        promised += 1
+    assert promised > 30
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("series", "member"), MEMBERS, ids=[f"{s.code}-{m.key}" for s, m in MEMBERS])
 def test_deviation_follows_the_order_and_the_coefficient(series: Series, member: Member) -> None:
