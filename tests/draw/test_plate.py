@@ -7,12 +7,14 @@ import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from catalogue.cli import run
 from catalogue.cli.plate import _files
@@ -20,11 +22,14 @@ from catalogue.curvature_theory.analysis import PARALLEL
 from catalogue.curvature_theory.instant import Instant
 from catalogue.draw.cells import ROOM, Cell, cells
 from catalogue.draw.cubics import cubic, hyperbola
+from catalogue.draw.lettering import legend
 from catalogue.draw.plate import file_name, plate
+from catalogue.draw.vignette import Vignette
 from catalogue.errors import CatalogueError, InvalidRequest, MissingExtra, PluginError
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
 from catalogue.series.sampling import draw as sample
+from catalogue.series.series import Guided
 
 SERIES = Registry().series
 OLDHAM = SERIES["II.ooo"].inversion("II*.ooo", "inverse cyclic motion")  # of a family that few series have
@@ -143,6 +148,33 @@ def test_cells_hold_pivots_and_guided_pairs_of_their_curves(code: str) -> None:
                 assert abs((a * b.conjugate()).imag) < 1e-8 * (1 + abs(a * b))  # on one ray
                 # Euler-Savary without denominators: A* (y + |A|^2) = A y
                 assert abs(b * (a.imag + abs(a) ** 2) - a * a.imag) < 1e-7 * (1 + abs(a) ** 3)
+
+
+def test_the_name_of_a_pair_outside_the_frame_stands_inside_on_the_side_of_the_pair() -> None:
+    cell = max(shown("II.xy"), key=lambda one: one.linkage.size[0])
+    for way in np.exp([0.2j, 1.8j, 4j]):
+        far = np.array([[[50 * way.real, 50 * way.imag, 1], [60 * way.real, 60 * way.imag, 1]]])
+        axes = Figure(figsize=(4, 4)).add_axes((0, 0, 1, 1))
+        Vignette(axes, replace(cell, guided=[Guided("[3]", far, 4)]), 288, "cell-").draw()
+        low, high = (complex(*corner) for corner in zip(axes.get_xlim(), axes.get_ylim(), strict=True))
+        centre, half = 0.5 * (low + high), 0.5 * (high - low).real
+        (at,) = [complex(*text.get_position()) for text in axes.texts if text.get_text() == "[3]"]
+        off = (at - centre) / half
+        assert 0.6 < max(abs(off.real), abs(off.imag)) < 1
+        assert abs(np.angle(off / (55 * way - centre))) < np.radians(20)
+
+
+def test_lines_of_the_legend_stand_beside_their_words_in_the_middle_of_the_sheet() -> None:
+    figure = Figure(figsize=(11, 8))
+    legend(figure, shown("II.xy"), 11, 8)
+    lines = [line.get_xdata() for line in figure.findobj(Line2D)]
+    boxes = [text.get_window_extent() for text in figure.texts]
+    words = [np.array([box.x0, box.x1]) / figure.bbox.width for box in boxes]
+    assert len(lines) == len(words) == 5
+    ends = np.concatenate([np.concatenate(pair) for pair in zip(lines, words, strict=True)])
+    assert (np.diff(ends) > 0).all()
+    assert ends[0] == pytest.approx(1 - ends[-1], abs=0.005)
+    assert ends[0] > 0
 
 
 # -- plates -------------------------------------------------------------------------------------------------------

@@ -80,6 +80,18 @@ def test_a_workbook_holds_every_number(six: Six, tmp_path: Path) -> None:
     np.testing.assert_allclose([row[-1] for row in rows], moved.deviation, rtol=1e-15)
 
 
+def test_the_heading_row_alone_stays_in_view(six: Six) -> None:
+    pytest.importorskip("xlsxwriter", reason="comes with the extra `cad`, of which `test` is made")
+    made = six["four-bar"].export(format="xlsx", positions=3)
+    assert isinstance(made, bytes)
+    with zipfile.ZipFile(io.BytesIO(made)) as file:
+        sheet = ElementTree.fromstring(file.read("xl/worksheets/sheet1.xml"))
+    (pane,) = sheet.iter(f"{SHEET}pane")
+    assert {name: pane.get(name) for name in ("state", "xSplit", "ySplit")} == {
+        "state": "frozen", "xSplit": None, "ySplit": "1"
+    }  # fmt: skip
+
+
 def test_parquet_holds_every_number(six: Six) -> None:
     parquet = pytest.importorskip("pyarrow.parquet", reason="comes with the extra `parquet`, of which `test` is made")
     guide = six["four-bar"]

@@ -157,6 +157,20 @@ def test_a_point_on_an_exact_arc_leaves_the_rocker_at_rest() -> None:
     assert found.swing[0, 0] > 10
 
 
+def test_a_rocker_swings_as_far_as_its_triangles_say_and_has_no_swing_if_it_turns() -> None:
+    """On a crank of length 1: of a crank-rocker between its dead positions, and of drag links with ground 0.2."""
+    phi = (np.arange(720) + 0.5) / 360 * np.pi - np.pi
+    path, link = np.exp(1j * phi)[:, None], np.sqrt(5)  # of rod and rocker
+    found = dwells(path, np.array([2 + 2j]), np.array([[3.0 + 0j]]), 0.01)
+    ends = [np.degrees(np.arccos((9 + 5 - reach**2) / (2 * 3 * link))) for reach in (link - 1, link + 1)]
+    assert found.swing[0, 0] == pytest.approx(ends[1] - ends[0], abs=0.01)
+    pivot = 0.2 * np.exp(2j * np.pi * np.arange(12) / 12)
+    joint = 0.5 * (1 + pivot) + 1j * (1 - pivot)  # as far from the pivot as from the path
+    found = dwells(np.concatenate([path, path.conj()], axis=1).repeat(12, 1), np.tile(joint, 2),
+                   np.tile(pivot, 2)[:, None], 0.01)  # fmt: skip
+    assert np.isnan(found.swing).all()
+
+
 def test_the_band_is_the_best_placed_one() -> None:
     angle = np.concatenate([np.linspace(-3, 0, 50), np.linspace(0, 0.9, 100), np.linspace(0.9, 4, 50)])[:, None]
     run, spread = _standing(angle - angle[100], 1.0)

@@ -4,14 +4,17 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import least_squares
 
 import catalogue
 from catalogue.errors import CatalogueError, InvalidLinkage, InvalidRequest
 from catalogue.find.guide_motion import GuideMotion
 from catalogue.find.placed import guide
+from tests.draw.samples import ARC, MADE
 
 Ask = Callable[..., catalogue.Found]
 CRANK_ROCKER = {"ground": 4, "crank": 1, "coupler": 3.5, "rocker": 3, "along": 2, "across": 1}
@@ -182,6 +185,30 @@ def test_the_motion_over_the_stroke_is_what_the_row_says(ask: Ask, wish: str) ->
         assert np.abs(moved.deviation).max() == pytest.approx(c.deviation, rel=off, abs=1e-9 * c.stroke)
         assert moved.transmission.min() == pytest.approx(c.min_transmission, abs=0.05)
         driven(c, moved)
+
+
+@pytest.mark.parametrize("made", [*MADE.values(), ARC], ids=[*MADE, "arc"])
+def test_deviations_are_distances_from_one_line_or_circle_positive_to_the_left(made: catalogue.Candidate) -> None:
+    moved = made.motion(301)
+    z, off = moved.points["guided"], moved.deviation
+    np.testing.assert_allclose([off.max(), -off.min()], made.deviation, rtol=2e-3)
+    assert z[-1].real > z[0].real
+    if made.radius is None:
+        left = z.imag - off  # of a line along the path, the same for all points
+        np.testing.assert_allclose(left, np.polyval(np.polyfit(z.real, left, 1), z.real), atol=1e-3 * made.deviation)
+        return
+    bend = np.sign(np.polyfit(z.real, z.imag, 2)[0])  # 1: the centre is to the left
+    fit = least_squares(lambda c: np.abs(z - complex(*c)) + bend * off - made.radius, [50, bend * made.radius])
+    assert np.abs(fit.fun).max() < 1e-3 * made.deviation
+
+
+def test_what_is_drawn_of_a_guide_is_its_motion_over_the_stroke() -> None:
+    made = MADE["four-bar"]
+    drawn, closed = made.drawn_motion(9)
+    np.testing.assert_array_equal(drawn.points["guided"], made.motion(9).points["guided"])
+    assert not closed
+    with pytest.raises(InvalidRequest, match="does not lead its guided point over a stroke of 1e"):
+        replace(made, stroke=1e9).drawn_motion(9)
 
 
 def driven(c: catalogue.Candidate, moved: GuideMotion) -> None:

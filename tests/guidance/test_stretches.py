@@ -167,6 +167,16 @@ def test_an_arc_of_a_given_radius_is_the_best_placed_one_of_exactly_that_radius(
         assert np.abs(off).max() == pytest.approx(deviation, rel=1e-3)
 
 
+@pytest.mark.parametrize("wave", [0.3, 1e-2, 1e-5])
+def test_the_curve_of_deviations_is_that_of_the_best_placed_circle(wave: float) -> None:
+    """Of an arc that is far from its circle too, whose ends alone would place it badly."""
+    turn = np.linspace(0.3, 1.9, 61)
+    z = (2 + wave * (np.sin(5 * turn) + turn)) * np.exp(-1j * turn)
+    off = from_circle(z, (z[0], z[-1]), 2.0, wave)
+    assert np.abs(off).max() == pytest.approx(off_the_best_circle(z, 2.0), rel=1e-4)
+    assert off.max() == pytest.approx(-off.min(), rel=1e-3)
+
+
 def off_the_best_circle(z: Array, radius: float) -> float:
     """Return the largest distance of points from the best-placed circle of a radius: a search over its centre."""
     best = math.inf

@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from catalogue.curvature_theory.analysis import curvature
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
 from catalogue.kinematics.motion import BLOCK, CHARTS, COUPLER, CRANK_1, CRANK_2, Motion, conditioning, motion
 from catalogue.kinematics.types import Array
@@ -268,6 +269,21 @@ def test_impossible_charts_say_so(random_linkages: Maker) -> None:
 def test_change_points_are_singular_in_every_chart() -> None:
     pivots: Any = [[[0, 0, 1], [1, 0, 1]], [[3, 0, 1], [2.5, 0, 1]]]
     assert conditioning(Linkage(pivots)).max() < 1e-15
+
+
+@pytest.mark.parametrize("branch", [0, 1])
+def test_poses_beside_a_change_point_satisfy_both_dyads_on_the_branch_of_the_pole(branch: int) -> None:
+    """Four pivots of four-bars on the x axis, parted into cranks in all ways."""
+    along = np.random.default_rng(SEED).normal(size=(20, 2, 2))
+    linkage = Linkage(np.stack([along, 0 * along, 1 + 0 * along], axis=-1))
+    pole = curvature(linkage, branch).pole @ (1, 1j)
+    linkage, pole = linkage[np.isfinite(pole)], pole[np.isfinite(pole)]
+    assert len(linkage) > 10
+    moved = motion(linkage, COUPLER, pole=pole)
+    d, x, _ = moved.pose(within(moved, 0.9, 0.3))
+    assert gaps(linkage, lambda n, z: d[:, n] + z + x[:, n] * (z - moved.origin[n]), 1 + x).max() < 1e-9
+    d, x, _ = moved.pose(np.full((1, len(linkage)), 1e-6))
+    np.testing.assert_allclose(moved.origin - d[0] / x[0], pole, rtol=1e-4, atol=1e-4)  # what stays where it is
 
 
 def test_dead_points_of_a_crank_are_singular_in_its_chart_only() -> None:

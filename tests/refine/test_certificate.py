@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -10,11 +11,13 @@ import pytest
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch, near_path
 from catalogue.candidates.feasibility import cost, feasibility
+from catalogue.curvature_theory.instant import Instant
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.minimum_zone import grid
+from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.problem.problem import Problem
-from catalogue.refine.certificate import PENALTY, REGION, alternations, certified
+from catalogue.refine.certificate import PENALTY, REGION, alternations, certified, drift
 from catalogue.refine.sqp import Refinement
 from catalogue.refine.step import PULL, take_step
 from catalogue.refine.subproblem import NODES, PivotCoordinates, Subproblem
@@ -123,6 +126,24 @@ def test_refined_deviations_alternate(small: Catalogue) -> None:
     before, after = (certified(problem, found).alternations for found in (start, run.best))
     assert np.nanmedian(after) > np.nanmedian(before)
     assert after.max() <= 10
+
+
+def test_drift_is_the_least_residual_over_the_stroke(small: Catalogue) -> None:
+    """One guide after the other, at places of their own; cognates, and what has no series, have none."""
+    found = started(small, problem_of(StraightLine(1, 5e-3), series=["II.xy"]), 4)
+    drifted = drift(found, small.registry.series)
+    for i in range(len(found)):
+        one = found[[i]]
+        pose = one.curve.motion.pose(one.traced.parameters(np.linspace(-1, 1, 1501)))
+        pivots = np.repeat(one.linkage.pivots, 1501, axis=0)
+        for k in (0, 1):
+            at = pose.pivot(one.linkage, k)[:, 0]
+            pivots[:, k, 1, 0], pivots[:, k, 1, 1] = at.real, at.imag
+        residual, _ = small.registry.get("II.xy").classify(Instant(Linkage(pivots)))
+        assert np.nanmin(residual) - 1e-9 <= drifted[i] < np.nanmin(residual) + 0.02 * np.nanmax(residual)
+    cognates = replace(found, origin=replace(found.origin, cognate=np.ones(len(found), int)))
+    assert np.isnan(drift(cognates, small.registry.series)).all()
+    assert np.isnan(drift(found, {})).all()
 
 
 def test_a_returning_or_exact_path_has_no_gap(small: Catalogue) -> None:

@@ -128,6 +128,24 @@ def test_ranked_measures_become_least(radius: float) -> None:
         assert cost_of(problem, i, found.step[i], 100.0) <= best + slight + pull + 2e-3
 
 
+@pytest.mark.parametrize("rms", [0.1, 0.7, 3.0])
+def test_a_ranked_allowance_becomes_the_largest(rms: float) -> None:
+    """It is (1 - deviation/allowed)/(2 rms): as good as the programme of its derivatives by deviation and rms."""
+    plain = smooth(1e-3, 4)
+    worst, slope = np.abs(plain.error).max(1), np.random.default_rng(6).normal(size=(N, P))
+    asked = replace(
+        plain, marginal={"allowance": np.ones(N)}, allowed=1.6 * worst, rms=np.full(N, rms), rms_slope=rms * slope
+    )
+    by_rms = (1 - 1 / 1.6) / (2 * rms**2) * asked.rms_slope
+    marginal = {"deviation": np.full(N, 1 / (2 * rms)), "size": np.ones(N)}
+    same = replace(asked, measures={"size": Pieces(np.zeros((N, 1)), by_rms[:, None])}, marginal=marginal)
+    step = take_step(asked, np.full(N, 0.3), np.full(N, 100.0)).step
+    for i in range(N):
+        here, still = (cost_of(same, i, s, 100.0) for s in (step[i], np.zeros(P)))
+        best = best_of(same, i, 0.3, 100.0)
+        assert here - best < 0.02 * (still - best) + 2e-3
+
+
 def test_what_is_not_finite_is_not_stepped() -> None:
     problem = smooth(1.0, 2)
     problem.error[3, 1] = np.nan

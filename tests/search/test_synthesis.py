@@ -94,6 +94,16 @@ def scatter(poses: Any, z: Any) -> Any:
     return across / along
 
 
+def test_the_point_that_runs_along_a_line_is_found() -> None:
+    draw = np.random.default_rng(4)
+    point: Array = draw.normal(size=6) + 1j * draw.normal(size=6)
+    turn = np.exp(1j * np.cumsum(draw.uniform(0.1, 0.4, (9, 6)), axis=0))
+    way = np.linspace(-1, 1, 9)[:, None]  # along the x axis, as far from it as one likes
+    least, found = straightest(way + 0.3j * np.arange(6) - turn * point, turn)
+    np.testing.assert_allclose(found, point, atol=1e-3)
+    assert (least < 1e-3).all()
+
+
 @pytest.mark.slow
 def test_no_point_of_the_plane_runs_straighter_than_the_straightest() -> None:
     """Against a thousand others about it, near and far, each measured by itself."""

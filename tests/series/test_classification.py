@@ -53,6 +53,16 @@ def test_general_and_parallel_come_last(random_linkages: Maker) -> None:
             assert not one.nearest.holds
 
 
+def test_a_linkage_of_a_family_that_a_series_has_not_is_none_of_its_members(golden: list[dict[str, Any]]) -> None:
+    linkage = Linkage([case["pivots"] for case in golden])
+    instant = Instant(linkage)
+    for code, series in REGISTRY.series.items():
+        others = ~np.isin(linkage.family, series.families)
+        residual, _ = series.classify(instant)
+        assert others.any(), code
+        assert not (residual[others] < 1e-3).any(), code
+
+
 def test_a_classification_is_printed_in_a_line() -> None:
     assert repr(catalogue.classify(WATT)) == "<Classification of <Linkage: 1 four-bar> in 25 series>"
     assert repr(REGISTRY.get("II.xy")) == "<Series II.xy: one crank along the coupler, one perpendicular to it (Evans)>"

@@ -93,6 +93,16 @@ def test_the_command_finds_assemblies() -> None:
     assert rows[0]["rocker [deg]"] == pytest.approx(-1.73417, abs=1e-4)
 
 
+def test_assemblies_are_those_at_nought_unless_the_drive_stands_elsewhere() -> None:
+    file = str(folder("data") / "spatial" / "rssr.toml")
+    plain, nought, beside = (
+        run("assemblies", file, "--drive", "crank", *at, "--format", "json").stdout
+        for at in ((), ("--at", "0"), ("--at", "0.2"))
+    )
+    assert plain == nought != beside
+    assert [row["drive [deg]"] for row in json.loads(plain)] == [0, 0]
+
+
 @pytest.mark.parametrize(
     ("text", "match"),
     [

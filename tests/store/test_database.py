@@ -113,6 +113,29 @@ def test_damage_met_while_reading_is_told(filled: Path) -> None:
         database.read(select(Mechanism.kappa, Mechanism.parameters))
 
 
+def columns(pivots: Any) -> dict[str, Any]:
+    """Return columns as they are read, of linkages with these pivots."""
+    return dict(zip(PIVOT_NAMES, np.asarray(pivots, float).reshape(-1, 12).T, strict=True))
+
+
+FAR = [[[0, 0, 1], [1, 0.5, 1]], [[0.6, 0.8, 0], [2, 1, 1]]]
+
+
+def test_stored_pivots_are_those_of_linkages(path: Path) -> None:
+    """Points (x, y, 1) wherever they are, directions (x, y, 0) of length 1."""
+    with Database.open(path) as database:
+        good = np.array([FAR, [[[0, 0, 1], [100, 0.5, 1]], [[3, 4, 1], [0, 0.1, 1]]]], float)
+        np.testing.assert_array_equal(database.pivots(columns(good)), good)
+        for place, wrong in (
+            ((1, 0), (1.2, 1.6, 0)), ((1, 0), (0.3, 0.4, 0)), ((1, 0), (0.6, 0.8 + 1e-6, 0)), ((0, 1), (1, 0.5, 2)),
+            ((0, 1), (1, 0.5, 0.5)), ((1, 0), (0.6, 0.8, 1e-3)), ((0, 0), (0, 0, -1)),
+        ):  # fmt: skip
+            pivots = good.copy()
+            pivots[0][place] = wrong
+            with pytest.raises(DatabaseError, match="is damaged"):
+                database.pivots(columns(pivots))
+
+
 CUT = """
 import sys
 from catalogue.errors import DatabaseError
