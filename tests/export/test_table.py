@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import csv
 import io
-import re
 import sys
 import zipfile
 from pathlib import Path
@@ -71,9 +70,6 @@ def test_a_workbook_holds_every_number(six: Six, tmp_path: Path) -> None:
     made = guide.export(file, positions=5, columns=["guided", "deviation"])
     assert file.read_bytes() == made == guide.export(format="xlsx", positions=5, columns=["guided", "deviation"])
     heading, *rows = workbook(file.read_bytes())
-    with zipfile.ZipFile(file) as packed:
-        sheet = packed.read("xl/worksheets/sheet1.xml").decode()
-    assert re.findall(r'<pane [^>]*topLeftCell="(\w+)"', sheet) == ["A2"]  # the heading stays, no column does
     moved = guide.motion(5)
     assert heading[:2] + heading[-1:] == ["guided x [mm]", "guided y [mm]", "deviation [mm]"]
     np.testing.assert_allclose([row[0] for row in rows], moved.points["guided"].real, rtol=1e-15)

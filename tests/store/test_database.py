@@ -20,7 +20,6 @@ from sqlalchemy import func, select
 from sqlalchemy.exc import IntegrityError
 
 from catalogue.errors import DatabaseError
-from catalogue.kinematics.types import Array
 from catalogue.store import Batch, Database, Mechanism, Setting, write_batch
 from catalogue.store.database import PIVOT_NAMES
 from catalogue.store.engine import connect
@@ -226,21 +225,6 @@ def test_file_that_may_not_be_read_or_made_is_refused(filled: Path) -> None:
         assert "check that you may read" in refused(filled.with_name("other.db"))
     finally:
         filled.parent.chmod(0o755)
-
-
-SOUND = np.array([[[[0, 0, 1], [1, 2, 1]], [[0.6, 0.8, 0], [3, 1, 1]]]])
-
-
-def test_pivots_that_are_none_are_told(database: Database) -> None:
-    def read(pivots: Array) -> Array:
-        return database.pivots(dict(zip(PIVOT_NAMES, pivots.reshape(-1, 12).T, strict=True)))
-
-    assert (read(SOUND) == SOUND).all()
-    for place, value in (((0, 1, 0, 1), 0.9), ((0, 0, 1, 2), 0.5), ((0, 0, 0, 2), -1.0)):
-        pivots = SOUND.copy()
-        pivots[place] = value
-        with pytest.raises(DatabaseError, match=r"a pivot is not \(x, y, 1\), nor \(x, y, 0\) of length 1"):
-            read(np.concatenate([SOUND, pivots]))
 
 
 def test_transaction_is_undone_on_an_error(database: Database) -> None:
