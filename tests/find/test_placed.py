@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -198,7 +199,12 @@ def test_deviations_are_distances_from_one_line_or_circle_positive_to_the_left(m
         np.testing.assert_allclose(left, np.polyval(np.polyfit(z.real, left, 1), z.real), atol=1e-3 * made.deviation)
         return
     bend = np.sign(np.polyfit(z.real, z.imag, 2)[0])  # 1: the centre is to the left
-    fit = least_squares(lambda c: np.abs(z - complex(*c)) + bend * off - made.radius, [50, bend * made.radius])
+    radius = made.radius
+
+    def missed(centre: Any) -> Any:
+        return np.abs(z - complex(*centre)) + bend * off - radius
+
+    fit = least_squares(missed, [50, bend * radius])
     assert np.abs(fit.fun).max() < 1e-3 * made.deviation
 
 

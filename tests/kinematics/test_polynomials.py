@@ -25,7 +25,8 @@ def test_roots_are_those_of_the_factors(degree: int) -> None:
 def test_complex_roots_are_none() -> None:
     """(t - 2)(t^2 + t + 1), and (t - 2)(t + 3)(t - 1) beside it."""
     found = np.sort(real_roots(np.array([[-2.0, -1, -1, 1], [6.0, -7, 0, 1]])), axis=1)
-    np.testing.assert_allclose(found, [[2, np.nan, np.nan], [-3, 1, 2]], rtol=1e-12)
+    wanted = np.array([[2, np.nan, np.nan], [-3, 1, 2]])
+    np.testing.assert_allclose(found, wanted, rtol=1e-12)
 
 
 def test_what_has_no_coefficients_has_no_roots_and_spoils_no_other() -> None:
