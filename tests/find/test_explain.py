@@ -65,6 +65,16 @@ def test_a_relaxation_relaxes(ask: Ask) -> None:
             assert value < asked if name.startswith("min_") else value > asked
 
 
+@pytest.mark.slow
+def test_the_deviation_that_is_advised_is_little_more_than_is_needed(ask: Ask) -> None:
+    wanted: dict[str, Any] = {"fixed_pivots": [(30, -100), (120, -100)], "limit": 1}
+    request_ = StraightLine(150, 0.01)
+    ((name, least),) = advised(ask(request_, **wanted).explain())[0].items()
+    assert name == "deviation"
+    assert ask(replace(request_, deviation=least), **wanted)
+    assert not ask(replace(request_, deviation=0.8 * least), **wanted)
+
+
 @pytest.mark.parametrize(
     ("request_", "wanted", "says"),
     [

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -115,6 +116,18 @@ def test_guides_and_sliders_are_drawn_where_they_are() -> None:
     assert curve[0, :, 2].min() < 4 < curve[0, :, 2].max()
     [axis] = seen.axes
     assert (axis.turns, axis.slides) == (False, True)
+
+
+def test_dots_stand_at_the_ends_of_what_there_is_of_a_path(rssr: Motion) -> None:
+    from catalogue.paper import blank
+
+    seen = replace(scene(rssr.mechanism, rssr), paths={"pin": rssr.point("rocker", (40, 5, 40))})
+    seen.paths["pin"][0] = np.nan  # as where the mechanism does not close
+    sheet = Sheet(blank(4, 4), seen)
+    sheet.paths()
+    path, *ends = (np.transpose(line.get_data_3d()) for line in sheet.ax.lines)
+    np.testing.assert_array_equal(path, seen.paths["pin"][1:])
+    np.testing.assert_array_equal(np.concatenate(ends), seen.paths["pin"][[1, -1]])
 
 
 def test_borders_of_flat_and_solid_bodies() -> None:

@@ -71,6 +71,21 @@ def test_motions_and_their_ends_are_the_same(
         assert (apart < 1e-13 * b.condition[:, None]).all(), name
 
 
+@pytest.mark.parametrize("formulation", OTHERS)
+@pytest.mark.parametrize("name", ["II", "V"])
+def test_short_motions_of_a_batch_pass_the_same_points(
+    spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, formulation: str, name: str
+) -> None:
+    """Each mechanism on a path of its own."""
+    m, start = make(name, 5)
+    q = tools.driven(m, start)
+    path = q[:, None] + 0.02 * np.arange(4)[:, None] * np.linspace(-1, 1, 5)[:, None, None]
+    one, other = (spatial.follow(which, path, start) for which in (m, replace(m, formulation=formulation)))
+    assert one.positions.success.all()
+    assert other.positions.success.all()
+    np.testing.assert_allclose(other.positions.points, one.positions.points, atol=1e-9 * m.diameter.max())
+
+
 def test_euler_angles_say_where_they_are_singular(spatial: SimpleNamespace, golden_cases: Cases) -> None:
     """A body whose A1A2 stands along z; and one that comes to stand so on its way, where the pose goes on."""
     (c,) = [c for c in golden_cases if c.id == "III-trammel"]

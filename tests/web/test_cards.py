@@ -1,0 +1,48 @@
+"""Numbers and curves of a card: what it writes is what the guide has, and every curve lies in its drawing."""
+
+from __future__ import annotations
+
+import re
+import xml.etree.ElementTree as ET
+
+import numpy as np
+import pytest
+
+from catalogue.draw.curves import curves
+from catalogue.find.candidate import Candidate
+from catalogue.web.cards import numbers
+from catalogue.web.charts import HEIGHT, LEFT, TOP, UNIT, WIDTH, charts
+from tests.draw.samples import ARC, MADE
+
+every = pytest.mark.parametrize("made", [*MADE.values(), ARC], ids=[*MADE, "arc"])
+
+
+def test_lengths_to_build_by_have_four_digits_and_those_that_are_compared_three() -> None:
+    shown = {number.label: number.text for number in numbers(ARC)}
+    assert ARC.radius is not None
+    for name, value, digits in (
+        ("Size", ARC.size, 4), ("Radius", ARC.radius, 4), ("Deviation", ARC.deviation, 3)
+    ):  # fmt: skip
+        assert float(shown[name]) == pytest.approx(value, rel=0.5 * 10.0 ** (1 - digits))
+        assert len(re.sub(r"^0\.0*|\.", "", shown[name])) <= digits
+    assert "Radius" not in {number.label for number in numbers(MADE["four-bar"])}
+
+
+@every
+def test_curves_run_from_edge_to_edge_of_their_drawing_as_the_values_do(made: Candidate) -> None:
+    _, drive, found = curves(made, UNIT)
+    drawn = charts(made)
+    assert len(drawn) == len(found) > 0
+    for curve, text in zip(found, drawn, strict=True):
+        lines = [line.attrib["points"].split() for line in ET.fromstring(text).iter("polyline")]
+        x, y = np.array([point.split(",") for line in lines for point in line], float).T
+        assert (x >= LEFT).all()
+        assert (x <= WIDTH - LEFT).all()
+        assert (y >= TOP - 0.1).all()
+        assert (y <= HEIGHT - TOP + 0.1).all()
+        if np.isfinite(curve.values).all() and not curve.zero:
+            assert (x[0], x[-1]) == pytest.approx((LEFT, WIDTH - LEFT), abs=0.1)
+            share = (x - LEFT) / (WIDTH - 2 * LEFT) * (drive[-1] - drive[0]) + drive[0]
+            way = np.argsort(drive)
+            there = np.interp(share, drive[way], curve.values[way])
+            assert np.corrcoef(there, -y)[0, 1] > 0.99
