@@ -67,6 +67,12 @@ def test_the_score_is_the_weighted_geometric_mean_of_the_desirabilities() -> Non
     assert Ranking().score(arrays(perfect)) == pytest.approx(100)
 
 
+def test_without_a_wish_the_score_ranks_alone() -> None:
+    plain, asked = Ranking(), Ranking.of(StraightLine(1, 1e-3))
+    assert dict(plain.weights) == dict(asked.weights)
+    np.testing.assert_array_equal(plain.cost(arrays(VALUES)), plain.criterion("score", arrays(VALUES)))
+
+
 def test_a_higher_score_costs_less() -> None:
     """The ranking by score is the order of the marks, as long as nothing is worthless."""
     draw = np.random.default_rng(2)
