@@ -42,7 +42,8 @@ if TYPE_CHECKING:
     from .find.guide_motion import GuideMotion
     from .find.improve import Improvement, improve
     from .find.measure import Measured, Stretch, measure
-    from .find.placed import OwnGuide, PlacedGuide, guide
+    from .find.own_guide import OwnGuide, guide
+    from .find.placed import PlacedGuide
     from .find.results import Found
     from .kinematics.linkage import Linkage
     from .problem.constraints import ConstraintArguments, Constraints
@@ -67,7 +68,7 @@ _HOME = {
     "Linkage": "kinematics.linkage",
     "Measured": "find.measure",
     "MissingExtra": "errors",
-    "OwnGuide": "find.placed",
+    "OwnGuide": "find.own_guide",
     "PlacedGuide": "find.placed",
     "PluginError": "errors",
     "StandStill": "find.dwell_results",
@@ -75,7 +76,7 @@ _HOME = {
     "Stretch": "find.measure",
     "classify": "api",
     "curvature": "curvature_theory.analysis",
-    "guide": "find.placed",
+    "guide": "find.own_guide",
     "improve": "find.improve",
     "load": "find.answers",
     "measure": "find.measure",

@@ -92,7 +92,7 @@ def is_answer(reference: str) -> bool:
 def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
     import numpy as np
 
-    from ..find.placed import OwnGuide
+    from ..find.own_guide import OwnGuide
     from .reading import entries, linkages_of, read_text
 
     given = entries(read_text(reference), reference)

@@ -5,17 +5,13 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .. import __version__
-from .formats import UNITS
+from .formats import UNITS, Options
 from .links import taken_apart
 from .outlines import Outline, Sizes, parts
 from .parameters import parameters, positional
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
-    from .formats import Options
-
-#: Points through which the path is drawn.
-POINTS = 61
 
 MACRO = '''\
 """A guide ({family}) of mechanism-catalogue {version}, as solids; run it as a macro of FreeCAD, or by freecadcmd."""
@@ -92,7 +88,6 @@ def macro(guide: PlacedGuide, options: Options) -> str:
     """Return the macro: plain Python, without anything of this program."""
     links = taken_apart(guide)
     sizes = Sizes.of(links, options.bar_width, options.hole)
-    step = max(1, (len(links.path) - 1) // (POINTS - 1))
     rows = [
         f"    ({p.name!r}, {positional(p.value)!r}, {p.unit!r}, {p.comment!r}),\n" for p in parameters(guide, options)
     ]
@@ -113,7 +108,7 @@ def macro(guide: PlacedGuide, options: Options) -> str:
         hole=sizes.hole,
         parameters="".join(rows),
         links="".join(told),
-        path="".join(f"    {_xy(complex(z))},\n" for z in links.path[::step]),
+        path="".join(f"    {_xy(complex(z))},\n" for z in links.drawn_path),
     )
 
 

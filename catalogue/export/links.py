@@ -22,8 +22,8 @@ if TYPE_CHECKING:
     from ..find.guide_motion import GuideMotion
     from ..find.placed import PlacedGuide
 
-#: Positions over which the blocks are followed and the path is drawn.
-POSITIONS = 361
+#: Positions over which the blocks are followed and the path is known, and points through which solids show it.
+POSITIONS, DRAWN = 361, 61
 #: Name of the guided point among the pivots.
 GUIDED = "guided"
 #: Two places nearer than this part of the size are one.
@@ -82,6 +82,11 @@ class Links:
     links: list[Link]
     path: Complexes
     size: float
+
+    @property
+    def drawn_path(self) -> Complexes:
+        """`DRAWN` points of the path, or a few more, for programs that lay a spline through them."""
+        return self.path[:: max(1, (len(self.path) - 1) // (DRAWN - 1))]
 
 
 def taken_apart(guide: PlacedGuide) -> Links:

@@ -8,16 +8,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import MissingExtra
-from .formats import UNITS
+from .formats import UNITS, Options
 from .links import taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
-    from .formats import Options
 
-#: What the file says as the time it was made, so that the same guide gives the same file; points of the path.
-EPOCH, POINTS = "2000-01-01T00:00:00", 61
+#: What the file says as the time it was made, so that the same guide gives the same file.
+EPOCH = "2000-01-01T00:00:00"
 
 
 def solids(guide: PlacedGuide, options: Options) -> str:
@@ -42,8 +41,7 @@ def solids(guide: PlacedGuide, options: Options) -> str:
         solid = solid.moved(cad.Location((origin.real, origin.imag, part.level * rise), (0, 0, part.link.angle)))
         solid.label = part.link.name
         made.append(solid)
-    step = max(1, (len(links.path) - 1) // (POINTS - 1))
-    path = cad.Edge.make_spline([(z.real, z.imag, 3 * rise) for z in (unit * links.path[::step]).tolist()])
+    path = cad.Edge.make_spline([(z.real, z.imag, 3 * rise) for z in (unit * links.drawn_path).tolist()])
     path.label = "path"
     whole = cad.Compound(label=guide.linkage.family[0], children=[*made, path])
     with tempfile.TemporaryDirectory() as folder:

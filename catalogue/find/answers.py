@@ -24,7 +24,8 @@ from ..kinematics.linkage import Linkage
 from ..problem.request import number, point
 from .candidate import Candidate
 from .dwell_results import DwellCandidate
-from .placed import OwnGuide, PlacedGuide
+from .own_guide import OwnGuide
+from .placed import PlacedGuide
 
 if TYPE_CHECKING:
     from ..collections.results import CollectionCandidate

@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidLinkage, InvalidRequest, quoted
+from ..errors import InvalidRequest
 from ..kinematics.circuits import COUPLER, OPEN, SWING, TURN, circuits
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.types import Complexes
-from ..problem.request import point as two_numbers
 from .guide_motion import SAMPLES, GuideMotion, sampled
 
 if TYPE_CHECKING:
@@ -309,11 +308,11 @@ class PlacedGuide:
         ----------
         file : path, optional
             Its suffix names the format, if that is not given: ``.dxf``, ``.json``, ``.csv``, ``.xlsx``, ``.parquet``,
-            ``.txt`` (solidworks), ``.FCMacro`` (freecad), ``.py`` (pylinkage).
+            ``.txt`` (solidworks), ``.FCMacro`` (freecad), ``.step``, ``.py`` (pylinkage).
         format : str, optional
             ``dxf``: linkage, path, dimensions and parts to cut.  ``json``: all that is known, which the commands read.
             ``csv``, ``xlsx``, ``parquet``: the motion as a table.  ``solidworks``, ``fusion``: parameters by name.
-            ``freecad``, ``pylinkage``: scripts.
+            ``step``: the parts as solids.  ``freecad``, ``pylinkage``: scripts.
         unit : str
             In which the lengths of the guide are: mm, cm, m, in or ft; none is converted.
         bar_width, hole : float, optional
@@ -332,7 +331,7 @@ class PlacedGuide:
             If the format is not known, the file cannot be written, holes meet, or the guide cannot be given so:
             pylinkage moves four-bars and slider-cranks, away from change points.
         MissingExtra
-            Without what the format needs: ``pip install "mechanism-catalogue[cad]"``, or ``[parquet]``.
+            Without what the format needs: ``pip install "mechanism-catalogue[cad]"``, ``[parquet]`` or ``[step]``.
         """
         from ..export import export
 
@@ -344,69 +343,6 @@ class PlacedGuide:
         from .improve import improve
 
         return improve(self, request, **how)
-
-
-@dataclass(frozen=True)
-class OwnGuide(PlacedGuide):
-    """A linkage of your own with the point that is to be guided; made by `catalogue.guide`."""
-
-    pivots: list[list[list[float]]]
-    guided: list[float]
-    pole: list[float] | None = None
-    name: str = ""
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the linkage as plain Python numbers, lists and strings."""
-        return {
-            "family": str(self.linkage.family[0]),
-            "name": self.name or None,
-            "pivots": self.pivots,
-            "guided": self.guided,
-            "pole": self.pole,
-            "lengths": dict(self.lengths),
-        }
-
-    def __repr__(self) -> str:
-        lengths = ", ".join(f"{name} {value:.6g}" for name, value in self.lengths.items())
-        return f"<{self.name or 'OwnGuide'}: {self.linkage.family[0]}, {lengths}>"
-
-
-def guide(linkage: Any, point: Any = None, *, name: str = "") -> OwnGuide:
-    """Return a linkage of your own as a guide that can be measured, moved and improved.
-
-    Parameters
-    ----------
-    linkage : Linkage, array_like or mapping
-        One linkage: its pivots, [[A1, A1*], [A2, A2*]], each (x, y) or (x, y, w); or its link lengths by name, see
-        `catalogue.kinematics.from_lengths`, with the `angle` of the crank and the `branch`, or without if any position
-        will do.
-    point : (x, y)
-        The coupler point, where it is in that position.  Of link lengths it may be given by `along` and `across`
-        instead, from crank 1's moving pivot along and across the line to the other one; see
-        `catalogue.kinematics.link_lengths`.
-
-    Raises
-    ------
-    InvalidLinkage, InvalidRequest
-        If they form no linkage, or there is no point.
-    """
-    from ..kinematics.from_lengths import guide_from_lengths
-
-    if not isinstance(name, str):
-        raise InvalidRequest(f"name must be a text, not {quoted(name)}")
-    if isinstance(linkage, Mapping):
-        one, at = guide_from_lengths(linkage)
-    else:
-        one = linkage if isinstance(linkage, Linkage) else Linkage(linkage)
-        at = np.full(len(one), complex(np.nan, np.nan))
-    if len(one) != 1:
-        raise InvalidLinkage(f"one linkage is wanted, not {len(one)}: `catalogue.measure` takes many")
-    if point is None and np.isnan(at[0]):
-        raise InvalidRequest(
-            "say which point is guided: point=(x, y) in that position, or `along` and `across` beside link lengths"
-        )
-    place = two_numbers("point", point) if point is not None else (float(at[0].real), float(at[0].imag))
-    return OwnGuide(one.pivots[0].tolist(), [*place], None, name)
 
 
 def _near(z: Complexes, home: complex, reach: float) -> tuple[int, int]:

@@ -19,7 +19,7 @@ from ..export import export
 from ..export.formats import FORMATS, SUFFIXES
 from ..find.answers import is_code, recall
 from ..find.candidate import Candidate
-from ..find.placed import OwnGuide
+from ..find.own_guide import OwnGuide
 from ..series.named_guides import named_guides
 from .asked import opened
 from .cards import Card, Number, card, contact, coordinate, figure

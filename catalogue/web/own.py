@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import CatalogueError, InvalidRequest, quoted
-from ..find.placed import OwnGuide, guide
+from ..find.own_guide import OwnGuide, guide
 from ..guidance.stretches import straightest
 from ..kinematics.circuits import circuits
 from ..problem.request import positive

@@ -30,7 +30,7 @@ import numpy as np
 from measuring import table, title
 
 from catalogue.find.measure import measure
-from catalogue.find.placed import OwnGuide, guide
+from catalogue.find.own_guide import OwnGuide, guide
 from catalogue.kinematics.linkage import Linkage
 from catalogue.plugin.registry import Registry
 

@@ -14,7 +14,7 @@ from scipy.optimize import least_squares
 import catalogue
 from catalogue.errors import CatalogueError, InvalidLinkage, InvalidRequest
 from catalogue.find.guide_motion import GuideMotion
-from catalogue.find.placed import guide
+from catalogue.find.own_guide import guide
 from tests.draw.samples import ARC, MADE
 
 Ask = Callable[..., catalogue.Found]
