@@ -355,7 +355,7 @@ def _near(z: Complexes, home: complex, reach: float) -> tuple[int, int]:
 
 def _stops(linkage: Linkage, *, dead: bool) -> dict[str, list[float]]:
     """Return by crank the angles from the x axis at which it is dead, or at a change point [deg]."""
-    from ..kinematics.circuits import Closure
+    from ..kinematics.closure import Closure
 
     told = {}
     for i in np.flatnonzero(linkage.dyads[0] == RR):

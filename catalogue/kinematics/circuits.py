@@ -1,43 +1,26 @@
 """Circuits: all that a linkage can reach without being taken apart, each as one smooth motion of a phase s.
 
-A crank leads, or where there is none the coupler.  With phi the crank's angle from an axis of the fixed plane, the
-second dyad can be closed where
+A crank leads, or where there is none the coupler.  Where neither p nor q of its `closure` lies between -1 and 1 the
+crank turns fully, phi = s, and there are two circuits, one for each sign of the root.  Otherwise it swings between dead
+points, phi = m - a cos s, and the root changes its sign there like sin s, so that the whole circuit, to and fro, is
+smooth in s; there are two such circuits if both lie between.  At a change point (p = -1 or q = 1) a factor of the root
+is the sine or cosine of half the angle: the motion goes straight through, which may take two turns.  A coupler that
+leads turns fully, or (swinging block) half a turn from infinity to infinity.
 
-    (cos phi - p)(q - cos phi) >= 0,
-
-and the square root of this product tells its two ways to be closed apart.  r, f, l, c are the lengths of crank, frame,
-coupler and second crank, e the distance of the slider's line from the crank's pivot, h that of the coupler line from
-the crank pin:
-
-=====================  ===================  ===============================  ===============================
-second dyad            axis                 p                                q
-=====================  ===================  ===============================  ===============================
-crank                  to its pivot         (r^2 + f^2 - (l + c)^2)/(2 r f)  (r^2 + f^2 - (l - c)^2)/(2 r f)
-slider                 normal of the line   (e - l)/r                        (e + l)/r
-slide                  to its pivot         -infinity                        (r^2 + f^2 - h^2)/(2 r f)
-=====================  ===================  ===============================  ===============================
-
-Where neither p nor q lies between -1 and 1 the crank turns fully, phi = s, and there are two circuits, one for each
-sign of the root.  Otherwise it swings between dead points, phi = m - a cos s, and the root changes its sign there like
-sin s, so that the whole circuit, to and fro, is smooth in s; there are two such circuits if both lie between.  At a
-change point (p = -1 or q = 1) a factor of the root is the sine or cosine of half the angle: the motion goes straight
-through, which may take two turns.  A coupler that leads turns fully, or (swinging block) half a turn from infinity to
-infinity.  All roots are made of products, in which no digits are lost near a dead point.
-
-Source: Grashof 1883 for the conditions; the closures by two circles, or a circle and a line.
+Source: Grashof 1883 for the conditions.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import NamedTuple
 
 import numpy as np
 
 from .batch import Columns
+from .closure import Closure, Swing, columns, cross, dot
 from .linkage import PR, RP, RR, Linkage
-from .motion import CHANGE, Pose
-from .types import Array, Complexes, Floats, Indices, Mask
+from .motion import Pose
+from .types import Array, Floats, Indices, Mask
 
 #: A coupler that leads to infinity is followed so near to it [rad].
 NEAR_INFINITY = 0.03
@@ -113,114 +96,6 @@ class Circuits(Columns):
         return [at + float(x) for x in np.mod(away + half, 2 * half) - half]
 
 
-@dataclass(frozen=True)
-class Closure(Columns):
-    """How second dyads of n linkages are closed, as the leading cranks see them; arrays of shape (n,), but for `dead`,
-    `change` and `at`, (2, n): by p and by q."""
-
-    kind: Array  # of the second dyad
-    pivot: Complexes
-    pin: Complexes
-    arm: Complexes  # the crank along the axis
-    goal: Complexes  # pivot of the second dyad, of a slider the normal of its line
-    way: Complexes  # coupler from pin to pin, of a slide the normal of its line
-    r: Floats
-    f: Floats
-    square: Floats  # (l^2 - c^2)/2; of a slider e, of a slide h
-    p_up: Floats  # 1 + p
-    q_down: Floats  # 1 - q
-    dead: Mask  # whether the crank comes to a dead point
-    change: Mask  # or to a change point
-    at: Floats  # angles from the axis at which it does [rad]
-    side: Floats  # a number with the sign of the root in the given position
-
-    @classmethod
-    def of(cls, linkage: Linkage, lead: Array) -> Closure:
-        row = np.arange(len(linkage))
-        (pivot, pin), (goal, pin2) = (linkage.points[row, dyad].T for dyad in (lead, 1 - lead))
-        kind = linkage.dyads[row, 1 - lead]
-        slider, slide = kind == PR, kind == RP
-        r, f = np.abs(pin - pivot), np.abs(goal - pivot)
-        l, c = np.abs(pin2 - pin), np.abs(pin2 - goal)  # noqa: E741  # of the head of the module
-        e, h = _dot(goal, pin2 - pivot), _dot(pin2, goal - pin)
-        axis = np.where(slider, goal, (goal - pivot) / f)
-        near, far, high = np.abs(r - f), r + f, np.abs(h)
-        with np.errstate(all="ignore"):
-            # 1 + p, 1 - p, 1 + q, 1 - q
-            four_bar = [
-                (far - l - c) * (far + l + c),
-                (l + c - near) * (l + c + near),
-                (far - np.abs(l - c)) * (far + np.abs(l - c)),
-                (np.abs(l - c) - near) * (np.abs(l - c) + near),
-            ]
-            by_slider = [(r + e - l) / r, (r - e + l) / r, (r + e + l) / r, (r - e - l) / r]
-            by_slide = [-np.ones_like(r), np.ones_like(r), (far - high) * (far + high), (high - near) * (high + near)]
-            bounds = np.where(slider, by_slider, np.where(slide, by_slide, four_bar))
-            bounds = bounds / np.where(slider, 1.0, 2 * r * f)
-            bounds[:2, slide] = [[-1.0], [1.0]]
-            # by how much links are too short for a full turn, at its far and its near end
-            excess = np.where(slider, [r + e - l, r - e - l], np.where(slide, [-far, high - near],
-                              [far - l - c, np.abs(l - c) - near]))  # fmt: skip
-            nearly = CHANGE * np.maximum(
-                np.maximum(r, l), np.where(slider, np.abs(e), np.maximum(f, np.where(slide, 0, c)))
-            )
-            short = bounds[[0, 3]]
-            change, dead = np.abs(excess) <= nearly, excess > nearly
-            short = np.where(change, 0.0, short)
-            at = 2 * np.arctan2(np.sqrt(np.maximum(bounds[[1, 3]], 0)), np.sqrt(np.maximum(bounds[[0, 2]], 0)))
-        square = np.where(slider, e, np.where(slide, h, 0.5 * (l - c) * (l + c)))
-        way = np.where(slide, pin2, pin2 - pin)
-        side = _cross(np.where(slider, goal, goal - pin), way)
-        return cls(kind, pivot, pin, r * axis, goal, way, r, f, square, short[0], short[1], dead, change, at, side)
-
-    @property
-    def angle(self) -> Floats:
-        """The crank's angle from the axis in the given position [rad]."""
-        return np.angle((self.pin - self.pivot) / self.arm)
-
-    def root(self, phi: Floats, cosine: Floats, sine: Floats, swing: Swing | None) -> Floats:
-        """Return the root of the product in the head of the module, with the sign that it has on the way through dead
-        and change points; from angles (m, n), cosine and sine of their halves, and the swings among them."""
-        p, q = 2 * cosine**2 - self.p_up, 2 * sine**2 - self.q_down
-        with np.errstate(all="ignore"):
-            if swing is not None:
-                for factor, dead in zip((p, q), self.dead[:, swing.which], strict=True):
-                    factor[:, swing.which] = np.where(dead, swing.ends, factor[:, swing.which])
-            square = np.where(self.kind == RP, q, p * q)
-            if (both := np.asarray(self.dead.all(0))).any():
-                some = _columns(both)
-                away, (at_p, at_q) = np.abs(phi[:, some]), self.at[:, some]
-                square[:, some] = p[:, some] * 2 * np.sin(0.5 * (at_p + away)) * np.sin(0.5 * (away + at_q))
-            root = np.sqrt(square)
-        for through, factor in zip(self.change, (cosine, sine), strict=True):
-            if through.any():
-                root = np.where(through & (factor < 0), -root, root)
-        if swing is not None:
-            root[:, swing.which] = np.where(swing.back, -root[:, swing.which], root[:, swing.which])
-        return np.asarray(root)
-
-
-class Swing(NamedTuple):
-    """Columns of cranks that swing, and by phases (m, k): their angles, twice the sines of half the ways to either dead
-    point multiplied, and where they are on the way back."""
-
-    which: Indices | slice
-    phi: Floats
-    ends: Floats
-    back: Mask
-
-    @classmethod
-    def of(cls, some: Circuits, s: Floats) -> Swing | None:
-        if not (swings := some.kind == SWING).any():
-            return None
-        which = _columns(swings)
-        centre, half, part = some.centre[which], some.half[which], 0.5 * s[:, which]
-        sine, cosine = np.sin(part), np.cos(part)
-        low, high = np.abs(half) * sine**2, np.abs(half) * cosine**2
-        phi = centre - half * (cosine - sine) * (cosine + sine)
-        return cls(which, phi, 2 * np.sin(low) * np.sin(high), sine * cosine < 0)
-
-
 def circuits(linkage: Linkage) -> Circuits:
     """Return all circuits of linkages (n,), linkage by linkage; the one in which each is given comes first.
 
@@ -284,7 +159,7 @@ def _swinging(phi: Floats, centre: Floats, half: Floats, side: Floats) -> Floats
 
 def _by_crank(some: Circuits, s: Floats) -> Pose:
     """Return poses about the crank pins."""
-    of, swing, phi = some.closure, Swing.of(some, s), s
+    of, swing, phi = some.closure, Swing.of(some.kind == SWING, some.centre, some.half, s), s
     if swing is not None:
         phi = s.copy()
         phi[:, swing.which] = swing.phi
@@ -297,7 +172,7 @@ def _by_crank(some: Circuits, s: Floats) -> Pose:
         for kind in (RR, PR, RP):
             if not (here := of.kind == kind).any():
                 continue
-            which = _columns(here)
+            which = columns(here)
             r, f, k, y = of.r[which], of.f[which], of.square[which], root[:, which]
             goal = of.goal[which] if kind == PR else of.goal[which] - pin[:, which]
             side = np.empty(y.shape, complex)
@@ -342,21 +217,8 @@ def _by_coupler(some: Circuits, s: Floats) -> Pose:
         fixed, moving = z[:, i, 0], z[:, i, 1]
         of_slide = turn * moving
         normal.append(np.where(slide[:, i], of_slide, fixed))
-        rest = _dot(of_slide, fixed) - _dot(moving, fixed - origin)
-        level.append(np.where(slide[:, i], rest, _dot(fixed, moving) - _dot(fixed, turn * (moving - origin))))
+        rest = dot(of_slide, fixed) - dot(moving, fixed - origin)
+        level.append(np.where(slide[:, i], rest, dot(fixed, moving) - dot(fixed, turn * (moving - origin))))
     with np.errstate(all="ignore"):
-        at = 1j * (normal[0] * level[1] - normal[1] * level[0]) / _cross(normal[0], normal[1])
+        at = 1j * (normal[0] * level[1] - normal[1] * level[0]) / cross(normal[0], normal[1])
     return Pose(at - origin, turn - 1, origin)
-
-
-def _columns(some: Mask) -> Indices | slice:
-    """Return the index of some columns, a slice where it is all."""
-    return slice(None) if some.all() else np.flatnonzero(some)
-
-
-def _dot(a: Array, b: Array) -> Floats:
-    return np.asarray((a.conj() * b).real)
-
-
-def _cross(a: Array, b: Array) -> Floats:
-    return np.asarray((a.conj() * b).imag)
