@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import re
+import signal
 import sys
 import threading
 import time
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, redirect_stdout
+from typing import ClassVar
 
 from .errors import PluginError, one_line, quoted
 
@@ -58,7 +60,6 @@ def foreign(where: str = "") -> Iterator[None]:
 def press_ctrl_c() -> None:
     """Interrupt the main thread, from another one; where the system can, also while it sleeps."""
     import _thread
-    import signal
 
     if hasattr(signal, "pthread_kill") and callable(signal.getsignal(signal.SIGINT)):
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
@@ -67,10 +68,13 @@ def press_ctrl_c() -> None:
 
 
 class _Alarm:
-    """Ctrl-C after some seconds, if in the main thread."""
+    """Ctrl-C after some seconds, if in the main thread; also in a process that ignores Ctrl-C, as shells let those do
+    that they run in the background, but there no other one is heard."""
+
+    running: ClassVar[list[_Alarm]] = []
 
     def __init__(self, limit: float) -> None:
-        self.rang = False
+        self.rang = self.ignored = False
         main = threading.current_thread() is threading.main_thread()
         self.timer = threading.Timer(limit, self.ring) if main else None
 
@@ -85,10 +89,21 @@ class _Alarm:
 
     def __enter__(self) -> _Alarm:
         if self.timer is not None:
+            self.running.append(self)
+            self.ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+            if self.ignored:
+                signal.signal(signal.SIGINT, self.heard)
             self.timer.daemon = True
             self.timer.start()
         return self
 
+    def heard(self, *_: object) -> None:
+        if any(alarm.rang for alarm in self.running):
+            raise KeyboardInterrupt
+
     def __exit__(self, *_: object) -> None:
         if self.timer is not None:
             self.timer.cancel()
+            if self.ignored:
+                signal.signal(signal.SIGINT, signal.SIG_IGN)
+            self.running.remove(self)

@@ -7,6 +7,7 @@ import signal
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -68,13 +69,33 @@ def test_whatever_is_raised_is_an_error_of_one_line(capsys: pytest.CaptureFixtur
         raise KeyboardInterrupt
 
 
+@pytest.fixture
+def ctrl_c(request: pytest.FixtureRequest) -> Iterator[Any]:
+    """Let Ctrl-C be heard, or be handled as a test says, whatever the shell has the tests do."""
+    handler = getattr(request, "param", signal.default_int_handler)
+    before = signal.signal(signal.SIGINT, handler)
+    yield handler
+    signal.signal(signal.SIGINT, before)
+
+
 @pytest.mark.slow
-def test_what_takes_too_long_is_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    "ctrl_c", [signal.default_int_handler, signal.SIG_IGN], ids=["heard", "ignored"], indirect=True
+)
+def test_what_takes_too_long_is_interrupted(monkeypatch: pytest.MonkeyPatch, ctrl_c: Any) -> None:
+    """Also where Ctrl-C is ignored, as it is meanwhile and afterwards."""
+
+    def endless() -> None:
+        if ctrl_c is signal.SIG_IGN:
+            signal.raise_signal(signal.SIGINT)
+        time.sleep(60)
+
     monkeypatch.setattr("catalogue.foreign_code.LIMIT", 0.3)
     start = time.monotonic()
     with pytest.raises(PluginError, match=r"^it takes longer than 0.3 s$"), foreign():
-        time.sleep(60)
-    assert time.monotonic() - start < 5
+        endless()
+    assert 0.3 <= time.monotonic() - start < 5
+    assert signal.getsignal(signal.SIGINT) is ctrl_c
 
 
 def test_an_error_that_cannot_speak_is_still_told() -> None:
@@ -87,6 +108,7 @@ def test_an_error_that_cannot_speak_is_still_told() -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("ctrl_c")
 def test_ctrl_c_while_garbage_is_collected_is_not_lost(monkeypatch: pytest.MonkeyPatch) -> None:
     class Garbage:
         def __del__(self) -> None:
