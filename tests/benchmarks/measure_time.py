@@ -1,7 +1,8 @@
 """Time to measure linkages of one's own, beside all windows of a path sampled densely.
 
 ``python tests/benchmarks/measure_time.py [--write]``: four-bars with random pivots of size about 1 and a coupler point
-each; over a stroke of 0.5, within a deviation of 0.005.  The alternative closes the chain by circles, reads each path
+each; over a stroke of 0.5, within a deviation of 0.005.  One linkage at a time: the median and the longest of 40, each
+the best of some runs, 4 stretches of each.  The alternative closes the chain by circles, reads each path
 in 300 points and looks at the narrowest strip of every window, of the best again in 1500; it is asked for one linkage.
 A CSV of them is read, measured with the nearest series of each, and written as CSV, by the command in a new process.
 `--write`: the report goes to ``data/reports/measure_time.md`` too.
@@ -23,6 +24,7 @@ import sys
 import tempfile
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -34,7 +36,7 @@ from catalogue.find.own_guide import OwnGuide, guide
 from catalogue.kinematics.linkage import Linkage
 from catalogue.plugin.registry import Registry
 
-COUNT, STROKE, DEVIATION, RUNS = 1000, 0.5, 0.005, 5
+COUNT, SINGLE, STROKE, DEVIATION, RUNS = 1000, 40, 0.5, 0.005, 3
 NAIVE: dict[str, Any] = runpy.run_path(str(Path(__file__).parents[1] / "naive.py"))
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "measure_time.md"
 
@@ -89,8 +91,6 @@ def main() -> None:
     folder = tempfile.TemporaryDirectory()
     shell = command(every, folder.name)
     jobs: list[tuple[str, int, Callable[[], Any], int]] = [
-        ("one, over a stroke, 4 stretches", 1, lambda: measure(one, stroke=STROKE), RUNS),
-        ("one, within a deviation, 4 stretches", 1, lambda: measure(one, deviation=DEVIATION), RUNS),
         ("one, within a deviation, all windows of samples", 1, lambda: naive_stroke(one), 1),
         ("over a stroke, the best of each", COUNT, lambda: measure(every, stroke=STROKE, limit=1), 2),
         ("the same, with the nearest series", COUNT,
@@ -100,6 +100,14 @@ def main() -> None:
         ("within a deviation, the best of each", COUNT, lambda: measure(every, deviation=DEVIATION, limit=1), 2),
     ]  # fmt: skip
     rows = []
+    single: list[tuple[str, Callable[..., Any]]] = [
+        ("over a stroke", partial(measure, stroke=STROKE)),
+        ("within a deviation", partial(measure, deviation=DEVIATION)),
+    ]
+    for name, ask in single:
+        found = np.array([taken(partial(ask, g), RUNS) for g in every[:SINGLE]])
+        for which, (wall, cpu) in (("median", np.median(found, axis=0)), ("longest", found.max(0))):
+            rows.append((f"one, {name}, {which} of {SINGLE}", 1, f"{wall:.3f}", f"{cpu:.3f}", f"{1000 * cpu:.2f}"))
     with folder:
         for name, count, run, times in jobs:
             wall, cpu = taken(run, times)
