@@ -28,8 +28,8 @@ import numpy as np
 from ..kinematics.batch import Columns
 from ..kinematics.types import Array, Indices, Mask
 
-#: Most exchanges to the best polynomial.
-EXCHANGES = 12
+#: Most exchanges to the best polynomial; how often a circle is found anew from the last one at most.
+EXCHANGES, PASSES = 12, 5
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,6 @@ def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | No
     first, last, origin = (u[i] + 1j * v[i] for i in (0, -1, middle))
     with np.errstate(all="ignore"):
         chord = (last - first) / np.abs(last - first)
-        heading = chord.copy()
         u, v = nodes.fine @ (u - u[middle]), nodes.fine @ (v - v[middle])
         curvature = np.zeros_like(u[0])
         if held is not None:
@@ -109,33 +108,43 @@ def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | No
             curvature = np.where(np.abs(sagitta) < half, curvature, np.nan)
         size = 4 if circle and held is None else 3
         where = np.rint((len(u) - 1) / 2 * (1 - np.cos(np.pi * np.arange(size) / (size - 1)))).astype(int)
-        open_, index = np.arange(u.shape[1]), np.repeat(where[:, None], u.shape[1], axis=1)
-        centre, deviation, reach = np.zeros_like(origin), np.full_like(curvature, np.nan), 0.5 * np.abs(last - first)
-        for _ in range(5 if circle else 2):
+        index = np.repeat(where[:, None], u.shape[1], axis=1)
+        if not circle:  # linear but for its tilt
+            x, y = seen(u, v, np.zeros_like(origin), chord)
+            c, error, index = exchange(x, y, index)
+            centre, heading = shifted(origin, chord, c[0], c[1])
+            stroke, foot = ((last - first) * heading.conj()).real, ((first - centre) * heading.conj()).imag
+            deviation = _across(c[1], error, np.take_along_axis(x, index, 0))
+            return Fit(deviation, stroke, first - 1j * heading * foot, heading, curvature, unresolved)
+        heading, centre, open_ = chord.copy(), np.zeros_like(origin), np.arange(u.shape[1])
+        deviation, reach = np.full_like(curvature, np.nan), 0.5 * np.abs(last - first)
+        for _ in range(PASSES):
             at, ahead = centre[open_], heading[open_]
-            x, y = seen(u, v, at, ahead)
             bend, far = curvature[open_], reach[open_]
-            if circle:
-                y, x, weight = (polar if held is None else concentric)(x, y, bend)
-            c, error, index = exchange(x, y, index, weight if circle else None)
-            moved = np.abs(c[1])  # a line is linear but for its tilt; a circle has to come to rest
-            if circle:
-                if held is None:
-                    curvature[open_] = bend + 2 * c[2] + 0.5 * c[0] * bend**2
-                    moved = moved + np.abs(c[2]) * far
-                moved = (np.abs(c[0]) + moved * far) / (1e-1 * error + 1e-12 * far)
+            y, x, weight = (polar if held is None else concentric)(*seen(u, v, at, ahead), bend)
+            c, error, index = exchange(x, y, index, weight)
             centre[open_], heading[open_] = shifted(at, ahead, c[0], c[1])
-            deviation[open_] = error
-            more = moved > 1e-4
+            deviation[open_], moved = error, np.abs(c[1])
+            if held is None:
+                curvature[open_] = bend + 2 * c[2] + 0.5 * c[0] * bend**2
+                moved = moved + np.abs(c[2]) * far
+            more = np.abs(c[0]) + moved * far > 1e-5 * error + 1e-16 * far
             if not more.any():
                 break
             if not more.all():
                 open_, u, v, index = open_[more], u[:, more], v[:, more], index[:, more]
-        if circle:
-            return Fit(deviation, np.abs(last - first), first, chord, curvature, unresolved)
-        stroke = ((last - first) * heading.conj()).real
-        foot = first - 1j * heading * ((first - centre - origin) * heading.conj()).imag
-    return Fit(deviation, stroke, foot, heading, curvature, unresolved)
+        return Fit(deviation, np.abs(last - first), first, chord, curvature, unresolved)
+
+
+def _across(slope: Array, error: Array, x: Array) -> Array:
+    """Return half the widths across themselves of strips that are narrowest across the x axis, their extremes at x
+    (3, n).
+
+    They are so across themselves too: turned either way a strip grows by half a gap between its extremes per slope.
+    NaN where that is less than what its tilt takes off.
+    """
+    grows = 0.5 * np.abs(np.diff(x, axis=0)).min(0) * (1 + slope**2) >= error * np.abs(slope)
+    return np.where(grows, error / np.hypot(1, slope), np.nan)
 
 
 def seen(u: Array, v: Array, origin: Array, along: Array) -> tuple[Array, Array]:

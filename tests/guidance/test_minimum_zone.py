@@ -123,6 +123,26 @@ def test_strip_line_holds_the_path_within_its_deviation() -> None:
         assert abs(((u[0] + 1j * v[0] - found.start[0]) * found.along[0].conj()).real) < 1e-12
 
 
+@pytest.mark.parametrize("size", [1e-3, 0.03, 0.1, 0.2])
+@pytest.mark.parametrize("count", [2, 3, 4])
+def test_a_wide_strip_off_the_chord_is_the_narrowest_across_itself(size: float, count: int) -> None:
+    """Turned by whatever little more, no strip about the path is narrower."""
+    compared = 0
+    for seed in range(12):
+        wave = size * waves(count, seed, share=1.0)
+        t = grid(NODES).nodes
+        z = run(seed, DENSE[::4]) + 1j * chebyshev.chebval(DENSE[::4], wave)
+        if not (np.diff((z * np.conj(z[-1] - z[0])).real) > 0).all():  # what has to run forward
+            continue
+        found = one(run(seed, t), chebyshev.chebval(t, wave), circle=False)
+        turned = np.angle(found.along[0]) + np.linspace(-0.1, 0.1, 401)
+        widths = 0.5 * np.ptp((z * np.exp(-1j * turned)[:, None]).imag, axis=1)
+        assert found.deviation[0] == pytest.approx(widths.min(), rel=1e-4)
+        assert found.deviation[0] == pytest.approx(widths[200], rel=1e-4)
+        compared += 1
+    assert compared >= 6
+
+
 def test_nan_paths_stay_nan_and_leave_the_others_alone() -> None:
     t = grid(NODES).nodes
     u, v = np.repeat(t[:, None], 3, 1), np.repeat((0.1 * t**2 + 1e-4 * t**4)[:, None], 3, 1)
