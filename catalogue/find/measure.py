@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidRequest, quoted
-from ..guidance.circuit_curve import CircuitCurve, ends, laid, on_path
+from ..guidance.circuit_curve import CircuitCurve, ends, fitted, laid, on_path
 from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
 from ..guidance.stretches import longest, straightest
@@ -74,7 +74,8 @@ class Stretch(Candidate):
         found = circuits(self.linkage)[:1]
         low, high = (found.phase + t for t in self._window)
         point = np.array([complex(*self.guided)])
-        return on_path(found, point, low, high, circle=self.radius is not None, radius=self.radius)
+        fit = fitted(found, point, low, high, circle=self.radius is not None, radius=self.radius)
+        return on_path(found, point, low, high, fit)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -210,10 +211,10 @@ class Laid(Columns):
         long as they are, made shorter where the deviation turns out to be a little above that."""
         some, z, low, high = found[at.circuit], point[at.circuit], at.low, at.high.copy()
         last = np.where(some.kind == OPEN, 2 * np.pi, np.inf)
-        curve, traced = on_path(some, z, low, high, circle=curved, radius=radius)
+        fit = fitted(some, z, low, high, circle=curved, radius=radius)
         for _ in range(CORRECTIONS):
             with np.errstate(all="ignore"):
-                over, length = traced.fit.deviation / allowed, traced.fit.stroke
+                over, length = fit.deviation / allowed, fit.stroke
                 missing = at.stroke - length
                 if np.isfinite(allowed):
                     missing = (
@@ -222,16 +223,14 @@ class Laid(Columns):
                 off = np.abs(missing) > 0.5 * CLOSE * length
                 if not off.any():
                     break
-                step = missing[off] / _speed(some[off], z[off], high[off], traced.fit.along[off])
+                step = missing[off] / _speed(some[off], z[off], high[off], fit.along[off])
                 high[off] = np.clip(high[off] + step, low[off] + 0.5 * (high - low)[off], last[off])
-            new, seen = on_path(some[off], z[off], low[off], high[off], circle=curved, radius=radius)
-            curve, traced = curve.moved(off, new), traced.replaced(off, seen)
+            fit = fit.replaced(off, fitted(some[off], z[off], low[off], high[off], circle=curved, radius=radius))
         if not np.isfinite(allowed):  # at the end of an open circuit there may be no such stroke
-            lost = ~(np.abs(at.stroke - traced.fit.stroke) <= MISSED * at.stroke)
-            traced = replace(traced, fit=replace(traced.fit, deviation=np.where(lost, np.nan, traced.fit.deviation)))
-        fit = traced.fit
+            lost = ~(np.abs(at.stroke - fit.stroke) <= MISSED * at.stroke)
+            fit = replace(fit, deviation=np.where(lost, np.nan, fit.deviation))
         frames = Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
-        return cls(at.circuit, low, high, *laid(curve, traced), frames)
+        return cls(at.circuit, low, high, *laid(*on_path(some, z, low, high, fit)), frames)
 
     @property
     def deviation(self) -> Floats:

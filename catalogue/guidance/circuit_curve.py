@@ -65,12 +65,6 @@ class CircuitCurve(Columns):
     def __len__(self) -> int:
         return len(self.point)
 
-    def moved(self, where: Mask, by: CircuitCurve) -> CircuitCurve:
-        """Return the guides with those `where` a mask says so standing as in `by`, which holds just those."""
-        middle, point = self.motion.middle.copy(), self.point.copy()
-        middle[where], point[where] = by.motion.middle, by.point
-        return CircuitCurve(replace(self.motion, middle=middle), point)
-
     @property
     def linkage(self) -> Linkage:
         return self.motion.linkage
@@ -106,12 +100,11 @@ def runs_forward(seen: Complexes) -> Mask:
     return np.asarray((along > TURNING * np.abs(steps)).all(0) & (np.diff(seen.real, axis=0) > 0).all(0))
 
 
-def on_path(
+def fitted(
     circuits: Circuits, point: Complexes, low: Floats, high: Floats, *, circle: bool, radius: float | None
-) -> tuple[CircuitCurve, Traced]:
-    """Return coupler points (k,) of circuits, given with the linkages, over windows of phases (k,), as guides in
-    mid-stroke where they stand, and what is traced there: from `low` to `high` in the direction of the path, against
-    the phase where `low` is above `high`.
+) -> Fit:
+    """Return the best lines or circles of coupler points (k,) of circuits, given with the linkages, over windows of
+    phases (k,), either end first.
 
     Straight paths run to the right, or upwards; arcs bulge to the left of their way.  NaN where the path turns back,
     or the finest grid leaves a hundredth of the deviation open.
@@ -121,13 +114,9 @@ def on_path(
     circle : bool
         Fit circles, of the `radius` that is given [length] or of any.
     """
-
-    def places(s: Floats) -> Complexes:
-        return np.asarray(circuits.pose(s).point(point))
-
     points = grid(NODES)
     with np.errstate(all="ignore"):
-        z = places(0.5 * (high + low) + 0.5 * (high - low) * points.nodes[:, None])
+        z = circuits.pose(0.5 * (high + low) + 0.5 * (high - low) * points.nodes[:, None]).point(point)
         chord = z[-1] - z[0]
         back = (chord.real < 0) | ((chord.real == 0) & (chord.imag < 0))
         if circle:
@@ -138,19 +127,28 @@ def on_path(
         held = None if radius is None else -length / radius
         fit = minimum_zone(seen.real, np.where(runs_forward(seen), seen.imag, np.nan), circle, points, held)
         deviation = np.where(resolved(fit, *LEAST_SURE), fit.deviation, np.nan)
-        fit = Fit(
+        return Fit(
             length * deviation, length * fit.stroke, first + chord * fit.start, chord / length * fit.along,
             fit.curvature / length, length * fit.unresolved,
         )  # fmt: skip
-        middle = fit.start + 0.5 * fit.stroke * fit.along
 
-        def off(s: Floats) -> Floats:
-            return np.asarray(((places(s[None])[0] - middle) * fit.along.conj()).real / fit.stroke)
 
-        a, b = np.where(back, high, low), np.where(back, low, high)
-        s = false_position(off, a, b, off(a), off(b), np.full(len(a), MIDDLE), steps=60)
+def on_path(circuits: Circuits, point: Complexes, low: Floats, high: Floats, fit: Fit) -> tuple[CircuitCurve, Traced]:
+    """Return the points as guides in mid-stroke where they stand, and what is traced there, over windows that were
+    fitted; in the direction of the path, against the phase where `low` of `Traced` is above `high`."""
+    middle = fit.start + 0.5 * fit.stroke * fit.along
+
+    def off(s: Floats) -> Floats:
+        place = circuits.pose(s[None]).point(point)[0]
+        return np.asarray(((place - middle) * fit.along.conj()).real / fit.stroke)
+
+    with np.errstate(all="ignore"):
+        ends = off(low), off(high)
+        s = false_position(off, low, high, *ends, np.full(len(low), MIDDLE), steps=60)
+    back = ends[0] > 0
+    a, b = np.where(back, high, low), np.where(back, low, high)
     moving = CircuitMotion(circuits, s, np.ones(len(s), complex), np.zeros(len(s), complex))
-    guided = places(s[None])[0]
+    guided = circuits.pose(s[None]).point(point)[0]
     return CircuitCurve(moving, guided), Traced(fit, 0 * guided, a - s, b - s)
 
 
