@@ -229,7 +229,9 @@ def listed(
     scale = frames.stroke * frames.direction
     pivots = linkage.moved(scale, frames.start).pivots
     z, poles = (scale * part + frames.start for part in (point, pole))
-    change = (conditioning(linkage).max(0) < CHANGE) & np.isfinite(poles)
+    change = np.isfinite(poles)
+    if change.any():
+        change[change] = conditioning(linkage[change]).max(0) < CHANGE
     rows = zip(*(_plain(name, values) for name, values in columns.items()), strict=True)
     placed = np.where(pivots == 0, 0.0, pivots).tolist()  # no -0.0
     return [

@@ -24,14 +24,15 @@ LEAST = 256
 FIRST, SPARE, SEEN, MOVED, KEPT = 2, 2, 4, 2, (3, 2, 1)
 #: Corrections of a stroke at most, on the way and then on the finer grid, in a thorough and a quick search; what is
 #: left between a stroke that holds and one that does not when it is corrected no more.
-CORRECTIONS, SETTLED = ((5, 2), (5, 7)), 1e-3
+CORRECTIONS, SETTLED = ((4, 1), (5, 7)), 1e-3
 #: Powers of the stroke with which a deviation may grow; most that the logarithm of a stroke is changed by; by which
 #: part the deviation stays inside.
 STEEP, CHANGE, INSIDE = (0.5, 60.0), (-0.5, 0.2), 1e-3
-#: In the end both ends of a window are moved for themselves: by which parts of a way, how long that is at first and at
-#: last, of the window, and how often at most.
-SIDES = np.array([[-1, -1, -1, 0, 0, 1, 1, 1], [-1, 0, 1, -1, 1, -1, 0, 1]]) * 1.0
-FIRST_EXTENSION, LAST_EXTENSION, EXTENSIONS = 1 / 64, 1e-5, 20
+#: In the end both ends of a window are moved for themselves: by which parts of a way and of one so much shorter, how
+#: long that is at first and at last, of the window, and how often at most.
+SHORTER = 1 / 8
+SIDES = np.kron(SHORTER ** np.arange(2), [[-1, -1, -1, 0, 0, 1, 1, 1], [-1, 0, 1, -1, 1, -1, 0, 1]])
+FIRST_EXTENSION, LAST_EXTENSION, EXTENSIONS = 1 / 64, 1e-4, 20
 
 
 def straightest(
@@ -169,7 +170,7 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
         best = stroke.argmax(axis=0)
         longer = stroke[best, np.arange(n)] > at.stroke[some]
         at = put(at, some[longer], tried[(best * n + np.arange(n))[longer]])
-        by[some] *= np.where(longer, 2.0, 0.25)
+        by[some] *= np.where(longer, 2 * np.abs(SIDES[:, best]).max(0), SHORTER * np.abs(SIDES[:, -1]).max())
         some = some[by[some] > LAST_EXTENSION * (at.high - at.low)[some]]
         if not len(some):
             break
