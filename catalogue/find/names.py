@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, quoted, shortened
 from ..guidance.kinds import POINTS, RETURNS, SLOTS
 from ..kinematics.linkage import SLIDING
 from ..problem.constraints import Constraints
@@ -14,6 +14,8 @@ SINGULAR = {"families": "family", "series": "series", "configurations": "configu
 
 #: What is said of a database without guides.
 EMPTY = "the database holds no guides: `catalogue build` fills it, or name another with --db"
+#: Letters of a name that are shown at most.
+LONGEST = 60
 #: All kinds of guides.
 KINDS = (*POINTS.values(), *SLOTS.values(), *RETURNS.values())
 
@@ -24,11 +26,12 @@ def check_names(database: Database, constraints: Constraints) -> None:
         column = {singular: str}
         for code in getattr(constraints, name):
             if not len(database.plain(column, f"FROM mechanism WHERE {singular} = ? LIMIT 1", [code])[singular]):
-                held = sorted(set(database.plain(column, "FROM mechanism")[singular]))
+                names = set(database.plain(column, "FROM mechanism")[singular])
+                held = sorted(shortened(known, LONGEST) for known in names)
                 if not held:
                     raise InvalidRequest(EMPTY)
                 raise InvalidRequest(
-                    f"the database holds no {singular} {code!r}; it holds {', '.join(held)}. "
+                    f"the database holds no {singular} {quoted(code)}; it holds {', '.join(held)}. "
                     f"`catalogue build --series CODE` adds a series{_nearest(code, held)}"
                 )
 
