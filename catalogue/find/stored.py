@@ -12,7 +12,7 @@ from sqlalchemy import func, select
 
 from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path
 from ..candidates.stored import as_stored, linkages
-from ..errors import InvalidRequest, quoted, shortened
+from ..errors import DatabaseError, InvalidRequest, quoted, shortened
 from ..guidance.kinds import RETURNS, SLOTS
 from ..guidance.reach import LEVELS
 from ..kinematics.linkage import Linkage
@@ -80,6 +80,8 @@ class StoredGuide:
         ------
         InvalidRequest
             If the guide has no reach of that level.
+        DatabaseError
+            If its point runs along no path, as its pivots have been replaced.
         """
         levels = sorted(self.rows)
         if level is None:
@@ -92,7 +94,17 @@ class StoredGuide:
         request: Request = StraightLine(stroke, 0.1 * stroke)
         if self.curvature:
             request = CircularArc(stroke, 0.1 * stroke)
-        return laid(request, lambda problem: as_stored(problem, row))
+
+        def placed(problem: Problem) -> CandidateBatch:
+            found = as_stored(problem, row)
+            if not np.isfinite(found.deviation).all():
+                raise DatabaseError(
+                    f"guide {self.id} has other pivots than it was stored with, its point runs along no path: "
+                    "build the database anew"
+                )
+            return found
+
+        return laid(request, placed)
 
 
 def laid(request: Request, place: Callable[[Problem], CandidateBatch]) -> Candidate:

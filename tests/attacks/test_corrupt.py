@@ -11,6 +11,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
 import catalogue
@@ -66,6 +67,26 @@ def test_what_cannot_be_is_told_in_one_line(
     error = attack.ask(copied, "export")
     assert isinstance(error, DatabaseError)
     assert re.search(rf"copy\.db is damaged \(.*({said}).*put it elsewhere and run", str(error)), str(error)
+
+
+def test_guides_whose_pivots_are_elsewhere_are_told_or_measured(copied: Path, attack: SimpleNamespace) -> None:
+    assert attack.tamper(copied, "mechanism", "moving_1_x", "1e-320")
+    told = 0
+    with catalogue.open(copied, build=False) as opened:
+        for number in range(1, 301, 10):
+            try:
+                assert np.isfinite(opened.guide(number).at(1.0).deviation)
+            except DatabaseError as error:
+                assert "other pivots than it was stored with" in str(error)  # noqa: PT017  # of some
+                told += 1
+    assert told
+
+
+def test_names_that_are_too_long_are_shortened_in_an_error(copied: Path, attack: SimpleNamespace) -> None:
+    assert attack.tamper(copied, "mechanism", "family", "a long text")
+    with catalogue.open(copied, build=False) as opened, pytest.raises(InvalidRequest) as told:
+        opened.find(LINE, families="four-bar")
+    assert len(str(told.value)) < 300
 
 
 def test_a_table_that_is_missing_is_told(copied: Path) -> None:
