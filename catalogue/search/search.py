@@ -1,8 +1,10 @@
 """The search: starts in stages, each refined a little; the promising ones farther, until enough is found or spent.
 
 A state is an object with `step` and `status`, driven from outside.  Its stages: stored guides with the least estimated
-cost and violation; if these do not give enough, starts made to measure and further stored ones, round after round; and
-at last perturbed copies of the best points found (a population search with Deb's rules, feasible before infeasible).
+cost and violation; if these do not give enough, starts made to measure and further stored ones, round after round,
+with perturbed copies of the best points found (a population search with Deb's rules, feasible before infeasible).  Of
+what was found the best are perturbed once more (basin hopping, D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101
+(1997) 5111-5116).
 """
 
 from __future__ import annotations
@@ -72,6 +74,10 @@ IN_VAIN, POINTS = 700, 2000
 #: Stages per unit of effort at most, and how many answers are enough to look no farther.  Fewer would make the first
 #: answer worse where fewer are shown.
 STAGES, AMPLE = 10, 6
+#: Constraints that choose among sorts of guides.
+SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
+#: How many of the best points are perturbed, how often each, and by what, as powers of ten of the stroke.
+BEST, COPIES, BY = 8, 12, (-2.0, -0.5)
 
 
 @dataclass
@@ -99,7 +105,18 @@ class Search:
         """Search until enough is found or the budget is spent."""
         while self.status == "searching":
             self.step()
+        if self.status == "found" and self._constrained:  # else what is found leaves little to gain
+            for _ in range(self.problem.effort):
+                self._hop()
         return self
+
+    def _hop(self) -> None:
+        """Refine perturbed copies of the best."""
+        with self.report.timed("starts"):
+            copies = self._perturbed()
+            starts = None if copies is None else self._promising(copies, TRIED)
+        if starts is not None and len(starts):
+            self._refine(starts, 1)
 
     def step(self) -> None:
         """Refine the starts of one more stage, or of two together, as rounds of many cost little more than of few."""
@@ -126,6 +143,11 @@ class Search:
         return len(least) > WAITING and least[-1] > FAR and least[-1] > NEARER * least[-1 - WAITING]
 
     @property
+    def _constrained(self) -> bool:
+        """Whether more is asked for than sorts of guides."""
+        return any(name not in SORTS for name in self.problem.constraints.active())
+
+    @property
     def _bounded(self) -> bool:
         """Whether pivots are to stand in a region."""
         return any(getattr(self.problem.constraints, name) is not None for name in STANDING)
@@ -144,7 +166,7 @@ class Search:
                 parts.append(synthesis.parallelograms(self.problem, PARALLELOGRAMS, self._random))
         if self.problem.constraints.full_rotation and "four-bar" in self._made:
             parts.append(synthesis.driven(self.problem, DRAWN, self._random))
-        if self.stage >= 2 and not self.problem.constraints.returns:  # a point that is moved at random returns no more
+        if self.stage >= 2:
             parts.append(self._perturbed())
         kept = [self._promising(part, TRIED) for part in parts if part is not None and len(part)]
         return join(*kept) if kept else None
@@ -163,17 +185,17 @@ class Search:
         return retrieve.placed(self.problem, self.database, self._reaches, chosen, self._stretch[chosen])
 
     def _perturbed(self) -> CandidateBatch | None:
-        """Return copies of the best points found, moved at random."""
-        if self.found is None:
+        """Return copies of the best points found, moved at random; None of ones that return, which they do no more."""
+        if self.found is None or self.problem.constraints.returns:
             return None
         merit = self._merits(self.found)
-        best = np.argsort(merit)[:8]
+        best = np.argsort(merit)[:BEST]
         best = best[np.isfinite(merit[best])]
         if not len(best):
             return None
-        each = np.repeat(best, 12)
+        each = np.repeat(best, COPIES)
         some = self.found[each]
-        scale = 10 ** self._random.uniform(-2, -0.5, len(each))
+        scale = 10 ** self._random.uniform(*BY, len(each))
         pivots = some.linkage.pivots.copy()
         pivots[..., :2] += scale[:, None, None, None] * self._random.normal(size=(len(each), 2, 2, 2))
         linkage, good = Linkage.valid(pivots)
