@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property
 from os import PathLike
 from typing import TYPE_CHECKING, Self, Unpack
@@ -16,6 +16,7 @@ from .store import Database
 if TYPE_CHECKING:
     import pandas as pd
 
+    from .find.candidate import Candidate
     from .find.dwell_results import DwellResults, StandStill
     from .find.results import Found
     from .find.specimens import CollectionResults
@@ -69,6 +70,7 @@ class Catalogue:
         cognates: bool = False,
         round_to: float | None = None,
         desires: Mapping[str, Sequence[float]] | None = None,
+        starts: Iterable[Candidate] = (),
         **constraints: Unpack[ConstraintArguments],
     ) -> Found:
         """Return the best guides for a request, each verified on its finite motion at the stroke asked for.
@@ -102,16 +104,19 @@ class Catalogue:
         desires : mapping of str to (best, worst) or (best, worst, weight), optional
             What makes the score: a size, transmission angle, allowance or shortest link (``min_link``) is desired fully
             from `best` on and not at all from `worst` on; lengths in the user's unit.
+        starts : iterable of Candidate
+            Answers of an earlier request, or stretches of linkages of your own, to start from too: where they meet the
+            constraints the best answer is none worse, so that a looser request has no worse answer than a tighter one.
         **constraints
             See `catalogue.Constraints`.
         """
         from .find.find import find
 
         return find(
-            self.database, lambda: self.registry.series, request,
+            self, request,
             Constraints.of(constraints, Catalogue.find.__kwdefaults__ or ()),
             limit=limit, rank_by=rank_by, per_series=per_series, distinct=distinct, effort=effort, refine=refine,
-            cognates=cognates, round_to=round_to, desires=desires,
+            cognates=cognates, round_to=round_to, desires=desires, starts=starts,
         )  # fmt: skip
 
     def find_dwells(

@@ -78,6 +78,9 @@ OPTIONS = (
     switch("--cognates", "Offer the cognates of four-bars and slider-cranks too: same path, other pivots."),
     length("--round-to", "L", "Make all lengths multiples of L, and keep those that still serve."),
     LIMIT,
+    several("--start starts", "CODE|FILE",
+            "Start from this answer too, or those of a file: where a constraint is loosened none that is worse comes "
+            "first. Repeatable."),
     option("--collection", "NAME",
            "Find mechanisms of another kind, which a plugin collects (`catalogue plugins` lists them). With "
            "--family, --series, --special, --where, --rank-by deviation or one of its metrics, --limit, the output."),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +26,7 @@ from .names import check_names
 from .results import Found, candidates
 
 if TYPE_CHECKING:
-    from ..series.series import Series
+    from ..api import Catalogue
 
 
 @dataclass(frozen=True)
@@ -39,8 +39,7 @@ class Selection:
 
 
 def find(
-    database: Database,
-    series: Callable[[], Mapping[str, Series]],
+    catalogue: Catalogue,
     request: Request,
     constraints: Constraints,
     *,
@@ -53,19 +52,25 @@ def find(
     cognates: bool = False,
     round_to: float | None = None,
     desires: Mapping[str, Any] | None = None,
+    starts: Iterable[Any] = (),
 ) -> Found:
     """Return the candidates; see `catalogue.Catalogue.find`.
 
-    The series that are registered, by code, are loaded only where pivots are prescribed, or when somebody asks how far
+    The series that are registered are loaded only where pivots are prescribed, or when somebody asks how far
     a candidate has drifted.
     """
+    database = catalogue.database
     request = path_request("find", request)
     limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
     ranking = Ranking.of(request, rank_by, per_series, distinct, limit, desires)
     problem = Problem.of(request, constraints, ranking, limit, effort)
     refine, cognates = switch("refine", refine), switch("cognates", cognates)
     step = None if round_to is None else positive("round_to", round_to) / problem.stroke
-    report = SearchReport()
+    report, given = SearchReport(), None
+    if starts:
+        from .starts import start_batch
+
+        given = start_batch(problem, starts)
     if constraints.given:
         if cognates or step is not None:
             raise InvalidRequest(
@@ -73,13 +78,17 @@ def find(
             )
         from .prescribed_pivots import with_prescribed_pivots
 
-        chosen = with_prescribed_pivots(series(), problem, report)
+        chosen = with_prescribed_pivots(catalogue.registry.series, problem, report)
         drifts = None
     else:
         if constraints.families or constraints.series or constraints.configurations:
             check_names(database, constraints)
-        chosen = searched(database, problem, report, refine=refine, cognates=cognates, round_to=step)
-        drifts = Drifts(chosen.found, series, constraints.slots) if chosen is not None and refine else None
+        chosen = searched(database, problem, report, given, refine=refine, cognates=cognates, round_to=step)
+        drifts = (
+            Drifts(chosen.found, lambda: catalogue.registry.series, constraints.slots)
+            if chosen is not None and refine
+            else None
+        )
     listed = [] if chosen is None else candidates(problem, request, chosen, drifts)
     return Found(listed, Explanation(database, problem, request, report, len(listed)))
 
@@ -88,6 +97,7 @@ def searched(
     database: Database,
     problem: Problem,
     report: SearchReport,
+    given: CandidateBatch | None = None,
     *,
     refine: bool = True,
     cognates: bool = False,
@@ -95,14 +105,14 @@ def searched(
 ) -> Selection | None:
     """Return the best candidates for a problem, verified on their finite motion, or None if there is none.
 
-    With `round_to` their lengths are made multiples of it, and those that meet the constraints so are kept.  With
-    `cognates` those of all that were found are candidates too.
+    Those `given` are starts too.  With `round_to` their lengths are made multiples of it, and those that meet the
+    constraints so are kept.  With `cognates` those of all that were found are candidates too.
     """
     within = replace(problem, path=replace(problem.path, deviation=problem.path.deviation * INSIDE))
     parts = []
     for name in problem.ranking.front or (None,):
         ranking = problem.ranking if name is None else replace(problem.ranking, weights={name: 1.0}, front=())
-        search = Search(replace(within, ranking=ranking), database, report, refines=refine).run()
+        search = Search(replace(within, ranking=ranking), database, report, refines=refine, given=given).run()
         if search.found is not None:
             parts.append(search.found)
     if not parts:

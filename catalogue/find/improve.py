@@ -29,6 +29,7 @@ from .find import Selection
 from .measure import measure
 from .placed import PlacedGuide
 from .results import Results, candidates
+from .starts import laid_guides
 
 if TYPE_CHECKING:
     from ..api import Catalogue
@@ -167,7 +168,7 @@ class Task:
         radius = self.request.radius if arc else None
         stretches = measure(self.guide, stroke=self.request.stroke, radius=radius, arc=arc)
         if self.nominal is None:
-            found = self.laid(stretches)
+            found = laid_guides(problem, stretches, OWN)
         else:
             linkage = Linkage([one.pivots for one in stretches] or np.zeros((0, 2, 2, 3)))
             back = 1 / problem.scale
@@ -181,14 +182,6 @@ class Task:
                 f"the point does not run over a stroke of {self.request.stroke:g}{where}: measure it first"
             )
         return found[np.argsort(found.deviation, kind="stable")]
-
-    def laid(self, guides: Sequence[Candidate]) -> CandidateBatch:
-        """Return guides laid along the path from 0 to 1."""
-        problem, home = self.problem, [one.at_home() for one in guides]
-        linkage = Linkage([one.pivots for one in home] or np.zeros((0, 2, 2, 3))).moved(1 / problem.stroke)
-        point = np.array([complex(*one.guided) for one in home], complex) / complex(problem.stroke)
-        bend = np.array([-problem.stroke / one.radius if one.radius else 0.0 for one in home])
-        return self.measured(Origin.made(linkage, OWN), linkage, point, bend)
 
     def measured(self, origin: Origin, linkage: Linkage, point: Complexes, bend: Floats) -> CandidateBatch:
         """Return guides that stand along the path, measured over exactly the stroke, or where they stand."""
@@ -271,7 +264,7 @@ class Task:
         found = catalogue.find(self.request, limit=STARTS, per_series=0, **how, **asked)
         if not len(found) or self.nominal is not None:
             return None
-        best = self.refined(self.laid(found))
+        best = self.refined(laid_guides(self.problem, found, OWN))
         return None if best is None else self.shown(best)
 
 

@@ -94,6 +94,7 @@ class Search:
     stage: int = 0
     refines: bool = True  #: whether starts are refined; else they are given as they are stored
     enough: int = AMPLE  #: how many answers end the search
+    given: CandidateBatch | None = None  #: starts from elsewhere
 
     def __post_init__(self) -> None:
         self._random = np.random.default_rng(20)
@@ -169,6 +170,8 @@ class Search:
         if self.stage >= 2:
             parts.append(self._perturbed())
         kept = [self._promising(part, TRIED) for part in parts if part is not None and len(part)]
+        if self.stage == 0 and self.given is not None and len(self.given):
+            kept.append(self.given)
         return join(*kept) if kept else None
 
     def _stored(self, count: int) -> CandidateBatch | None:

@@ -1,0 +1,68 @@
+"""Placed guides as starts of a search: what was an answer once is none that gets lost."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ..candidates.batch import CandidateBatch, Origin, measured
+from ..errors import InvalidRequest, quoted
+from ..kinematics.linkage import SLIDING, Linkage
+from ..kinematics.types import Array
+from ..problem.constraints import Constraints
+from ..problem.problem import Problem
+from .candidate import Candidate
+
+
+def start_batch(problem: Problem, guides: Iterable[Candidate]) -> CandidateBatch:
+    """Return guides that are of the sorts asked for, and run over the stroke, as candidates.
+
+    Raises
+    ------
+    InvalidRequest
+        If one is no guide with a path, or pivots are given, which leave nothing to start from, or slots or returning
+        points are asked for.
+    """
+    if not isinstance(guides, Iterable) or isinstance(guides, str):
+        raise InvalidRequest(f"starts are several guides, not {quoted(guides)}")
+    every = list(guides)
+    if wrong := [one for one in every if not isinstance(one, Candidate)]:
+        raise InvalidRequest(f"a search starts from answers, as find and measure give them, not {quoted(wrong[0])}")
+    wanted = problem.constraints
+    if every and (wanted.given or wanted.slots or wanted.returns):
+        raise InvalidRequest("given pivots, slots and returning points are found without starts: leave these out")
+    found = laid_guides(problem, [one for one in every if _sort_of(one, wanted)])
+    return found[np.flatnonzero(np.isfinite(found.deviation))]
+
+
+def _sort_of(one: Candidate, wanted: Constraints) -> bool:
+    """Return whether a guide is of a sort that is asked for."""
+    named = ((one.family, wanted.families), (one.series, wanted.series), (one.configuration, wanted.configurations))
+    slides = wanted.pins_only and one.family in SLIDING
+    return all(not names or name in names for name, names in named) and not slides and (one.order or 2) >= wanted.order
+
+
+def laid_guides(problem: Problem, guides: Sequence[Candidate], series: str = "") -> CandidateBatch:
+    """Return guides laid along the path from 0 to 1, measured over exactly that; as of a `series`, if one
+    is said, instead of where they come from."""
+    home = [one.at_home() for one in guides]
+    stroke = np.array([one.stroke for one in home], float)
+    linkage = Linkage([one.pivots for one in home] or np.zeros((0, 2, 2, 3))).moved(1 / stroke)
+    nowhere = (np.nan, np.nan)
+    point, pole = (
+        np.array([complex(*(getattr(one, name) or nowhere)) for one in home], complex) / stroke
+        for name in ("guided", "pole")
+    )
+    bend = np.array([-one.stroke / one.radius if one.radius else 0.0 for one in home])
+    origin = Origin.made(linkage, series) if series else _origin(guides)
+    return measured(problem, origin, linkage, point, pole, bend if problem.curved else None)
+
+
+def _origin(guides: Sequence[Candidate]) -> Origin:
+    def said(name: str, kind: Any, blank: Any) -> Array:
+        return np.array([getattr(one, name) or blank for one in guides], dtype=kind)
+
+    family, series, configuration = (said(name, object, "") for name in ("family", "series", "configuration"))
+    return Origin(said("id", int, -1), family, series, configuration, said("order", int, 2), said("cognate", int, 0))
