@@ -160,6 +160,8 @@ def searched_once(answers: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) 
         return found
 
     def searched(database: Any, problem: Any, report: SearchReport, **options: Any) -> Any:
+        if options.pop("given", None) is not None:
+            raise AssertionError("a search with starts is not that of its problem alone")
         question = ("searched", database.path, problem, sorted(options.items()))
         return reported(question, report, lambda: plain(database, problem, report, **options))
 

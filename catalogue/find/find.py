@@ -83,7 +83,7 @@ def find(
     else:
         if constraints.families or constraints.series or constraints.configurations:
             check_names(database, constraints)
-        chosen = searched(database, problem, report, given, refine=refine, cognates=cognates, round_to=step)
+        chosen = searched(database, problem, report, refine=refine, cognates=cognates, round_to=step, given=given)
         drifts = (
             Drifts(chosen.found, lambda: catalogue.registry.series, constraints.slots)
             if chosen is not None and refine
@@ -97,11 +97,11 @@ def searched(
     database: Database,
     problem: Problem,
     report: SearchReport,
-    given: CandidateBatch | None = None,
     *,
     refine: bool = True,
     cognates: bool = False,
     round_to: float | None = None,
+    given: CandidateBatch | None = None,
 ) -> Selection | None:
     """Return the best candidates for a problem, verified on their finite motion, or None if there is none.
 

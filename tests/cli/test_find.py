@@ -88,6 +88,32 @@ def test_given_pivots_reach_the_library(run: Run, small_db: Path, small: Catalog
     assert len(same) == 3
 
 
+def test_answers_by_code_or_in_a_file_are_starts(run: Run, small_db: Path, tmp_path: Path) -> None:
+    tight = (
+        *LINE,
+        "--family",
+        "four-bar",
+        "--min-transmission",
+        45,
+        "--rank-by",
+        "size",
+        "--format",
+        "json",
+        "--db",
+        small_db,
+    )
+    saved = tmp_path / "saved.json"
+    first = json.loads(run(*tight, "--limit", 1, "--effort", 2, "--save", saved).out)[0]
+    for start in (first["code"], saved):
+        again = json.loads(run(*tight, "--limit", 1, "--no-refine", "--start", start).out)[0]
+        assert again["size"] == pytest.approx(first["size"], rel=1e-9)
+        flat = [[n for dyad in row["pivots"] for pivot in dyad for n in pivot] for row in (again, first)]
+        assert flat[0] == pytest.approx(flat[1], abs=1e-6)
+    refused = run(*tight, "--start", "nathyng7")
+    assert refused.code == 2
+    assert "no answer has the code nathyng7" in refused.err
+
+
 @pytest.mark.slow
 @pytest.mark.usefixtures("searched_once")
 def test_zones_and_practice_reach_the_library(run: Run, small_db: Path, small: Catalogue) -> None:
