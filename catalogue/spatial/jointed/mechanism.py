@@ -16,10 +16,12 @@ from ...kinematics.types import Array
 from .assemblies import FoundAssemblies, search
 from .circuit import Circuit, circuits
 from .compiling import Compiler
+from .curve import Curve, tangents
 from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar
 from .motion import Motion
+from .newton import solved
 from .system import System
-from .tracing import Curve, March, solved, tangents, toward
+from .tracing import March, toward
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
