@@ -8,6 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...kinematics.types import Array
+from . import compiled
 from .system import System
 
 
@@ -23,8 +24,12 @@ class Curve:
 
     def __call__(self, y: Array) -> tuple[Array, Array, Array, Array]:
         """Return residual (n, m - 1) and Jacobian of the conditions, value (n,) and gradient (n, m) of the drive."""
-        residual, values, jacobian = self.system.evaluate(y)
         rows = self.system.rows
+        if self.system.fast:
+            both, jacobian = compiled.evaluate(self.system.fast, y)
+            residual, values = both[:, :rows], both[:, rows:]
+        else:
+            residual, values, jacobian = self.system.evaluate(y)
         use = self.system.use
         f, j = residual, jacobian[:, :-1]
         if len(use) < rows:
@@ -134,6 +139,11 @@ def tangents(j: Array, by: Array) -> tuple[Array, Array, Array]:
     slope = (t * by).sum(1)
     regular = s[:, -1] / s[:, 0] if s.shape[1] else np.ones(len(j))
     return np.where(slope < 0, -1, 1)[:, None] * t, np.abs(slope), regular
+
+
+def orientation(j: Array, tangent: Array) -> Array:
+    """Return the signs of the determinants of Jacobians (n, m - 1, m) bordered by tangents."""
+    return np.asarray(np.linalg.slogdet(np.concatenate([j, tangent[:, None]], axis=1))[0])
 
 
 def signature(curve: Curve, y: Array) -> Array:

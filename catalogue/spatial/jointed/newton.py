@@ -5,12 +5,15 @@ from __future__ import annotations
 import numpy as np
 
 from ...kinematics.types import Array
+from . import compiled
 from .curve import Curve, around
 
 #: A Newton step below this is the last: the next would be less than a rounding error.
 LAST = 1e-8
 #: A pose that is farther than this from where it was looked for is that of another assembly.
 NEAR = 0.05
+#: A pose is found if its last Newton step is no larger.
+ENOUGH = 1e-6
 #: Poses that are corrected together: their arrays stay in the cache.
 BLOCK = 2048
 
@@ -45,6 +48,17 @@ def across(curve: Curve, y: Array, tangent: Array) -> tuple[Array, Array, Array]
 
 def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
     """Correct states (n, numbers) so that the drive has given values (n,); return them and where that was possible."""
+    if curve.system.fast:
+        out, good, singular = compiled.solved(curve.system.fast, curve.held, y, target, (LAST, NEAR, ENOUGH))
+        if singular.any():
+            some = np.flatnonzero(singular)
+            out[some], good[some] = _solved(curve.take(some), y[some], target[some])
+        return out, good
+    return _solved(curve, y, target)
+
+
+def _solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
+    """The same by numpy."""
     y = curve.system.unitary(y)
     found = np.zeros(len(y), bool)
     for low in range(0, len(y), BLOCK):
@@ -63,7 +77,7 @@ def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
             near &= (size <= NEAR) | (k > 0)
             if not (size > LAST).any():
                 break
-        y[some], found[some] = at, (size <= 1e-6) & near
+        y[some], found[some] = at, (size <= ENOUGH) & near
     return y, found
 
 

@@ -16,8 +16,12 @@ import numpy as np
 
 from ...kinematics.types import Array
 from ..geometry.power_series import Taylor, coefficients
+from . import compiled
 from .tree import Laid, Tree, span
 from .vectors import cross, dots, series
+
+#: What all mechanisms of a batch have in common, once it was found.
+SHARED = ("plan", "design", "weight", "starts", "_groups", "_pairs")
 
 
 @dataclass(frozen=True)
@@ -70,11 +74,23 @@ class System(Tree):
     labels: tuple[str, ...]
     labelled: tuple[str, ...]
 
+    @cached_property
+    def plan(self) -> Any:
+        """What a compiled evaluation needs but for the geometry; None if there is none."""
+        return compiled.plan(self)
+
+    @cached_property
+    def fast(self) -> compiled.Fast | None:
+        """What evaluates these equations compiled; None if that cannot be."""
+        return compiled.fast(self)
+
     def take(self, index: Array) -> System:
         """Return the system of some mechanisms of the batch, in any order and number."""
         if len(self.points) == 1:
             return self
-        return replace(self, points=self.points[index], directions=self.directions[index])
+        some = replace(self, points=self.points[index], directions=self.directions[index])
+        vars(some).update({name: vars(self)[name] for name in SHARED if name in vars(self)})
+        return some
 
     @cached_property
     def lengths(self) -> Array:
@@ -126,10 +142,10 @@ class System(Tree):
         if b > a:
             e = x[:, :, self._pairs[3]] - x[:, :, self._pairs[2]]
             out[..., a:b] = dots(e, d[:, :, self._pairs[4]])
-            out[0, :, a:b] -= self._constants[0]
+            out[0, :, a:b] -= self.constants[0]
         if c > b:
             out[..., b:c] = dots(d[:, :, self._pairs[5]], d[:, :, self._pairs[6]])
-            out[0, :, b:c] -= self._constants[1]
+            out[0, :, b:c] -= self.constants[1]
         for guide in self.guides:
             local = self._local(guide, x, rotation, shift)
             shape, kind = guide.guide.shapes(x.shape[1]), guide.guide.kind
@@ -147,7 +163,7 @@ class System(Tree):
         return a, b, c, self.rows - self.idle.shape[1]
 
     @cached_property
-    def _constants(self) -> tuple[Array, Array]:
+    def constants(self) -> tuple[Array, Array]:
         x, d = self.points[:, self.ends[1]], self.directions[:, self.ways[1]]
         first, second, way = self.offsets
         one, other = self.angles

@@ -8,10 +8,13 @@ together by Newton's method.
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from ...kinematics.types import Array
-from .curve import Curve, Trace, around, cubic
+from . import compiled
+from .curve import Curve, Trace, around, cubic, orientation
 from .dead_points import up_to_dead_point
 from .newton import LAST, newton_step
 
@@ -30,6 +33,11 @@ MOST = 2000
 TURNING, BRANCH, STUCK, LONG = "dead point", "branch point", "step too small", "no end after 2000 nodes"
 
 
+def limits() -> tuple[float, ...]:
+    """Return the constants of a step, as the kernel takes them."""
+    return AIM, REFUSED, FIRST, LONGEST, SHORTEST, CONTRACTION, AT_BRANCH, BOW, float(TURN), LAST
+
+
 class March:
     """Curves on their way from states y (n, numbers), each along its tangent (n, m), with steps of its own.
 
@@ -43,7 +51,7 @@ class March:
             np.zeros(len(y)), y, curve.system.lifted(y, tangent), drive, (by * tangent).sum(1), tangent, j,
         )  # fmt: skip
         self.h = np.full(len(y), FIRST)
-        self.sign = _orientation(j, tangent)
+        self.sign = orientation(j, tangent)
         self.crossing = np.zeros(len(y), bool)  # whether the last step tried would have changed the orientation
         # where no step was made yet, the node before is one straight behind
         self.before: tuple[Array, ...] = (self.last[0] - FIRST, y - FIRST * self.last[2], *self.last[2:])
@@ -57,6 +65,26 @@ class March:
         where the bordered determinant changes its sign, which it does not on one smooth curve (Allgower and Georg,
         ch. 8).
         """
+        h, node, good, self.crossing = self._compiled() or self._tried()
+        if good.all():
+            self.before, self.last = self.last, node
+        else:
+            self.before = tuple(_where(good, a, b) for a, b in zip(self.last, self.before, strict=True))
+            self.last = tuple(_where(good, a, b) for a, b in zip(node, self.last, strict=True))
+        for i in np.flatnonzero(good):
+            self.nodes[self.who[i]].append(tuple(v[i] for v in self.last))
+        self.h = h
+        return np.asarray(good)
+
+    def _compiled(self) -> Any:
+        """Return what `_tried` does, by the kernel, if it can."""
+        fast = self.curve.system.fast
+        if fast is None:
+            return None
+        return compiled.steps(fast, self.curve.held, self.h, self.sign, self.before, self.last, limits())
+
+    def _tried(self) -> tuple[Array, tuple[Array, ...], Array, Array]:
+        """Return next lengths of steps, new nodes, where a step is good, and where it would change the orientation."""
         s, y, rate, drive, _, tangent, _ = self.last
         back = (s - self.before[0])[:, None]
         system = self.curve.system
@@ -78,22 +106,14 @@ class March:
         bow *= not system.idle.size  # a spin that is idle follows no curve of its own
         good = (size <= np.minimum(REFUSED, 0.1 * self.h)) & (left <= np.maximum(CONTRACTION * size, LAST))
         good &= ((new * tangent).sum(1) >= TURN) & (bow <= (BOW * arc) ** 2)
-        self.crossing = _orientation(j, new) != self.sign
-        good &= ~self.crossing
+        crossing = orientation(j, new) != self.sign
+        good &= ~crossing
         if system.scalars[-1].periodic:
             value = drive + around(value - drive)
         node = (s + arc, y_new, rate_new, value + (by * off).sum(1), (by * new).sum(1), new, j)
         change = np.clip((AIM / np.maximum(size, 1e-9)) ** 0.25, 0.3, 2.0)
-        if good.all():
-            self.before, self.last = self.last, node
-        else:
-            change = np.where(good, change, np.minimum(change, 0.5))
-            self.before = tuple(_where(good, a, b) for a, b in zip(self.last, self.before, strict=True))
-            self.last = tuple(_where(good, a, b) for a, b in zip(node, self.last, strict=True))
-        for i in np.flatnonzero(good):
-            self.nodes[self.who[i]].append(tuple(v[i] for v in self.last))
-        self.h = np.minimum(change * self.h, LONGEST)
-        return np.asarray(good)
+        change = np.where(good, change, np.minimum(change, 0.5))
+        return np.minimum(change * self.h, LONGEST), node, np.asarray(good), crossing
 
     def stopped(self) -> Array:
         """Return which curves cannot go on, and note why."""
@@ -112,11 +132,6 @@ class March:
     def trace(self, i: int) -> Trace:
         """Return the nodes of one curve."""
         return Trace._make([*(np.stack(column) for column in zip(*self.nodes[i], strict=True)), self.reason[i]])
-
-
-def _orientation(j: Array, tangent: Array) -> Array:
-    """Return the signs of the determinants of Jacobians (n, m - 1, m) bordered by tangents."""
-    return np.asarray(np.linalg.slogdet(np.concatenate([j, tangent[:, None]], axis=1))[0])
 
 
 def _where(mask: Array, a: Array, b: Array) -> Array:
