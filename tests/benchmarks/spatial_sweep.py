@@ -59,7 +59,7 @@ def scipy_rssr() -> Any:
     return np.array(out)
 
 
-def scipy_five_links() -> Any:
+def scipy_five_links(tol: float = 1e-11) -> Any:
     """Five lengths and the travel for the pose of the carrier, six unknowns."""
     lengths = ((OUTER - INNER) ** 2).sum(1)
     arms = OUTER - CENTRE
@@ -69,20 +69,20 @@ def scipy_five_links() -> Any:
             x = np.zeros(6)
 
         def equations(x: Any, travel: float = travel) -> Any:
-            turn, left = _turned(x[:3])
-            turned = arms @ turn.T
-            e = CENTRE + 100 * x[3:] + turned - INNER
+            turn, left = turned(x[:3])
+            reach = arms @ turn.T
+            e = CENTRE + 100 * x[3:] + reach - INNER
             jacobian = np.zeros((6, 6))
-            jacobian[:5, :3], jacobian[:5, 3:] = 2 * np.cross(turned, e) @ left, 200 * e
+            jacobian[:5, :3], jacobian[:5, 3:] = 2 * np.cross(reach, e) @ left, 200 * e
             jacobian[5, 5] = 100
             return [*((e**2).sum(1) - lengths), 100 * x[5] - travel], jacobian
 
-        x = root(equations, x, jac=True, tol=1e-11).x
+        x = root(equations, x, jac=True, tol=tol).x
         out.append(x)
     return np.array(out)
 
 
-def _turned(r: Any) -> Any:
+def turned(r: Any) -> Any:
     """The rotation by a rotation vector, and its left Jacobian."""
     t = max(float(np.sqrt(r @ r)), 1e-9)
     k = np.array([[0, -r[2], r[1]], [r[2], 0, -r[0]], [-r[1], r[0], 0]])

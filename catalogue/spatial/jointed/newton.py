@@ -18,6 +18,11 @@ ENOUGH = 1e-6
 BLOCK = 2048
 
 
+def accuracy() -> tuple[float, float, float]:
+    """Return the constants of a pose, as the kernel takes them."""
+    return LAST, NEAR, ENOUGH
+
+
 def solve(a: Array, b: Array) -> Array:
     try:
         return np.asarray(np.linalg.solve(a, b))
@@ -49,7 +54,7 @@ def across(curve: Curve, y: Array, tangent: Array) -> tuple[Array, Array, Array]
 def solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
     """Correct states (n, numbers) so that the drive has given values (n,); return them and where that was possible."""
     if curve.system.fast:
-        out, good, singular = compiled.solved(curve.system.fast, curve.held, y, target, (LAST, NEAR, ENOUGH))
+        out, good, singular = compiled.solved(curve.system.fast, curve.held, y, target, accuracy())
         if singular.any():
             some = np.flatnonzero(singular)
             out[some], good[some] = _solved(curve.take(some), y[some], target[some])

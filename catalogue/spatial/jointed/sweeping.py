@@ -7,7 +7,7 @@ import numpy as np
 from ...kinematics.types import Array
 from . import compiled
 from .curve import Curve, orientation
-from .newton import ENOUGH, LAST, NEAR, solved
+from .newton import accuracy, solved
 from .tracing import BRANCH, LONG, MOST, STUCK, TURNING, limits, toward
 
 #: How far beyond an end of its way, in units or radians, a value of the drive still counts as reached.
@@ -43,7 +43,7 @@ def swept(curve: Curve, y: Array, at: tuple[Array, ...], tangent: Array, goal: A
         np.zeros(len(y)), y, curve.system.lifted(y, tangent), start, (at[3] * tangent).sum(1), tangent, at[1],
     )  # fmt: skip
     states, end, why, singular = compiled.swept(
-        fast, curve.held, nodes, orientation(at[1], tangent), target, goal, MOST, (limits(), (LAST, NEAR, ENOUGH))
+        fast, curve.held, nodes, orientation(at[1], tangent), target, goal, MOST, (limits(), accuracy())
     )
     reason = np.array([*REASONS, ""], dtype=object)[why]
     if singular.any():
