@@ -23,7 +23,9 @@ import numpy as np
 
 from catalogue.spatial import Cylindrical, Joint, Link, Mechanism, Revolute, Spherical, Travel
 from catalogue.spatial.jointed.circuit import Circuit
-from catalogue.spatial.jointed.tracing import Curve, March, Trace, signature, unfolded
+from catalogue.spatial.jointed.curve import Curve, Trace, signature
+from catalogue.spatial.jointed.dead_points import unfolded
+from catalogue.spatial.jointed.tracing import March
 from tests.benchmarks.measuring import table, title
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "spatial_folds.md"

@@ -18,16 +18,21 @@ from dataclasses import replace
 from itertools import product
 from pathlib import Path
 from typing import Any
+from unittest import mock
 
 import numpy as np
 from scipy.optimize import least_squares, root
 
+from catalogue.spatial import Link, Mechanism, Travel
+from catalogue.spatial.jointed import compiled, newton
 from tests.benchmarks.measuring import table, title
+from tests.benchmarks.spatial_sweep import TRAVEL, scipy_five_links, turned
 from tests.spatial.conftest import CLASSES, driven, random_mechanisms, solver
+from tests.spatial.test_axles import CENTRE, INNER, OUTER
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "spatial_work_precision"
 KINDS = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere:zpole", "plane")
-N, NODES, ARC = 1000, 200, 0.1
+N, NODES, ARC = 300, 200, 0.1
 #: Mechanisms of each class that scipy solves, with root and with least_squares.
 FEW, FEWER = 3, 1
 #: What a last step may be (ours), and tolerances (scipy).
@@ -36,6 +41,7 @@ OURS, THEIRS = (1e-4, 1e-6, 1e-8), (1e-4, 1e-8, 1e-12)
 MINE = [(f"{f}, {many}", f, many == "batch") for many in ("batch", "one mechanism")
         for f in ("pose", "euler-angles", "distances")]  # fmt: skip
 BEST = MINE[0][0]
+FIVE = "five-link axle"
 Array = np.ndarray[Any, Any]
 EXPLAINED = """\
 Random mechanisms of each class ({many}) that can move {arc} rad of every driver, along {nodes} positions.  `pose`,
@@ -46,6 +52,11 @@ last position, on the equations of the pose written for one mechanism in plain n
 In a cell: microseconds of one processor per position / largest error of a point, in units of about the diameter of the
 body, against residuals in extended precision (80 bits) on the first mechanisms.  This solver measures every position
 besides (residual, condition, coordinates on the guides) and includes the step control that keeps the branch.
+"""
+AXLE = """
+Joints and links: the travel of a five-link axle over 160 mm, 200 positions; `sweep` of one and of a hundred mechanisms,
+by numpy and compiled by numba, warm; scipy on lengths and travel, six unknowns.  The error is that of the outer points,
+in the size of the axle.
 """
 S = solver()
 
@@ -185,7 +196,7 @@ WAYS: list[Way] = [
 
 
 def setting(name: str) -> tuple[Any, Array, Array]:
-    """Return 1,000 mechanisms of a class that move all the way, their paths (n, s, k) and coordinates."""
+    """Return mechanisms of a class that move all the way, their paths (n, s, k) and coordinates."""
     m, start = random_mechanisms(S, name, 3 * N // 2, seed=11, kinds=KINDS)
     path = driven(m, start)[:, None] + ARC * np.linspace(0, 1, NODES)[:, None]
     whole = np.flatnonzero(S.follow(m, path[:, [0, -1]], start).reason == "")[:N]
@@ -250,6 +261,76 @@ def measure() -> tuple[list[list[str]], list[tuple[str, str, float, float, float
     return rows, found, many
 
 
+def exact_axle(motion: Any) -> Array:
+    """Return where the outer points of a five-link axle are, (s, 5, 3) in units, to the last digit of a double.
+
+    Residuals in extended precision, Jacobian in double, from the poses of a motion of one mechanism.
+    """
+    system = motion.curve.system
+    rotation, shift = (v[0][:, 1] for v in system.poses(motion.states[0]))
+    inner, outer, centre = ((np.asarray(v) - system.centre) / system.unit for v in (INNER, OUTER, CENTRE))
+    lengths = ((outer - inner).astype(np.longdouble) ** 2).sum(1)
+    out = []
+    for r0, t0, travel in zip(rotation, shift, motion.drive / system.unit, strict=True):
+        r, t = r0.astype(np.longdouble), t0.astype(np.longdouble)
+        for _ in range(4):
+            x = outer @ r.T + t
+            e, middle = x - inner, r @ centre
+            f = [*((e**2).sum(1) - lengths), middle[2] + t[2] - centre[2] - travel]
+            jacobian = np.zeros((6, 6))
+            jacobian[:5, :3], jacobian[:5, 3:] = np.cross(outer @ r.T, 2 * e), 2 * e
+            jacobian[5] = -middle[1], middle[0], 0, 0, 0, 1
+            jacobian[5, :3] = middle[1], -middle[0], 0
+            step = np.linalg.solve(jacobian, -np.array(f, float))
+            k = np.array([[0, -step[2], step[1]], [step[2], 0, -step[0]], [-step[1], step[0], 0]])
+            r, t = r + k @ r + k @ (k @ r) / 2, t + step[3:]
+            r = r @ (3 * np.eye(3) - r.T @ r) / 2  # keeps it orthonormal
+        out.append(outer @ r.T + t)
+    return np.array(out)
+
+
+def axle() -> list[tuple[str, str, float, float, float]]:
+    """Return (mechanism, way, tolerance, time, error) of sweeps of a five-link axle, one or a hundred at once."""
+    travel, found = Travel("wheel", CENTRE), []
+    hundred = np.array(OUTER)[:, None] + np.random.default_rng(1).normal(size=(5, 100, 3))
+    hundred[:, 0] = OUTER
+
+    def made(outer: Any) -> Mechanism:
+        return Mechanism([Link("ground", a, "wheel", b) for a, b in zip(INNER, outer, strict=True)])
+
+    exact = exact_axle(made(OUTER).sweep(travel, TRAVEL))
+    system = made(OUTER).system()
+    outer = np.asarray(OUTER)
+    for name, kernel in (("numpy", None), ("numba", compiled.kernel())):
+        if name == "numba" and kernel is None:
+            continue
+        for many, mechanism in ((100, made(hundred)), (1, made(OUTER))):
+            with mock.patch.object(compiled, "kernel", return_value=kernel):
+                mechanism.sweep(travel, TRAVEL)  # notes by what it is solved
+            for last in OURS:
+                times = []
+                with mock.patch.multiple(newton, LAST=last, ENOUGH=max(last, 1e-6)):
+                    for _ in range(3 if many > 1 else 30):
+                        begin = time.process_time()
+                        motion = mechanism.sweep(travel, TRAVEL)
+                        times.append((time.process_time() - begin) / (many * len(TRAVEL)))
+                sub = motion.curve.take(np.zeros(len(TRAVEL), int))
+                rotation, shift = (v[0][:, 1] for v in sub.system.poses(motion.states[0]))
+                points = ((outer - sub.system.centre) / sub.system.unit) @ np.swapaxes(rotation, 1, 2) + shift[:, None]
+                apart = points * sub.system.unit + sub.system.centre - exact * system.unit - system.centre
+                way = f"sweep by {name}, {'batch of 100' if many > 1 else 'one mechanism'}"
+                found.append((FIVE, way, last, min(times), float(np.abs(apart).max() / system.unit)))
+    for tol in THEIRS:
+        begin = time.process_time()
+        x = scipy_five_links(tol)
+        taken = (time.process_time() - begin) / len(TRAVEL)
+        x = np.concatenate([x[len(TRAVEL) // 2 :][::-1], x[: len(TRAVEL) // 2]])
+        points = np.array([CENTRE + 100 * v[3:] + (outer - CENTRE) @ turned(v[:3])[0].T for v in x])
+        error = np.abs(points - exact * system.unit - system.centre).max() / system.unit
+        found.append((FIVE, WAYS[0][0], tol, taken, float(error)))
+    return found
+
+
 def ratio(found: list[tuple[str, str, float, float, float]], name: str, way: str) -> float:
     """Return how many times the best setting of scipy's way takes longer than ours at an error that is no larger.
 
@@ -263,32 +344,44 @@ def ratio(found: list[tuple[str, str, float, float, float]], name: str, way: str
 COLOURS = ("#0072b2", "#56b4e9", "#004466", "#cc79a7", "#e8b6d2", "#7d3c62", "#d55e00", "#e69f00", "#009e73", "#999999")
 
 
-def plot(found: list[tuple[str, str, float, float, float]]) -> None:
-    """Draw error against time, one panel a class."""
+def plot(found: list[tuple[str, str, float, float, float]], five: list[tuple[str, str, float, float, float]]) -> None:
+    """Draw error against time, one panel a class, and one for the axle."""
     import matplotlib as mpl
 
     mpl.use("svg")
     mpl.rcParams["svg.hashsalt"] = "spatial"
     import matplotlib.pyplot as plt
 
-    figure, panels = plt.subplots(2, 3, figsize=(12, 6.6), sharex=True, sharey=True, layout="constrained")
+    figure, panels = plt.subplots(2, 4, figsize=(15, 7.4), sharex=True, sharey=True, layout="constrained")
     ways = list(dict.fromkeys(w for _, w, *_ in found))
-    for axes, name in zip(panels.flat, CLASSES, strict=True):
-        for way, colour in zip(ways, COLOURS, strict=True):
-            here = sorted((1e6 * t, max(e, 1e-17)) for c, w, _, t, e in found if c == name and w == way)
-            axes.loglog(*zip(*here, strict=True), "o-", ms=4, color=colour, label=way)
-        axes.set_title(f"class {name}", fontsize=10)
-        axes.grid(alpha=0.25)
-    for axes in panels[-1]:
+    for axes, name in zip(panels[:, :3].flat, CLASSES, strict=True):
+        _draw(axes, f"class {name}", [v for v in found if v[0] == name], ways, COLOURS)
+    own = list(dict.fromkeys(w for _, w, *_ in five))
+    _draw(panels[0, 3], FIVE, five, own, [*COLOURS[2:0:-1], *COLOURS[3:5], COLOURS[6]])
+    panels[0, 3].legend(fontsize=7, frameon=False, loc="upper left")
+    panels[1, 3].axis("off")
+    panels[1, 3].legend(
+        *panels[0, 0].get_legend_handles_labels(), fontsize=8, frameon=False, loc="center", title="classes"
+    )
+    for axes in (*panels[-1, :3], panels[0, 3]):
         axes.set_xlabel("time per position [µs]")
+        axes.tick_params(labelbottom=True)
     for axes in panels[:, 0]:
         axes.set_ylabel("largest error / unit")
-    panels[0, 0].legend(fontsize=7, frameon=False)
     figure.savefig(REPORT.with_suffix(".svg"), metadata={"Date": None})
+
+
+def _draw(axes: Any, name: str, found: Any, ways: Any, colours: Any) -> None:
+    for way, colour in zip(ways, colours, strict=True):
+        here = sorted((1e6 * t, max(e, 1e-17)) for _, w, _, t, e in found if w == way)
+        axes.loglog(*zip(*here, strict=True), "o-", ms=4, color=colour, label=way)
+    axes.set_title(name, fontsize=10)
+    axes.grid(alpha=0.25)
 
 
 def main() -> None:
     """Write the report."""
+    five = axle()
     rows, found, many = measure()
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
@@ -301,12 +394,16 @@ def main() -> None:
             ["way", *(f"class {k}" for k in CLASSES)],
             [[w, *(f"{ratio(found, k, w):.0f}" for k in CLASSES)] for w, *_ in WAYS],
         )
+        print(AXLE)
+        table(
+            ["way", "tolerance", "µs / error"], [[w, f"{v:.0e}", f"{1e6 * t:.2f} / {e:.0e}"] for _, w, v, t, e in five]
+        )
         print("![error against time](spatial_work_precision.svg)")
     report = text.getvalue().replace("tests/benchmarks/spatial_work", "-m tests.benchmarks.spatial_work")
     report = report.replace("precision.py`", "precision`")
     REPORT.with_suffix(".md").write_text(report, "utf-8")
     print(report)
-    plot(found)
+    plot(found, five)
 
 
 if __name__ == "__main__":

@@ -12,10 +12,11 @@ import numpy as np
 from ...errors import InvalidLinkage, InvalidRequest
 from ...kinematics.types import Array
 from ..jointed.compiling import directions, numbers
+from ..jointed.curve import Curve
 from ..jointed.mechanism import Mechanism
 from ..jointed.motion import Motion
+from ..jointed.newton import solved
 from ..jointed.system import System
-from ..jointed.tracing import Curve, solved
 from .boxes import Variables
 from .targets import Bound, Sweep, Target
 

@@ -10,9 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ...kinematics.types import Array
+from .curve import Curve, signature
 from .motion import Motion
-from .system import CURVE, FREE, PRISMATIC, REVOLUTE, SURFACE
-from .tracing import Curve, newton, signature
+from .newton import newton
+from .tree import CURVE, FREE, PRISMATIC, REVOLUTE, SURFACE
 
 #: Poses are one if what tells them apart differs by less.
 SAME = 1e-6

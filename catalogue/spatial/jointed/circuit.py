@@ -9,10 +9,13 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ...kinematics.types import Array
+from .curve import Curve, Trace, signature, tangents
+from .dead_points import stationary, unfolded
 from .elements import Scalar
 from .motion import Motion
-from .system import FREE
-from .tracing import LONG, MOST, Curve, March, Trace, across, signature, solved, stationary, tangents, unfolded
+from .newton import across, solved
+from .tracing import LONG, MOST, March
+from .tree import FREE
 
 if TYPE_CHECKING:
     from .mechanism import Mechanism

@@ -16,7 +16,8 @@ from ..geometry.guides import Guides
 from ..geometry.rotation import matrix
 from . import elements as e
 from .scalars import Compiled, CompiledAngle, CompiledLength, CompiledTravel, CompiledUnknown
-from .system import (
+from .system import OnKind, System
+from .tree import (
     CURVE,
     CYLINDRICAL,
     FREE,
@@ -26,9 +27,7 @@ from .system import (
     SURFACE,
     UNKNOWNS,
     Laid,
-    OnKind,
     Placed,
-    System,
 )
 
 #: Conditions of a joint that closes a loop: components of its point along the axis and across it, and turns.
@@ -291,12 +290,12 @@ class Compiler:
         points = np.stack([np.broadcast_to(p, (n, 3)) for p in self.points], axis=1)
         points = (points - self.centre) / self.unit
         return System(
-            tuple(self.bodies), points, directions(self.ways_of, points), _grouped(placed),
+            tuple(self.bodies), points, directions(self.ways_of, points), _grouped(placed), column, number,
             ([b for b, _ in self.end_list], [p for _, p in self.end_list]),
             ([b for b, _ in self.way_list], [d for _, d in self.way_list]),
             np.array(self.distance, int).reshape(-1, 2).T, np.array(self.offset, int).reshape(-1, 3).T,
             np.array(self.angle, int).reshape(-1, 2).T, tuple(guides), np.array(idle, int).reshape(1, -1),
-            sign, rows, column, number, tuple(extra), np.arange(rows), self.centre, self.unit, tuple(self.names),
+            sign, rows, tuple(extra), np.arange(rows), self.centre, self.unit, tuple(self.names),
             tuple(self.ways_of), tuple(self.labels), tuple(_label(x) for x in self.elements),
         )  # fmt: skip
 

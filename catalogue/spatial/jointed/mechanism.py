@@ -16,10 +16,12 @@ from ...kinematics.types import Array
 from .assemblies import FoundAssemblies, search
 from .circuit import Circuit, circuits
 from .compiling import Compiler
+from .curve import Curve, tangents
 from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar
 from .motion import Motion
+from .sweeping import swept
 from .system import System
-from .tracing import Curve, March, solved, tangents, toward
+from .tracing import March
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -153,7 +155,7 @@ class Mechanism:
         if q.ndim != 1 or not q.size or not np.isfinite(q).all():
             raise InvalidRequest("values of a drive must be finite numbers, one after the other")
         curve, y = self._curve(drive, hold)
-        count, unit = len(y), curve.system.scalars[-1].unit
+        unit = curve.system.scalars[-1].unit
         goal = q / unit
         at = curve(y)
         tangent, slope, regular = tangents(at[1], at[3])
@@ -161,30 +163,13 @@ class Mechanism:
             raise NotMovable("the design pose is singular: more freedoms than beside it; give another design pose")
         if (slope < STILL).any():
             self._explain(curve, y, tangent, drive)
-        start = at[2]
-        low, high = np.minimum(goal.min(), start), np.maximum(goal.max(), start)
-        both = np.tile(np.arange(count), 2)
-        signed = np.concatenate([-tangent, tangent])
-        traces = toward(curve.take(both), y[both], signed, np.concatenate([low, high]), tuple(v[both] for v in at))
-        states = np.full((count, len(q), y.shape[1]), np.nan)
-        inside = np.zeros((count, len(q)), bool)
-        ends = []
-        for i in range(count):
-            trace = traces[i].joined(traces[count + i])
-            inside[i] = (goal >= trace.drive[0] - 1e-12) & (goal <= trace.drive[-1] + 1e-12)
-            if inside[i].any():
-                states[i, inside[i]] = trace.at(trace.where(goal[inside[i]])) if len(trace.s) > 1 else trace.y[:1]
-            below, above = traces[i], traces[count + i]
-            ends.append(
-                tuple(
-                    (float(t.drive[-1] * unit), t.reason) if short else None
-                    for t, short in ((below, below.drive[-1] > low[i]), (above, above.drive[-1] < high[i]))
-                )
-            )
-        who, which = np.nonzero(inside)
-        found, good = solved(curve.take(who), states[who, which], goal[which])
-        found[~good] = np.nan
-        states[who, which] = found
+        states, end, reason = swept(curve, y, at, tangent, goal)
+        asked = np.stack([np.minimum(goal.min(), at[2]), np.maximum(goal.max(), at[2])], axis=1)
+        short = (asked - end) * (-1, 1) > 0
+        ends = [
+            tuple((float(v), str(why)) if less else None for v, why, less in zip(*one, strict=True))
+            for one in zip(end * unit, reason, short, strict=True)
+        ]
         if len(curve.system.use) < curve.system.rows:
             self._without_missed(curve, states, ends, float(q[0]))
         return Motion(self, curve, drive, tuple(hold), q, states, tuple(ends))

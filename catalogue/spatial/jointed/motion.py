@@ -13,9 +13,9 @@ import numpy as np
 from ...errors import InvalidRequest
 from ...kinematics.types import Array
 from .compiling import numbers
+from .curve import Curve
 from .elements import Scalar
-from .system import UNKNOWNS
-from .tracing import Curve
+from .tree import UNKNOWNS
 from .vectors import cross, series
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from ..drawing import scene as seen
 from . import elements as e
 from .axle import Wheel
 from .compiling import numbers
-from .system import Laid
+from .tree import Laid
 
 if TYPE_CHECKING:
     from .mechanism import Mechanism

@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 
 from .compiling import directions
+from .curve import Curve
 from .frame import framed
 from .motion import Motion
-from .tracing import Curve, solved
+from .newton import solved
 
 #: Displacement of a hard point, in the size of the mechanism, for central differences of exact solutions.
 STEP = 2.0**-17

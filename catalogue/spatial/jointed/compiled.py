@@ -1,0 +1,136 @@
+"""Sweeps by `kernel`, which numba compiles, where it is installed and no surface or curve guides: ten times faster.
+
+numba is imported by the first sweep.  It keeps what it has compiled beside the module, or, where it cannot write there,
+in the user's cache folder (`NUMBA_CACHE_DIR` says another); `NUMBA_DISABLE_JIT=1` leaves all to numpy.
+"""
+
+from __future__ import annotations
+
+import os
+import warnings
+from functools import cache
+from importlib.util import find_spec
+from types import ModuleType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...kinematics.types import Array
+from .scalars import Compiled, CompiledAngle, CompiledLength, CompiledTravel, CompiledUnknown
+
+if TYPE_CHECKING:
+    from .system import System
+
+#: The kernel, with a plan, a geometry and room for one pose.
+Fast = tuple[Any, Any, Any, Any]
+Numbers = tuple[float, ...]
+
+
+@cache
+def kernel() -> ModuleType | None:
+    """Return the compiled equations, or None if numba is not installed or not to compile."""
+    if find_spec("numba") is None or os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
+        return None
+    try:
+        from . import kernel as found
+    except (ImportError, KeyError) as error:  # numba refuses a numpy newer than itself; an option may have gone
+        warnings.warn(f"numba cannot be used, sweeps go by numpy: {error}", RuntimeWarning, stacklevel=2)
+        return None
+    return found
+
+
+def plan(system: System) -> Any:
+    """Return what the kernel needs of a system but for its geometry; None if it cannot have it."""
+    k = kernel()
+    if k is None or system.guides or any(p.guide for p in system.placed):
+        return None
+    joints = [
+        (p.sort, *one) for p in system.placed
+        for one in zip(p.bodies, p.on, p.unknown, p.number, p.point, p.direction, strict=True)
+    ]  # fmt: skip
+    lead = [v for p in system.placed for v in p.lead or (0.0,) * len(p.bodies)]
+    held = np.arange(system.rows, system.rows + len(system.scalars) - 1)
+    scalars = np.array([_scalar(s) for s in system.scalars], np.int64).reshape(-1, 4)
+    whole = (system.ends, system.ways, system.distances, system.offsets, system.angles, system.idle)
+    return k.Plan(
+        np.array(joints, np.int64), np.array(lead), *(np.ascontiguousarray(v, np.int64) for v in whole),
+        np.ascontiguousarray(system.moves), scalars, np.concatenate([system.use, held]).astype(np.int64), system.weight,
+    )  # fmt: skip
+
+
+def fast(system: System) -> Fast | None:
+    """Return what evaluates a system; None if numba is not there, or a guide is a surface or a curve."""
+    plan = system.plan
+    if plan is None:
+        return None
+    k = kernel()
+    assert k is not None  # it made the plan
+    given = (system.points, system.directions, system.lengths, *system.constants)
+    return k, plan, k.Geometry(*map(_plain, given)), k.work(plan, system.numbers)
+
+
+def _scalar(s: Compiled) -> tuple[int, int, int, int]:
+    """Return the sort of a scalar and its integers, as `kernel.read` has them."""
+    if isinstance(s, CompiledUnknown):
+        return 0, s.number, s.unknown, 0
+    if isinstance(s, CompiledTravel):
+        return 1, s.end, s.design, s.along
+    if isinstance(s, CompiledLength):
+        return 2, s.first, s.second, 0
+    assert isinstance(s, CompiledAngle)  # there is no other
+    return 3, s.way, s.first, s.second
+
+
+def evaluate(fast: Fast, y: Array) -> tuple[Array, Array]:
+    """Return what conditions lack and values of scalars (n, c + k), and the Jacobian of both (n, c + k, unknowns)."""
+    k, plan, geometry, work = fast
+    value, jacobian = np.empty((len(y), len(plan.moves))), np.empty((len(y), *plan.moves.shape))
+    k.evaluated(plan, geometry, work, _plain(y), value, jacobian)
+    return value, jacobian
+
+
+def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Numbers) -> tuple[Array, Array, Array]:
+    """Correct states (n, numbers); return them, where that was possible, and where a matrix was singular."""
+    k, plan, geometry, work = fast
+    y, found = np.array(y, order="C"), np.empty(len(y), np.int64)
+    k.solved(plan, geometry, work, _plain(held), y, _plain(target), found, k.Accuracy(*accuracy))
+    return y, found == 1, found < 0
+
+
+def steps(fast: Fast, held: Array, h: Array, sign: Array, before: Any, last: Any, limits: Numbers) -> Any:
+    """Try a step of many curves from their last nodes; those before give the way.
+
+    Returns the next lengths of steps (n,), the new nodes, where a step was made, and where it would have changed the
+    orientation; None if a matrix was singular.
+    """
+    k, plan, geometry, work = fast
+    nodes = k.Nodes(*(np.stack([a, b, b], axis=1) for a, b in zip(before, last, strict=True)))
+    h, good, crossing = h.copy(), np.zeros(len(h), bool), np.zeros(len(h), bool)
+    if not k.steps(plan, geometry, work, _plain(held), h, _plain(sign), nodes, k.Limits(*limits), good, crossing):
+        return None
+    return h, tuple(v[:, 2] for v in nodes), good, crossing
+
+
+def swept(
+    fast: Fast, held: Array, start: Any, sign: Array, target: Array, goal: Array, most: int, constants: Any
+) -> Any:
+    """Sweep a batch from its design poses.
+
+    Returns states (n, s, numbers), NaN where there is none, ends of the drive (n, 2), why it ended there as numbers of
+    `kernel` (n, 2), and in which mechanisms a matrix was singular.
+    """
+    k, plan, geometry, work = fast
+    n, s, numbers = len(target), len(goal), start[1].shape[1]
+    sweep = k.Sweep(
+        k.Nodes(*map(_plain, start)), _plain(sign), _plain(target), goal, np.empty((n, s, numbers)),
+        np.zeros((n, s), np.int64), np.empty((n, 2)), np.empty((n, 2), np.int64),
+    )  # fmt: skip
+    constants = k.Limits(*constants[0]), k.Accuracy(*constants[1])
+    k.swept(plan, geometry, work, _plain(held), sweep, k.nodes(plan, most + 2, numbers), *constants)
+    sweep.states[sweep.found != 1] = np.nan
+    return sweep.states, sweep.end, sweep.why, (sweep.found < 0).any(1) | (sweep.why == k.SINGULAR).any(1)
+
+
+def _plain(v: Array) -> Array:
+    """Return an array as the kernel is compiled for: of doubles, in order."""
+    return np.ascontiguousarray(v, float)
