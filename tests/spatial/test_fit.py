@@ -33,7 +33,6 @@ from catalogue.spatial import (
 )
 from catalogue.spatial.fitting.boxes import Variables
 from catalogue.spatial.fitting.trials import Stacked, Trials
-from catalogue.spatial.jointed.motion import Motion
 
 NAMES = ("upper rear", "upper front", "lower rear", "lower front", "tie rod")
 INNER = np.array([[-120, 450, 230], [130, 440, 240], [-150, 400, -60], [140, 390, -70], [90, 420, -10.0]])
