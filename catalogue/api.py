@@ -16,6 +16,7 @@ from .store import Database
 if TYPE_CHECKING:
     import pandas as pd
 
+    from .collections.results import CollectionCandidate
     from .find.candidate import Candidate
     from .find.dwell_results import DwellResults, StandStill
     from .find.results import Found
@@ -151,6 +152,7 @@ class Catalogue:
         series: Sequence[str] = (),
         where: Mapping[str, tuple[float | None, float | None]] | None = None,
         special: Sequence[str] = (),
+        refine: bool = False,
         quiet: bool = False,
     ) -> CollectionResults:
         """Return the best mechanisms of a collection, each verified on its finite motion at the stroke asked for.
@@ -173,6 +175,9 @@ class Catalogue:
             Bounds on metrics, None for an open side: ``{"condition": (None, 50.0)}``.
         special : sequence of str
             Only mechanisms that are one of these well-known cases.
+        refine : bool
+            Move the answers until they deviate less, where the collection knows how; bounds and names are kept.  It
+            takes some seconds for each.
 
         Raises
         ------
@@ -194,8 +199,22 @@ class Catalogue:
 
         return find_in(
             self.database, collection, request, limit=limit, rank_by=rank_by, families=families, series=series,
-            where=where, special=special, drawn=drawn,
+            where=where, special=special, refine=switch("refine", refine), drawn=drawn,
         )  # fmt: skip
+
+    def specimen(self, name: str, number: int, stroke: float = 1.0) -> CollectionCandidate:
+        """Return a stored specimen of a collection by its id, laid along a path of a stroke and measured there.
+
+        Raises
+        ------
+        InvalidRequest
+            If there is no such specimen.
+        PluginError
+            If there is no such collection.
+        """
+        from .find.specimens import specimen
+
+        return specimen(self.database, self.registry.collection(name), number, stroke)
 
     def build_collection(
         self,

@@ -83,7 +83,8 @@ FIND = {
 }
 DWELL = {name: FIND[name] for name in ("request", "limit", "effort", *DwellArguments.__annotations__)}
 SPECIMENS = {name: FIND[name] for name in ("request", "limit", "families", "series")}
-SPECIMENS |= {"name": NONE, "rank_by": NONE, "where": NOTHING | {"mapping"}, "special": EMPTY, "quiet": SWITCH}
+SPECIMENS |= {"name": NONE, "rank_by": NONE, "where": NOTHING | {"mapping"}, "special": EMPTY, "refine": SWITCH}
+SPECIMENS |= {"quiet": SWITCH}
 BUILD = {"count": NOTHING, "seed": NOTHING, "processes": NOTHING, "series": EMPTY, "report": NONE}
 CLASSIFY = {"linkage": NONE, "tolerance": NOTHING, "plugins": EMPTY}
 LINES = dict.fromkeys(("stroke", "deviation", "start", "along"), NONE)

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from ..errors import InvalidRequest
 from ..find.columns import CANDIDATE, Column
@@ -20,8 +21,8 @@ if TYPE_CHECKING:
 
 #: Options of `find` that go with a collection.
 KNOWN = (
-    "collection", "where", "family", "series", "special", "rank_by", "limit", "explain", "plot", "save", "format", "db",
-    "plugins",
+    "collection", "where", "family", "series", "special", "rank_by", "limit", "refine", "explain", "plot", "save",
+    "format", "db", "plugins",
 )  # fmt: skip
 
 
@@ -32,7 +33,7 @@ def find_in(request: Request, options: Mapping[str, Any]) -> None:
     default = click.Command("find", params=[*OPTIONS]).make_context("find", []).params
     for name, value in options.items():
         if name not in KNOWN and value != default[name]:
-            known = ", ".join(f"--{k.replace('_', '-')}" for k in KNOWN[1:7])
+            known = ", ".join(f"--{k.replace('_', '-')}" for k in KNOWN[1:8])
             raise InvalidRequest(f"--{name.replace('_', '-')} does not go with --collection, which knows {known}")
     from ..collections.bounds import parsed
 
@@ -42,11 +43,17 @@ def find_in(request: Request, options: Mapping[str, Any]) -> None:
         found = catalogue.find_in(
             options["collection"], request, limit=options["limit"], rank_by=rank_by,
             families=options["family"], series=options["series"], where=where, special=options["special"],
+            refine=options["refine"] and _asked("refine"),
         )  # fmt: skip
         print_results(
             found, lambda found: _table(found, request), options["format"], explain=options["explain"],
             plot=options["plot"], save=options["save"],
         )  # fmt: skip
+
+
+def _asked(name: str) -> bool:
+    """Return whether an option stands on the command line: of collections, answers are as stored unless it does."""
+    return click.get_current_context().get_parameter_source(name) is ParameterSource.COMMANDLINE
 
 
 def _table(found: CollectionResults, request: Request) -> None:

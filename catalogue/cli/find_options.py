@@ -83,7 +83,8 @@ OPTIONS = (
             "first. Repeatable."),
     option("--collection", "NAME",
            "Find mechanisms of another kind, which a plugin collects (`catalogue plugins` lists them). With "
-           "--family, --series, --special, --where, --rank-by deviation or one of its metrics, --limit, the output."),
+           "--family, --series, --special, --where, --rank-by deviation or one of its metrics, --limit, the output; "
+           "--refine only if it is asked for."),
     several("--special", "NAME", "Only this well-known mechanism of the collection, such as RSSR; may be repeated."),
     several("--where", "METRIC>=X",
             "Bound a metric of the collection by >= or <=, e.g. 'size<=3'; a length in your unit. May be repeated."),

@@ -154,6 +154,8 @@ def show(
 
     An answer is shown as it was found, by its code or from a file of `find --save`.
 
+    A stored specimen of a collection is COLLECTION:ID, such as spatial-guidance:17.
+
     A design is laid as published, over its usual stroke and not split, unless --level is given; the best guide of its
     series on the same stroke, no larger, is named beside it.
     """
@@ -169,6 +171,11 @@ def show(
 
     if is_answer(name):
         _show_answers(_kept(name, db, plugins), name, plot, moving, format)
+        return
+    collection, _, number = name.partition(":")
+    if number.isdecimal():
+        with open(db, plugins=plugins, build=False) as catalogue:
+            _show_answers([catalogue.specimen(collection, int(number), stroke)], name, plot, moving, format)
         return
     from ..find.candidate import digits
 

@@ -6,7 +6,7 @@ How to write a plugin that adds a collection:
    guide.  Parameters are plain numbers, texts, lists and dicts, in units of their own.
 2. Write `measure(parameters, request)`: for each of several such parameters lay the mechanism along the path that is
    asked for, follow its finite motion, and return what was `Measured` there.
-3. Write `classify(parameters)` and `plot(candidate, file)`.
+3. Write `classify(parameters)` and `plot(candidate, file)`; if you can, `refine(parameters, request)`.
 4. Put them in a `Collection` and return it from the hook ``catalogue_collections``, whose body imports what it needs:
    the hook is called only when a collection is asked for.
 5. Run the contract tests: subclass `catalogue.testing.CollectionContract`.
@@ -155,6 +155,7 @@ class Tags:
 Draw = Callable[[str, np.random.Generator, int], Sequence[Specimen]]
 Measure = Callable[[Sequence[Parameters], "Request"], Sequence[Measured]]
 Classify = Callable[[Parameters], Tags]
+Refine = Callable[[Sequence[Parameters], "Request"], Sequence[Parameters]]
 Plot = Callable[["CollectionCandidate", Path | None], Any]
 
 
@@ -181,6 +182,9 @@ class Collection:
     special : mapping of str to sequence of str
         Names that `classify` gives to well-known cases, each with the configurations that such a mechanism may have,
         ``*`` standing for anything: by them those that cannot be are left out before any is classified.
+    refine : callable, optional
+        Of parameters as laid and a request, in the order given: parameters of mechanisms near them that keep closer to
+        the nominal.  They are measured and checked anew; without it answers are those that are stored.
 
     Raises
     ------
@@ -200,6 +204,7 @@ class Collection:
     plot: Plot
     origin: str = ""
     special: Mapping[str, Sequence[str]] = field(default_factory=dict)
+    refine: Refine | None = None
 
     def __post_init__(self) -> None:
         what = f"collection {self.name!r}"
@@ -221,6 +226,8 @@ class Collection:
         for name in ("draw", "measure", "classify", "plot"):
             if not callable(getattr(self, name)):
                 raise PluginError(f"{what}: {name} must be a function")
+        if self.refine is not None and not callable(self.refine):
+            raise PluginError(f"{what}: refine must be a function")
 
     @property
     def series(self) -> list[str]:

@@ -17,7 +17,7 @@ from ..collections.results import CollectionCandidate
 from ..collections.spec import COLUMNS, Collection, Measured
 from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
-from ..problem.request import Request, names, whole
+from ..problem.request import CircularArc, Request, StraightLine, names, whole
 from ..store import Database
 from ..store import SpecimenRow as Row
 from .results import Results
@@ -55,6 +55,7 @@ def find_in(
     series: Sequence[str] = (),
     where: Mapping[str, Any] | None = None,
     special: Sequence[str] = (),
+    refine: bool = False,
     drawn: Callable[[], None] = lambda: None,
 ) -> CollectionResults:
     """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`.  `drawn` is called
@@ -77,13 +78,35 @@ def find_in(
     )
     more = rank_by != "deviation" and collection.metrics[rank_by].more
     # Stored numbers decide what is verified, measured ones what comes first; the sort is stable.
+
+    def key(c: CollectionCandidate) -> float:
+        return c.deviation if rank_by == "deviation" else c.metrics[rank_by]
+
     found = sorted(
-        search.run(limit, _stored(rank_by).desc() if more else _stored(rank_by).asc()),
-        key=lambda c: c.deviation if rank_by == "deviation" else c.metrics[rank_by],
-        reverse=more,
+        search.run(limit, _stored(rank_by).desc() if more else _stored(rank_by).asc()), key=key, reverse=more
     )[:limit]
+    if refine and collection.refine is not None and found:
+        pairs = zip(found, search.refined(found), strict=True)
+        better = [n if n is not None and (key(n) >= key(c) if more else key(n) <= key(c)) else c for c, n in pairs]
+        search.moved = sum(n is not c for n, c in zip(better, found, strict=True))
+        found = sorted(better, key=key, reverse=more)
     search.seconds, search.shown = time.perf_counter() - clock, len(found)
     return CollectionResults(found, search, collection=collection)
+
+
+def specimen(database: Database, collection: Collection, number: int, stroke: float) -> CollectionCandidate:
+    """Return a stored specimen by its id, laid along a line or an arc; see `catalogue.Catalogue.specimen`."""
+    number = whole("id", number, 1)
+    of = and_(Row.collection == collection.name, Row.id == number)
+    rows = database.read(select(Row.kind, Row.parameters).where(of))
+    if not len(rows["kind"]):
+        raise InvalidRequest(f"{collection.name} has no specimen {number}; `find --collection` lists ids")
+    nominal = StraightLine if rows["kind"][0] == "line" else CircularArc
+    search = _Search(database, collection, nominal(stroke, deviation=0.1 * stroke), [], {})
+    [measured] = search.measured([*database.objects(rows["parameters"])])
+    if measured.reason:
+        raise InvalidRequest(f"specimen {number} of {collection.name} cannot be laid there: {measured.reason}")
+    return search.candidate(number, measured)
 
 
 def _stored(name: str) -> ColumnElement[float]:
@@ -126,6 +149,7 @@ class _Search:
     others: int = 0  #: how many that could be were looked at and are none of these
     verified: int = 0
     shown: int = 0
+    moved: int = 0  #: how many of those shown were refined
     removed: Counter[str] = field(default_factory=Counter)  #: how many of the verified failed each test
     nearest: dict[str, float] = field(default_factory=dict)  #: the best that one of these has there
     seconds: float = 0.0
@@ -188,8 +212,34 @@ class _Search:
             name, origin = self.collection.name, self.collection.origin
             raise PluginError(f"collection {name} cannot be {what}: {error} ({origin})") from error
 
+    def refined(self, found: list[CollectionCandidate]) -> list[CollectionCandidate | None]:
+        """Return answers near those found that deviate less and are what was asked for too; None where none is."""
+        assert self.collection.refine is not None  # who calls has looked
+        with self.asked("refined"):
+            moved = list(self.collection.refine([c.parameters for c in found], self.request))
+            if len(moved) != len(found):
+                raise PluginError(f"{len(moved)} of {len(found)} mechanisms were refined")
+        verified, out = self.verified, list[CollectionCandidate | None]()
+        for c, m in zip(found, self.measured(moved), strict=True):
+            good = self._failed(m)[0] is None and m.deviation < c.deviation
+            new = self.candidate(c.id, m) if good else None
+            same = new is not None and (new.family, new.series) == (c.family, c.series)
+            out.append(new if new is not None and same and set(c.special) <= set(new.special) else None)
+        self.verified = verified
+        return out
+
     def serves(self, one: Measured) -> bool:
         """Return whether a measured specimen is an answer; if not, count it with the first test that it fails."""
+        failed, near = self._failed(one)
+        if failed is None:
+            return True
+        self.removed[failed] += 1
+        if near is not None:
+            self.nearest[failed] = min(near, self.nearest.get(failed, near))
+        return False
+
+    def _failed(self, one: Measured) -> tuple[str | None, float | None]:
+        """Return the first test that a measured specimen fails, and how near it comes to it."""
         failed, near = None, None
         if one.reason:
             failed = one.reason
@@ -199,12 +249,7 @@ class _Search:
             failed, near = f"deviation {self.request.deviation:g}", one.deviation
         else:
             failed = next((str(b) for b in self.bounds if not b.holds(one.metrics[b.name])), None)
-        if failed is None:
-            return True
-        self.removed[failed] += 1
-        if near is not None:
-            self.nearest[failed] = min(near, self.nearest.get(failed, near))
-        return False
+        return failed, near
 
     def on_radius(self, radius: float | None) -> bool:
         """Return whether a deviation is from an arc of exactly the radius that is asked for, if one is."""
@@ -239,6 +284,7 @@ class _Search:
         lines += [f"  {name} alone excludes {n} of them" for name, n in excluded.items()]
         lines += [f"  {self.others} that might be are not {' or '.join(self.special)}"] if self.others else []
         lines.append(f"  {self.verified} of the rest were followed on their finite motion; {self.shown} are shown")
+        lines += [f"  {self.moved} of these were refined"] if self.moved else []
         lines += [f"  there {name} removed {n}" for name, n in self.removed.items()]
         if not self.shown:
             lines.append("no piece found: " + self._advice(number["all"], useful))

@@ -32,7 +32,7 @@ from catalogue.spatial import (
     transmission,
 )
 from catalogue.spatial.fitting.boxes import Variables
-from catalogue.spatial.fitting.trials import Trials
+from catalogue.spatial.fitting.trials import Stacked, Trials
 
 NAMES = ("upper rear", "upper front", "lower rear", "lower front", "tie rod")
 INNER = np.array([[-120, 450, 230], [130, 440, 240], [-150, 400, -60], [140, 390, -70], [90, 420, -10.0]])
@@ -307,3 +307,10 @@ def test_what_cannot_be_meant_is_refused() -> None:
     )
     with pytest.raises(InvalidRequest, match="on a guide, which stays"):
         Variables(guided, [Box("ring.at", 1)])
+
+
+def test_stacked_motions_are_read_by_what_a_motion_is_read_by() -> None:
+    """A method that `Motion` calls by another name would read every pose with the hard points of the first."""
+    for name in ("flat", "each"):
+        assert name in vars(Stacked)
+        assert name in vars(Motion)

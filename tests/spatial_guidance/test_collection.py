@@ -378,3 +378,43 @@ def test_special_ones_are_those_that_are_classified_so_and_the_best_of_them(cat:
 def test_an_unknown_special_mechanism_is_refused_with_those_that_there_are(cat: Catalogue) -> None:
     with pytest.raises(catalogue.errors.InvalidRequest, match="there is no special 'RSSS'; there are 5-SS, RS-3SS"):
         cat.find_in("spatial-guidance", StraightLine(1, 0.05), special=["RSSS"])
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("wish", [StraightLine(100, 5), CircularArc(100, 2, radius=150)])
+def test_refined_answers_deviate_less_and_are_what_they_were(cat: Catalogue, wish: Any) -> None:
+    """Verified anew on the finite motion, by whoever asks for it."""
+    bounds = {"size": (None, 2500.0), "range": (0.3, None)}
+    stored = {c.id: c for c in cat.find_in("spatial-guidance", wish, limit=3, where=bounds)}
+    found = cat.find_in("spatial-guidance", wish, limit=3, where=bounds, refine=True)
+    assert [c.deviation for c in found] == sorted(c.deviation for c in found)
+    assert {c.id for c in found} == set(stored)
+    for one in found:
+        before = stored[one.id]
+        assert one.deviation <= before.deviation
+        assert (one.family, one.series) == (before.family, before.series)
+        assert set(before.special) <= set(one.special)
+        assert one.metrics["size"] <= min(2500.0, 1.051 * before.metrics["size"])
+        assert one.metrics["range"] >= 0.3
+        [again] = COLLECTION.measure([one.parameters], wish)
+        assert again.deviation == pytest.approx(one.deviation, rel=2e-3, abs=1e-9)
+    assert sum(c.deviation < 0.9 * stored[c.id].deviation for c in found) >= 1
+
+
+@pytest.mark.slow
+def test_a_specimen_is_shown_by_its_id(cat: Catalogue, environment: dict[str, str], tmp_path: Path) -> None:
+    [one] = cat.find_in("spatial-guidance", StraightLine(100, 5), limit=1)
+    show = [sys.executable, "-m", "catalogue", "show", "--db", str(cat.database.path), "--stroke", "100"]
+    done = subprocess.run(
+        [*show, f"spatial-guidance:{one.id}", "--format", "json", "--plot", str(tmp_path / "one.svg")],
+        env=environment, capture_output=True, text=True, timeout=120,
+    )  # fmt: skip
+    assert done.returncode == 0
+    assert json.loads(done.stdout) == (shown := cat.specimen("spatial-guidance", one.id, 100)).to_dict()
+    assert (shown.series, shown.deviation) == (one.series, pytest.approx(one.deviation, rel=1e-6))
+    assert (tmp_path / "one.svg").stat().st_size > 1000
+    done = subprocess.run(
+        [*show, "spatial-guidance:99999999"], env=environment, capture_output=True, text=True, timeout=120
+    )
+    assert (done.returncode, done.stdout) != (0, "")
+    assert "has no specimen 99999999" in done.stderr

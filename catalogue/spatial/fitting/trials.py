@@ -31,10 +31,10 @@ NOT_SOLVED = "a displaced pose was not found"
 class Stacked(Motion):
     """Motions of many mechanisms as one, pose after pose, so that what is read of one is read of all."""
 
-    def _flat(self) -> tuple[Curve, Array]:
+    def flat(self) -> tuple[Curve, Array]:
         return self.curve, self.states[0]
 
-    def _each(self, value: Any, what: str) -> Array:
+    def each(self, value: Any, what: str) -> Array:
         found = numbers(value, what)
         if len(found) not in (1, self.states.shape[1]):
             raise InvalidRequest(f"{what} must be one for all")

@@ -10,6 +10,7 @@ from catalogue.plugin import Collection
 from .classification import SPECIAL, classify
 from .draw import COINCIDENCES, draw
 from .measures import METRICS, measure
+from .refine import refine
 
 if TYPE_CHECKING:
     from catalogue.plugin import CollectionCandidate
@@ -34,4 +35,5 @@ COLLECTION = Collection(
     classify=classify,
     plot=plot,
     special=SPECIAL,
+    refine=refine,
 )

@@ -1,0 +1,138 @@
+"""A specimen moved until its point is led better: Levenberg's and Marquardt's method on its finite motion.
+
+Points of the body move with the guides on which they are, so that the mechanism stays assembled and points that
+coincide stay together; besides the guided point and the end of the first driver's way.  A step counts only if the
+mechanism stays what it is called, nearly as small, and its drive nearly as long.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from catalogue.plugin import Array, Measured, Request
+
+from .classification import classify
+from .measures import Motion, fitted, measure, run
+from .minimum_zone import Fit
+from .plain_data import alike, strokes
+
+Parameters = Mapping[str, Any]
+#: Steps at most; a step that takes away less than this part of the deviation is the last.
+STEPS, LITTLE = 8, 0.03
+#: Displacement for differences, and the farthest of a step, in diameters of the body; dampings tried at once.
+STEP, FARTHEST, DAMPING = 1e-6, 0.3, 10.0 ** np.arange(-8, 1)
+#: What may become of the size, the condition, and the range of the drive, over what they were.
+SIZE, CONDITION, RANGE = 1.05, 2.0, 0.9
+#: Deviation over the stroke below which there is nothing to gain.
+EXACT = 1e-9
+
+
+def refine(parameters: Sequence[Parameters], request: Request) -> list[Parameters]:
+    """Return mechanisms near those given that keep closer to what is asked for; the same where there is none."""
+    out = list(parameters)
+    for index in alike(parameters):
+        for i, p in zip(index, _refined([parameters[i] for i in index], request), strict=True):
+            out[i] = p
+    return out
+
+
+def _refined(given: list[Parameters], request: Request) -> list[Parameters]:
+    """Refine mechanisms of one class, driven alike, together."""
+    first = measure(given, request)
+    now, best, tags = list(given), list(first), [classify(p) for p in given]
+    motion = run(strokes(given))
+    # Points go where their guides go, so that the pose in which the stroke begins stays what it is.
+    turns, sizes = motion.rotation[:, 0], strokes(given).mechanisms.diameter
+    open_ = [i for i, m in enumerate(first) if not m.reason and m.deviation > EXACT * request.stroke]
+    for _ in range(STEPS):
+        if not open_:
+            break
+        tried = _tried([(now[i], turns[i], float(sizes[i])) for i in open_], request)
+        going = []
+        for i, found in zip(open_, tried, strict=True):
+            better = [(m, p) for m, p in found if _keeps(m, first[i]) and m.deviation < best[i].deviation]
+            better = [(m, p) for m, p in better if _same(tags[i], classify(p))]
+            if better:
+                before = best[i].deviation
+                best[i], now[i] = min(better, key=lambda pair: pair[0].deviation)
+                if EXACT * request.stroke < best[i].deviation <= (1 - LITTLE) * before:
+                    going.append(i)
+        open_ = going
+    return now
+
+
+def _keeps(m: Measured, first: Measured) -> bool:
+    """Return whether a mechanism is nearly as small as the first, as well conditioned, and its drive as long."""
+    if m.reason:
+        return False
+    now, then = m.metrics, first.metrics
+    return (
+        now["size"] <= SIZE * then["size"]
+        and now["condition"] <= CONDITION * then["condition"]
+        and now["range"] >= RANGE * then["range"]
+    )
+
+
+def _same(one: Any, other: Any) -> bool:
+    return one.series == other.series and set(one.special) <= set(other.special)
+
+
+def _tried(given: list[tuple[Parameters, Array, float]], request: Request) -> list[list[tuple[Measured, Parameters]]]:
+    """Return mechanisms that steps of each damping lead to, measured, of each that is given with its turn and size."""
+    varied, counts = [], []
+    for p, turn, size in given:
+        count = 3 * len(_groups(p)) + 4
+        varied += [_moved(p, v, turn, size) for v in np.concatenate([np.zeros((1, count)), STEP * np.eye(count)])]
+        counts.append(count + 1)
+    motion = run(strokes(varied))
+    near: list[list[Parameters]] = []
+    for one, end, (p, turn, size) in zip(counts, np.cumsum(counts), given, strict=True):
+        own = motion[end - one : end]
+        steps = _steps(own, request) if (own.reason == "").all() else []
+        near.append([_moved(p, step, turn, size) for step in steps if np.abs(step).max() < FARTHEST])
+    every = [p for some in near for p in some]
+    measured = iter(measure(every, request) if every else [])
+    return [[(next(measured), p) for p in some] for some in near]
+
+
+def _steps(motion: Motion, request: Request) -> list[Array]:
+    """Return the step of each damping, from the motion of a mechanism and of those displaced by each variable."""
+    chord = np.sqrt(((motion.path[:, -1] - motion.path[:, 0]) ** 2).sum(1))
+    off = _off(motion.path, fitted(motion, request.kind, None if request.sweep is None else chord / request.sweep))
+    u, s, v = np.linalg.svd(((off[1:] - off[0]) / STEP).T, full_matrices=False)
+    return [-(v.T * (s / (s * s + (d * s[0]) ** 2))) @ (u.T @ off[0]) for d in DAMPING]
+
+
+def _off(path: Array, fit: Fit) -> Array:
+    """Return how far paths are from their lines or circles, in strokes, shape (n, 2 f)."""
+    local = (path - fit.start[:, None]) @ np.swapaxes(fit.axes, 1, 2)
+    side = local[..., 1]
+    if np.isfinite(fit.radius).all():
+        half, radius = 0.5 * fit.stroke[:, None], fit.radius[:, None]
+        side = np.hypot(local[..., 0] - half, side + np.sqrt(np.maximum(radius**2 - half**2, 0))) - radius
+    return np.asarray(np.concatenate([side, local[..., 2]], axis=1) / fit.stroke[:, None])
+
+
+def _groups(p: Parameters) -> list[list[int]]:
+    """Return points of the body that are one, together."""
+    found: dict[tuple[float, ...], list[int]] = {}
+    for i, point in enumerate(p["body"]):
+        found.setdefault(tuple(point), []).append(i)
+    return list(found.values())
+
+
+def _moved(p: Parameters, v: Array, turn: Array, size: float) -> Parameters:
+    """Return a mechanism with its points, their guides, the guided point and the end of its drive displaced."""
+    groups = _groups(p)
+    body, guides = np.array(p["body"]), [dict(g) for g in p["guides"]]
+    for points, d in zip(groups, size * v[:-4].reshape(-1, 3), strict=True):
+        for i in points:
+            body[i] = body[i] + turn.T @ d
+            guides[i]["origin"] = (np.array(guides[i]["origin"]) + d).tolist()
+    path = [list(one) for one in p["path"]]
+    path[1][0] += v[-1] * (path[1][0] - path[0][0])
+    point = (np.array(p["point"]) + size * v[-4:-1]).tolist()
+    return {**p, "body": body.tolist(), "guides": guides, "path": path, "point": point}
