@@ -58,7 +58,7 @@ def straightest(
         lead = seek.leading(at, at.deviation, MOVED) if quick else slice(None)
         at, by = seek.moved(at[lead], by[lead], FIRST)
         lead = seek.leading(at, at.deviation, 1 if quick else SPARE * count)
-        at, _ = seek.moved(at[lead], by[lead], nodes=NODES if quick else FINER)
+        at, _ = seek.moved(at[lead], by[lead])
         return seek.numbered(seek.measured(at, FINER) if quick else at)
 
     return _by_blocks(found, len(circuits))
@@ -165,7 +165,7 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
     for _ in range(EXTENSIONS):
         n, (low, high) = len(some), SIDES[..., None] * by[some]
         each = at[np.tile(some, len(low))]
-        tried = seek.between(replace(each, low=each.low + low.ravel(), high=each.high + high.ravel()), FINER)
+        tried = seek.between(replace(each, low=each.low + low.ravel(), high=each.high + high.ravel()), NODES)
         stroke = np.where(tried.deviation <= np.tile(allowed[some], len(low)), tried.stroke, 0.0).reshape(-1, n)
         best = stroke.argmax(axis=0)
         longer = stroke[best, np.arange(n)] > at.stroke[some]
