@@ -80,6 +80,7 @@ FIND = {
     **dict.fromkeys(("order", "within", "play", "min_transmission", "min_transmission_turn"), NONE),
     **dict.fromkeys(("request", "limit", "effort", "distinct", "rank_by"), NONE),
     "desires": NOTHING | {"mapping"},
+    "starts": EMPTY,
 }
 DWELL = {name: FIND[name] for name in ("request", "limit", "effort", *DwellArguments.__annotations__)}
 SPECIMENS = {name: FIND[name] for name in ("request", "limit", "families", "series")}

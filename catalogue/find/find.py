@@ -67,7 +67,7 @@ def find(
     refine, cognates = switch("refine", refine), switch("cognates", cognates)
     step = None if round_to is None else positive("round_to", round_to) / problem.stroke
     report, given = SearchReport(), None
-    if starts:
+    if not isinstance(starts, tuple) or starts:
         from .starts import start_batch
 
         given = start_batch(problem, starts)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -25,7 +25,7 @@ def start_batch(problem: Problem, guides: Iterable[Candidate]) -> CandidateBatch
         If one is no guide with a path, or pivots are given, which leave nothing to start from, or slots or returning
         points are asked for.
     """
-    if not isinstance(guides, Iterable) or isinstance(guides, str):
+    if not isinstance(guides, Iterable) or isinstance(guides, str | bytes | Mapping):
         raise InvalidRequest(f"starts are several guides, not {quoted(guides)}")
     every = list(guides)
     if wrong := [one for one in every if not isinstance(one, Candidate)]:
