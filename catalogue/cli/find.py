@@ -142,7 +142,6 @@ def _find(request: Request, options: dict[str, Any]) -> None:
             raise InvalidRequest(f"--{name} {what} of a collection: name it with --collection")
     from ..api import open
     from ..problem.constraints import PRESCRIBED
-    from .references import guides
 
     settled(options)
     if pareto := options.pop("pareto"):
@@ -150,7 +149,10 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     output, explain, plot, save = (options.pop(name) for name in ("format", "explain", "plot", "save"))
     given = any(options[name] for name in PRESCRIBED)  # such guides are made, not looked up
     with open(options.pop("db"), plugins=options.pop("plugins"), build=not given) as catalogue:
-        options["starts"] = [one for name in options["starts"] for one in guides(name, None, lambda: catalogue)]
+        if options["starts"]:
+            from .references import guides
+
+            options["starts"] = [one for name in options["starts"] for one in guides(name, None, lambda: catalogue)]
         with busy("searching"):
             found = catalogue.find(request, **options)
         print_results(found, print_candidates, output, explain=explain, plot=plot, save=save)
