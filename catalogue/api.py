@@ -96,7 +96,7 @@ class Catalogue:
             How hard to search: starts, rounds of refinement and the points that may be measured grow with it.
         refine : bool
             Move the pivots until what is ranked is best, subject to the deviation and all constraints;
-            `Candidate.gap` says what could still be gained nearby.  Else stored guides are given as they are.
+            `Candidate.gap` says what could still be gained nearby.  Else guides are given as they are stored, or made.
         cognates : bool
             Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see `Candidate.cognate`.
         round_to : float, optional

@@ -188,8 +188,9 @@ class Search:
         return retrieve.placed(self.problem, self.database, self._reaches, chosen, self._stretch[chosen])
 
     def _perturbed(self) -> CandidateBatch | None:
-        """Return copies of the best points found, moved at random; None of ones that return, which they do no more."""
-        if self.found is None or self.problem.constraints.returns:
+        """Return copies of the best points found, moved at random; None of points that return, which they then do no
+        more, and where guides are given as they are stored."""
+        if self.found is None or not self.refines or self.problem.constraints.returns:
             return None
         merit = self._merits(self.found)
         best = np.argsort(merit)[:BEST]

@@ -50,6 +50,20 @@ def test_refinement_does_better_than_what_is_stored(small: Catalogue) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("effort", [1, 3])
+def test_without_refinement_guides_are_as_they_are_stored(small: Catalogue, effort: int) -> None:
+    found = small.find(LINE, families=["four-bar"], max_size=6.0, limit=60, effort=effort, refine=False, distinct=0)
+    kept = [(one, one.id) for one in found if one.id is not None]  # others are made to measure
+    assert len(kept) > 5
+    for one, number in kept:
+        links, stored = (
+            np.sort([length for name, length in guide.lengths.items() if not name.startswith("point")])
+            for guide in (one, small.guide(number).at(1.0))
+        )
+        np.testing.assert_allclose(links / links[0], stored / stored[0], rtol=1e-9)
+
+
+@pytest.mark.slow
 def test_a_further_stage_never_loses_the_best(small: Catalogue) -> None:
     problem = asked(LINE, "deviation", families=["four-bar"], max_size=3.0, min_transmission=45)
     one, best, count = Search(replace(problem, effort=3), small.database), np.inf, 0
