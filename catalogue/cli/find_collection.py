@@ -52,8 +52,9 @@ def find_in(request: Request, options: Mapping[str, Any]) -> None:
 
 
 def _asked(name: str) -> bool:
-    """Return whether an option stands on the command line: of collections, answers are as stored unless it does."""
-    return click.get_current_context().get_parameter_source(name) is ParameterSource.COMMANDLINE
+    """Return whether an option is given, in a file too: of collections, answers are as stored unless it is."""
+    given = click.get_current_context().get_parameter_source(name)
+    return given in (ParameterSource.COMMANDLINE, ParameterSource.DEFAULT_MAP)
 
 
 def _table(found: CollectionResults, request: Request) -> None:
