@@ -58,7 +58,7 @@ def straightest(
         lead = seek.leading(at, at.deviation, MOVED) if quick else slice(None)
         at, by = seek.moved(at[lead], by[lead], FIRST)
         lead = seek.leading(at, at.deviation, 1 if quick else SPARE * count)
-        at, _ = seek.moved(at[lead], by[lead])
+        at, _ = seek.moved(at[lead], by[lead], nodes=NODES if quick else FINER)
         return seek.numbered(seek.measured(at, FINER) if quick else at)
 
     return _by_blocks(found, len(circuits))
