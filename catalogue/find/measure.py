@@ -176,17 +176,23 @@ def measure(
         for i, one in zip(chosen.tolist(), made, strict=True):
             rows[i] = one
     missing = np.setdiff1d(np.arange(len(linkage)), found.of[best.circuit[kept]])
-    failed = {int(i) + 1: _reason(found, at, int(i), length, allowed) for i in missing}
+    failed = {int(i) + 1: _reason(found, at, int(i), length, allowed, curved, radius) for i in missing}
     told = "" if rows else f"no stretch found: {failed[1]}"
     return Measured([one for one in rows if one is not None], told, failed)
 
 
-def _reason(found: Circuits, point: Complexes, number: int, stroke: float | None, deviation: float) -> str:
+def _reason(
+    found: Circuits, point: Complexes, number: int, stroke: float | None, deviation: float, curved: bool,
+    radius: float | None,
+) -> str:  # fmt: skip
     """Say why a linkage has no stretch, and what to ask for instead."""
     some = np.flatnonzero(found.of == number)
     shortest = float(Curves.of(found[some], point[some], some).shortest.min())
     if stroke is None:
-        return f"none longer than {shortest:.3g} keeps within {deviation:g}: allow a larger deviation"
+        least = straightest(found[some], point[some], np.full(len(some), shortest), circle=curved, radius=radius)
+        value = np.nanmin(least.deviation, initial=np.inf)
+        better = f"allow {1.05 * value:.3g}" if value < np.inf else "ask for another kind of path"
+        return f"none longer than {shortest:.3g} keeps within {deviation:g}: {better}"
     if stroke < shortest:
         return f"a stroke of {stroke:g} is too short to be looked for: ask for {shortest:.3g} or more"
     return f"on no circuit does its point run forward over a stroke of {stroke:g}: ask for a shorter one"
@@ -239,7 +245,8 @@ class Laid(Columns):
 
     @property
     def stretches(self) -> Stretches:
-        return Stretches(self.circuit, self.low, self.high, self.frames.stroke, self.deviation)
+        none = np.zeros((len(self.circuit), 0), int)
+        return Stretches(self.circuit, self.low, self.high, self.frames.stroke, self.deviation, none)
 
 
 def _speed(some: Circuits, point: Complexes, s: Floats, along: Complexes) -> Floats:

@@ -166,7 +166,7 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
         n, (low, high) = len(some), SIDES[..., None] * by[some]
         each = at[np.tile(some, len(low))]
         tried = seek.between(replace(each, low=each.low + low.ravel(), high=each.high + high.ravel()), NODES)
-        stroke = np.where(tried.deviation <= np.tile(allowed[some], len(low)), tried.stroke, 0.0).reshape(-1, n)
+        stroke = np.where(tried.deviation <= np.tile(allowed[some], len(low)), tried.stroke, 0.0).reshape(len(low), n)
         best = stroke.argmax(axis=0)
         longer = stroke[best, np.arange(n)] > at.stroke[some]
         at = put(at, some[longer], tried[(best * n + np.arange(n))[longer]])

@@ -116,6 +116,15 @@ def test_a_linkage_without_such_a_stretch_is_told_why() -> None:
     assert "ask for a shorter one" in found.explain()
 
 
+@pytest.mark.parametrize("kind", [{}, {"arc": True}, {"radius": 3.0}, {"radius": 1e9}])
+def test_a_deviation_too_small_is_told_with_one_that_is_not(kind: dict[str, Any]) -> None:
+    found = measure(guide(HOEKEN), deviation=1e-16, **kind)
+    assert len(found) == 0
+    assert found.failed is not None
+    told = found.failed[1].rpartition("allow ")[2]
+    assert len(measure(guide(HOEKEN), deviation=float(told), **kind)) > 0
+
+
 @pytest.mark.parametrize(
     "ask",
     [
