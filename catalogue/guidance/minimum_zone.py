@@ -84,6 +84,11 @@ class Fit(Columns):
     unresolved: Array
 
 
+def reference(size: int, last: int) -> Indices:
+    """Return where, of places 0 to `last`, the error of a best approximation alternates about, shape (size,)."""
+    return np.rint(last / 2 * (1 - np.cos(np.pi * np.arange(size) / (size - 1)))).astype(int)
+
+
 def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None) -> Fit:
     """Return the narrowest strips (`circle` false) or annuli of the paths (u, v), each (m, n), at the nodes of a grid.
 
@@ -92,6 +97,16 @@ def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | No
     to the last, only the place of the circle is sought: the deviation is then the largest distance from the best-placed
     arc of exactly that radius, whatever the radius (a straight line is the case 0).
     """
+    size = 4 if circle and held is None else 3
+    index = np.repeat(reference(size, len(nodes.fine) - 1)[:, None], u.shape[1], axis=1)
+    return alternating(u, v, circle, nodes, held, index)[0]
+
+
+def alternating(
+    u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None, index: Indices
+) -> tuple[Fit, Indices]:
+    """The same with the fine points on which the error alternates, (4, n), of lines and circles held (3, n); `index`
+    says about where."""
     ends = nodes.coefficients[-2:]
     unresolved = np.abs(ends @ v).sum(0) + (np.abs(ends @ u).sum(0) if circle else 0)
     middle = len(u) // 2
@@ -106,24 +121,22 @@ def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | No
             sagitta, half = ((origin - 0.5 * (first + last)) * chord.conj()).imag, 0.5 * np.abs(last - first)
             curvature = -2 * sagitta / (sagitta**2 + half**2)
             curvature = np.where(np.abs(sagitta) < half, curvature, np.nan)
-        size = 4 if circle and held is None else 3
-        where = np.rint((len(u) - 1) / 2 * (1 - np.cos(np.pi * np.arange(size) / (size - 1)))).astype(int)
-        index = np.repeat(where[:, None], u.shape[1], axis=1)
         if not circle:  # linear but for its tilt
             x, y = seen(u, v, np.zeros_like(origin), chord)
             c, error, index = exchange(x, y, index)
             centre, heading = shifted(origin, chord, c[0], c[1])
             stroke, foot = ((last - first) * heading.conj()).real, ((first - centre) * heading.conj()).imag
             deviation = _across(c[1], error, np.take_along_axis(x, index, 0))
-            return Fit(deviation, stroke, first - 1j * heading * foot, heading, curvature, unresolved)
+            return Fit(deviation, stroke, first - 1j * heading * foot, heading, curvature, unresolved), index
         heading, centre, open_ = chord.copy(), np.zeros_like(origin), np.arange(u.shape[1])
         deviation, reach = np.full_like(curvature, np.nan), 0.5 * np.abs(last - first)
+        alternates = index.copy()
         for _ in range(PASSES):
             at, ahead = centre[open_], heading[open_]
             bend, far = curvature[open_], reach[open_]
             y, x, weight = (polar if held is None else concentric)(*seen(u, v, at, ahead), bend)
             c, error, index = exchange(x, y, index, weight)
-            centre[open_], heading[open_] = shifted(at, ahead, c[0], c[1])
+            centre[open_], heading[open_], alternates[:, open_] = *shifted(at, ahead, c[0], c[1]), index
             deviation[open_], moved = error, np.abs(c[1])
             if held is None:
                 curvature[open_] = bend + 2 * c[2] + 0.5 * c[0] * bend**2
@@ -133,7 +146,7 @@ def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | No
                 break
             if not more.all():
                 open_, u, v, index = open_[more], u[:, more], v[:, more], index[:, more]
-        return Fit(deviation, np.abs(last - first), first, chord, curvature, unresolved)
+        return Fit(deviation, np.abs(last - first), first, chord, curvature, unresolved), alternates
 
 
 def _across(slope: Array, error: Array, x: Array) -> Array:
@@ -222,24 +235,20 @@ def _at(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Array
 def _level(x: Array, gs: Array, index: Indices, sign: Array, by: Array | None) -> tuple[Array, Array]:
     """Polynomial (over `by`) whose errors at the reference are equal but for their alternating sign, and that error."""
     column = np.arange(index.shape[1])
-    xs = x[index, column]
-    gaps = xs[:, None] - xs[None] + np.eye(len(xs))[:, :, None]
-    weight = 1 / np.prod(gaps, axis=1)
-    if by is None:
-        level = (weight * gs).sum(0) / np.abs(weight).sum(0) * np.sign(weight[0])
-        return _interpolate(xs, gs - sign * level), level
-    bs = by[index, column]
-    level = (weight * bs * gs).sum(0) / (np.abs(weight) * bs).sum(0) * np.sign(weight[0])
-    return _interpolate(xs, bs * (gs - sign * level)), level
-
-
-def _interpolate(xs: Array, gs: Array) -> Array:
-    """Coefficients of the polynomial through the points (all but the last of which determine it)."""
-    first = (gs[1] - gs[0]) / (xs[1] - xs[0])
-    if len(xs) == 3:
-        return np.stack([gs[0] - first * xs[0], first])
-    second = ((gs[2] - gs[1]) / (xs[2] - xs[1]) - first) / (xs[2] - xs[0])
-    return np.stack([gs[0] - first * xs[0] + second * xs[0] * xs[1], first - second * (xs[0] + xs[1]), second])
+    xs, both = x[index, column], np.empty((2, *gs.shape), gs.dtype)
+    both[0], both[1] = gs, sign
+    if by is not None:
+        both *= by[index, column]
+    divided = [both[:, 0]]  # differences of the values and of the signs: the polynomial leaves none of the last order
+    for k in range(1, len(xs)):
+        both = (both[:, 1:] - both[:, :-1]) / (xs[k:] - xs[:-k])
+        divided.append(both[:, 0])
+    *rest, (last, of_signs) = divided
+    level = last / of_signs
+    c = [values - level * signs for values, signs in rest]
+    if len(c) == 2:
+        return np.stack([c[0] - c[1] * xs[0], c[1]]), level
+    return np.stack([c[0] - c[1] * xs[0] + c[2] * xs[0] * xs[1], c[1] - c[2] * (xs[0] + xs[1]), c[2]]), level
 
 
 def _replace(index: Indices, new: Indices, like_first: Mask, last: int) -> Indices:
@@ -255,6 +264,8 @@ def _replace(index: Indices, new: Indices, like_first: Mask, last: int) -> Indic
     column = np.arange(index.shape[1])
     chosen = np.clip(target, 0, size - 1)
     out[chosen[inside], column[inside]] = new[inside]
+    if inside.all():
+        return out
     front = ~inside & (below == 0)
     out[1:, front], out[0, front] = index[:-1, front], new[front]
     back = ~inside & (below == size)

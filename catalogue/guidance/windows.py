@@ -17,7 +17,7 @@ from ..kinematics.batch import Columns, Rows, join
 from ..kinematics.circuits import OPEN, Circuits
 from ..kinematics.types import Complexes, Floats, Indices, Mask
 from .circuit_curve import runs_forward
-from .minimum_zone import grid, minimum_zone
+from .minimum_zone import alternating, grid, reference
 
 #: Phases at which a coupler curve is read to be cut.
 PHASES = 192
@@ -52,6 +52,9 @@ LADDER = 0.95 * 0.8 ** np.arange(24)
 TOGETHER = 12
 FULLEST = 1.95
 
+#: Points of paths (m, n) at phases (m, n), or (n,).
+Path = Callable[[Floats], Complexes]
+
 
 @dataclass(frozen=True)
 class Stretches(Rows):
@@ -66,6 +69,9 @@ class Stretches(Rows):
     stroke, deviation : ndarray
         Distance of the ends; half the width of the narrowest strip or annulus, or the largest distance from the
         best-placed arc of the radius that is given; NaN where the path turns back on the way [length].
+    extremes : ndarray of int
+        About where it is farthest from the line or circle, to either side in turn, of the fine points of the finer
+        grid, (n, 3 or 4).
     """
 
     circuit: Indices
@@ -73,6 +79,7 @@ class Stretches(Rows):
     high: Floats
     stroke: Floats
     deviation: Floats
+    extremes: Indices
 
 
 @dataclass(frozen=True)
@@ -173,7 +180,9 @@ class Search:
         at, column = at[order], column[order]
         low, high = s[at, column], s[index[-1, at, column], column]
         high = np.where(high > low, high, high + curves.circuits.period[column])
-        return Stretches(which[column], low, high, stroke[column], PEAK * off[at, column])
+        extremes = reference(4 if self.circle and self.radius is None else 3, 4 * FINER)
+        extremes = np.broadcast_to(extremes, (len(column), len(extremes)))
+        return Stretches(which[column], low, high, stroke[column], PEAK * off[at, column], extremes)
 
     def _off(self, w: Complexes) -> Floats:
         """Return what points w (POINTS, m, k), in their order, are off the best line or circle, in the mean square,
@@ -200,7 +209,7 @@ class Search:
     def measured(self, at: Stretches, nodes: int = NODES) -> Stretches:
         """Return windows, from where they begin and about how long they are, over exactly their strokes; pushed back
         from the ends of open circuits."""
-        path, open_ = self._path(at)
+        path, open_ = self._path(at), self._open(at)
         with np.errstate(all="ignore"):
             # a circuit from infinity to infinity has two ends, at which windows stop
             low = np.where(open_, np.maximum(at.low, 0.0), at.low)
@@ -209,13 +218,13 @@ class Search:
             if beyond.any():
                 low = np.where(beyond, _far_end(path, np.where(beyond, 2 * np.pi, high), low, at.stroke), low)
                 high = np.where(beyond, 2 * np.pi, high)
-            found = self.between(replace(at, low=low, high=high), nodes)
+            found = self.between(replace(at, low=low, high=high), nodes, path)
             close = np.abs(found.stroke - at.stroke) <= CLOSE * at.stroke
             return replace(found, stroke=at.stroke, deviation=np.where(close, found.deviation, np.nan))
 
-    def between(self, at: Stretches, nodes: int = NODES) -> Stretches:
-        """Return windows between their ends, whatever their strokes."""
-        path, open_ = self._path(at)
+    def between(self, at: Stretches, nodes: int = NODES, path: Path | None = None) -> Stretches:
+        """Return windows between their ends, whatever their strokes; on their paths, where these are there."""
+        path, open_ = path or self._path(at), self._open(at)
         low, high = at.low, at.high
         with np.errstate(all="ignore"):
             points = grid(nodes)
@@ -226,13 +235,18 @@ class Search:
             onward = (((z[[0, -2]] - z[[1, -1]]) * (z[-2] - z[1]).conj()).real > 0).all(0)
             held = self._bend(seen[nodes // 2].imag, half) if self.radius is not None else None
             forward = runs_forward(seen) & onward & (low < high) & ~(open_ & ((low < 0) | (high > 2 * np.pi)))
-            fit = minimum_zone(seen.real, np.where(forward, seen.imag, np.nan), self.circle, points, held)
-            return replace(at, stroke=2 * half, deviation=half * fit.deviation)
+            per, v = FINER // nodes, np.where(forward, seen.imag, np.nan)
+            fit, index = alternating(seen.real, v, self.circle, points, held, _apart(at.extremes.T // per, 4 * nodes))
+            return replace(at, stroke=2 * half, deviation=half * fit.deviation, extremes=per * index.T)
 
-    def _path(self, at: Stretches) -> tuple[Callable[[Floats], Complexes], Mask]:
-        """Return the paths of windows by their phases, and which are of open circuits."""
+    def _path(self, at: Stretches) -> Path:
+        """Return the paths of windows by their phases."""
         some, z = self.curves.circuits[at.circuit], self.curves.point[at.circuit]
-        return lambda s: np.asarray(some.pose(s).point(z)), np.asarray(some.kind == OPEN)
+        return lambda s: np.asarray(some.pose(s).point(z))
+
+    def _open(self, at: Stretches) -> Mask:
+        """Return which windows are of open circuits."""
+        return np.asarray(self.curves.circuits.kind[at.circuit] == OPEN)
 
     def about(self, at: Stretches) -> tuple[Stretches, Floats]:
         """Return of windows, and others about each of them, those that are straighter than their neighbours, and how
@@ -311,7 +325,7 @@ class Search:
         return replace(at, circuit=self.curves.number[at.circuit])
 
 
-def _far_end(path: Callable[[Floats], Complexes], start: Floats, end: Floats, stroke: Floats) -> Floats:
+def _far_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:
     """Return where windows (n,) end that start at `start` and end near `end`, over exactly their strokes."""
     before = start + 0.99 * (end - start)
     first, close = path(np.stack([start, before]))
@@ -331,3 +345,9 @@ def _seen(w: Complexes) -> tuple[Complexes, Floats]:
     the distance of the ends."""
     half = 0.5 * (w[-1] - w[0])
     return (w - 0.5 * (w[0] + w[-1])) * (1 / half), np.abs(half)
+
+
+def _apart(index: Indices, last: int) -> Indices:
+    """Return indices (k, n) of which each is above the one before, where two are one those that are taken first."""
+    with_gaps = (np.diff(index, axis=0) > 0).all(0)
+    return index if with_gaps.all() else np.where(with_gaps, index, reference(len(index), last)[:, None])
