@@ -304,16 +304,17 @@ class Search:
         across = self.curves.across
         if self.radius is not None:
             across = np.minimum(across, FULLEST * self.radius)
-        parts, which, once, rung = [], np.flatnonzero(across > 0), np.zeros(0, int), 0
+        parts, which, held, rung = [], np.flatnonzero(across > 0), np.zeros(len(across), int), 0
         while len(which) and rung < len(LADDER):
             shares = LADDER[rung : rung + max(TOGETHER // len(which), 1)]
             found = self.places(np.outer(shares, across[which]).ravel(), 2, np.tile(which, len(shares)))
-            for share in shares:
-                tried = found[(found.stroke == share * across[found.circuit]) & np.isin(found.circuit, which)]
-                parts.append(tried)
-                held = tried.circuit[tried.deviation <= allowed[tried.circuit]]
-                which, once = np.setdiff1d(which, np.intersect1d(held, once)), np.union1d(once, held)
-            rung += len(shares)
+            share = np.argmin(np.abs(shares[:, None] - found.stroke / across[found.circuit]), axis=0)
+            holds = np.zeros((len(shares), len(across)), int)
+            holds[share[good := found.deviation <= allowed[found.circuit]], found.circuit[good]] = 1
+            before = held + holds.cumsum(0) - holds
+            parts.append(found[before[share, found.circuit] < 2])
+            held = held + holds.sum(0)
+            which, rung = which[held[which] < 2], rung + len(shares)
         tried = join(*parts)
         order = np.lexsort((tried.stroke, tried.circuit))
         tried = tried[order]
