@@ -3,7 +3,7 @@
 A state is an object with `step` and `status`, driven from outside.  Its stages: stored guides with the least estimated
 cost and violation; if these do not give enough, starts made to measure and further stored ones, round after round,
 with perturbed copies of the best points found (a population search with Deb's rules, feasible before infeasible).  Of
-what was found the best are perturbed once more (basin hopping, D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101
+what was found the best are perturbed while that pays (basin hopping, D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101
 (1997) 5111-5116).
 """
 
@@ -78,6 +78,8 @@ STAGES, AMPLE = 10, 6
 SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
 #: How many of the best points are perturbed, how often each, and by what, as powers of ten of the stroke.
 BEST, COPIES, BY = 8, 12, (-2.0, -0.5)
+#: How often that is done at most, and how often in a row without a gain of such a part of the cost, per unit of effort.
+HOPS, HOPS_IN_VAIN, GAIN = 6, 2, 3e-3
 
 
 @dataclass
@@ -107,17 +109,21 @@ class Search:
         while self.status == "searching":
             self.step()
         if self.status == "found" and self._constrained:  # else what is found leaves little to gain
-            for _ in range(self.problem.effort):
-                self._hop()
+            self._hop()
         return self
 
     def _hop(self) -> None:
-        """Refine perturbed copies of the best."""
-        with self.report.timed("starts"):
-            copies = self._perturbed()
-            starts = None if copies is None else self._promising(copies, TRIED)
-        if starts is not None and len(starts):
+        """Refine perturbed copies of the best until that is in vain."""
+        in_vain = 0
+        for _ in range(HOPS * self.problem.effort):
+            with self.report.timed("starts"):
+                copies = self._perturbed()
+                starts = None if copies is None else self._promising(copies, TRIED)
+            if starts is None or not len(starts) or in_vain == HOPS_IN_VAIN * self.problem.effort:
+                return
+            least = self.cost.min()
             self._refine(starts, 1)
+            in_vain = 0 if self.cost.min() < least - GAIN * abs(least) else in_vain + 1
 
     def step(self) -> None:
         """Refine the starts of one more stage, or of two together, as rounds of many cost little more than of few."""
