@@ -18,7 +18,7 @@ LINE = StraightLine(100, 0.1)
 @pytest.mark.parametrize(
     ("request_", "constraints", "rank_by"),
     [
-        (LINE, {"families": "four-bar", "min_transmission": 45, "max_ground": 180}, "size"),
+        (LINE, {"families": "four-bar", "min_transmission": 55, "full_rotation": True}, "size"),
         (LINE, {"pins_only": True, "fixed_pivots_in": (-50, 0, 150, 120)}, "transmission"),
         (CircularArc(100, 0.1), {"families": "four-bar", "fixed_pivots_in": (-40, 20, 140, 160)}, "transmission"),
     ],
@@ -30,14 +30,14 @@ def test_a_looser_request_has_no_worse_answer(
     tight = small.find(request_, **constraints, rank_by=rank_by, limit=3, effort=2)
     monkeypatch.setattr(search, "MEASURED", 4)
     monkeypatch.setattr(search, "DRAWN", 4)
-    monkeypatch.setattr(search, "HOPS", 0)
+    monkeypatch.setattr(search, "HOPS", 1)
     looser = replace(request_, deviation=1.2 * request_.deviation)
     alone = small.find(looser, **constraints, rank_by=rank_by, limit=1)
     from_these = small.find(looser, **constraints, rank_by=rank_by, limit=1, starts=tight)
     name, sign = {"transmission": ("min_transmission", -1.0)}.get(rank_by, (rank_by, 1.0))
     before, without, now = (sign * getattr(found[0], name) for found in (tight, alone, from_these))
     assert now <= before + 1e-9 * abs(before)
-    assert without > now, "of itself it would not be found"
+    assert without > now + 1e-4 * abs(now), "of itself it would not be found"
 
 
 def test_an_answer_is_found_where_it_was_when_the_frame_is_another(small: Catalogue) -> None:
