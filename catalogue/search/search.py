@@ -2,9 +2,9 @@
 
 A state is an object with `step` and `status`, driven from outside.  Its stages: stored guides with the least estimated
 cost and violation; if these do not give enough, starts made to measure and further stored ones, round after round,
-with perturbed copies of the best points found (a population search with Deb's rules, feasible before infeasible).  Of
-what was found the best are perturbed while that pays (basin hopping, D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101
-(1997) 5111-5116).
+with perturbed copies of the best points found (a population search with Deb's rules, feasible before infeasible).  The
+best of what was found are perturbed for as long as that pays (basin hopping, D. J. Wales and J. P. K. Doye, J. Phys.
+Chem. A 101 (1997) 5111-5116).
 """
 
 from __future__ import annotations
