@@ -10,9 +10,10 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest, MissingExtra
-from ..export.formats import BINARY, FORMATS, SUFFIXES, UNITS, Options, chosen
+from ..export.formats import BINARY, FORMATS, SUFFIXES, Options, chosen
 from ..export.write import check
 from ..folders import is_folder, replacing
+from ..units import MILLIMETRES
 from .measure import given
 from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, Argument, number, option, several, switch
 from .references import HELP, REFERENCE, keep
@@ -29,7 +30,7 @@ STORE_SUFFIXES = {".parquet": "parquet", ".db": "sqlite", ".sqlite": "sqlite"}
 OF_GUIDE = [
     number("--stroke", "L", "Lay a stored guide or a named design along a path of this stroke."),
     number("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
-    option("--unit", None, "In which the lengths of the guide are; none is converted.", click.Choice(UNITS),
+    option("--unit", None, "In which the lengths of the guide are; none is converted.", click.Choice([*MILLIMETRES]),
            show_default="mm"),
     number("--bar-width", "W", "Of the parts to cut (dxf, freecad, step, parameters).",
            show_default="a round one after the size"),

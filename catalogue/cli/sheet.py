@@ -10,6 +10,7 @@ from pathlib import Path
 import click
 
 from ..errors import InvalidRequest
+from ..units import MILLIMETRES
 from .measure import given
 from .options import DB, PLUGINS, Argument, number, option
 from .references import HELP, REFERENCE, keep
@@ -22,7 +23,7 @@ from .tables import FORCE, OUTPUT
         option("--out", "FILE", "Where to: PDF or HTML by the suffix.", OUTPUT, required=True),
         option("--paper", None, "Size of the page.", click.Choice(["a4", "letter"]), default="a4"),
         option("--unit", None, "In which the lengths of the guide are; none is converted.",
-               click.Choice(["mm", "cm", "m", "in"]), default="mm"),
+               click.Choice([*MILLIMETRES]), default="mm"),
         option("--scale", "A:B", "Of the drawing, as 1:2.", show_default="the largest usual one that fits"),
         number("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
         FORCE,

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
+from ..units import MILLIMETRES
 from .options import option
 
 if TYPE_CHECKING:
@@ -22,7 +23,7 @@ else:  # which is no generic type in its older versions
     _ParamType = click.ParamType
 
 #: Units of output [mm].
-UNITS = {"mm": Fraction(1), "cm": Fraction(10), "m": Fraction(1000), "in": Fraction("25.4")}
+UNITS = {unit: Fraction(str(MILLIMETRES[unit])) for unit in ("mm", "cm", "m", "in")}
 #: Other ways to write a unit of length, and how many of which it is.
 WRITTEN = {
     **{unit: (Fraction(1), unit) for unit in UNITS},

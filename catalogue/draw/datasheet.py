@@ -13,7 +13,8 @@ from .. import __version__
 from ..curvature_theory.analysis import REGULAR, curvature
 from ..errors import InvalidRequest, quoted
 from ..kinematics.linkage import PR
-from .units import decimals, fixed, length, millimetres
+from ..units import millimetres
+from .units import decimals, fixed, length
 from .words import asked, facts, family
 
 if TYPE_CHECKING:

@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..paper import kind_of, write, write_bytes
+from ..units import millimetres
 from .datasheet import paper_of
-from .units import Scale, millimetres
+from .units import Scale
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..kinematics.types import Floats
+from ..units import millimetres
 from .curves import TALLEST, Curve, curves
 from .datasheet import Content, Table, content, paper_of
 from .frame import Frame, largest_scale
@@ -16,7 +17,7 @@ from .moving import drawing
 from .moving_style import DARK, LIGHT, properties
 from .poses import poses
 from .svg import Clock, element, number, polyline, text
-from .units import Scale, length, millimetres
+from .units import Scale, length
 from .words import described
 
 if TYPE_CHECKING:

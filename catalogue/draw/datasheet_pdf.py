@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..paper import FAINT, GREY, INK, PAPER, SANS, SERIF, blank
+from ..units import millimetres
 from .curves import curves, panel
 from .datasheet import Content, Table, content, paper_of
 from .mechanism import drawn
@@ -14,7 +15,7 @@ from .poses import poses
 from .scene import Scene, scene, scene_of
 from .sheet import stroked
 from .symbols import Pen
-from .units import Scale, length, millimetres
+from .units import Scale, length
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..units import millimetres
 from .frame import Frame, largest_scale, size_at
 from .moving import drawing
 from .moving_layers import LAYERS
 from .moving_style import colour
 from .poses import poses
 from .svg import Clock, element, group, number, pair, text
-from .units import Scale, length, millimetres
+from .units import Scale, length
 from .words import described, facts, family, places
 
 if TYPE_CHECKING:

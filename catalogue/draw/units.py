@@ -1,4 +1,4 @@
-"""Units of length, and the scales of drawings in true millimetres."""
+"""Lengths as they are written on drawings, and the scales of drawings in true millimetres."""
 
 from __future__ import annotations
 
@@ -7,16 +7,7 @@ import re
 from dataclasses import dataclass
 
 from ..errors import InvalidRequest, quoted
-
-#: Millimetres of a unit.
-MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4}
-
-
-def millimetres(unit: str) -> float:
-    """Return how many millimetres a unit has; `InvalidRequest` if it is none."""
-    if unit not in MILLIMETRES:
-        raise InvalidRequest(f"there is no unit {quoted(unit)} of length; there are {', '.join(MILLIMETRES)}")
-    return MILLIMETRES[unit]
+from ..units import millimetres
 
 
 def decimals(unit: str) -> int:

@@ -8,6 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from ..errors import InvalidRequest, quoted
+from ..units import millimetres
 
 #: Formats of a guide, each with what it is.
 FORMATS = {
@@ -29,13 +30,11 @@ SUFFIXES = {
 }  # fmt: skip
 #: Formats that are no text, and cannot be printed.
 BINARY = ("xlsx", "parquet")
-#: Units of length, in millimetres.
-UNITS = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
 
 
 @dataclass(frozen=True)
 class Options:
-    """How a guide is exported; `InvalidRequest` unless the unit is one of `UNITS`.
+    """How a guide is exported; `InvalidRequest` unless the unit is one of `catalogue.units`.
 
     Parameters
     ----------
@@ -59,8 +58,7 @@ class Options:
     over: str | None = None
 
     def __post_init__(self) -> None:
-        if not isinstance(self.unit, str) or self.unit not in UNITS:
-            raise InvalidRequest(f"there is no unit {quoted(self.unit)}; choose {', '.join(UNITS)}")
+        millimetres(self.unit)
         if self.over is not None and not (isinstance(self.over, str) and self.over in ("stroke", "circuit")):
             raise InvalidRequest(f"over must be stroke or circuit, not {quoted(self.over)}")
         if isinstance(self.columns, str):

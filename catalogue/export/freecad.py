@@ -5,7 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from .. import __version__
-from .formats import UNITS, Options
+from ..units import MILLIMETRES
+from .formats import Options
 from .links import taken_apart
 from .outlines import Outline, Sizes, parts
 from .parameters import parameters, positional
@@ -103,7 +104,7 @@ def macro(guide: PlacedGuide, options: Options) -> str:
         family=guide.linkage.family[0],
         version=__version__,
         unit=options.unit,
-        millimetres=UNITS[options.unit],
+        millimetres=MILLIMETRES[options.unit],
         thickness=sizes.thickness,
         hole=sizes.hole,
         parameters="".join(rows),

@@ -8,7 +8,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..errors import MissingExtra
-from .formats import UNITS, Options
+from ..units import MILLIMETRES
+from .formats import Options
 from .links import taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
@@ -33,7 +34,7 @@ def solids(guide: PlacedGuide, options: Options) -> str:
         raise MissingExtra('step needs build123d: pip install "mechanism-catalogue[step]"') from error
     links = taken_apart(guide)
     sizes = Sizes.of(links, options.bar_width, options.hole)
-    unit, rise = UNITS[options.unit], UNITS[options.unit] * sizes.thickness
+    unit, rise = MILLIMETRES[options.unit], MILLIMETRES[options.unit] * sizes.thickness
     made: list[Any] = []
     for part in parts(links, sizes):
         origin = unit * part.link.origin

@@ -17,9 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from .batch import Columns
-from .closure import Closure, Swing, columns, cross, dot
+from .closure import Closure, Swing, columns
 from .linkage import PR, RP, RR, Linkage
 from .motion import Pose
+from .plane_vectors import cross, dot
 from .types import Array, Floats, Indices, Mask
 
 #: A coupler that leads to infinity is followed so near to it [rad].

@@ -31,6 +31,7 @@ import numpy as np
 from .batch import Columns
 from .linkage import PR, RP, Linkage
 from .motion import CHANGE
+from .plane_vectors import cross, dot
 from .types import Array, Complexes, Floats, Indices, Mask
 
 
@@ -146,13 +147,3 @@ class Swing(NamedTuple):
 def columns(some: Mask) -> Indices | slice:
     """Return the index of some columns, a slice where it is all."""
     return slice(None) if some.all() else np.flatnonzero(some)
-
-
-def dot(a: Array, b: Array) -> Floats:
-    """Scalar product of plane vectors, as the real part of their complex product."""
-    return np.asarray((a.conj() * b).real)
-
-
-def cross(a: Array, b: Array) -> Floats:
-    """Vector product of plane vectors."""
-    return np.asarray((a.conj() * b).imag)

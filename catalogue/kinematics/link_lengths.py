@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from .linkage import PR, RP, RR, Linkage
+from .plane_vectors import cross, dot
 from .types import Complexes, Floats, Mask
 
 #: Newton steps until the lengths are round.
@@ -91,9 +92,9 @@ def _lengths(z: Complexes, kinds: tuple[int, ...]) -> dict[str, Floats]:
         out["coupler"] = np.abs(moving[:, 1] - moving[:, 0])
     for i, other in ((0, 1), (1, 0)):
         if kinds[i] == PR and kinds[other] != PR:
-            out[f"offset of slider {i + 1}"] = _dot(fixed[:, i], moving[:, i] - fixed[:, other])
+            out[f"offset of slider {i + 1}"] = dot(fixed[:, i], moving[:, i] - fixed[:, other])
         if kinds[i] == RP and kinds[other] != RP:
-            out[f"offset of slide {i + 1}"] = _dot(moving[:, i], fixed[:, i] - moving[:, other])
+            out[f"offset of slide {i + 1}"] = dot(moving[:, i], fixed[:, i] - moving[:, other])
     origin, along = _frame(fixed, moving, kinds)
     share = (point - origin) * along.conj()
     out["point along"], out["point across"] = share.real, share.imag
@@ -125,10 +126,6 @@ def in_coupler(linkage: Linkage, place: Complexes) -> Complexes:
 
 def _meet(normal: Complexes, through: Complexes) -> Complexes:
     """Return where the two lines with these normals through these points meet, shape (n,)."""
-    a, b = (_dot(normal[:, i], through[:, i]) for i in (0, 1))
-    area = (normal[:, 0].conj() * normal[:, 1]).imag
+    a, b = (dot(normal[:, i], through[:, i]) for i in (0, 1))
+    area = cross(normal[:, 0], normal[:, 1])
     return np.asarray(1j * (normal[:, 0] * b - normal[:, 1] * a) / area)
-
-
-def _dot(a: Complexes, b: Complexes) -> Floats:
-    return np.asarray((a.conj() * b).real)

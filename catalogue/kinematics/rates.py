@@ -21,6 +21,7 @@ import numpy as np
 
 from .batch import Rows
 from .linkage import RP, RR, Linkage
+from .plane_vectors import dot
 from .types import Array, Complexes, Floats
 
 #: Sine of the angle between the rays of driving and driven dyad, times the part that the coupler is of the linkage's
@@ -60,7 +61,7 @@ class Rates(Rows):
         spoke, pin = linkage.points[:, i, 1] - linkage.points[:, i, 0], linkage.points[:, i, 1]
         with np.errstate(all="ignore"):
             of = (self.velocity_of(pin), self.acceleration_of(pin))
-            spin, gain = (_dot(1j * spoke / np.abs(spoke), way / np.abs(spoke)) for way in of)
+            spin, gain = (dot(1j * spoke / np.abs(spoke), way / np.abs(spoke)) for way in of)
         crank = linkage.dyads[:, i] == RR
         return np.where(crank, spin, np.nan), np.where(crank, gain, np.nan)
 
@@ -91,16 +92,16 @@ def rates(linkage: Linkage, drive: Array) -> Rates:
         moving = v + 1j * omega * at
         reach = np.abs(z[:, i, 1] - z[:, i, 0])
         own = np.where(kinds[:, i] == RR, -np.abs(moving) * (np.abs(moving) / reach), 0.0)
-        own = np.where(kinds[:, i] == RP, 2 * _dot(rays[:, i], 1j * omega * moving), own)
-        right.append(own + omega**2 * _dot(rays[:, i], at))
-    driven = np.where(drive == 2, 0.0, omega**2 * _dot(tangent, pin - origin))
+        own = np.where(kinds[:, i] == RP, 2 * dot(rays[:, i], 1j * omega * moving), own)
+        right.append(own + omega**2 * dot(rays[:, i], at))
+    driven = np.where(drive == 2, 0.0, omega**2 * dot(tangent, pin - origin))
     second = _solved([*rows, of_drive], [*right, driven])
     return Rates(origin, v, second[0] + 1j * second[1], omega, second[2] / unit)
 
 
 def _row(normal: Complexes, at: Complexes) -> Floats:
     """Return the coefficients of (Re v, Im v, omega) in normal . (v + i omega at), shape (3, n); `at` in units."""
-    return np.stack([normal.real, normal.imag, _dot(normal, 1j * at)])
+    return np.stack([normal.real, normal.imag, dot(normal, 1j * at)])
 
 
 def _solved(rows: list[Floats], right: list[Floats]) -> Floats:
@@ -112,7 +113,3 @@ def _solved(rows: list[Floats], right: list[Floats]) -> Floats:
     with np.errstate(all="ignore"):
         found = sum(x * y for x, y in zip(pairs, right, strict=True)) / determinant
     return np.asarray(np.where(np.abs(determinant) <= DEAD * scale, np.nan, found))
-
-
-def _dot(a: Array, b: Array) -> Floats:
-    return np.asarray((a.conj() * b).real)

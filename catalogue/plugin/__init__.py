@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from ..guidance.minimum_zone import grid
     from ..kinematics.families import Family
     from ..kinematics.linkage import PR, RP, RR, Linkage
+    from ..kinematics.plane_vectors import dot
     from ..kinematics.polynomials import product, real_roots
     from ..kinematics.power_series import taylor_product, taylor_quotient, taylor_root
     from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
@@ -45,7 +46,6 @@ if TYPE_CHECKING:
     from ..series.posed import (
         Posed,
         circle_through,
-        dot,
         equidistant,
         four_bars,
         mirror_images,
@@ -63,6 +63,7 @@ _HOME = {
     "kinematics.types": "Array Complexes Floats Indices Mask",
     "kinematics.families": "Family",
     "kinematics.linkage": "Linkage PR RP RR",
+    "kinematics.plane_vectors": "dot",
     "kinematics.polynomials": "product real_roots",
     "kinematics.power_series": "taylor_product taylor_quotient taylor_root",
     "curvature_theory.instant": "Instant",
@@ -71,7 +72,7 @@ _HOME = {
     "series.series": "Guided Member Parameter Parameters Series angles",
     "series.pairs": "alike circle_pair linkage_of normal_pair pair parallel_pair point ray_pair roots slide_pair "
     "slider_pair tangent_circle_pair tangent_pair without",
-    "series.posed": "Posed circle_through dot equidistant four_bars mirror_images on_ray poles_by_two_cranks unit",
+    "series.posed": "Posed circle_through equidistant four_bars mirror_images on_ray poles_by_two_cranks unit",
     "problem.request": "CircularArc Request StraightLine",
     "collections.spec": "Collection LENGTH Measured Metric Specimen Tags",
     "collections.results": "CollectionCandidate",

@@ -14,6 +14,7 @@ from functools import wraps
 import numpy as np
 
 from ..kinematics.linkage import homogeneous
+from ..kinematics.plane_vectors import dot
 from ..kinematics.types import Array, Complexes, Floats, Mask
 
 #: What may be given: both fixed pivots, both moving ones, or the fixed and the moving pivot of one crank.
@@ -77,11 +78,6 @@ def dual(solve: Solve) -> Solve:
         return None if found is None else found[..., ::-1, :]
 
     return solved
-
-
-def dot(a: Complexes, b: Complexes) -> Floats:
-    """Scalar product of plane vectors."""
-    return np.asarray((np.conj(a) * b).real)
 
 
 def unit(a: Array) -> Complexes:

@@ -14,6 +14,7 @@ from urllib.parse import urlencode
 
 from ..draw.moving_style import DARK, LIGHT, STYLE, properties
 from ..errors import CatalogueError, DatabaseError, InvalidRequest, MissingExtra, shortened
+from ..units import MILLIMETRES
 
 try:
     from jinja2 import Environment, FileSystemLoader
@@ -40,7 +41,7 @@ from .wish import Form, Wish, WishError
 
 HERE = Path(__file__).parent
 #: Units that can be shown, and guides that are compared, at most.
-UNITS, SIDE_BY_SIDE = ("mm", "cm", "m", "in"), 6
+SIDE_BY_SIDE = 6
 #: A wish that has answers, for who comes without one.
 EXAMPLE = {"path": "straight-line", "stroke": "150", "deviation": "0.05"}
 
@@ -89,9 +90,9 @@ class Page:
     def show(self, template: str, request: Request, code: int = 200, **values: Any) -> HTMLResponse:
         """Return a page, or a part of one."""
         unit = request.query_params.get("unit", "mm")
-        if unit not in UNITS:
+        if unit not in MILLIMETRES:
             unit = "mm"
-        values |= {"unit": unit, "units": UNITS, "query": request.url.query, "path": request.url.path}
+        values |= {"unit": unit, "units": [*MILLIMETRES], "query": request.url.query, "path": request.url.path}
         return HTMLResponse(self.templates.get_template(template).render(values), code)
 
     async def ask(self, request: Request, key: str, task: Callable[..., Any], *arguments: Any, quick: bool) -> Any:
@@ -156,8 +157,8 @@ class Page:
         if kind not in guides.FILES:
             raise HTTPException(404)
         unit = request.query_params.get("unit", "mm")
-        if unit not in UNITS:
-            raise InvalidRequest(f"the unit is one of {', '.join(UNITS)}")
+        if unit not in MILLIMETRES:
+            raise InvalidRequest(f"the unit is one of {', '.join(MILLIMETRES)}")
         content = await self.ask(request, f"file {name} {kind} {unit}", guides.file_of, name, kind, unit, quick=True)
         plain, suffix = re.sub(r"[^\w.-]", "_", name, flags=re.ASCII), guides.FILES[kind][0]
         plain += f"-{kind}" * (kind in ("fusion", "solidworks"))

@@ -18,9 +18,10 @@ from catalogue.draw.curves import curves
 from catalogue.draw.datasheet import PAPERS, content
 from catalogue.draw.datasheet_html import sheet_html
 from catalogue.draw.datasheet_pdf import sheet_figure
-from catalogue.draw.units import MILLIMETRES, Scale
+from catalogue.draw.units import Scale
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.find.placed import PlacedGuide
+from catalogue.units import MILLIMETRES
 from tests.draw.samples import ARC, DWELL, EVERY, EXACT, MADE, NAMES, OPEN, OWN
 
 every = pytest.mark.parametrize("made", [*EVERY, OWN, OPEN, DWELL], ids=[*NAMES, "own", "open", "dwell"])
@@ -168,7 +169,7 @@ def test_same_guide_gives_the_same_file(name: str, tmp_path: Path) -> None:
     [
         ("a.png", {}, r"choose \.pdf or \.html"),
         ("a.pdf", {"paper": "a5"}, "no paper 'a5'; there are a4, letter"),
-        ("a.pdf", {"unit": "ft"}, "no unit 'ft'"),
+        ("a.pdf", {"unit": "yd"}, "no unit 'yd'"),
         ("a.html", {"scale": "2"}, "a scale is written as"),
         ("no/a.pdf", {}, "there is no folder"),
     ],

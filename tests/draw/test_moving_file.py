@@ -18,9 +18,10 @@ from PIL import Image
 from catalogue.draw.moving_file import moving_file
 from catalogue.draw.moving_layers import LAYERS
 from catalogue.draw.picture import film
-from catalogue.draw.units import MILLIMETRES, Scale, length
+from catalogue.draw.units import Scale, length
 from catalogue.errors import InvalidRequest
 from catalogue.find.placed import PlacedGuide
+from catalogue.units import MILLIMETRES
 from tests.draw.samples import ARC, DWELL, EVERY, MADE, NAMES, OPEN, OWN
 
 SVG = "{http://www.w3.org/2000/svg}"

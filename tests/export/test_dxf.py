@@ -252,7 +252,7 @@ def test_the_same_guide_gives_the_same_file(six: Six, tmp_path: Path) -> None:
         ({"hole": 20, "bar_width": 20}, "do not fit into bars"),
         ({"hole": -1}, "hole must be"),
         ({"bar_width": 0}, "bar width must be"),
-        ({"unit": "furlong"}, "no unit 'furlong'; choose mm"),
+        ({"unit": "furlong"}, "no unit 'furlong' of length; there are mm"),
     ],
 )
 def test_what_cannot_be_cut_is_refused(six: Six, options: dict[str, Any], message: str) -> None:
