@@ -423,7 +423,7 @@ def straightness(z: Array) -> tuple[float, float]:
     steps = np.diff(w)
     middle = min(max(int((w.real < 0.5 * w.real[-1]).sum()), 1), len(w) - 2) if len(w) > 2 else 0
     tangent = w[middle + 1] - w[middle - 1] if middle else steps[0]
-    if not ((steps.real > 0).all() and (dot(tangent / abs(tangent), steps) > 0.1 * abs(steps)).all()):
+    if not ((steps.real > 0).all() and (dot(tangent / abs(tangent), steps) > 0.1 * np.abs(steps)).all()):
         return math.inf, 0.0
     # the width as a function of the slope has one minimum
     low, high, golden = -1.0, 1.0, 0.5 * (math.sqrt(5) - 1)
@@ -446,22 +446,23 @@ def longest_stretch(way: Callable[[Array], Array], closed: bool, allowed: float)
     phases, best = _even(way, 300), 0.0
     if closed:
         phases = np.concatenate([phases[:-1], phases + 2 * np.pi])
-    found = sorted(_windows(way(phases), range(300), 300, allowed), reverse=True)
+    found = sorted(_windows(way(phases), 300, 1, 300, allowed), reverse=True)
     tried: list[int] = []
     for _, first, last in found:
         if len(tried) < 3 and all(min(abs(first - k), 300 - abs(first - k)) > 0.1 * (last - first) for k in tried):
             tried.append(first)
             low, high = max(first - 3, 0), min(last + 3, len(phases) - 1)
             fine = np.interp(np.linspace(low, high, 1501), np.arange(len(phases)), phases)
-            starts = range(0, 1 + int(6 * 1500 / (high - low)), 2)
-            best = max(best, *(stroke for stroke, _, _ in _windows(way(fine), starts, 1500, allowed)))
+            firsts = 1 + int(6 * 1500 / (high - low))
+            best = max(best, *(stroke for stroke, _, _ in _windows(way(fine), firsts, 2, 1500, allowed)))
     return best
 
 
-def _windows(z: Array, starts: range, most: int, allowed: float) -> Iterator[tuple[float, int, int]]:
-    """Yield for each first point stroke, first and last point of the longest window within a deviation."""
-    last = starts[0] + 1
-    for first in starts:
+def _windows(z: Array, count: int, step: int, most: int, allowed: float) -> Iterator[tuple[float, int, int]]:
+    """Yield for every so many of the first points stroke, first and last point of the longest window within a
+    deviation."""
+    last = 1
+    for first in range(0, count, step):
         last = max(last, first + 1)
         half, stroke = straightness(z[first : last + 1])
         while last > first + 1 and half > allowed:
