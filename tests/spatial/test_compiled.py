@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import subprocess
 import sys
+import time
 from importlib.util import find_spec
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pytest
 
+from catalogue.progress import PATIENCE
 from catalogue.spatial import (
     Angle,
     Cylindrical,
@@ -207,6 +209,25 @@ def test_one_set_of_types_is_compiled() -> None:
     assert kernel is not None
     for entry in (kernel.evaluated, kernel.swept, kernel.steps, kernel.solved):
         assert len(entry.signatures) <= 1
+
+
+def test_who_waits_for_the_compiler_is_told(capsys: pytest.CaptureFixture[str]) -> None:
+    class Waiting:
+        """As a function of numba, which is compiled when it is called first."""
+
+        signatures: ClassVar[list[str]] = []
+
+        def __call__(self, number: float) -> float:
+            if not self.signatures:
+                time.sleep(1.2 * PATIENCE)
+                self.signatures.append("float64")
+            return 2 * number
+
+    function = Waiting()
+    assert compiled._call(function, 2.0) == 4.0
+    assert capsys.readouterr().err == "compiling sweeps in space, for this and later processes ...\n"
+    assert compiled._call(function, 3.0) == 6.0
+    assert capsys.readouterr().err == ""
 
 
 @needs_numba

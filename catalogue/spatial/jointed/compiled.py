@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...kinematics.types import Array
+from ...progress import busy
 from .scalars import Compiled, CompiledAngle, CompiledLength, CompiledTravel, CompiledUnknown
 
 if TYPE_CHECKING:
@@ -85,7 +86,7 @@ def evaluate(fast: Fast, y: Array) -> tuple[Array, Array]:
     """Return what conditions lack and values of scalars (n, c + k), and the Jacobian of both (n, c + k, unknowns)."""
     k, plan, geometry, work = fast
     value, jacobian = np.empty((len(y), len(plan.moves))), np.empty((len(y), *plan.moves.shape))
-    k.evaluated(plan, geometry, work, _plain(y), value, jacobian)
+    _call(k.evaluated, plan, geometry, work, _plain(y), value, jacobian)
     return value, jacobian
 
 
@@ -93,7 +94,7 @@ def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Numbers) 
     """Correct states (n, numbers); return them, where that was possible, and where a matrix was singular."""
     k, plan, geometry, work = fast
     y, found = np.array(y, order="C"), np.empty(len(y), np.int64)
-    k.solved(plan, geometry, work, _plain(held), y, _plain(target), found, k.Accuracy(*accuracy))
+    _call(k.solved, plan, geometry, work, _plain(held), y, _plain(target), found, k.Accuracy(*accuracy))
     return y, found == 1, found < 0
 
 
@@ -106,7 +107,9 @@ def steps(fast: Fast, held: Array, h: Array, sign: Array, before: Any, last: Any
     k, plan, geometry, work = fast
     nodes = k.Nodes(*(np.stack([a, b, b], axis=1) for a, b in zip(before, last, strict=True)))
     h, good, crossing = h.copy(), np.zeros(len(h), bool), np.zeros(len(h), bool)
-    if not k.steps(plan, geometry, work, _plain(held), h, _plain(sign), nodes, k.Limits(*limits), good, crossing):
+    if not _call(
+        k.steps, plan, geometry, work, _plain(held), h, _plain(sign), nodes, k.Limits(*limits), good, crossing
+    ):
         return None
     return h, tuple(v[:, 2] for v in nodes), good, crossing
 
@@ -126,9 +129,17 @@ def swept(
         np.zeros((n, s), np.int64), np.empty((n, 2)), np.empty((n, 2), np.int64),
     )  # fmt: skip
     constants = k.Limits(*constants[0]), k.Accuracy(*constants[1])
-    k.swept(plan, geometry, work, _plain(held), sweep, k.nodes(plan, most + 2, numbers), *constants)
+    _call(k.swept, plan, geometry, work, _plain(held), sweep, k.nodes(plan, most + 2, numbers), *constants)
     sweep.states[sweep.found != 1] = np.nan
     return sweep.states, sweep.end, sweep.why, (sweep.found < 0).any(1) | (sweep.why == k.SINGULAR).any(1)
+
+
+def _call(function: Any, *given: Any) -> Any:
+    """Call a function of the kernel; where numba takes its time to compile it, say so."""
+    if function.signatures:
+        return function(*given)
+    with busy("compiling sweeps in space, for this and later processes"):
+        return function(*given)
 
 
 def _plain(v: Array) -> Array:
