@@ -20,10 +20,15 @@ def matrix(q: Array) -> Array:
     )
 
 
+def turning(q: Array, turn: Array) -> Array:
+    """Return the derivative (4, n) of q as it turns by ``turn`` (3, n) in a unit of time."""
+    half, v = turn / 2, q[1:]
+    return np.concatenate([-(half * v).sum(0)[None], q[0] * half + cross(half, v)])
+
+
 def turned(q: Array, turn: Array) -> Array:
     """Return q followed by a rotation that is ``turn`` (3, n) to second order (tan of half the angle, Cayley)."""
-    s, v, half = q[0], q[1:], turn / 2
-    out = np.concatenate([(s - (half * v).sum(0))[None], v + s * half + cross(half, v)])
+    out = q + turning(q, turn)
     return np.asarray(out / np.sqrt((out * out).sum(0)))
 
 

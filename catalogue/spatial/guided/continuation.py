@@ -21,16 +21,34 @@ AT_BRANCH = 1e-5
 
 
 class Walk:
-    """A block of mechanisms on its way; the last axis of every array is that of the block."""
+    """A block of mechanisms on its way; the last axis of every array is that of the block.
 
-    def __init__(self, mechanisms: Mechanisms, nodes: Array, state: State) -> None:
+    Parameters
+    ----------
+    mechanisms : Mechanisms
+    path : ndarray, shape (n, s, k)
+        Values of the drivers.
+    state : State
+        Poses at the first node.
+    stop : ndarray, shape (n, s)
+        Which values of the path are nodes, the last among them.
+    marked : bool
+        Whether to leave marks, and to end before whatever ends a motion without looking for the exact place.
+    """
+
+    def __init__(self, mechanisms: Mechanisms, path: Array, state: State, stop: Array, marked: bool) -> None:
         n = len(mechanisms)
         self.mechanisms, self.system = mechanisms, formulated(mechanisms)
-        self.nodes = np.moveaxis(nodes, 0, -1) / driver_units(mechanisms)  # (s, k, n)
+        self.path, self.stop = np.moveaxis(path, 0, -1) / driver_units(mechanisms), stop  # (s, k, n)
+        self.count, self.marked = stop.sum(1), marked
+        node = np.argsort(~stop, axis=1, kind="stable")[:, : self.count.max()].T  # the others are copies of the last
+        node[np.arange(len(node))[:, None] >= self.count] = len(self.path) - 1
+        self.nodes = np.take_along_axis(self.path, node[:, None], 0)
+        self.marks: list[tuple[Array, ...]] = []  # mechanism, node, part of the way to the next, numbers, derivative
         self.reached, self.steps, self.end = np.ones(n, int), np.zeros(n, int), np.zeros(n)
         self.reason = np.full(n, OK, dtype="U90")
         self.state = self.system.stated(state, self.nodes[0])
-        self.states = np.full((len(nodes[0]), *self.state.numbers.shape), np.nan)
+        self.states = np.full((len(self.nodes), *self.state.numbers.shape), np.nan)
         self.y, self.width = np.zeros(n), np.ones(n)
         self.length = np.full(n, LONGEST / 8)
         m, k = self.system.unknowns, self.nodes.shape[1]
@@ -61,7 +79,7 @@ class Walk:
             self._advance(who, system, active)
 
     def _active(self) -> Array:
-        return np.asarray((self.reason == OK) & (self.reached < len(self.nodes)))
+        return np.asarray((self.reason == OK) & (self.reached < self.count))
 
     def _line(self, who: Array) -> Line:
         last = np.minimum(self.reached[who], len(self.nodes) - 1)
@@ -99,6 +117,10 @@ class Walk:
         self.state.put(i, c.state[walked])
         self.y[i], self.step[i], self.before[:, i] = c.y[walked], h[walked], front.tangent[:, walked]
         self.tangent[:, i], self.metric[:, i], self.rated[i] = c.tangent[:, walked], c.metric[:, walked], False
+        if self.marked and len(i):
+            with np.errstate(all="ignore"):
+                rates = c.tangent[:-1, walked] / c.tangent[-1, walked] * self.width[i]
+            self._mark(i, self.reached[i] - 1, self.y[i] / self.width[i], c.metric[:, walked], rates)
         landed = np.flatnonzero(on & land)
         if len(landed):
             self.reached[who[landed]] += 1
@@ -107,7 +129,7 @@ class Walk:
     def _turned(self) -> bool:
         """Find the turning points that were crossed, all at once; return whether some lie beyond the next node."""
         who = np.flatnonzero(self.folded[0])
-        if not len(who):
+        if not len(who) or self.marked:
             return False
         at = turning(self.system.take(who), self._line(who), self._front(who), *self.folded[:, who])
         self.folded[:, who] = 0
@@ -126,8 +148,13 @@ class Walk:
         self.state.put(who, c.state)
         self.states[node, :, who] = c.state.numbers.T
         self.end[who], self.y[who], self.metric[:, who] = node, 0, c.metric
+        if self.marked and node.any():
+            last = (self.nodes[node, :, who] - self.nodes[node - 1, :, who]).T
+            self._mark(who, node - 1, np.ones(len(who)), c.metric, (c.rates * last).sum(1))
         self.width[who] = 1
         dq = self._line(who).q1
+        if self.marked:
+            self._mark(who, node, np.zeros(len(who)), c.metric, (c.rates * dq).sum(1))
         with np.errstate(invalid="ignore"):
             width = np.maximum(np.sqrt(((c.travel * dq) ** 2).sum(0)), 1e-9)
             tangent = _unit((c.rates * dq).sum(1), width)
@@ -136,6 +163,10 @@ class Walk:
         self.width[who], self.tangent[:, who] = width, tangent
         self.before[:, who] = np.where(rated, before, tangent)
         self.step[who], self.rates[..., who], self.rated[who] = h, c.rates, True
+
+    def _mark(self, who: Array, node: Array, part: Array, metric: Array, rates: Array) -> None:
+        state = self.state[who]
+        self.marks.append((who, node, part, state.numbers, state.velocity(rates, metric)))
 
     def _off(self, who: Array, system: System, c: Corrected, line: Line) -> Array:
         if not self.bounded:
@@ -153,7 +184,7 @@ class Walk:
         return np.moveaxis(pose.numbers.reshape(-1, s, n), 0, 1)
 
     def _ended(self, who: Array, reason: str, y: Array) -> None:
-        if reason in (STUCK, BRANCH) and len(who):
+        if reason in (STUCK, BRANCH) and len(who) and not self.marked:
             lost = self.system.take(who).lost(self.state[who], self._line(who)(self.y[who]))
             self.reason[who] = np.where(lost == OK, reason, lost)
         else:
