@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from ...kinematics.types import Array
@@ -33,7 +35,7 @@ class Walk:
     stop : ndarray, shape (n, s)
         Which values of the path are nodes, the last among them.
     marked : bool
-        Whether to leave marks, and to end before whatever ends a motion without looking for the exact place.
+        Whether to leave marks.
     """
 
     def __init__(self, mechanisms: Mechanisms, path: Array, state: State, stop: Array, marked: bool) -> None:
@@ -78,6 +80,17 @@ class Walk:
                 system, active = self.system.take(who), active[active]
             self._advance(who, system, active)
 
+    @cached_property
+    def places(self) -> Array:
+        """Where the values of the path are, in nodes from the first, less than 0 before it, shape (n, s)."""
+        passed = np.maximum(np.cumsum(self.stop, axis=1) - 1, 0)
+        who = np.arange(len(passed))[:, None]
+        begin = self.nodes[passed, :, who]
+        way = self.nodes[np.minimum(passed + 1, len(self.nodes) - 1), :, who] - begin
+        with np.errstate(invalid="ignore"):
+            part = ((np.moveaxis(self.path, -1, 0) - begin) * way).sum(2) / (way * way).sum(2)
+        return np.where(self.stop, passed, np.where(self.stop.cumsum(1) > 0, passed + part, -1))
+
     def _active(self) -> Array:
         return np.asarray((self.reason == OK) & (self.reached < self.count))
 
@@ -96,7 +109,7 @@ class Walk:
         y = np.where(land, self.width[who], front.y + z[-1])
         c = correct(system, line, front.state.moved(z[:-1], front.metric), y, row, np.maximum(FIRST * size, LAST))
         self.steps[who] += active
-        good = c.accepted(z, h, front)
+        good, stretch = c.judged(z, h, front)
         flipped = good & (c.sign != self.sign[who])
         branch = flipped & (size < AT_BRANCH)
         stuck = ~good & (size < SHORTEST)
@@ -109,9 +122,9 @@ class Walk:
         self.reason[who[turned]], self.folded[:, who[turned]] = TURNING, (h[turned], c.tangent[-1, turned])
         refused = active & ~on
         self.length[who[refused]] = size[refused] / 2
-        easy = c.easy(size, front.tangent)
-        longer = np.where(easy, np.maximum(self.length[who], 2 * size), np.where(land, self.length[who], size))
-        self.length[who[on]] = np.minimum(longer, LONGEST)[on]
+        better = size * stretch
+        better = np.where(land & (better >= size), np.maximum(self.length[who], better), better)
+        self.length[who[on]] = np.minimum(better, LONGEST)[on]
         walked = np.flatnonzero(on & ~land)
         i = who[walked]
         self.state.put(i, c.state[walked])
@@ -129,7 +142,7 @@ class Walk:
     def _turned(self) -> bool:
         """Find the turning points that were crossed, all at once; return whether some lie beyond the next node."""
         who = np.flatnonzero(self.folded[0])
-        if not len(who) or self.marked:
+        if not len(who):
             return False
         at = turning(self.system.take(who), self._line(who), self._front(who), *self.folded[:, who])
         self.folded[:, who] = 0
@@ -184,7 +197,7 @@ class Walk:
         return np.moveaxis(pose.numbers.reshape(-1, s, n), 0, 1)
 
     def _ended(self, who: Array, reason: str, y: Array) -> None:
-        if reason in (STUCK, BRANCH) and len(who) and not self.marked:
+        if reason in (STUCK, BRANCH) and len(who):
             lost = self.system.take(who).lost(self.state[who], self._line(who)(self.y[who]))
             self.reason[who] = np.where(lost == OK, reason, lost)
         else:

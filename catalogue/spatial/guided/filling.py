@@ -117,7 +117,7 @@ def fill(walk: Walk) -> tuple[Array, Array]:
     """Return the poses (s, 4 + f, n) on the path of a walk, and which are good (n, s): its nodes, and those between."""
     poses, stop = walk.poses(), walk.stop
     states, good = np.full((len(walk.path), *poses.shape[1:]), np.nan), np.zeros(stop.shape, bool)
-    passed = np.cumsum(stop, axis=1) - 1
+    passed = np.floor(walk.places).astype(int)
     who, node = np.nonzero(stop)
     states[node, :, who] = poses[passed[who, node], :, who]
     good[who, node] = passed[who, node] < walk.reached[who]
@@ -127,17 +127,17 @@ def fill(walk: Walk) -> tuple[Array, Array]:
         for low in range(0, len(who), TOGETHER):
             i, j = who[low : low + TOGETHER], node[low : low + TOGETHER]
             with np.errstate(all="ignore"):
-                sure, pose = _corrected(walk, pieces, i, j, passed[i, j])
+                sure, pose = _corrected(walk, pieces, i, j)
             states[j[sure], :, i[sure]], good[i[sure], j[sure]] = pose, True
     return states, good
 
 
-def _corrected(walk: Walk, pieces: Pieces, who: Array, node: Array, passed: Array) -> tuple[Array, Array]:
+def _corrected(walk: Walk, pieces: Pieces, who: Array, node: Array) -> tuple[Array, Array]:
     """Return which of m nodes are found beyond doubt, and the poses there, one a row."""
-    begin, q = walk.nodes[passed, :, who].T, walk.path[node, :, who].T
-    dq = walk.nodes[passed + 1, :, who].T - begin
-    t = ((q - begin) * dq).sum(0) / (dq * dq).sum(0)
-    piece = pieces.find(who, passed, t)
+    t, passed = np.modf(walk.places[who, node])
+    before, q = passed.astype(int), walk.path[node, :, who].T
+    dq = walk.nodes[before + 1, :, who].T - walk.nodes[before, :, who].T
+    piece = pieces.find(who, before, t)
     index = np.flatnonzero(piece >= 0)
     who, q, dq, piece, turns = who[index], q[:, index], dq[:, index], piece[index], len(walk.state.quaternion)
     value, slope = pieces(piece, t[index])

@@ -106,17 +106,14 @@ def _led(mechanisms: Mechanisms, nodes: Array, state: State) -> tuple[Array, ...
     """Return poses at the nodes (n, s, k), how many were reached, why not more, where the motion ends, and the steps.
 
     Long steps lead from corner to corner of the path, and the other nodes are filled in; then again from the first that
-    is in doubt, by way of all that are.  What is in doubt still, and the end of a motion, is gone from node to node.
+    is in doubt, by way of all that are; then from node to node.
     """
     n, s = nodes.shape[:2]
     states, reached, steps = np.full((s, len(state.numbers), n), np.nan), np.ones(n, int), np.zeros(n, int)
     states[0] = state.numbers
-    reason, end, stop = np.full(n, OK, dtype="U90"), np.zeros(n), corners(nodes)
-    ended, here = np.zeros(n, bool), np.arange(s)
+    reason, end, stop, here = np.full(n, OK, dtype="U90"), np.zeros(n), corners(nodes), np.arange(s)
+    some = np.arange(n)
     for marked in (True, True, False):
-        some = np.flatnonzero((reached < s) & ~(marked & ended))
-        if not len(some) or (marked and stop[some].all()):
-            continue
         begun = reached[some, None] - 1
         stop[some] = (here == begun) | ((here > begun) & (stop[some] | (not marked)))
         last = states[begun[:, 0], :, some].T
@@ -126,11 +123,23 @@ def _led(mechanisms: Mechanisms, nodes: Array, state: State) -> tuple[Array, ...
         j, i = np.nonzero(good.T)
         states[j, :, some[i]] = new[j, :, i]
         good |= here <= begun
-        reached[some], stop[some] = np.where(good.all(1), s, good.argmin(1)), stop[some] | ~good
-        ended[some], steps[some] = walk.reason != OK, steps[some] + walk.steps
-        if not marked:
-            reason[some], end[some] = walk.reason, begun[:, 0] + walk.end
-    return states, reached, reason, np.where(reached == s, s - 1.0, end), steps
+        stop[some] |= ~good
+        reached[some], steps[some] = np.where(good.all(1), s, good.argmin(1)), steps[some] + walk.steps
+        reason[some], end[some], over = walk.reason, *_ends(walk, reached[some])
+        some = some[~over]
+        if not len(some):
+            break
+    return states, reached, reason, end, steps
+
+
+def _ends(walk: Walk, reached: Array) -> tuple[Array, Array]:
+    """Return where motions end, in values of the path, and whether these are all that there is before."""
+    every, last = np.arange(len(reached)), walk.path.shape[0] - 1
+    one, other = (walk.places[every, np.minimum(j, last)] for j in (reached - 1, reached))
+    with np.errstate(all="ignore"):
+        part = np.clip((walk.end - one) / (other - one), 0, 1)
+    ended = walk.reason != OK
+    return reached - 1 + np.where(ended, part, 0.0), (reached > last) | (ended & (other > walk.end)) | (not walk.marked)
 
 
 def _measured(mechanisms: Mechanisms, nodes: Array, states: Array, reached: Array) -> Positions:
