@@ -12,8 +12,8 @@ import numpy as np
 
 from ...kinematics.types import Array
 
-#: Systems up to which LAPACK is faster.
-FEW = 24
+#: Systems up to which LAPACK is faster, and logarithm of a determinant, in entries, below which it does not serve.
+FEW, NEARLY = 24, -30.0
 
 
 def solve(matrix: Array, right: Array) -> tuple[Array, Array]:
@@ -34,9 +34,10 @@ def solve(matrix: Array, right: Array) -> tuple[Array, Array]:
     m, n = matrix.shape[0], matrix.shape[-1]
     if n <= FEW:
         each = np.ascontiguousarray(np.moveaxis(matrix, -1, 0))
-        with contextlib.suppress(np.linalg.LinAlgError):
-            found = np.linalg.solve(each, np.moveaxis(right, -1, 0))
-            return np.moveaxis(found, 0, -1), np.linalg.slogdet(each)[0]
+        with np.errstate(all="ignore"), contextlib.suppress(np.linalg.LinAlgError):
+            one, size = np.linalg.slogdet(each)
+            if (size > m * np.log(np.abs(each).max()) + NEARLY).all():
+                return np.moveaxis(np.linalg.solve(each, np.moveaxis(right, -1, 0)), 0, -1), one
     a = np.concatenate([matrix, right], axis=1)
     sign, every = np.ones(n), np.arange(n)
     with np.errstate(all="ignore"):

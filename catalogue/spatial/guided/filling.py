@@ -92,7 +92,7 @@ class Pieces:
     @property
     def width(self) -> Array:
         """Part of its line that each takes."""
-        return self.at[2] - self.at[0]
+        return np.asarray(self.at[2] - self.at[0])
 
     def find(self, who: Array, corner: Array, t: Array) -> Array:
         """Return in which piece parameters are, -1 if in none."""

@@ -118,8 +118,8 @@ class Corrected:
             bow = chord - mean * ((chord * mean).sum(0) / (mean * mean).sum(0))
             off, size = np.sqrt((bow**2).sum(0)), np.abs(h)
             good = self.found & plain & (off <= np.maximum(BOW * size, LAST)) & (turn <= TURN**2)
-            parts = WANTED_FIRST * size / self.first, WANTED_BOW * size / off  # both grow like the square
-            stretch = np.fmin(np.sqrt(np.fmin(*parts)), WANTED_TURN / np.sqrt(turn))
+            parts = [np.maximum(w * size, LAST) / v for w, v in ((WANTED_FIRST, self.first), (WANTED_BOW, off))]
+            stretch = np.fmin(np.sqrt(np.fmin(*parts)), WANTED_TURN / np.sqrt(turn))  # corrections grow like the cube
             return np.asarray(good), np.asarray(np.clip(stretch, SHORTER, LONGER))
 
 
