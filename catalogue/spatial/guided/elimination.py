@@ -36,7 +36,7 @@ def solve(matrix: Array, right: Array) -> tuple[Array, Array]:
         each = np.ascontiguousarray(np.moveaxis(matrix, -1, 0))
         with np.errstate(all="ignore"), contextlib.suppress(np.linalg.LinAlgError):
             one, size = np.linalg.slogdet(each)
-            if (size > m * np.log(np.abs(each).max()) + NEARLY).all():
+            if (size > m * np.log(np.abs(each).max((1, 2), initial=0)) + NEARLY).all():
                 return np.moveaxis(np.linalg.solve(each, np.moveaxis(right, -1, 0)), 0, -1), one
     a = np.concatenate([matrix, right], axis=1)
     sign, every = np.ones(n), np.arange(n)
