@@ -223,7 +223,7 @@ def measure() -> tuple[list[list[str]], list[tuple[str, str, float, float, float
                 exact[i, j] = refined(fine, lean, rotation, free[i, j], q[i, j])
         centre = np.stack([g.origin for g in m.guides])[m.drivers[0][0]]
         for (way, formulation, batch), last in product(MINE, OURS):
-            S.newton_.LAST = S.predictor_corrector_.LAST = S.continuation_.LAST = last
+            S.newton_.LAST = S.predictor_corrector_.LAST = S.continuation_.LAST = S.filling_.LAST = last
             mine = replace(m, formulation=formulation)
             some = [np.arange(len(m))] if batch else [np.array([i]) for i in range(FEW)]
             begin = time.process_time()
@@ -233,7 +233,7 @@ def measure() -> tuple[list[list[str]], list[tuple[str, str, float, float, float
             points = (each - centre[:FEW, None, None]) / unit[:FEW, None, None, None]
             error = np.nanmax(np.abs(np.moveaxis(points, -1, 2) - exact))
             found.append((name, way, last, taken, float(error)))
-        S.newton_.LAST = S.predictor_corrector_.LAST = S.continuation_.LAST = 1e-8
+        S.newton_.LAST = S.predictor_corrector_.LAST = S.continuation_.LAST = S.filling_.LAST = 1e-8
         for way, run, with_jacobian, few in WAYS:
             for tol in THEIRS:
                 taken, error = 0.0, 0.0

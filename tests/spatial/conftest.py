@@ -16,8 +16,8 @@ GOLDEN = Path(__file__).with_name("golden.json")
 MODULES = {
     "geometry": ("kinds", "power_series", "rotation", "guides"),
     "guided": ("elimination", "mechanism", "unknowns", "equations", "newton", "series", "euler_angles", "distances",
-               "formulation", "position", "derivatives", "predictor_corrector", "continuation", "follow", "roots",
-               "closed_form", "assemblies"),
+               "formulation", "position", "derivatives", "predictor_corrector", "continuation", "filling", "follow",
+               "roots", "closed_form", "assemblies"),
 }  # fmt: skip
 SURFACES = ("cylinder", "cone", "hyperboloid:sinh", "torus", "sphere", "plane")
 CURVES = ("circle", "helix", "line")

@@ -11,25 +11,31 @@ def matrix(q: Array) -> Array:
     """Return the rotation matrices (3, 3, n) of quaternions (4, n) of any length but 0."""
     s, x, y, z = q
     k = 2 / (q * q).sum(0)
-    return np.stack(
-        [
-            np.stack([1 - k * (y * y + z * z), k * (x * y - s * z), k * (x * z + s * y)]),
-            np.stack([k * (x * y + s * z), 1 - k * (x * x + z * z), k * (y * z - s * x)]),
-            np.stack([k * (x * z - s * y), k * (y * z + s * x), 1 - k * (x * x + y * y)]),
-        ]
-    )
+    out = np.empty((3, 3, *q.shape[1:]))
+    out[0, 0], out[0, 1], out[0, 2] = 1 - k * (y * y + z * z), k * (x * y - s * z), k * (x * z + s * y)
+    out[1, 0], out[1, 1], out[1, 2] = k * (x * y + s * z), 1 - k * (x * x + z * z), k * (y * z - s * x)
+    out[2, 0], out[2, 1], out[2, 2] = k * (x * z - s * y), k * (y * z + s * x), 1 - k * (x * x + y * y)
+    return out
+
+
+def turning(q: Array, turn: Array) -> Array:
+    """Return the derivative (4, n) of q as it turns by ``turn`` (3, n) in a unit of time."""
+    half, v = turn / 2, q[1:]
+    return np.concatenate([-(half * v).sum(0)[None], q[0] * half + cross(half, v)])
 
 
 def turned(q: Array, turn: Array) -> Array:
     """Return q followed by a rotation that is ``turn`` (3, n) to second order (tan of half the angle, Cayley)."""
-    s, v, half = q[0], q[1:], turn / 2
-    out = np.concatenate([(s - (half * v).sum(0))[None], v + s * half + cross(half, v)])
+    out = q + turning(q, turn)
     return np.asarray(out / np.sqrt((out * out).sum(0)))
 
 
 def cross(a: Array, b: Array) -> Array:
     """Return the vector product along the first axis."""
-    return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    out = np.empty((3, *np.broadcast_shapes(a.shape[1:], b.shape[1:])))
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        out[i] = a[j] * b[k] - a[k] * b[j]
+    return out
 
 
 def quaternion(r: Array) -> Array:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cached_property
+
 import numpy as np
 
 from ...kinematics.types import Array
@@ -21,16 +23,34 @@ AT_BRANCH = 1e-5
 
 
 class Walk:
-    """A block of mechanisms on its way; the last axis of every array is that of the block."""
+    """A block of mechanisms on its way; the last axis of every array is that of the block.
 
-    def __init__(self, mechanisms: Mechanisms, nodes: Array, state: State) -> None:
+    Parameters
+    ----------
+    mechanisms : Mechanisms
+    path : ndarray, shape (n, s, k)
+        Values of the drivers.
+    state : State
+        Poses at the first node.
+    stop : ndarray, shape (n, s)
+        Which values of the path are nodes, the last among them.
+    marked : bool
+        Whether to leave marks.
+    """
+
+    def __init__(self, mechanisms: Mechanisms, path: Array, state: State, stop: Array, marked: bool) -> None:
         n = len(mechanisms)
         self.mechanisms, self.system = mechanisms, formulated(mechanisms)
-        self.nodes = np.moveaxis(nodes, 0, -1) / driver_units(mechanisms)  # (s, k, n)
+        self.path, self.stop = np.moveaxis(path, 0, -1) / driver_units(mechanisms), stop  # (s, k, n)
+        self.count, self.marked = stop.sum(1), marked
+        node = np.argsort(~stop, axis=1, kind="stable")[:, : self.count.max()].T  # the others are copies of the last
+        node[np.arange(len(node))[:, None] >= self.count] = len(self.path) - 1
+        self.nodes = np.take_along_axis(self.path, node[:, None], 0)
+        self.marks: list[tuple[Array, ...]] = []  # mechanism, node, part of the way to the next, numbers, derivative
         self.reached, self.steps, self.end = np.ones(n, int), np.zeros(n, int), np.zeros(n)
         self.reason = np.full(n, OK, dtype="U90")
         self.state = self.system.stated(state, self.nodes[0])
-        self.states = np.full((len(nodes[0]), *self.state.numbers.shape), np.nan)
+        self.states = np.full((len(self.nodes), *self.state.numbers.shape), np.nan)
         self.y, self.width = np.zeros(n), np.ones(n)
         self.length = np.full(n, LONGEST / 8)
         m, k = self.system.unknowns, self.nodes.shape[1]
@@ -60,8 +80,19 @@ class Walk:
                 system, active = self.system.take(who), active[active]
             self._advance(who, system, active)
 
+    @cached_property
+    def places(self) -> Array:
+        """Where the values of the path are, in nodes from the first, less than 0 before it, shape (n, s)."""
+        passed = np.maximum(np.cumsum(self.stop, axis=1) - 1, 0)
+        who = np.arange(len(passed))[:, None]
+        begin = self.nodes[passed, :, who]
+        way = self.nodes[np.minimum(passed + 1, len(self.nodes) - 1), :, who] - begin
+        with np.errstate(invalid="ignore"):
+            part = ((np.moveaxis(self.path, -1, 0) - begin) * way).sum(2) / (way * way).sum(2)
+        return np.where(self.stop, passed, np.where(self.stop.cumsum(1) > 0, passed + part, -1))
+
     def _active(self) -> Array:
-        return np.asarray((self.reason == OK) & (self.reached < len(self.nodes)))
+        return np.asarray((self.reason == OK) & (self.reached < self.count))
 
     def _line(self, who: Array) -> Line:
         last = np.minimum(self.reached[who], len(self.nodes) - 1)
@@ -78,7 +109,7 @@ class Walk:
         y = np.where(land, self.width[who], front.y + z[-1])
         c = correct(system, line, front.state.moved(z[:-1], front.metric), y, row, np.maximum(FIRST * size, LAST))
         self.steps[who] += active
-        good = c.accepted(z, h, front)
+        good, stretch = c.judged(z, h, front)
         flipped = good & (c.sign != self.sign[who])
         branch = flipped & (size < AT_BRANCH)
         stuck = ~good & (size < SHORTEST)
@@ -91,14 +122,18 @@ class Walk:
         self.reason[who[turned]], self.folded[:, who[turned]] = TURNING, (h[turned], c.tangent[-1, turned])
         refused = active & ~on
         self.length[who[refused]] = size[refused] / 2
-        easy = c.easy(size, front.tangent)
-        longer = np.where(easy, np.maximum(self.length[who], 2 * size), np.where(land, self.length[who], size))
-        self.length[who[on]] = np.minimum(longer, LONGEST)[on]
+        better = size * stretch
+        better = np.where(land & (better >= size), np.maximum(self.length[who], better), better)
+        self.length[who[on]] = np.minimum(better, LONGEST)[on]
         walked = np.flatnonzero(on & ~land)
         i = who[walked]
         self.state.put(i, c.state[walked])
         self.y[i], self.step[i], self.before[:, i] = c.y[walked], h[walked], front.tangent[:, walked]
         self.tangent[:, i], self.metric[:, i], self.rated[i] = c.tangent[:, walked], c.metric[:, walked], False
+        if self.marked and len(i):
+            with np.errstate(all="ignore"):
+                rates = c.tangent[:-1, walked] / c.tangent[-1, walked] * self.width[i]
+            self._mark(i, self.reached[i] - 1, self.y[i] / self.width[i], c.metric[:, walked], rates)
         landed = np.flatnonzero(on & land)
         if len(landed):
             self.reached[who[landed]] += 1
@@ -126,8 +161,13 @@ class Walk:
         self.state.put(who, c.state)
         self.states[node, :, who] = c.state.numbers.T
         self.end[who], self.y[who], self.metric[:, who] = node, 0, c.metric
+        if self.marked and node.any():
+            last = (self.nodes[node, :, who] - self.nodes[node - 1, :, who]).T
+            self._mark(who, node - 1, np.ones(len(who)), c.metric, (c.rates * last).sum(1))
         self.width[who] = 1
         dq = self._line(who).q1
+        if self.marked:
+            self._mark(who, node, np.zeros(len(who)), c.metric, (c.rates * dq).sum(1))
         with np.errstate(invalid="ignore"):
             width = np.maximum(np.sqrt(((c.travel * dq) ** 2).sum(0)), 1e-9)
             tangent = _unit((c.rates * dq).sum(1), width)
@@ -136,6 +176,10 @@ class Walk:
         self.width[who], self.tangent[:, who] = width, tangent
         self.before[:, who] = np.where(rated, before, tangent)
         self.step[who], self.rates[..., who], self.rated[who] = h, c.rates, True
+
+    def _mark(self, who: Array, node: Array, part: Array, metric: Array, rates: Array) -> None:
+        state = self.state[who]
+        self.marks.append((who, node, part, state.numbers, state.velocity(rates, metric)))
 
     def _off(self, who: Array, system: System, c: Corrected, line: Line) -> Array:
         if not self.bounded:

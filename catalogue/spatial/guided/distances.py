@@ -38,6 +38,10 @@ class Coordinates(State):
         with np.errstate(all="ignore"):
             return Coordinates(self.quaternion, self.free + step / metric)
 
+    def velocity(self, step: Array, metric: Array) -> Array:
+        with np.errstate(all="ignore"):
+            return np.asarray(step / metric)
+
 
 @dataclass(frozen=True)
 class Distances(System):

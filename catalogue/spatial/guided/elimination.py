@@ -1,14 +1,19 @@
 """Small linear systems by the thousand: Gaussian elimination with the batch last, so that every pass runs along it.
 
 LAPACK through ``np.linalg.solve`` raises if one system of the batch is singular and gives no sign of the determinant;
-here a singular system gives infinities in its own place.
+here a singular system gives infinities in its own place.  Of a few systems LAPACK is faster, and serves if it can.
 """
 
 from __future__ import annotations
 
+import contextlib
+
 import numpy as np
 
 from ...kinematics.types import Array
+
+#: Systems up to which LAPACK is faster, and logarithm of a determinant, in entries, below which it does not serve.
+FEW, NEARLY = 24, -30.0
 
 
 def solve(matrix: Array, right: Array) -> tuple[Array, Array]:
@@ -27,6 +32,12 @@ def solve(matrix: Array, right: Array) -> tuple[Array, Array]:
         Sign of the determinant.
     """
     m, n = matrix.shape[0], matrix.shape[-1]
+    if n <= FEW:
+        each = np.ascontiguousarray(np.moveaxis(matrix, -1, 0))
+        with np.errstate(all="ignore"), contextlib.suppress(np.linalg.LinAlgError):
+            one, size = np.linalg.slogdet(each)
+            if (size > m * np.log(np.abs(each).max((1, 2), initial=0)) + NEARLY).all():
+                return np.moveaxis(np.linalg.solve(each, np.moveaxis(right, -1, 0)), 0, -1), one
     a = np.concatenate([matrix, right], axis=1)
     sign, every = np.ones(n), np.arange(n)
     with np.errstate(all="ignore"):

@@ -55,7 +55,15 @@ class System:
 
     @staticmethod
     def of(mechanisms: Mechanisms) -> System:
-        """Return the equations of mechanisms."""
+        """Return the equations of mechanisms, which are made once."""
+        made: dict[str, Any] = mechanisms.__dict__
+        if "equations" not in made:
+            made["equations"] = System._made(mechanisms)
+        system: System = made["equations"]
+        return system
+
+    @staticmethod
+    def _made(mechanisms: Mechanisms) -> System:
         unit, n = mechanisms.unit, len(mechanisms)
         drivers = mechanisms.drivers
         order = list(dict.fromkeys(i for i, _ in drivers))

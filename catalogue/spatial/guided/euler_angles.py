@@ -37,6 +37,10 @@ class Angles(State):
         with np.errstate(all="ignore"):
             return Angles(self.quaternion + step[:3], self.free + step[3:] / metric)
 
+    def velocity(self, step: Array, metric: Array) -> Array:
+        with np.errstate(all="ignore"):
+            return np.concatenate([step[:3], step[3:] / metric])
+
 
 @dataclass(frozen=True)
 class EulerAngles(System):

@@ -153,7 +153,10 @@ class Mechanisms:
         return len(self.body)
 
     def __getitem__(self, index: Any) -> Mechanisms:
-        index = np.atleast_1d(np.arange(len(self))[index])
+        every = np.arange(len(self))
+        index = np.atleast_1d(every[index])
+        if np.array_equal(index, every):
+            return self
         selected: Mechanisms = same(self, {"body": self.body[index], "guides": tuple(g[index] for g in self.guides)})
         selected.__dict__["diameter"] = self.diameter[index]  # else it would be computed again
         return selected

@@ -21,13 +21,14 @@ from .unknowns import State
 #: Evaluations of a corrector.
 CORRECTIONS = 6
 #: A step is refused if its first correction is a larger part of it, if the second is a larger part of the first, or if
-#: the tangent turns more than this [cos], or if its chord is a larger part off; below the other values the next is
-#: longer.
-FIRST, SECOND, TURN = 0.1, 0.2, np.cos(0.18)
+#: the tangent turns more than this [rad], or if its chord is a larger part off.
+FIRST, SECOND, TURN = 0.1, 0.2, 0.18
 #: Slope of the driver that counts as none, per cube of the angle turned.
 MARGIN = 0.05
 BOW = 0.004
-EASY_FIRST, EASY_TURN = 0.02, np.cos(0.07)
+#: What they should be of the next step, and how much longer than the last it may be, and how much shorter.
+WANTED_FIRST, WANTED_TURN, WANTED_BOW = 0.05, 0.14, 0.003
+LONGER, SHORTER = 2.0, 0.5
 LONGEST, SHORTEST = 0.5, 1e-8
 
 
@@ -98,8 +99,8 @@ class Corrected:
     correction: Array
     found: Array
 
-    def accepted(self, z: Array, h: Array, front: Front) -> Array:
-        """Return where a step, predicted as z, of length h, stayed on its curve.
+    def judged(self, z: Array, h: Array, front: Front) -> tuple[Array, Array]:
+        """Return where a step, predicted as z, of length h, stayed on its curve, and how much longer the next may be.
 
         Its chord must be along the mean of the tangents at its ends, as that of a smooth curve is to third order.
 
@@ -113,13 +114,13 @@ class Corrected:
             turn = ((self.tangent - front.tangent) ** 2).sum(0)
             plain = (b <= 0) | ~dips | (a - linear**2 / (4 * square) >= MARGIN * turn**1.5)
             chord, mean = z + self.correction, self.tangent + front.tangent
+            chord[-1 - len(self.metric) : -1] *= (1 + self.metric / front.metric) / 2
             bow = chord - mean * ((chord * mean).sum(0) / (mean * mean).sum(0))
-            smooth = (bow**2).sum(0) <= np.maximum(BOW * h, LAST) ** 2
-            return np.asarray(self.found & plain & smooth & ((self.tangent * front.tangent).sum(0) >= TURN))
-
-    def easy(self, h: Array, tangent: Array) -> Array:
-        """Return where the next step may be longer."""
-        return np.asarray((self.first <= EASY_FIRST * h) & ((self.tangent * tangent).sum(0) >= EASY_TURN))
+            off, size = np.sqrt((bow**2).sum(0)), np.abs(h)
+            good = self.found & plain & (off <= np.maximum(BOW * size, LAST)) & (turn <= TURN**2)
+            parts = [np.maximum(w * size, LAST) / v for w, v in ((WANTED_FIRST, self.first), (WANTED_BOW, off))]
+            stretch = np.fmin(np.sqrt(np.fmin(*parts)), WANTED_TURN / np.sqrt(turn))  # corrections grow like the cube
+            return np.asarray(good), np.asarray(np.clip(stretch, SHORTER, LONGER))
 
 
 def correct(system: System, line: Line, state: State, y: Array, row: Array, limit: Array) -> Corrected:

@@ -10,7 +10,7 @@ import numpy as np
 
 from ...kinematics.types import Array
 from ..geometry.kinds import Kind
-from ..geometry.rotation import turned
+from ..geometry.rotation import turned, turning
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,11 @@ class State:
         """Return the state after a step (3 + f, n): rotation [rad], and arcs on the guides in units."""
         with np.errstate(all="ignore"):
             return type(self)(turned(self.quaternion, step[:3]), self.free + step[3:] / metric)
+
+    def velocity(self, step: Array, metric: Array) -> Array:
+        """Return the derivative of `numbers` along a step."""
+        with np.errstate(all="ignore"):
+            return np.concatenate([turning(self.quaternion, step[:3]), step[3:] / metric])
 
     def __getitem__(self, index: Any) -> Self:
         return type(self)(self.quaternion[:, index], self.free[:, index])
