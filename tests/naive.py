@@ -419,11 +419,13 @@ def _open_ranges(chain: Chain) -> list[tuple[float, float, bool]]:
 def straightness(z: Array) -> tuple[float, float]:
     """Return half the width of the narrowest strip that holds a path, and how far its ends are apart along the strip;
     infinite and 0 unless it runs forward along its chord, within 84 degrees of the direction of its middle."""
+    if z[-1] == z[0]:
+        return math.inf, 0.0
     w = (z - z[0]) / (z[-1] - z[0]) * abs(z[-1] - z[0])
     steps = np.diff(w)
     middle = min(max(int((w.real < 0.5 * w.real[-1]).sum()), 1), len(w) - 2) if len(w) > 2 else 0
     tangent = w[middle + 1] - w[middle - 1] if middle else steps[0]
-    if not ((steps.real > 0).all() and (dot(tangent / abs(tangent), steps) > 0.1 * np.abs(steps)).all()):
+    if not ((steps.real > 0).all() and (dot(tangent, steps) > 0.1 * abs(tangent) * np.abs(steps)).all()):
         return math.inf, 0.0
     # the width as a function of the slope has one minimum
     low, high, golden = -1.0, 1.0, 0.5 * (math.sqrt(5) - 1)

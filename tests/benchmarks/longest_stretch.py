@@ -54,9 +54,9 @@ def drawn(family: str, count: int) -> tuple[Linkage, Complexes]:
 
 
 def compile_alternative() -> None:
-    """Have numba compile the loops over windows, of which each linkage has some thousand; division by 0 gives NaN."""
+    """Have numba compile the loops over windows, of which each linkage has some thousand."""
     there = NAIVE["longest_stretch"].__globals__
-    there |= {name: njit(error_model="numpy")(there[name]) for name in COMPILED}
+    there |= {name: njit(there[name]) for name in COMPILED}
 
 
 def exhaustive(linkage: Linkage, point: Complexes) -> Floats:
