@@ -90,12 +90,14 @@ def best(cat: Any, entry: dict[str, Any], effort: int, known: dict[str, Known], 
 
 
 def price(found: Any, entry: dict[str, Any]) -> float:
-    """Return what a candidate says that it costs, as `independent.cost` counts it."""
+    """Return what a candidate says that it costs; its crank is judged over the whole turn where that is to turn."""
     stroke, rank = entry["stroke"], entry["rank_by"]
+    turns = entry["constraints"].get("full_rotation")
+    transmission = min(found.min_transmission, found.min_transmission_turn if turns else 90)
     prices: dict[str, Callable[[], float]] = {
         "size": lambda: found.size / stroke,
-        "balance": lambda: found.size / stroke - found.min_transmission / 90,
-        "transmission": lambda: 1 - found.min_transmission / 90,
+        "balance": lambda: found.size / stroke - transmission / 90,
+        "transmission": lambda: 1 - transmission / 90,
         "deviation": lambda: found.deviation / stroke,
     }
     return prices[rank]()
