@@ -23,6 +23,11 @@ from measuring import table, title
 import catalogue
 
 HERE = Path(__file__).parent
+EXPLAINED = """\
+Costs are those of `independent.cost`, with the transmission angle over the stroke.  Where a crank is to turn fully
+`find` ranks by that over the whole turn, which nothing here does: costs of {}
+are not of the same thing.
+"""
 #: By which part a constraint may be broken.
 WITHIN = 1e-6
 #: An answer is as good as another if it costs no more than this part more.
@@ -183,6 +188,9 @@ def main() -> None:
                if e["name"].startswith(given.only or "")]  # fmt: skip
     cat = catalogue.open(given.database)
     title("Recall of feasible requests")
+    turned = [e["name"] for e in entries
+              if e["constraints"].get("full_rotation") and e["rank_by"] in ("balance", "transmission")]  # fmt: skip
+    print(EXPLAINED.format(", ".join(turned)))
     cat.find(catalogue.StraightLine(1, 0.001), limit=1)  # what is loaded once
     kept = {}
     for effort in map(int, given.effort.split(",")):
