@@ -11,13 +11,12 @@ from typing import Any
 import numpy as np
 import pandas as pd
 import pytest
-from click.testing import CliRunner
 
-from catalogue.cli import app
 from catalogue.errors import CatalogueError
 from catalogue.folders import folder
 from catalogue.spatial import load
 from catalogue.spatial.fitting.files import fit_file, toml
+from tests.spatial.test_files import run as command
 
 RSSR = (folder("data") / "spatial" / "rssr.toml").read_text("utf-8").split("# the rocker as")[0]
 SWING = """
@@ -52,7 +51,7 @@ half = [6, 10, 0]
 
 
 def run(*arguments: str) -> Any:
-    return CliRunner().invoke(app, ["spatial", *arguments], standalone_mode=False)
+    return command(*arguments, standalone_mode=False)
 
 
 @pytest.fixture
