@@ -236,16 +236,17 @@ def _level(x: Array, gs: Array, index: Indices, sign: Array, by: Array | None) -
     """Polynomial (over `by`) whose errors at the reference are equal but for their alternating sign, and that error."""
     column = np.arange(index.shape[1])
     xs, both = x[index, column], np.empty((2, *gs.shape), gs.dtype)
+    far = xs[-1] - xs[0]  # as unit, so that no cube of it leaves the range of numbers
     both[0], both[1] = gs, sign
     if by is not None:
         both *= by[index, column]
     divided = [both[:, 0]]  # differences of the values and of the signs: the polynomial leaves none of the last order
     for k in range(1, len(xs)):
-        both = (both[:, 1:] - both[:, :-1]) / (xs[k:] - xs[:-k])
+        both = (both[:, 1:] - both[:, :-1]) * (far / (xs[k:] - xs[:-k]))
         divided.append(both[:, 0])
     *rest, (last, of_signs) = divided
     level = last / of_signs
-    c = [values - level * signs for values, signs in rest]
+    c = [(values - level * signs) / far**k for k, (values, signs) in enumerate(rest)]
     if len(c) == 2:
         return np.stack([c[0] - c[1] * xs[0], c[1]]), level
     return np.stack([c[0] - c[1] * xs[0] + c[2] * xs[0] * xs[1], c[1] - c[2] * (xs[0] + xs[1]), c[2]]), level

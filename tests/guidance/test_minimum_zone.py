@@ -110,6 +110,18 @@ def test_fit_does_not_depend_on_place_scale_and_sense(circle: bool) -> None:
         assert over.curvature[0] == pytest.approx(-here.curvature[0], rel=1e-9)
 
 
+@pytest.mark.parametrize("circle", [False, True])
+@pytest.mark.parametrize("exponent", [-500, -300, 300, 500])
+def test_a_fit_is_the_same_in_any_unit(circle: bool, exponent: int) -> None:
+    """In powers of two, which round nothing: no cube of a length leaves the range of numbers."""
+    t = grid(NODES).nodes
+    u, v = run(5, t), 1e-3 * chebyshev.chebval(t, waves(5, 5)) - (0.2 * t * t if circle else 0)
+    unit = 2.0**exponent
+    here, there = one(u, v, circle), one(u * unit, v * unit, circle)
+    assert there.deviation[0] == pytest.approx(here.deviation[0] * unit, rel=1e-9, abs=0)
+    assert there.curvature[0] * unit == pytest.approx(here.curvature[0], rel=1e-9, abs=0)
+
+
 def test_strip_line_holds_the_path_within_its_deviation() -> None:
     """Start and direction are those of the middle line of the strip, not only its width."""
     for count in range(2, 9):
