@@ -131,8 +131,9 @@ def stretches(n: int, stressed: Stressed, name: str) -> Iterator[Row]:
     """What `measure` tells of the straightest stretch over half a size, or over half of what the point runs: deviation,
     size, transmission angle."""
     inputs, finite = stressed
-    numbers, told, flags, leads = [], [], [], []
+    numbers, told, flags, leads, shares = [], [], [], [], []
     linkage, point = linkages(inputs, finite)
+    even = 0.5 - 0.5 * np.cos(np.pi * np.arange(PIECES + 1) / PIECES)
     for i in range(n):
         with contextlib.suppress(InvalidRequest, InvalidLinkage):
             guide = catalogue.guide(linkage.pivots[i].tolist(), (float(point[i].real), float(point[i].imag)))
@@ -148,6 +149,8 @@ def stretches(n: int, stressed: Stressed, name: str) -> Iterator[Row]:
                 if found.kind[0] == SWING and np.sin(s[0]) * np.sin(s[1]) <= 0:
                     continue  # the lead turns back on the way: it is no parameter
                 turned = found.angle(s[:, None])[:, 0] - found.angle(found.phase[None])[0]
+                along = found.angle((s[0] + (s[1] - s[0]) * even)[:, None])[:, 0]  # dense where the lead slows down
+                shares.append((along - along[0]) / (along[-1] - along[0]))
                 at = np.array([complex(*one.guided)])
                 numbers.append(np.r_[numbers_of(one.linkage, at)[0], turned])
                 told.append([one.deviation, one.size, one.min_transmission, one.stroke])
@@ -159,8 +162,7 @@ def stretches(n: int, stressed: Stressed, name: str) -> Iterator[Row]:
 
     def path(i: int, numbers: list[Any]) -> tuple[Closed, list[tuple[Any, Any]]]:
         of, (a, b) = Closed(numbers, flags[i], leads[i]), numbers[10:12]
-        steps = [(a + b) / 2 - (b - a) / 2 * mp.cos(mp.pi * k / PIECES) for k in range(PIECES + 1)]
-        return of, [of.pose(t) for t in steps]
+        return of, [of.pose(a + (b - a) * mp.mpf(share)) for share in shares[i].tolist()]
 
     def deviation(i: int, numbers: list[Any]) -> list[Any]:
         of, poses = path(i, numbers)
