@@ -39,7 +39,7 @@ from ..kinematics.motion import Motion
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from .coupler_curve import CouplerCurve, false_position
 from .inverse import of_machine
-from .minimum_zone import grid
+from .minimum_zone import grid, largest
 from .trace import Traced
 
 if TYPE_CHECKING:
@@ -257,7 +257,8 @@ def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats
     is no crank, if the other is.
 
     From the moving pivots (for a slide: anything finite) `at`, (m, n) each, and exp(i theta) - 1 of the coupler, (m,
-    n), at Chebyshev points of the stroke, between which the sine of the angle is interpolated.
+    n), at Chebyshev points of the stroke, between which the sine of the angle is interpolated, its least value by a
+    parabola.
     """
     kind = linkage.dyads
     fine = grid(len(x) - 1).fine
@@ -265,7 +266,8 @@ def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats
     for driver, sine in enumerate(transmission_sines(linkage, at, x)):
         sine = fine @ sine
         through = (sine.min(axis=0) < 0) & (sine.max(axis=0) > 0)  # a dead point lies on the way
-        angle = np.where(through, 0.0, np.degrees(np.arcsin(np.clip(np.abs(sine), 0, 1))).min(axis=0))
+        smallest = np.clip(-largest(-np.abs(sine)), 0, 1)
+        angle = np.where(through, 0.0, np.degrees(np.arcsin(smallest)))
         no_crank = (kind != RR).all(1)
         least.append(np.where((kind[:, driver] == RR) | no_crank, angle, -1.0))
     return np.stack(least)

@@ -57,6 +57,7 @@ class Quantities:
     guides: CouplerCurve  #: of the same candidates
     t: Floats  #: (m, n), parameters of the stations at which transmission angles are read
     by: PoseJacobian  #: of those stations
+    least: Floats | None = None  #: (n,), least transmission angles, at the stations and between them [deg]
 
     def __call__(self, name: str) -> Pieces:
         """Return the pieces of a measure, by the names of `catalogue.candidates.feasibility.values`, or of a region."""
@@ -125,7 +126,8 @@ class Quantities:
 
     # -- angles -------------------------------------------------------------------------------------------------
     def _transmission(self) -> Pieces:
-        """Less the transmission angles at the stations, in right angles, with the crank that drives."""
+        """Less the transmission angles at the stations, in right angles, with the crank that drives; all as much lower
+        as the least one between them is."""
         driver = self.found.measures.driver
         (first, one), (other, two) = (self._sine(dyad) for dyad in (0, 1))
         better = np.abs(other).min(0) > np.abs(first).min(0)  # where there is no crank the better dyad counts
@@ -135,7 +137,8 @@ class Quantities:
         sine, slope = side * sine, side[:, None] * slope
         cosine = np.sqrt(np.maximum(1 - sine * sine, 1e-4))
         angle, by = np.arcsin(np.clip(sine, -1, 1)), slope / cosine[..., None]
-        return Pieces.of(zip(-angle / (np.pi / 2), -by / (np.pi / 2), strict=True))
+        pieces = Pieces.of(zip(-angle / (np.pi / 2), -by / (np.pi / 2), strict=True))
+        return pieces if self.least is None else pieces.less(np.nan_to_num(self.least / 90 + pieces.value.max(1)))
 
     def _sine(self, driver: int) -> Row:
         """Return the sines of the transmission angle at the stations, one dyad driving, (m, n) and (m, n, 10).

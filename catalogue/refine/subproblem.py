@@ -132,7 +132,7 @@ def linearise(
         error = _centred(error, z, bend)
     by = pose_jacobian(guides.motion, guides.point, t, tangent)
     basis = moves.basis(found)
-    read = Quantities(problem, found, guides, t[::2], by[::2])
+    read = Quantities(problem, found, guides, t[::2], by[::2], found.measures.min_transmission)
     limits, measures = _limits(problem, read), {}
     if not problem.relaxed:
         measures = {name: read(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}

@@ -48,10 +48,10 @@ class Stations:
         self.place, self.along = self._run(found, self.t)
         self._moved: dict[tuple[int, int], Quantities] = {}
 
-    def pieces(self, name: str) -> Pieces:
+    def pieces(self, name: str, least: Array | None = None) -> Pieces:
         guides = self.found.curve
         by = pose_jacobian(guides.motion, guides.point, self.t, self.along)
-        return Quantities(self.problem, self.found, guides, self.t, by)(name)
+        return Quantities(self.problem, self.found, guides, self.t, by, least)(name)
 
     def moved(self, name: str, k: int, sign: int) -> Array:
         """Return the values after a step of coordinate k of all guides, forward or back."""
@@ -134,6 +134,8 @@ def test_the_largest_piece_is_the_measure(small: Catalogue, wish: dict[str, Any]
     # read at 9 places of the stroke instead of POSES; less than nothing beyond a dead point, where the measure is 0
     least = np.maximum(-at.pieces("transmission").value.max(1), 0)
     np.testing.assert_allclose(least, here["transmission"], atol=0.02)
+    told = found.measures.min_transmission
+    np.testing.assert_allclose(-at.pieces("transmission", told).value.max(1), told / 90, rtol=1e-12, atol=1e-15)
 
 
 @pytest.mark.parametrize("inside", [(-0.5, -0.5, 1.6, 0.5), POLYGON], ids=["box", "polygon"])
