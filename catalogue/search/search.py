@@ -93,7 +93,7 @@ class Search:
     found: CandidateBatch | None = None
     cost: Floats = field(default_factory=lambda: np.zeros(0))  #: of the found ones; infinite outside the constraints
     status: str = "searching"  #: then ``found`` or ``exhausted``
-    effort: int = 1  #: which unit of effort this is
+    effort: int = 1  #: which search for the problem this is, from 1
     stage: int = 0
     refines: bool = True  #: whether starts are refined; else they are given as they are stored
     enough: int = AMPLE  #: how many answers end the search
