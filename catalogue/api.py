@@ -93,7 +93,7 @@ class Catalogue:
             of the stroke by which a pivot near the path is moved; see `catalogue.candidates.select` and
             `Candidate.nearest`.
         effort : int
-            How hard to search: starts, rounds of refinement and the points that may be measured grow with it.
+            How often to search, from other starts each time: the best is never worse for more, the time grows with it.
         refine : bool
             Move the pivots until what is ranked is best, subject to the deviation and all constraints;
             `Candidate.gap` says what could still be gained nearby.  Else guides are given as they are stored, or made.

@@ -51,7 +51,7 @@ FAMILY = several("--family", "NAME", "Only this family; may be repeated.", shell
 SERIES = several("--series", "CODE", "Only this series; may be repeated.", shell_complete=held("series"))
 ORDER = option("--order", None, "Least order of contact at the design position (99: exact).", int, default=0)
 PINS_ONLY = switch("--pins-only", "No sliding joint.")
-EFFORT = option("--effort", "N", "How hard to search: starts, rounds and seconds grow with it.", int, default=1)
+EFFORT = option("--effort", "N", "How many times as long to search, from other starts.", int, default=1)
 LIMIT = option("--limit", "N", "How many guides to list.", int, default=12)
 FORMAT = option(
     "--format", None, "How to print; messages go to standard error in any case.",

@@ -109,12 +109,14 @@ def searched(
     constraints so are kept.  With `cognates` those of all that were found are candidates too.
     """
     within = replace(problem, path=replace(problem.path, deviation=problem.path.deviation * INSIDE))
-    parts = []
+    every = []
     for name in problem.ranking.front or (None,):
         ranking = problem.ranking if name is None else replace(problem.ranking, weights={name: 1.0}, front=())
         search = Search(replace(within, ranking=ranking), database, report, refines=refine, given=given).run()
-        if search.found is not None:
-            parts.append(search.found)
+        every.append(search)
+        for _ in range(1, problem.effort):
+            every.append(every[-1].again().run())
+    parts = [search.found for search in every if search.found is not None]
     if not parts:
         return None
     found = join(*parts)

@@ -4,7 +4,7 @@ A state is an object with `step` and `status`, driven from outside.  Its stages:
 cost and violation; if these do not give enough, starts made to measure and further stored ones, round after round,
 with perturbed copies of the best points found (a population search with Deb's rules, feasible before infeasible).  The
 best of what was found are perturbed for as long as that pays (basin hopping, D. J. Wales and J. P. K. Doye, J. Phys.
-Chem. A 101 (1997) 5111-5116).
+Chem. A 101 (1997) 5111-5116).  Each further unit of effort is a search anew, from other starts.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from ..candidates.feasibility import STANDING, cost, feasibility
 from ..candidates.select import distances, normal_form
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Floats
+from ..kinematics.types import Floats, Indices
 from ..problem.problem import Problem
 from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..store import Database
@@ -55,8 +55,8 @@ class SearchReport:
 #: Starts of each kind that are measured in a stage; those of them that are refined for a round, and of all kinds for
 #: another; those refined farther, of the first stage, of the first two together, and of two later ones.
 MEASURED, TRIED, KEPT = 60, 24, (12, 32, 16)
-#: Most rounds of refinement for those that are kept, per unit of effort; so many that are left alone, none of them the
-#: best, are not worth a round, which costs nearly as much as one of all of them.
+#: Most rounds of refinement for those that are kept; so many that are left alone, none of them the best, are not worth
+#: a round, which costs nearly as much as one of all of them.
 MORE_ROUNDS, FEW = 6, 3
 #: Candidates that break the constraints by less than this, all together, are refined once more, at
 #: this price.
@@ -68,17 +68,17 @@ FAR, WAITING, NEARER = 0.1, 1, 0.9
 PENALTY = 4.0
 #: Linkages drawn to measure in a stage; parallelograms in the first one.
 DRAWN, PARALLELOGRAMS = 600, 60
-#: Points that a search may measure in refinement, per unit of effort, where it has found nothing, and where less than
-#: enough: a bound in time would make answers depend on the machine.
+#: Points that a search may measure in refinement where it has found nothing, and where less than enough: a bound in
+#: time would make answers depend on the machine.
 IN_VAIN, POINTS = 700, 2000
-#: Stages per unit of effort at most, and how many answers are enough to look no farther.  Fewer would make the first
+#: Stages at most, and how many answers are enough to look no farther.  Fewer would make the first
 #: answer worse where fewer are shown.
 STAGES, AMPLE = 10, 6
 #: Constraints that choose among sorts of guides.
 SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
 #: How many of the best points are perturbed, how often each, and by what, as powers of ten of the stroke.
 BEST, COPIES, BY = 8, 12, (-2.0, -0.5)
-#: How often that is done at most, and how often in a row without a gain of such a part of the cost, per unit of effort.
+#: How often that is done at most, and how often in a row without a gain of such a part of the cost.
 HOPS, HOPS_IN_VAIN, GAIN = 6, 2, 3e-3
 
 
@@ -93,15 +93,17 @@ class Search:
     found: CandidateBatch | None = None
     cost: Floats = field(default_factory=lambda: np.zeros(0))  #: of the found ones; infinite outside the constraints
     status: str = "searching"  #: then ``found`` or ``exhausted``
+    effort: int = 1  #: which search for the problem this is, from 1
     stage: int = 0
     refines: bool = True  #: whether starts are refined; else they are given as they are stored
     enough: int = AMPLE  #: how many answers end the search
     given: CandidateBatch | None = None  #: starts from elsewhere
+    taken: Indices = field(default_factory=lambda: np.zeros(0, int))  #: stored guides that were starts
 
     def __post_init__(self) -> None:
-        self._random = np.random.default_rng(20)
+        self._random = np.random.default_rng(19 + self.effort)
         self._reaches: retrieve.Reaches | None = None
-        self._taken = np.zeros(0, int)
+        self._begun = self.stage, self.report.refined
         self._nearest: list[float] = []  # least violation of each stage
 
     def run(self) -> Search:
@@ -112,14 +114,19 @@ class Search:
             self._hop()
         return self
 
+    def again(self) -> Search:
+        """Return a search for the same from other starts, made to measure ones among the first."""
+        return Search(self.problem, self.database, self.report, effort=self.effort + 1, stage=2, refines=self.refines,
+                      enough=self.enough, taken=self.taken)  # fmt: skip
+
     def _hop(self) -> None:
         """Refine perturbed copies of the best until that is in vain."""
         in_vain = 0
-        for _ in range(HOPS * self.problem.effort):
+        for _ in range(HOPS):
             with self.report.timed("starts"):
                 copies = self._perturbed()
                 starts = None if copies is None else self._promising(copies, TRIED)
-            if starts is None or not len(starts) or in_vain == HOPS_IN_VAIN * self.problem.effort:
+            if starts is None or not len(starts) or in_vain == HOPS_IN_VAIN:
                 return
             least = self.cost.min()
             self._refine(starts, 1)
@@ -136,10 +143,11 @@ class Search:
         starts = join(*parts) if parts else None
         if starts is not None:
             self._refine(starts, together)
-        effort, feasible = self.problem.effort, int(np.isfinite(self.cost).sum())
-        least = 1 if self.enough == 1 else effort + self._bounded  # a region leaves few designs: the next stage differs
-        ample = feasible >= self.enough and self.stage >= least
-        spent = self.report.refined > (POINTS if feasible else IN_VAIN) * effort or self.stage >= STAGES * effort
+        feasible, (first, refined) = int(np.isfinite(self.cost).sum()), self._begun
+        stages, points = self.stage - first, self.report.refined - refined
+        least = 1 if self.enough == 1 else 1 + self._bounded  # a region leaves few designs: the next stage differs
+        ample = feasible >= self.enough and stages >= least
+        spent = points > (POINTS if feasible else IN_VAIN) or stages >= STAGES
         if ample or spent or self._hopeless or starts is None:
             self.status = "found" if feasible else "exhausted"
 
@@ -182,13 +190,13 @@ class Search:
 
     def _stored(self, count: int) -> CandidateBatch | None:
         if self._reaches is None:
-            problem = self.problem
+            problem = replace(self.problem, effort=self.effort)
             self._reaches = retrieve.stored_reaches(problem, self.database)
             merit, self._stretch = retrieve.estimate(problem, self._reaches)
             self._merit = np.where(retrieve.eligible(problem, self._reaches), merit, np.inf)
             self.report.eligible = int(np.isfinite(self._merit).sum())
-        chosen = retrieve.shortlist(self._reaches, self._merit, count, self._taken)
-        self._taken = np.concatenate([self._taken, self._reaches.guide[chosen]])
+        chosen = retrieve.shortlist(self._reaches, self._merit, count, self.taken)
+        self.taken = np.concatenate([self.taken, self._reaches.guide[chosen]])
         if not len(chosen):
             return None
         return retrieve.placed(self.problem, self.database, self._reaches, chosen, self._stretch[chosen])
@@ -245,7 +253,7 @@ class Search:
             self.cost = np.concatenate([self.cost, first_cost])
             return
         with self.report.timed("refine"):
-            found, value = self._halved(Refinement.of(self.problem, starts, hasty=self.problem.effort == 1), together)
+            found, value = self._halved(Refinement.of(self.problem, starts, hasty=self.effort == 1), together)
         self.found = found if self.found is None else join(self.found, found)
         self.cost = np.concatenate([self.cost, value])
         violation = feasibility(self.problem, found).total
@@ -264,7 +272,7 @@ class Search:
             parts.append((rest.best, rest.best_cost))
             self.report.refined += refinement.evaluated
             refinement = refinement[order[:keep]]
-        for _ in range(MORE_ROUNDS * self.problem.effort):
+        for _ in range(MORE_ROUNDS):
             left = np.flatnonzero(refinement.active)
             few = len(left) <= FEW and np.argmin(refinement.merit) not in left
             if few or (self.enough == 1 and np.isfinite(refinement.best_cost).any()):

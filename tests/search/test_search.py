@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -66,7 +65,7 @@ def test_without_refinement_guides_are_as_they_are_stored(small: Catalogue, effo
 @pytest.mark.slow
 def test_a_further_stage_never_loses_the_best(small: Catalogue) -> None:
     problem = asked(LINE, "deviation", families=["four-bar"], max_size=3.0, min_transmission=45)
-    one, best, count = Search(replace(problem, effort=3), small.database), np.inf, 0
+    one, best, count = Search(problem, small.database, enough=100), np.inf, 0
     while one.status == "searching" and one.stage < 3:
         one.step()
         assert len(one.cost) > count, "each stage tries something"
