@@ -285,16 +285,15 @@ def _peaks(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Ar
 
 
 def largest(values: Array) -> Array:
-    """Return the largest of values (m, n) along paths, extremes between three places read off a parabola; NaN where one
-    is, shape (n,)."""
+    """Return the largest of values (m, n) along paths, each maximum between three places read off a parabola; NaN where
+    one is, shape (n,)."""
     if len(values) < 3:
         return np.asarray(values.max(0))
-    k = np.argmax(values, axis=0)[None]
-    inner = np.clip(k, 1, len(values) - 2)
-    at, low, high = (np.take_along_axis(values, inner + i, 0)[0] for i in (0, -1, 1))
+    low, at, high = values[:-2], values[1:-1], values[2:]
     bend = low - 2 * at + high
-    gain = np.where((bend < 0) & (inner == k)[0], -((high - low) ** 2) / (8 * np.where(bend == 0, 1, bend)), 0)
-    return np.asarray(np.take_along_axis(values, k, 0)[0] + gain)
+    peak = (at >= low) & (at >= high) & (bend < 0)
+    gain = np.where(peak, (high - low) ** 2 / (8 * np.where(peak, -bend, 1)), 0)
+    return np.asarray(np.maximum(values.max(0), (at + gain).max(0)))
 
 
 def resolved(found: Fit, tolerance: float = 1e-4, floor: Any = 4e-16) -> Mask:

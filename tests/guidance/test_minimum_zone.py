@@ -10,7 +10,7 @@ import pytest
 from numpy.polynomial import chebyshev
 from scipy.optimize import minimize
 
-from catalogue.guidance.minimum_zone import Fit, concentric, grid, minimum_zone, resolved
+from catalogue.guidance.minimum_zone import Fit, concentric, grid, largest, minimum_zone, resolved
 from catalogue.kinematics.types import Array
 from tests.precision import EXTENDED
 
@@ -108,6 +108,16 @@ def test_fit_does_not_depend_on_place_scale_and_sense(circle: bool) -> None:
         over = one(u, -v, circle)
         assert over.deviation[0] == pytest.approx(here.deviation[0], rel=1e-8)
         assert over.curvature[0] == pytest.approx(-here.curvature[0], rel=1e-9)
+
+
+def test_the_largest_value_may_lie_beside_the_largest_of_those_read() -> None:
+    """Of two maxima the lower one stands on a place that is read, the higher one midway between two."""
+    x = np.linspace(-1, 1, 161)[:, None] + np.array([0.0, 0.00625])
+    values = np.where(x < 0, np.cos(8 * (x + 0.5)), 1.001 * np.cos(8 * (x - 0.50625)))
+    assert (values.argmax(0) < 80).tolist() == [True, False]
+    np.testing.assert_allclose(largest(values), 1.001, rtol=1e-5)
+    values[7, 0] = np.nan
+    assert np.isnan(largest(values)).tolist() == [True, False]
 
 
 @pytest.mark.parametrize("circle", [False, True])
