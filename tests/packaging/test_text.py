@@ -55,7 +55,7 @@ def test_forbidden_text_is_recognised(forbidden: re.Pattern[str], text: str) -> 
     ("marker", "last"),
     [
         ("main-command", ".venv/bin/catalogue find straight-line --stroke 150 --deviation 0.05"),
-        ("test-command", ".venv/bin/python -m pytest -n 2 --dist worksteal"),
+        ("test-command", ".venv/bin/python -m pytest -n 3 --dist worksteal"),
     ],
 )
 def test_readme_marks_its_command(root: Path, marker: str, last: str) -> None:
