@@ -60,7 +60,7 @@ def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Complexes, F
         path = moving.pose(np.tan(0.5 * np.pi * step)[:, None] + np.zeros(len(guides))).point(guides.point)
         pose = moving.pose(np.tan(0.5 * np.pi * (1 - 1e-9) * grid(NODES).nodes)[:, None] + np.zeros(len(guides)))
         pins = [pose.point(guides.linkage.points[:, i, 1]) for i in (0, 1)]
-        angle = transmissions(guides.linkage, pins, pose.x)
+        angle, _ = transmissions(guides.linkage, pins, pose.x)
     angle = np.take_along_axis(angle, crank[None] - 1, axis=0)[0]
     return np.where(full, path, np.nan), np.where(full, angle, np.nan)
 

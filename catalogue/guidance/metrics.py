@@ -33,7 +33,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..kinematics.batch import Rows
+from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import PR, RP, RR, Linkage
 from ..kinematics.motion import Motion
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
@@ -129,8 +129,8 @@ def _of_kind(kind: Array, four_bar: Array, slider: Array, slide: Array) -> Array
     return np.where(kind == RR, four_bar, np.where(kind == PR, slider, slide))
 
 
-#: Positions at which the transmission angle is read.
-POSES = 17
+#: Positions at which the transmission angle is read; four times as many, up to so many, where its sine misses more.
+POSES, MOST, MISSED = 17, 257, 1e-4
 #: A guided point nearer to a moving pivot than this part of the stroke is that pivot, which needs no guide.
 LEAST_ARM = 0.05
 
@@ -209,7 +209,7 @@ def measure(
             machine, pose = of_machine(linkage, pose)
             carried = [pose.point(z[:, i, 0]) for i in (0, 1)]
         turns = rotates(machine)
-        angle, driver = transmission(machine, carried, pose.x, turns if turning else None)
+        angle, driver, missed = transmission(machine, carried, pose.x, turns if turning else None)
         drive_angle, rotation = _turned(machine, carried, pose.x, driver)
         middle = _middle(path, traced)
         fixed = _finite(linkage, 0)
@@ -228,49 +228,58 @@ def measure(
         links = np.abs(np.stack([*(pins - ends).T, np.diff(pins, axis=1)[:, 0]]))
         centre = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
         fixed, now = ((p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, now))
-    return Measures(
+    found = Measures(
         size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, driver, drive_angle, rotation,
         turns, _box(fixed), _box(np.concatenate([fixed, now], axis=1)),
     )  # fmt: skip
+    rough = np.flatnonzero(missed > MISSED)
+    if not len(rough) or poses >= MOST:
+        return found
+    more = 4 * (poses - 1) + 1
+    finer = measure(guides[rough], traced[rough], more, in_middle=in_middle, turning=turning, inverse=inverse)
+    return put(found, rough, finer)
 
 
 def transmission(
     linkage: Linkage, at: list[Complexes], x: Complexes, turns: Array | None = None
-) -> tuple[Floats, Array]:
-    """Return the least transmission angle over the poses with the driving crank, shape (n,) [deg]; and its number.
+) -> tuple[Floats, Array, Floats]:
+    """Return the least transmission angle over the poses with the driving crank, shape (n,) [deg]; its number; and by
+    how much the sine between the poses may be another.
 
     `turns` says which cranks turn fully, bit i for dyad i: of these the better one drives, where there are any; of both
     if not given.  The rest is as of `transmissions`.
     """
-    least, may = transmissions(linkage, at, x), linkage.dyads.T == RR
+    (least, missed), may = transmissions(linkage, at, x), linkage.dyads.T == RR
     if turns is not None:
         full = may & (turns >> np.array([[0], [1]]) & 1).astype(bool)
         may = np.where(full.any(0), full, may)
     second = may[1] & (~may[0] | (least[1] > least[0]))
     angle = np.where(may.any(0), np.where(second, least[1], least[0]), np.maximum(*least))
     driver = np.where(may.any(0), np.where(second, 2, 1), 0)
-    return np.where(np.isnan(least[0] + least[1]), np.nan, angle), driver
+    missed = np.where(driver > 0, missed[np.maximum(driver - 1, 0), np.arange(len(driver))], missed.max(0))
+    return np.where(np.isnan(least[0] + least[1]), np.nan, angle), driver, missed
 
 
-def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats:
+def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> tuple[Floats, Floats]:
     """Return the least transmission angle over the poses with either dyad driving, shape (2, n) [deg]; -1 for one that
-    is no crank, if the other is.
+    is no crank, if the other is.  And what the interpolated sine misses, by its last two Chebyshev coefficients.
 
     From the moving pivots (for a slide: anything finite) `at`, (m, n) each, and exp(i theta) - 1 of the coupler, (m,
     n), at Chebyshev points of the stroke, between which the sine of the angle is interpolated, its least value by a
     parabola.
     """
     kind = linkage.dyads
-    fine = grid(len(x) - 1).fine
-    least = []
+    points = grid(len(x) - 1)
+    least, missed = [], []
     for driver, sine in enumerate(transmission_sines(linkage, at, x)):
-        sine = fine @ sine
+        missed.append(np.abs(points.coefficients[-2:] @ sine).sum(axis=0))
+        sine = points.fine @ sine
         through = (sine.min(axis=0) < 0) & (sine.max(axis=0) > 0)  # a dead point lies on the way
         smallest = np.clip(-largest(-np.abs(sine)), 0, 1)
         angle = np.where(through, 0.0, np.degrees(np.arcsin(smallest)))
         no_crank = (kind != RR).all(1)
         least.append(np.where((kind[:, driver] == RR) | no_crank, angle, -1.0))
-    return np.stack(least)
+    return np.stack(least), np.stack(missed)
 
 
 def transmission_sines(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats:

@@ -10,7 +10,7 @@ from tests.attacks.spatial_folds import attacked, discriminant, drawn
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("sort", "n"), [("RSSR", 16), ("RSCR", 8), ("five links", 4)])
+@pytest.mark.parametrize(("sort", "n"), [("RSSR", 40), ("RSCR", 10), ("five links", 6)])
 def test_no_circuit_changes_its_branch_on_the_way_back(sort: str, n: int) -> None:
     found = attacked(sort, n, 77)
     assert found["mechanisms"] == n
