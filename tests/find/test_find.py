@@ -347,8 +347,9 @@ def worse(one: float, other: float) -> bool:
 @pytest.mark.parametrize(
     ("name", "bounds", "criterion", "wish"),
     [
-        ("max_size", (900, 300), "balance", {"effort": 2}),
-        ("min_transmission", (10, 70), "balance", {"effort": 2}),
+        ("max_size", (900, 500, 300), "balance", {"effort": 2}),
+        ("min_transmission", (10, 40, 70), "balance", {"effort": 2}),
+        ("max_link", (500, 200), "balance", {"effort": 2}),
         ("min_transmission", (45, 60, 70), "size", {"families": ["four-bar"]}),
         ("max_size", (300, 220), "score", {"families": ["four-bar"]}),
     ],

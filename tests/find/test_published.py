@@ -18,11 +18,11 @@ HEIGHT = float(np.sqrt(1.2**2 - 0.5**2))
 #: Series, pivots, guided point, strokes over which it is used.
 TEXTBOOK: dict[str, tuple[str, Any, complex, tuple[float, ...]]] = {
     # equal cranks of length 1 on opposite sides of a coupler of 1.2, in mid position; its middle is guided
-    "Watt": ("IV*.l", [[[0, 0, 1], [1, 0, 1]], [[2, -1.2, 1], [1, -1.2, 1]]], 1 - 0.6j, (0.6, 1.4)),
+    "Watt": ("IV*.l", [[[0, 0, 1], [1, 0, 1]], [[2, -1.2, 1], [1, -1.2, 1]]], 1 - 0.6j, (0.6, 1.0, 1.4)),
     # base 2, coupler 1, cranks and sides of the coupler triangle 1.2; its apex runs along the base
-    "Roberts": ("I.GG", [[[-1, 0, 1], [-0.5, HEIGHT, 1]], [[1, 0, 1], [0.5, HEIGHT, 1]]], 0j, (0.5, 2.0)),
+    "Roberts": ("I.GG", [[[-1, 0, 1], [-0.5, HEIGHT, 1]], [[1, 0, 1], [0.5, HEIGHT, 1]]], 0j, (0.5, 1.0, 1.5, 2.0)),
     # grasshopper: beam of 2, bridle of 1 to its middle, its end on a rocker of 2.5; the other end is guided
-    "Evans": ("II.xy", [[[0, 0, 1], [1, 0, 1]], [[2, 2.5, 1], [2, 0, 1]]], 0j, (0.5, 1.5)),
+    "Evans": ("II.xy", [[[0, 0, 1], [1, 0, 1]], [[2, 2.5, 1], [2, 0, 1]]], 0j, (0.5, 1.0, 1.5)),
 }
 each = pytest.mark.parametrize("name", TEXTBOOK)
 
