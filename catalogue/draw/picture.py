@@ -99,7 +99,7 @@ def film(guide: PlacedGuide) -> bytes:
     for pose in range(len(shown.coupler)):
         links(pen, shown, pose)
         canvas.draw()  # type: ignore[no-untyped-call]  # matplotlib has no types here
-        dots = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+        dots = np.asarray(canvas.buffer_rgba())  # type: ignore[no-untyped-call]  # nor here
         frames.append(Image.fromarray(dots).convert("RGB"))
         for artist in set(axes.get_children()) - standing:
             artist.remove()

@@ -71,8 +71,8 @@ DRAWN, PARALLELOGRAMS = 600, 60
 #: Points that a search may measure in refinement where it has found nothing, and where less than enough: a bound in
 #: time would make answers depend on the machine.
 IN_VAIN, POINTS = 700, 2000
-#: Stages at most, and how many answers are enough to look no farther.  Fewer would make the first
-#: answer worse where fewer are shown.
+#: Stages at most, and how many answers are enough to look no farther.  Fewer would make the first answer worse where
+#: fewer are shown.
 STAGES, AMPLE = 10, 6
 #: Constraints that choose among sorts of guides.
 SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
@@ -126,11 +126,13 @@ class Search:
             with self.report.timed("starts"):
                 copies = self._perturbed()
                 starts = None if copies is None else self._promising(copies, TRIED)
-            if starts is None or not len(starts) or in_vain == HOPS_IN_VAIN:
+            if starts is None or not len(starts):
                 return
             least = self.cost.min()
             self._refine(starts, 1)
             in_vain = 0 if self.cost.min() < least - GAIN * abs(least) else in_vain + 1
+            if in_vain == HOPS_IN_VAIN:
+                return
 
     def step(self) -> None:
         """Refine the starts of one more stage, or of two together, as rounds of many cost little more than of few."""
