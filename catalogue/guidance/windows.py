@@ -329,15 +329,15 @@ class Search:
 def _far_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:
     """Return where windows (n,) end that start at `start` and end near `end`, over exactly their strokes."""
     before = start + 0.99 * (end - start)
-    first, close = path(np.stack([start, before]))
-    error = np.abs(close - first) - stroke
-    for _ in range(STEPS):
-        now = np.abs(path(end[None])[0] - first) - stroke
+    first, *others = path(np.stack([start, before, end]))
+    error, now = (np.abs(other - first) - stroke for other in others)
+    for left in reversed(range(STEPS)):
         step = now * (end - before) / np.where(now == error, np.inf, now - error)
         most = 0.2 * np.abs(end - start)
         before, error, end = end, now, end - np.clip(step, -most, most)
-        if not (np.abs(now) > NEGLIGIBLE * stroke).any():
+        if not left or not (np.abs(now) > NEGLIGIBLE * stroke).any():
             break
+        now = np.abs(path(end[None])[0] - first) - stroke
     return end
 
 

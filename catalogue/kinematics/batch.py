@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import fields, is_dataclass
+from functools import cache
 from typing import Any, Self, TypeVar, cast
 
 import numpy as np
@@ -13,10 +14,18 @@ from .types import Array, Mask
 T = TypeVar("T")
 
 
+@cache
+def names(kind: type) -> tuple[str, ...]:
+    """Return the names of the fields of a dataclass."""
+    return tuple(field.name for field in fields(kind))
+
+
 def mapped(function: Any, *batches: Any) -> Any:
     """Return the batch (an array, a `Linkage`, None, or a dataclass or dict of these) of what a function makes of the
     arrays of batches with the same fields."""
     first = batches[0]
+    if isinstance(first, np.ndarray):
+        return function(*batches)
     if first is None:
         return None
     if isinstance(first, Linkage):
@@ -25,7 +34,7 @@ def mapped(function: Any, *batches: Any) -> Any:
         return {name: mapped(function, *(b[name] for b in batches)) for name in first}
     if is_dataclass(first):
         made: Any = type(first)
-        return made(*(mapped(function, *(getattr(b, f.name) for b in batches)) for f in fields(first)))
+        return made(*(mapped(function, *(getattr(b, name) for b in batches)) for name in names(made)))
     return function(*batches)
 
 
@@ -66,7 +75,7 @@ class Columns:
                 return None
             return values[..., index] if isinstance(values, np.ndarray) else values[index]
 
-        return type(self)(*(chosen(getattr(self, f.name)) for f in fields(cast(Any, self))))
+        return type(self)(*(chosen(getattr(self, name)) for name in names(type(self))))
 
     def replaced(self, where: Mask, by: Self) -> Self:
         """Return this, its precision kept, with the entries `where` (n,) taken from `by`, which holds just those."""
