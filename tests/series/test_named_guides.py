@@ -17,6 +17,7 @@ import catalogue
 from catalogue.cli import app
 from catalogue.curvature_theory.leading_error import EXACT
 from catalogue.errors import InvalidDesign, InvalidRequest
+from catalogue.find.stored import as_published
 from catalogue.guidance.placement import at_stroke
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
@@ -350,11 +351,18 @@ def test_show_of_an_exact_guide_compares_it_with_nothing(small_db: Path) -> None
     assert "; exact" in shown(small_db, "archimedes")
 
 
+def test_each_deviation_is_the_published_one(small: catalogue.Catalogue, design: NamedGuide) -> None:
+    published = as_published(design, small.guide(design.name))
+    assert published.deviation == pytest.approx(design.deviation / design.stroke, rel=1e-3, abs=1e-15)
+    assert published.family == design.family
+
+
 @pytest.mark.slow
-def test_each_design_can_be_shown_and_its_deviation_is_the_published_one(small_db: Path, design: NamedGuide) -> None:
-    answer = json.loads(shown(small_db, design.name, "--format", "json"))
-    assert answer["deviation"] == pytest.approx(design.deviation / design.stroke, rel=1e-3, abs=1e-15)
-    assert answer["family"] == design.family
+@pytest.mark.parametrize("name", {one.family: name for name, one in ALL.items()}.values())
+def test_one_of_each_family_is_shown(small: catalogue.Catalogue, small_db: Path, name: str) -> None:
+    answer = json.loads(shown(small_db, name, "--format", "json"))
+    assert answer["family"] == ALL[name].family
+    assert answer["deviation"] == pytest.approx(as_published(ALL[name], small.guide(name)).deviation, abs=1e-15)
 
 
 @pytest.mark.slow

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 pytestmark = pytest.mark.slow
 WISH = "/?path=straight-line&stroke=150&deviation=0.5&limit=4"
 REFINED = '.found[data-refined="1"]'
+#: The same where nothing is being asked any more: an older answer stands there until the next one has come.
+SETTLED = f'#answers[aria-busy="false"] {REFINED}'
 WIDE, NARROW = {"width": 1400, "height": 900}, {"width": 390, "height": 844}
 
 
@@ -69,7 +71,7 @@ def test_a_wish_is_answered_and_stands_in_the_address(opened: Callable[..., Any]
         page.wait_for_selector(REFINED)
         page.fill("#f-stroke", "120")
         page.wait_for_url("**stroke=120**")
-        page.wait_for_selector(f"{REFINED} .card")
+        page.wait_for_selector(f"{SETTLED} .card")
         assert asked(page)["stroke"] == ["120"]
         count = page.locator(".card").count()
         shared = page.url
@@ -111,7 +113,7 @@ def test_a_slider_that_is_dragged_asks_for_first_answers_only(opened: Callable[.
         page.wait_for_timeout(300)
         assert {*stages} == {"draft"}
         page.mouse.up()
-        page.wait_for_selector(f'#answers[aria-busy="false"] {REFINED}')
+        page.wait_for_selector(SETTLED)
         assert stages[-1] == "refined"
 
 
@@ -158,7 +160,7 @@ def test_a_shortlist_is_compared(opened: Callable[..., Any]) -> None:
         assert asked(page)["pick"] == codes
         page.fill("#f-deviation", "0.4")
         page.wait_for_url("**deviation=0.4**")
-        page.wait_for_selector(f'#answers[aria-busy="false"] {REFINED}')
+        page.wait_for_selector(SETTLED)
         assert asked(page)["pick"] == codes  # the shortlist outlives a search
         page.click("#tray button")
         page.wait_for_url("**/compare**")
@@ -258,7 +260,7 @@ def test_all_of_it_is_done_by_keyboard(opened: Callable[..., Any]) -> None:
         page.keyboard.press("Control+A")
         page.keyboard.insert_text("140")
         page.wait_for_url("**stroke=140**")
-        page.wait_for_selector(f'#answers[aria-busy="false"] {REFINED} .card')
+        page.wait_for_selector(f"{SETTLED} .card")
         assert page.evaluate("document.activeElement.id") == "f-stroke"
         reach(".card input[name=pick]")
         page.keyboard.press("Space")
