@@ -69,7 +69,7 @@ def sweep(
         )
     _print(table, format)
     if told:
-        print(f"catalogue: {told}", file=sys.stderr)
+        print(f"catalogue: {told}", file=sys.stderr, flush=True)
     return 0 if len(table) else 1
 
 
@@ -162,7 +162,7 @@ def fit(file: str, out: Path | None, starts: int, steps: int, seed: int, format:
             if len(table):
                 _show(table, name)
     for line in found.remarks():
-        print(f"catalogue: {line}", file=sys.stderr)
+        print(f"catalogue: {line}", file=sys.stderr, flush=True)
     if out:
         write(rewritten(job, found), out)
     return 0 if found.success else 1

@@ -13,7 +13,7 @@ from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.placement import at_stroke
 from catalogue.guidance.sensitivity import COUNT, displaced, rms_gradient, sensitivity
 
-DRAWS, BATCH, ERROR = 100_000, 10_000, 1e-4
+DRAWS, BATCH, ERROR = 20_000, 10_000, 1e-4
 WISHES: list[Any] = [
     (StraightLine(150, 0.05), {"families": ["four-bar"]}),
     (StraightLine(150, 0.05), {"families": ["slider-crank"]}),
