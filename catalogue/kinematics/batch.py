@@ -75,7 +75,9 @@ class Columns:
                 return None
             return values[..., index] if isinstance(values, np.ndarray) else values[index]
 
-        return type(self)(*(chosen(getattr(self, name)) for name in names(type(self))))
+        kind: Any = type(self)
+        made: Self = kind(*(chosen(getattr(self, name)) for name in names(kind)))
+        return made
 
     def replaced(self, where: Mask, by: Self) -> Self:
         """Return this, its precision kept, with the entries `where` (n,) taken from `by`, which holds just those."""
