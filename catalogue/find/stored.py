@@ -180,8 +180,8 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0) ->
 
 
 def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | None:
-    """Return the straightest stored guide of the series of a design `as_published`, on the same stroke and no larger;
-    None if none is straighter."""
+    """Return the straightest guide that a search finds in the series of a design `as_published`, on the same stroke and
+    no larger, refined; None if the design is exact or nothing is found."""
     if published.deviation <= EXACT_DEVIATION * published.stroke:
         return None
     size = published.size * (1 + 1e-9)
