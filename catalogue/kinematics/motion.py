@@ -366,7 +366,9 @@ def motion(
 
     A crank chart of a dyad that is no crank has conditioning 0 and an empty interval.  The origin (n,) is that of the
     coupler chart; digits are kept best when it is the guided point.  The poles (n,) in the reference position choose
-    the branch of linkages at a change point.  The working precision `dtype` is float or numpy.longdouble, which is
+    the branch of linkages at a change point.  In a crank chart poses lose digits where the end of the driving crank
+    comes near the other dyad's fixed point: the turn is known to some 1e-16 over the square of their distance, as a
+    part of the linkage's size.  The working precision `dtype` is float or numpy.longdouble, which is
     double where the platform has no extended precision.
     """
     chart = np.broadcast_to(np.asarray(chart), len(linkage))

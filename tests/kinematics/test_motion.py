@@ -8,7 +8,7 @@ from typing import Any
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 
 from catalogue.curvature_theory.analysis import curvature
@@ -30,6 +30,18 @@ DRIVEN = [
 every_chart = pytest.mark.parametrize(("family", "chart"), DRIVEN)
 
 
+def nearness(linkage: Linkage, moved: Callable[[int, complex], Array], n: int) -> Array:
+    """Return how near a crank's end comes to the fixed point of the other dyad, in parts of the crank and the way
+    between them in the reference position, at most 1: in a crank chart they fix the turn where they lie apart."""
+    nearest = np.array(1.0)
+    for i in range(2):
+        (fixed, moving), other = linkage.points[n, i], linkage.points[n, 1 - i, 0]
+        if linkage.dyads[n, i] == RR and linkage.finite[n, 1 - i, 0]:
+            apart = np.abs(moved(n, moving) - other) / (abs(moving - fixed) + abs(moving - other))
+            nearest = np.minimum(nearest, apart)
+    return nearest
+
+
 def gaps(linkage: Linkage, moved: Callable[[int, complex], Array], turn: Array) -> Array:
     """Return how far each dyad is from its constraint: distances, one dyad and one kind after the other."""
     found = []
@@ -43,8 +55,8 @@ def gaps(linkage: Linkage, moved: Callable[[int, complex], Array], turn: Array) 
             else:  # two points of the coupler line carry the line
                 first, second = moved(n, fixed), moved(n, fixed + 1j * moving)
                 gap = ((fixed - first) * (second - first).conj()).imag
-            assert np.abs(np.abs(turn[:, n]) - 1).max() < 1e-12
             found.append(gap)
+        assert (np.abs(np.abs(turn[:, n]) - 1) * nearness(linkage, moved, n) ** 2).max() < 2e-14
     return np.abs(found)
 
 
@@ -56,6 +68,7 @@ def within(motion: Motion, part: float, most: float = 3.0) -> Array:
 
 @pytest.mark.slow
 @every_chart
+@example(seed=3142612)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_every_pose_satisfies_both_dyads(random_linkages: Maker, family: str, chart: int, seed: int) -> None:
     linkage = random_linkages(family, 6, seed)
