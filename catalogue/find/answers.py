@@ -108,7 +108,11 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
             f"no answer has the code {code} here: the last {KEPT} of this user on this machine are kept; "
             "`find --save FILE` keeps answers for good"
         )
-    return answer(json.loads(found[0]), collection)
+    try:
+        held = json.loads(found[0])
+    except (TypeError, ValueError, RecursionError):
+        raise InvalidRequest(f"the answer {code} is damaged: what is kept of it is no JSON") from None
+    return answer(held, collection)
 
 
 def save(answers: Sequence[Answer], path: str | Path) -> None:

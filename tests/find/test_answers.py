@@ -9,6 +9,7 @@ import sqlite3
 import subprocess
 import sys
 from collections.abc import Callable
+from contextlib import closing
 from pathlib import Path
 from typing import Any
 
@@ -101,6 +102,17 @@ def test_a_damaged_file_of_answers_is_named(file: Path) -> None:
     file.write_bytes(b"no database" * 100)
     with pytest.raises(InvalidRequest, match=r"answers\.db cannot be read"):
         answers.recall("abcdefg")
+
+
+def test_an_answer_whose_record_is_damaged_is_named(file: Path) -> None:
+    code = answers.remember([catalogue.guide(MINE)])[0]
+    for kept in ("{kind", "", b"\xff", None, "[" * 100_000):
+        with closing(sqlite3.connect(file)) as opened, opened:
+            opened.execute("DROP TABLE answer")
+            opened.execute("CREATE TABLE answer (code TEXT, record)")
+            opened.execute("INSERT INTO answer VALUES (?, ?)", (code, kept))
+        with pytest.raises(InvalidRequest, match=f"the answer {code} is damaged"):
+            answers.recall(code)
 
 
 def test_files_of_answers_are_read_again(ask: Callable[..., Found], tmp_path: Path) -> None:
