@@ -11,8 +11,11 @@ from __future__ import annotations
 
 import contextlib
 import io
+import json
 import math
+import operator
 import os
+import sqlite3
 import sys
 import tempfile
 import traceback
@@ -34,10 +37,14 @@ from hypothesis import strategies as st
 
 import catalogue
 from catalogue import CatalogueError, CircularArc, Linkage, StandStill, StraightLine
+from catalogue.find.answers import FORMAT, record, remember
 from catalogue.problem.constraints import ConstraintArguments, DwellArguments
 
 OWN = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
+CLOSED = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "angle": 60}
 LINE = StraightLine(100, 0.5)
+#: What a target returns that has refused what it was given, in its own way.
+REFUSED = "refused"
 
 
 class Begun(Exception):
@@ -58,6 +65,7 @@ def idle() -> Iterator[None]:
         raise Begun
 
     with tempfile.TemporaryDirectory() as folder, contextlib.chdir(folder), contextlib.ExitStack() as stack:
+        stack.enter_context(mock.patch.dict(os.environ, {"CATALOGUE_ANSWERS": str(Path(folder) / "answers.db")}))
         for place in WORK:
             module, name = place.split()
             found = import_module(f"catalogue.{module}")
@@ -95,12 +103,72 @@ PAIR = st.one_of(st.tuples(NUMBERS, NUMBERS), st.tuples(st.floats(-9, 9), st.flo
 PIVOT = st.one_of(PAIR, st.tuples(st.floats(-9, 9), st.floats(-9, 9), st.sampled_from([0, 1, 1e-310, 2, math.nan])))
 PIVOTS = st.one_of(ANYTHING, st.tuples(st.tuples(PIVOT, PIVOT), st.tuples(PIVOT, PIVOT)))
 LENGTHS = st.dictionaries(st.sampled_from([*OWN, "angle", "offset", "branch", "sum"]), st.one_of(NUMBERS, ANYTHING))
-LINKAGES = st.one_of(PIVOTS, LENGTHS)
+
+
+# -- what is right, or nearly so ---------------------------------------------------------------------------------------
+@st.composite
+def nearly(draw: st.DrawFn, right: Any, other: Any = SCALARS) -> Any:
+    """Return something right; as often as not one part of it is left out, doubled or another thing."""
+    given = draw(right)
+    return _changed(draw, given, other) if draw(st.booleans()) else given
+
+
+def _changed(draw: st.DrawFn, given: Any, other: Any) -> Any:
+    if not isinstance(given, dict | list | tuple | bytes) or not given:
+        return draw(other)
+    how = draw(st.sampled_from(["left out", "doubled", "changed", "changed"]))
+    if isinstance(given, dict):
+        name = draw(st.sampled_from([*given]))
+        if how == "left out":
+            return {key: value for key, value in given.items() if key != name}
+        return given | ({draw(WORDS): given[name]} if how == "doubled" else {name: _changed(draw, given[name], other)})
+    whole: Any = given
+    at = draw(st.integers(0, len(whole) - 1))
+    part = whole[at : at + 1]
+    if how == "changed":
+        byte = isinstance(whole, bytes)
+        part = draw(st.binary(min_size=1, max_size=2)) if byte else type(whole)([_changed(draw, whole[at], other)])
+    return whole[:at] + {"left out": part[:0], "doubled": 2 * part, "changed": part}[how] + whole[at + 1 :]
+
+
+COORDINATE = st.floats(-9, 9)
+POINT = st.lists(COORDINATE, min_size=2, max_size=2)
+#: Pivots [[A1, A1*], [A2, A2*]]; of a crank or of a slider the first, of a crank the second.
+CRANK = st.lists(POINT, min_size=2, max_size=2)
+SLIDER = st.tuples(COORDINATE.map(lambda x: [x, 1.0, 0.0]), POINT.map(lambda z: [*z, 1])).map(list)
+RIGHT_PIVOTS = st.tuples(CRANK | SLIDER, CRANK).map(list)
+BESIDE = {"along": COORDINATE, "across": COORDINATE}
+POSITION = {"angle": st.floats(-360, 360), "branch": st.sampled_from([1, -1])}
+RIGHT_LENGTHS = st.one_of(
+    st.fixed_dictionaries({"ground": st.floats(200, 240), "crank": st.floats(80, 110), "coupler": st.floats(240, 260), "rocker": st.floats(240, 260)} | BESIDE, optional=POSITION),
+    st.fixed_dictionaries({"crank": st.floats(80, 110), "coupler": st.floats(240, 260), "offset": st.floats(-50, 50)} | BESIDE, optional=POSITION),
+)  # fmt: skip
+#: What is right for a keyword.
+KEYWORDS: dict[str, Any] = {
+    "stroke": st.floats(1, 500), "deviation": st.floats(0.01, 0.2), "start": st.tuples(COORDINATE, COORDINATE), "along": st.floats(-180, 180),
+    "radius": st.floats(300, 1e9), "angle": st.floats(1, 180), "residual": st.floats(0.01, 0.5), "swing": st.floats(1, 90),
+    "scale": st.floats(0.1, 9), "shift": COORDINATE, "mirror": st.booleans(), "samples": st.integers(2, 40), "driver": st.integers(0, 2),
+    "points": st.dictionaries(st.text(max_size=3), st.tuples(COORDINATE, COORDINATE), max_size=2), "whole": st.booleans(),
+    "arc": st.booleans(), "limit": st.integers(1, 40), "rank_by": st.sampled_from(["score", "size", "deviation", {"size": 1, "transmission": 2}]),
+    "hold": st.sampled_from(["frame", "crank 1", ["crank 1", "crank 2"]]), "effort": st.integers(1, 3), "in_place": st.booleans(),
+    "within": st.floats(0, 9), "per_series": st.integers(1, 9), "distinct": st.floats(0, 0.5), "refine": st.booleans(), "cognates": st.booleans(),
+    "round_to": st.sampled_from([0.1, 1.0, None]), "desires": st.just({"size": (100, 300)}), "families": st.just(["four-bar"]),
+    "series": st.sampled_from(["II.xy", ["II.xy", "I.GG"]]), "configurations": st.just(["++"]), "order": st.integers(3, 6), "pins_only": st.booleans(),
+    "min_transmission": st.floats(0, 60), "max_size": st.floats(100, 1e4), "max_link": st.floats(100, 1e4), "min_link": st.floats(0.1, 30),
+    "fixed_pivots_in": st.tuples(st.floats(-999, -9), st.floats(-999, -9), st.floats(9, 999), st.floats(9, 999)),
+    "fixed_pivots": st.just([(0, 100), (200, 100)]), "keep_out": st.just([(0, 0, 10, 10)]), "full_rotation": st.booleans(),
+    "count": st.integers(1, 9999), "seed": st.integers(0, 99), "processes": st.integers(1, 4), "kind": st.sampled_from(["line", "arc"]),
+    "reaches": st.booleans(), "quiet": st.booleans(), "where": st.just({"size": (None, 9.0)}), "name": st.just("spatial-guidance"),
+    "request": st.just(LINE), "plugins": st.just([]), "build": st.just(False),
+}  # fmt: skip
+LINKAGES = st.one_of(PIVOTS, LENGTHS, nearly(RIGHT_PIVOTS | RIGHT_LENGTHS))
 
 
 def _keywords(names: Any) -> Any:
-    """Return a strategy of some keywords, one or two of them hostile."""
-    return st.dictionaries(st.sampled_from([*names]), st.one_of(ANYTHING, NUMBERS, PAIR, WORDS), max_size=2)
+    """Return a strategy of some keywords: right, or up to two of them hostile."""
+    right = st.fixed_dictionaries({}, optional={name: KEYWORDS[name] for name in names if name in KEYWORDS})
+    hostile = st.dictionaries(st.sampled_from([*names]), st.one_of(ANYTHING, NUMBERS, PAIR, WORDS), max_size=2)
+    return hostile | right | st.builds(operator.or_, right, hostile)
 
 
 FIND = (*ConstraintArguments.__annotations__, "limit", "rank_by", "per_series", "distinct", "effort", "refine",
@@ -128,11 +196,11 @@ TARGETS: dict[str, tuple[Any, Target]] = {
     "classify": (LINKAGES, lambda opened, k: opened.classify(k).to_pandas()),
     "classify guided": (ANYTHING | NUMBERS, lambda opened, k: opened.classify([[[0, 0], [1, 1]], [[3, 0], [2, 2]]]).guided(k)),
     "singularity": (ANYTHING | NUMBERS, lambda opened, k: opened.classify([[[0, 0], [1, 1]], [[3, 0], [2, 2]]]).singularity(k)),
-    "tolerance": (ANYTHING | NUMBERS, lambda opened, k: opened.classify(OWN | {"angle": 60}, tolerance=k)),
+    "tolerance": (ANYTHING | NUMBERS | st.floats(0, 1), lambda opened, k: opened.classify(CLOSED, tolerance=k).to_pandas()),
     "curvature": (LINKAGES, lambda _, k: catalogue.curvature(k).reason),
-    "curvature branch": (ANYTHING, lambda _, k: catalogue.curvature([[[0, 0], [1, 1]], [[3, 0], [2, 2]]], k)),
-    "guide": (st.tuples(LINKAGES, ANYTHING | PAIR), lambda _, k: _all_of(catalogue.guide(*k))),
-    "guide name": (ANYTHING, lambda _, k: repr(catalogue.guide(OWN, name=k))),
+    "curvature branch": (ANYTHING | st.integers(-1, 2), lambda _, k: catalogue.curvature([[[0, 0], [1, 1]], [[3, 0], [2, 2]]], k)),
+    "guide": (st.tuples(LINKAGES, ANYTHING | PAIR | st.none()), lambda _, k: _all_of(catalogue.guide(*k))),
+    "guide name": (ANYTHING | WORDS, lambda _, k: repr(catalogue.guide(OWN, name=k))),
     "motion": (_keywords(("samples", "points", "driver")), lambda _, k: MINE.motion(**{"samples": 5} | k)),
     "measure": (st.tuples(ANYTHING | st.just(MINE), _keywords(("stroke", "deviation", "arc", "radius", "limit"))),
                 lambda _, k: catalogue.measure(k[0], **{"stroke": 120} | k[1])),
@@ -149,12 +217,11 @@ TARGETS: dict[str, tuple[Any, Target]] = {
     "Catalogue.guide": (ANYTHING | NUMBERS | WORDS, lambda opened, k: opened.guide(k)),
     "guides": (_keywords(("series", "families", "configurations", "kind", "order", "pins_only", "reaches")),
                lambda opened, k: opened.guides(**{"series": "II.xy"} | k)),
-    "StoredGuide.at": (st.tuples(NUMBERS | ANYTHING, NUMBERS | ANYTHING), lambda opened, k: opened.guide(1).at(*k)),
-    "Candidate.path": (ANYTHING | NUMBERS, lambda opened, k: _first(opened).path(k)),
+    "StoredGuide.at": (st.tuples(NUMBERS | ANYTHING | st.floats(1e-3, 1e3), NUMBERS | ANYTHING | st.none() | st.integers(-7, -1)),
+                       lambda opened, k: repr(opened.guide(1).at(*k))),
+    "Candidate.path": (ANYTHING | NUMBERS | st.integers(2, 200), lambda opened, k: _first(opened).path(k)),
     "Candidate.motion": (_keywords(("samples", "points", "driver", "whole")), lambda opened, k: _first(opened).motion(**{"samples": 5} | k)),
-    "Candidate.plot": (ANYTHING | WORDS, lambda opened, k: _first(opened).plot(k)),
-    "recall": (ANYTHING | WORDS, lambda _, k: catalogue.recall(k)),
-    "load": (ANYTHING | WORDS, lambda _, k: catalogue.load(k)),
+    "Candidate.plot": (ANYTHING | WORDS | WORDS.map("{}.svg".format), lambda opened, k: _first(opened).plot(k)),
     "open": (_keywords(("path", "plugins", "build", "quiet")), lambda opened, k: _opened(opened, k)),
 }  # fmt: skip
 
@@ -176,7 +243,7 @@ def _opened(opened: catalogue.Catalogue, given: dict[str, Any]) -> None:
 
 
 # -- files ------------------------------------------------------------------------------------------------------------
-CELL = st.one_of(st.floats(-9, 9).map(repr), st.sampled_from(["", "x", "nan", "9" * 400, "1,5", '"', "\0", "\ufeff", "1e400", "A1", "crank", "a" * 140_000]), st.text(max_size=3))  # fmt: skip
+CELL = st.one_of(st.floats(-9, 9).map(repr), st.sampled_from(["", "x", "nan", "9" * 400, "1,5", '"', "\0", "\ufeff", "1e400", "A1", "crank"]), st.text(max_size=3), st.builds("a".__mul__, st.just(140_000)))  # fmt: skip
 CSV = st.builds(
     lambda rows, by, end: end.join(by.join(row) for row in rows),
     st.lists(st.one_of(st.lists(CELL, max_size=14), st.lists(st.floats(-9, 9).map(repr), min_size=8, max_size=8)), max_size=4),
@@ -191,26 +258,112 @@ JSON_VALUE = st.recursive(
     ),
     max_leaves=16,
 )  # fmt: skip
-SAVED = JSON_VALUE.map(lambda one: f'{{"format":"mechanism-catalogue answers","answers":[{one}]}}')
+SAVED = JSON_VALUE.map(lambda one: f'{{"format":"{FORMAT}","answers":[{one}]}}')
 TEXTS = st.one_of(CSV, JSON_VALUE, SAVED, st.text()).map(lambda text: text.encode("utf-8", "surrogatepass"))
-FILES = st.one_of(TEXTS, st.binary(max_size=64))
+
+#: What a JSON file can hold in the place of something else.
+PLAIN = st.one_of(
+    st.floats(),
+    st.integers(),
+    st.sampled_from([10**400, 2**63]),
+    WORDS,
+    st.none(),
+    st.booleans(),
+    st.lists(st.floats(), max_size=2),
+)
+#: Records of answers of the catalogue that is attacked, see `attack`.
+RECORDS: list[dict[str, Any]] = []
+RECORD = st.deferred(lambda: st.sampled_from(RECORDS))
+SAVED_AGAIN = st.fixed_dictionaries(
+    {"format": st.just(FORMAT), "version": st.just("0"), "answers": st.lists(RECORD, max_size=2)}
+)
+GUIDED = st.fixed_dictionaries({"pivots": RIGHT_PIVOTS}, optional={"point": POINT, "guided": POINT})
+RIGHT_JSON = st.one_of(
+    RIGHT_PIVOTS,
+    GUIDED,
+    RIGHT_LENGTHS,
+    SAVED_AGAIN,
+    st.lists(RIGHT_PIVOTS | GUIDED | RIGHT_LENGTHS, min_size=1, max_size=3),
+)
+#: Lines of numbers, with a guided point or without; a heading with lines below it.
+LINES = st.lists(
+    st.sampled_from([8, 10, 10, 12, 14]).flatmap(lambda n: st.lists(COORDINATE, min_size=n, max_size=n)),
+    min_size=1,
+    max_size=3,
+)
+HEADED = st.lists(RIGHT_LENGTHS, min_size=1, max_size=3).map(
+    lambda held: [[*held[0]], *([*one.values()] for one in held if [*one] == [*held[0]])]
+)
 
 
-def _read(opened: catalogue.Catalogue, content: bytes) -> None:
+def _json(given: Any) -> bytes:
+    return json.dumps(given).encode()
+
+
+def _sheet(rows: list[Any], end: str) -> bytes:
+    return end.join(",".join(map(str, row)) for row in rows if isinstance(row, list)).encode("utf-8", "surrogatepass")
+
+
+FILES = st.one_of(
+    TEXTS, st.binary(max_size=64), nearly(nearly(RIGHT_JSON, PLAIN).map(_json)),
+    nearly(st.builds(_sheet, nearly(LINES | HEADED, CELL), st.sampled_from(["\n", "\r\n"]))),
+)  # fmt: skip
+
+
+def _read(opened: catalogue.Catalogue, content: bytes) -> str:
     from catalogue.cli.reading import read_linkages
     from catalogue.cli.references import guides
 
-    with tempfile.TemporaryDirectory() as folder:
-        (file := Path(folder) / "given.csv").write_bytes(content)
-        with contextlib.suppress(CatalogueError):
-            catalogue.curvature(read_linkages(str(file)))
-        with contextlib.suppress(CatalogueError):
-            catalogue.load(file)
-        for one in guides(str(file), None, lambda: opened):
+    def told() -> None:
+        for one in guides("given.csv", None, lambda: opened):
             assert one.lengths
+
+    Path("given.csv").write_bytes(content)
+    ways = (lambda: catalogue.curvature(read_linkages("given.csv")), lambda: _used(catalogue.load("given.csv")), told)
+    taken = [_taken(way) for way in ways]
+    return "answered" if any(taken) else REFUSED
+
+
+def _taken(way: Callable[[], Any]) -> bool:
+    """Return whether something is answered; how it is refused is looked at."""
+    try:
+        way()
+    except CatalogueError as error:
+        _look_at(error)
+        return False
+    return True
+
+
+def _used(answers: list[Any]) -> None:
+    """Use answers that were read."""
+    for one in answers:
+        assert repr(one)
+        json.dumps(one.to_dict(), allow_nan=False)
+        assert one.lengths
+        one.motion(samples=3)
+
+
+def _loaded(_: catalogue.Catalogue, given: Any) -> None:
+    if isinstance(given, bytes):
+        Path("given.json").write_bytes(given)
+    _used(catalogue.load("given.json" if isinstance(given, bytes) else given))
+
+
+def _recalled(_: catalogue.Catalogue, given: Any) -> None:
+    code = given
+    if isinstance(given, bytes):  # in the place of what is kept
+        code = remember([MINE])[0]
+        with contextlib.closing(sqlite3.connect(os.environ["CATALOGUE_ANSWERS"], isolation_level=None)) as file:
+            file.execute("UPDATE answer SET record = ? WHERE code = ?", (given.decode(errors="replace"), code))
+    try:
+        _used([catalogue.recall(code)])
+    finally:
+        Path(os.environ["CATALOGUE_ANSWERS"]).unlink(missing_ok=True)
 
 
 TARGETS["files"] = (FILES, _read)
+TARGETS["load"] = (ANYTHING | WORDS | nearly(SAVED_AGAIN, PLAIN).map(_json), _loaded)
+TARGETS["recall"] = (ANYTHING | WORDS | nearly(nearly(RECORD, PLAIN).map(_json)), _recalled)
 
 
 # -- the command ------------------------------------------------------------------------------------------------------
@@ -298,20 +451,26 @@ def _asked(opened: catalogue.Catalogue, given: Any) -> None:
 TARGETS["page"] = (ADDRESS, _asked)
 
 
+def _look_at(error: CatalogueError) -> None:
+    """Look at how something is refused."""
+    said = str(error)
+    assert said, error
+    assert "\n" not in said, said
+    assert len(said) < 10_000, said  # a name that is too long is quoted
+
+
 # -- runs -------------------------------------------------------------------------------------------------------------
 def tried(opened: catalogue.Catalogue, name: str, data: Any) -> str:
     """Return whether a case is answered or refused; what is neither is raised."""
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            TARGETS[name][1](opened, data)
+            if TARGETS[name][1](opened, data) is REFUSED:
+                return "refused"
     except Begun:
         pass
     except CatalogueError as error:
-        said = str(error)
-        assert said, error
-        assert "\n" not in said, said
-        assert len(said) < 10_000, said  # a name that is too long is quoted
+        _look_at(error)
         return "refused"
     return "answered"
 
@@ -319,6 +478,7 @@ def tried(opened: catalogue.Catalogue, name: str, data: Any) -> str:
 def attack(opened: catalogue.Catalogue, name: str, cases: int, *, number: int = 0) -> Counter[str]:
     """Try a target so many times; the least case that is neither answered nor refused is raised."""
     count: Counter[str] = Counter()
+    RECORDS[:] = [record(MINE), record(_first(opened))]
 
     @seed(number)
     @settings(max_examples=cases, deadline=None, database=None, suppress_health_check=[*HealthCheck])

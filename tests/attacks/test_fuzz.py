@@ -52,6 +52,7 @@ FELL: list[tuple[str, Any]] = [
     ("Candidate.path", 10**400),
     ("Candidate.plot", []),
     ("load", "\ud800"),
+    ("recall", b'{kind": "OwnGuide"}'),
     ("open", {"path": 7}),
     ("files", b"[" * 100_000),
     ("files", b"9" * 5000),
