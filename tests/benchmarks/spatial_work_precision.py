@@ -24,6 +24,7 @@ import numpy as np
 from scipy.optimize import least_squares, root
 
 from catalogue.spatial import Link, Mechanism, Travel
+from catalogue.spatial.guided import compiled as guided_compiled
 from catalogue.spatial.jointed import compiled, newton
 from tests.benchmarks.measuring import table, title
 from tests.benchmarks.spatial_sweep import TRAVEL, scipy_five_links, turned
@@ -37,17 +38,18 @@ N, NODES, ARC = 300, 200, 0.1
 FEW, FEWER = 3, 1
 #: What a last step may be (ours), and tolerances (scipy).
 OURS, THEIRS = (1e-4, 1e-6, 1e-8), (1e-4, 1e-8, 1e-12)
-#: Our ways: formulations, of the whole batch or of one mechanism after the other.
-MINE = [(f"{f}, {many}", f, many == "batch") for many in ("batch", "one mechanism")
-        for f in ("pose", "euler-angles", "distances")]  # fmt: skip
+#: Our ways: formulations, of the whole batch or of one mechanism after the other; by numpy, and the first by numba.
+MINE = [(f"{f}, {many}", f.split()[0], many == "batch", "numba" in f) for many in ("batch", "one mechanism")
+        for f in ("pose", "euler-angles", "distances", "pose by numba")]  # fmt: skip
 BEST = MINE[0][0]
 FIVE = "five-link axle"
 Array = np.ndarray[Any, Any]
 EXPLAINED = """\
 Random mechanisms of each class ({many}) that can move {arc} rad of every driver, along {nodes} positions.  `pose`,
-`euler-angles` and `distances` are the formulations of this solver: all mechanisms in one batch, or the first {few} of
-each class one after the other.  scipy solves the first {few} (root) and {fewer} (least_squares) of each class, from the
-last position, on the equations of the pose written for one mechanism in plain numpy.
+`euler-angles` and `distances` are the formulations of this solver, by numpy, and the first compiled by numba besides,
+warm: all mechanisms in one batch, or the first {few} of each class one after the other.  scipy solves the first {few}
+(root) and {fewer} (least_squares) of each class, from the last position, on the equations of the pose written for one
+mechanism in plain numpy.
 
 In a cell: microseconds of one processor per position / largest error of a point, in units of about the diameter of the
 body, against residuals in extended precision (80 bits) on the first mechanisms.  This solver measures every position
@@ -222,13 +224,20 @@ def measure() -> tuple[list[list[str]], list[tuple[str, str, float, float, float
                 rotation = S.matrix(quaternion[i, j][:, None])[..., 0]
                 exact[i, j] = refined(fine, lean, rotation, free[i, j], q[i, j])
         centre = np.stack([g.origin for g in m.guides])[m.drivers[0][0]]
-        for (way, formulation, batch), last in product(MINE, OURS):
+        for (way, formulation, batch, fast), last in product(MINE, OURS):
+            if fast and guided_compiled.kernel() is None:
+                continue
             S.newton_.LAST = S.predictor_corrector_.LAST = S.continuation_.LAST = S.filling_.LAST = last
             mine = replace(m, formulation=formulation)
             some = [np.arange(len(m))] if batch else [np.array([i]) for i in range(FEW)]
-            begin = time.process_time()
-            moved = [S.follow(mine[i], path[i], start[i]) for i in some]
-            taken = (time.process_time() - begin) / sum(v.reached.sum() for v in moved)
+            with mock.patch.object(guided_compiled, "WORTH", 0 if fast else np.inf):
+                ones = [(mine[i], path[i], start[i]) for i in some]
+                if fast:
+                    S.follow(*ones[0])
+                begin = time.process_time()
+                moved = [S.follow(*one) for one in ones]
+                taken = time.process_time() - begin
+            taken /= sum(v.reached.sum() for v in moved)
             each = np.concatenate([v.positions.points.reshape(len(v.reached), NODES, -1, 3)[:FEW] for v in moved])
             points = (each - centre[:FEW, None, None]) / unit[:FEW, None, None, None]
             error = np.nanmax(np.abs(np.moveaxis(points, -1, 2) - exact))
@@ -341,7 +350,8 @@ def ratio(found: list[tuple[str, str, float, float, float]], name: str, way: str
     return best[0] / best[1]
 
 
-COLOURS = ("#0072b2", "#56b4e9", "#004466", "#cc79a7", "#e8b6d2", "#7d3c62", "#d55e00", "#e69f00", "#009e73", "#999999")
+COLOURS = ("#0072b2", "#56b4e9", "#004466", "#000000", "#cc79a7", "#e8b6d2", "#7d3c62", "#666666",
+           "#d55e00", "#e69f00", "#009e73", "#999999")  # fmt: skip
 
 
 def plot(found: list[tuple[str, str, float, float, float]], five: list[tuple[str, str, float, float, float]]) -> None:
@@ -357,7 +367,7 @@ def plot(found: list[tuple[str, str, float, float, float]], five: list[tuple[str
     for axes, name in zip(panels[:, :3].flat, CLASSES, strict=True):
         _draw(axes, f"class {name}", [v for v in found if v[0] == name], ways, COLOURS)
     own = list(dict.fromkeys(w for _, w, *_ in five))
-    _draw(panels[0, 3], FIVE, five, own, [*COLOURS[2:0:-1], *COLOURS[3:5], COLOURS[6]])
+    _draw(panels[0, 3], FIVE, five, own, [*COLOURS[2:0:-1], *COLOURS[4:6], COLOURS[8]])
     panels[0, 3].legend(fontsize=7, frameon=False, loc="upper left")
     panels[1, 3].axis("off")
     panels[1, 3].legend(

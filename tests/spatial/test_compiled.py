@@ -30,6 +30,7 @@ from catalogue.spatial import (
 from catalogue.spatial.jointed import compiled, tracing
 from catalogue.spatial.jointed.circuit import Circuit
 from catalogue.spatial.jointed.curve import signature
+from catalogue.spatial.native import loading
 from tests.attacks.spatial_folds import drawn
 from tests.spatial.test_axles import BALLS, CENTRE, INNER, LOWER, OUTER, ROD, UPPER
 from tests.spatial.test_jointed import RSSR, random_mechanism, rssr
@@ -224,9 +225,9 @@ def test_who_waits_for_the_compiler_is_told(capsys: pytest.CaptureFixture[str]) 
             return 2 * number
 
     function = Waiting()
-    assert compiled._call(function, 2.0) == 4.0
+    assert loading.call(function, 2.0) == 4.0
     assert capsys.readouterr().err == "compiling sweeps in space, for this and later processes ...\n"
-    assert compiled._call(function, 3.0) == 6.0
+    assert loading.call(function, 3.0) == 6.0
     assert capsys.readouterr().err == ""
 
 
@@ -242,7 +243,7 @@ def test_a_guide_that_is_a_surface_is_left_to_numpy() -> None:
 def test_numpy_is_enough(monkeypatch: pytest.MonkeyPatch) -> None:
     compiled.kernel.cache_clear()
     with monkeypatch.context() as patch:
-        patch.setattr(compiled, "find_spec", lambda _: None)
+        patch.setattr(loading, "find_spec", lambda _: None)
         assert compiled.kernel() is None
     compiled.kernel.cache_clear()
     with monkeypatch.context() as patch:
@@ -255,7 +256,7 @@ def test_numba_that_cannot_be_imported_is_told_of_once(monkeypatch: pytest.Monke
     """As where numpy is newer than it allows."""
     compiled.kernel.cache_clear()
     with monkeypatch.context() as patch:
-        patch.setattr(compiled, "find_spec", lambda _: True)
+        patch.setattr(loading, "find_spec", lambda _: True)
         patch.setitem(sys.modules, "numba", None)
         patch.delitem(sys.modules, "catalogue.spatial.jointed.kernel", raising=False)
         patch.delattr("catalogue.spatial.jointed.kernel", raising=False)

@@ -11,7 +11,22 @@ from unittest import mock
 import numpy as np
 import pytest
 
+from catalogue.spatial.guided import compiled
+
 Make = Callable[..., tuple[Any, Any]]
+
+
+@pytest.fixture(autouse=True, params=["numpy", "numba"])
+def by(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """By what motions are computed."""
+    way = str(request.param)
+    if way == "numpy":
+        monkeypatch.setattr(compiled, "fast", lambda _: None)
+    elif compiled.kernel() is None:
+        pytest.skip("numba, of the extra `fast`, is not installed")
+    else:
+        monkeypatch.setattr(compiled, "WORTH", 0)
+    return way
 
 
 def four_bar(spatial: SimpleNamespace, crank: float, coupler: float, rocker: float, ground: float) -> Any:
@@ -125,9 +140,11 @@ def test_paths_with_corners_are_filled_between_them(
 
 @pytest.mark.parametrize("off", [1e-6, 1e-2, 0.3, np.nan])
 def test_nodes_of_which_there_is_doubt_are_gone_to_by_steps(
-    spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, off: float
+    spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, off: float, by: str
 ) -> None:
     """However wrong the interpolation, positions are right."""
+    if by == "numba":
+        pytest.skip("it interpolates by itself")
     m, start = make("I", 12)
     path = tools.driven(m, start)[:, None] + np.linspace(0, 0.4, 41)[:, None]
     plain, call = spatial.follow(m, path, start), spatial.Pieces.__call__

@@ -14,9 +14,10 @@ ROOT = Path(catalogue.__file__).parent / "spatial"
 #: What each room may import from, besides itself.
 ROOMS = {
     "geometry": (),
-    "guided": ("geometry",),
+    "native": (),
+    "guided": ("geometry", "native"),
     "drawing": (),
-    "jointed": ("geometry", "drawing"),
+    "jointed": ("geometry", "drawing", "native"),
     "fitting": ("jointed",),
 }
 MODULES = sorted(path for path in ROOT.rglob("*.py") if path.parent != ROOT)

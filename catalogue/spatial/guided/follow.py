@@ -13,6 +13,7 @@ import numpy as np
 
 from ...errors import InvalidRequest
 from ...kinematics.types import Array
+from . import compiled
 from .continuation import Walk
 from .equations import System
 from .filling import corners, fill
@@ -87,19 +88,28 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
         raise InvalidRequest("a path must be of finite numbers")
     nodes = np.broadcast_to(nodes, (n, *nodes.shape[-2:]))
     first = solve_positions(mechanisms, nodes[:, 0], start)
-    reached, reason, end, steps = np.zeros(n, int), first.reason.copy(), np.zeros(n), np.zeros(n, int)
-    m = 4 + first.state.free.shape[0]
-    states = np.full((nodes.shape[1], m, n), np.nan)
-    begun = np.flatnonzero(first.success)
-    for low in range(0, len(begun), BLOCK):
-        index = begun[low : low + BLOCK]
-        led = _led(mechanisms[index], nodes[index], first.state[index])
-        states[..., index], reached[index], reason[index], end[index], steps[index] = led
+    fast = compiled.fast(mechanisms) if nodes.shape[1] > 2 and nodes[..., 0].size >= compiled.WORTH else None
+    if fast:
+        states, reached, reason, end, steps = compiled.led(
+            fast, nodes, corners(nodes), first.state.numbers.T, first.success
+        )
+        reason = np.where(first.success, reason, first.reason)
+    else:
+        reached, reason, end, steps = np.zeros(n, int), first.reason.copy(), np.zeros(n), np.zeros(n, int)
+        m = 4 + first.state.free.shape[0]
+        states = np.full((nodes.shape[1], m, n), np.nan)
+        begun = np.flatnonzero(first.success)
+        for low in range(0, len(begun), BLOCK):
+            index = begun[low : low + BLOCK]
+            led = _led(mechanisms[index], nodes[index], first.state[index])
+            states[..., index], reached[index], reason[index], end[index], steps[index] = led
     whole = np.minimum(end.astype(int), nodes.shape[1] - 2) if nodes.shape[1] > 1 else np.zeros(n, int)
     every = np.arange(n)
     after = np.minimum(whole + 1, nodes.shape[1] - 1)
     end_drivers = nodes[every, whole] + (end - whole)[:, None] * (nodes[every, after] - nodes[every, whole])
-    return Motion(_measured(mechanisms, nodes, states, reached), reached, reason, end, end_drivers, steps)
+    taken = _compiled(mechanisms, fast, nodes, states, reached) if fast else None
+    measured = taken or _measured(mechanisms, nodes, states, reached)
+    return Motion(measured, reached, reason, end, end_drivers, steps)
 
 
 def _led(mechanisms: Mechanisms, nodes: Array, state: State) -> tuple[Array, ...]:
@@ -162,3 +172,25 @@ def _measured(mechanisms: Mechanisms, nodes: Array, states: Array, reached: Arra
     out["drivers"] = nodes.reshape(n * s, -1).copy()
     flat = np.moveaxis(states, (0, 1, 2), (2, 0, 1)).reshape(-1, n * s)
     return Positions(**out, state=State(flat[:4], flat[4:]))
+
+
+def _compiled(mechanisms: Mechanisms, fast: compiled.Fast, nodes: Array, states: Array, reached: Array) -> Positions:
+    """Return the same of states (n, s, 4 + f) by the kernel, and by numpy where there is something to say of one."""
+    n, s = nodes.shape[:2]
+    out = compiled.measured(fast, nodes, states, reached)
+    flat, there = states.reshape(n * s, -1).T, (np.arange(s) < reached[:, None]).ravel()
+    reason = np.zeros(n * s, "U90")  # empty, and no memory is touched
+    reason[~there] = BEYOND
+    found = Positions(
+        nodes.reshape(n * s, -1).copy(), out.quaternion, out.translation, out.points, out.coordinates, out.good,
+        out.residual, out.condition, reason, there.astype(int), State(flat[:4], flat[4:]),
+    )  # fmt: skip
+    index = np.flatnonzero(there & ~out.good)
+    if len(index):
+        i, j = np.divmod(index, s)
+        sure, one = np.ones(len(i), bool), np.ones(len(i), int)
+        at = reported(mechanisms[i], System.of(mechanisms).take(i), found.state[index], nodes[i, j], sure, one)
+        for name, value in vars(at).items():
+            if name != "state":
+                getattr(found, name)[index] = value
+    return found

@@ -1,22 +1,18 @@
 """Sweeps by `kernel`, which numba compiles, where it is installed and no surface or curve guides: ten times faster.
 
-numba is imported by the first sweep.  It keeps what it has compiled beside the module, or, where it cannot write there,
-in the user's cache folder (`NUMBA_CACHE_DIR` says another); `NUMBA_DISABLE_JIT=1` leaves all to numpy.
+numba is imported by the first sweep.
 """
 
 from __future__ import annotations
 
-import os
-import warnings
 from functools import cache
-from importlib.util import find_spec
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ...kinematics.types import Array
-from ...progress import busy
+from ..native.loading import call, load, plain
 from .scalars import Compiled, CompiledAngle, CompiledLength, CompiledTravel, CompiledUnknown
 
 if TYPE_CHECKING:
@@ -30,14 +26,7 @@ Numbers = tuple[float, ...]
 @cache
 def kernel() -> ModuleType | None:
     """Return the compiled equations, or None if numba is not installed or not to compile."""
-    if find_spec("numba") is None or os.environ.get("NUMBA_DISABLE_JIT", "0") != "0":
-        return None
-    try:
-        from . import kernel as found
-    except (ImportError, KeyError) as error:  # numba refuses a numpy newer than itself; an option may have gone
-        warnings.warn(f"numba cannot be used, sweeps go by numpy: {error}", RuntimeWarning, stacklevel=2)
-        return None
-    return found
+    return load(f"{__package__}.kernel")
 
 
 def plan(system: System) -> Any:
@@ -67,7 +56,7 @@ def fast(system: System) -> Fast | None:
     k = kernel()
     assert k is not None  # it made the plan
     given = (system.points, system.directions, system.lengths, *system.constants)
-    return k, plan, k.Geometry(*map(_plain, given)), k.work(plan, system.numbers)
+    return k, plan, k.Geometry(*map(plain, given)), k.work(plan, system.numbers)
 
 
 def _scalar(s: Compiled) -> tuple[int, int, int, int]:
@@ -86,7 +75,7 @@ def evaluate(fast: Fast, y: Array) -> tuple[Array, Array]:
     """Return what conditions lack and values of scalars (n, c + k), and the Jacobian of both (n, c + k, unknowns)."""
     k, plan, geometry, work = fast
     value, jacobian = np.empty((len(y), len(plan.moves))), np.empty((len(y), *plan.moves.shape))
-    _call(k.evaluated, plan, geometry, work, _plain(y), value, jacobian)
+    call(k.evaluated, plan, geometry, work, plain(y), value, jacobian)
     return value, jacobian
 
 
@@ -94,7 +83,7 @@ def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Numbers) 
     """Correct states (n, numbers); return them, where that was possible, and where a matrix was singular."""
     k, plan, geometry, work = fast
     y, found = np.array(y, order="C"), np.empty(len(y), np.int64)
-    _call(k.solved, plan, geometry, work, _plain(held), y, _plain(target), found, k.Accuracy(*accuracy))
+    call(k.solved, plan, geometry, work, plain(held), y, plain(target), found, k.Accuracy(*accuracy))
     return y, found == 1, found < 0
 
 
@@ -107,9 +96,7 @@ def steps(fast: Fast, held: Array, h: Array, sign: Array, before: Any, last: Any
     k, plan, geometry, work = fast
     nodes = k.Nodes(*(np.stack([a, b, b], axis=1) for a, b in zip(before, last, strict=True)))
     h, good, crossing = h.copy(), np.zeros(len(h), bool), np.zeros(len(h), bool)
-    if not _call(
-        k.steps, plan, geometry, work, _plain(held), h, _plain(sign), nodes, k.Limits(*limits), good, crossing
-    ):
+    if not call(k.steps, plan, geometry, work, plain(held), h, plain(sign), nodes, k.Limits(*limits), good, crossing):
         return None
     return h, tuple(v[:, 2] for v in nodes), good, crossing
 
@@ -125,23 +112,10 @@ def swept(
     k, plan, geometry, work = fast
     n, s, numbers = len(target), len(goal), start[1].shape[1]
     sweep = k.Sweep(
-        k.Nodes(*map(_plain, start)), _plain(sign), _plain(target), goal, np.empty((n, s, numbers)),
+        k.Nodes(*map(plain, start)), plain(sign), plain(target), goal, np.empty((n, s, numbers)),
         np.zeros((n, s), np.int64), np.empty((n, 2)), np.empty((n, 2), np.int64),
     )  # fmt: skip
     constants = k.Limits(*constants[0]), k.Accuracy(*constants[1])
-    _call(k.swept, plan, geometry, work, _plain(held), sweep, k.nodes(plan, most + 2, numbers), *constants)
+    call(k.swept, plan, geometry, work, plain(held), sweep, k.nodes(plan, most + 2, numbers), *constants)
     sweep.states[sweep.found != 1] = np.nan
     return sweep.states, sweep.end, sweep.why, (sweep.found < 0).any(1) | (sweep.why == k.SINGULAR).any(1)
-
-
-def _call(function: Any, *given: Any) -> Any:
-    """Call a function of the kernel; where numba takes its time to compile it, say so."""
-    if function.signatures:
-        return function(*given)
-    with busy("compiling sweeps in space, for this and later processes"):
-        return function(*given)
-
-
-def _plain(v: Array) -> Array:
-    """Return an array as the kernel is compiled for: of doubles, in order."""
-    return np.ascontiguousarray(v, float)

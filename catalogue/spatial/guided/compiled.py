@@ -1,0 +1,137 @@
+"""Motion by `kernel`, which numba compiles, where it is installed: for the equations of the pose and the guides of
+`geometry.guides.KINDS`, whatever their charts; what is of another kind is left to numpy."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from functools import cache
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...kinematics.types import Array
+from ..geometry.guides import KINDS
+from ..geometry.kinds import Kind
+from ..native.loading import call, load, plain
+from . import continuation, filling, newton
+from . import predictor_corrector as steps
+from .equations import System, slot_of
+from .mechanism import Mechanisms
+from .position import ASSEMBLED, AT_APEX, EDGE, LOST, OK, driver_units
+
+#: Positions for which numba is imported, which takes as long as some thousand of them by numpy.
+WORTH = 100
+#: Marks that a body may leave on its way; beyond the last it goes from node to node.
+MARKS = 1024
+#: Why a walk ended, in the order of `kernel.walk`.
+REASONS = np.array([OK, continuation.TURNING, continuation.BRANCH, continuation.STUCK, EDGE], dtype="U90")
+
+
+class Fast(NamedTuple):
+    """Mechanisms as the kernel has them, and room for one pose."""
+
+    kernel: Any
+    plan: Any
+    bodies: Any
+    scales: Any
+    work: Any
+    units: Array
+
+
+@cache
+def kernel() -> ModuleType | None:
+    """Return the compiled functions, or None if numba is not installed or not to compile."""
+    made = Path(__file__).parent / "kernel"
+    entry = made / "sweep.py"  # numba compiles anew where the file of what is called from outside is new, and no other
+    with suppress(OSError):
+        if max(path.stat().st_mtime for path in made.glob("*.py")) > entry.stat().st_mtime:
+            entry.touch()
+    return load(f"{__package__}.kernel")
+
+
+def fast(mechanisms: Mechanisms) -> Fast | None:
+    """Return what leads mechanisms compiled; None if that cannot be."""
+    made: dict[str, Any] = mechanisms.__dict__
+    if "fast" not in made:
+        made["fast"] = _made(mechanisms)
+    found: Fast | None = made["fast"]
+    return found
+
+
+def _made(mechanisms: Mechanisms) -> Fast | None:
+    known = all(type(kind) is type(KINDS.get(kind.name)) for g in mechanisms.guides for kind in g.kinds)
+    k = kernel() if known and mechanisms.formulation == "pose" else None
+    if k is None:
+        return None
+    system, number = System.of(mechanisms), {name: i for i, name in enumerate(KINDS)}
+
+    def numbers(kinds: tuple[Kind, ...], which: Array) -> Array:
+        return np.array([number[kind.name] for kind in kinds])[which]
+
+    n, p = mechanisms.body.shape[:2]
+    shapes, units, smooth = np.zeros((n, p, 2)), np.ones((n, p, 2)), np.zeros((n, len(system.driven)), bool)
+    for i, guides in enumerate(mechanisms.guides):
+        shape = slot_of(i, mechanisms).parameters[:2].T
+        shapes[:, i, : shape.shape[1]] = shape
+        for kind, where, _ in guides.each():
+            for axis in (0, 1):
+                units[where, i, axis] = kind.coordinate_unit(axis, mechanisms.unit[where])
+    for j, d in enumerate(system.driven):
+        for kind, where, _ in mechanisms.guides[d.slot.point].each():
+            smooth[where, j] = kind.smooth is not None and d.driver[1] is None
+    driven = [(d.slot.point, -1 if d.column is None else d.column, *(-1 if k is None else k for k in d.driver))
+              for d in system.driven]  # fmt: skip
+    bodies = k.Bodies(
+        _own(system.arms.T), _own(system.frames.transpose(3, 2, 0, 1)), _own(system.origins.T),
+        np.stack([numbers(g.kinds, g.which) for g in mechanisms.guides], axis=1),
+        np.stack([numbers(d.slot.kinds, d.slot.which) for d in system.driven], axis=1),
+        shapes, _own(system.quadrics.T), _own(system.reach),
+    )  # fmt: skip
+    base = system.driven[0].slot.point
+    scales = k.Scales(
+        _own(system.unit), _own(system.centre.T), _own(system.unit / mechanisms.diameter),
+        _own(mechanisms.body[:, base]), units, smooth,
+    )  # fmt: skip
+    plan = k.Plan(np.array(system.points, np.int64), np.array(driven, np.int64))
+    return Fast(
+        k, plan, bodies, scales, k.work(p, len(driven), mechanisms.freedom, system.free), driver_units(mechanisms)
+    )
+
+
+def _own(v: Array) -> Array:
+    """Return a copy: of doubles, in order, and not read-only, which would be another type."""
+    return np.array(v, float, order="C")
+
+
+def led(fast: Fast, nodes: Array, corners: Array, begin: Array, begun: Array) -> tuple[Array, ...]:
+    """Lead mechanisms along paths (n, s, k) from states (n, 4 + f), those that are to begin.
+
+    Returns states at the nodes (n, s, 4 + f), how many were reached, why not more, where motions end, and the steps.
+    """
+    k, (n, s, _), rows = fast.kernel, nodes.shape, begin.shape[1]
+    path = plain(nodes / fast.units.T[:, None])
+    states = np.full((n, s, rows), np.nan)
+    states[begun, 0] = begin[begun]
+    counts = (np.zeros(n, kind) for kind in (np.int64, float, np.int64))
+    ways = k.Ways(path, corners.copy(), states, begun.astype(np.int64), *counts)
+    limits = k.Limits(
+        newton.LAST, newton.NOISE, steps.CORRECTIONS, steps.FIRST, steps.SECOND, steps.TURN, steps.MARGIN, steps.BOW,
+        steps.WANTED_FIRST, steps.WANTED_TURN, steps.WANTED_BOW, steps.LONGER, steps.SHORTER, steps.LONGEST,
+        steps.SHORTEST, continuation.AT_BRANCH, filling.CORRECTIONS, filling.NEAR, filling.ALIKE,
+    )  # fmt: skip
+    room = k.room(rows, nodes.shape[2], s, MARKS)
+    call(k.led, fast.plan, fast.bodies, ways, room[0], limits, *room[1:], fast.work)
+    return states, ways.reached, REASONS[ways.why], ways.end, ways.steps
+
+
+def measured(fast: Fast, nodes: Array, states: Array, reached: Array) -> Any:
+    """Return what is measured at the nodes reached, NaN elsewhere; `good` is where nothing is to be said of it."""
+    k, (n, s, _), p = fast.kernel, nodes.shape, fast.bodies.arms.shape[1]
+    shapes = ((n * s, *shape) for shape in ((4,), (3,), (p, 3), (p, 2), (), ()))
+    out = k.Measured(*(np.full(shape, np.nan) for shape in shapes), np.zeros(n * s, bool))
+    path = plain(nodes / fast.units.T[:, None])
+    tests = ASSEMBLED, LOST, AT_APEX
+    call(k.measured, fast.plan, fast.bodies, fast.scales, path, _own(nodes), states, reached, tests, out, fast.work)
+    return out
