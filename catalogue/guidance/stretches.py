@@ -28,10 +28,12 @@ CORRECTIONS, SETTLED = ((4, 1), (5, 7)), 1e-3
 #: Powers of the stroke with which a deviation may grow; most that the logarithm of a stroke is changed by; by which
 #: part the deviation stays inside.
 STEEP, CHANGE, INSIDE = (0.5, 60.0), (-0.5, 0.2), 1e-3
-#: In the end both ends of a window are moved for themselves: by which parts of a way and of one so much shorter, how
-#: long that is at first and at last, of the window, and how often at most.
-SHORTER = 1 / 8
-SIDES = np.kron(SHORTER ** np.arange(2), [[-1, -1, -1, 0, 0, 1, 1, 1], [-1, 0, 1, -1, 1, -1, 0, 1]])
+#: In the end both ends of a window are moved for themselves: by which parts of a way and of one so much shorter, in so
+#: many directions (eight miss a ridge of the deviation that lies between two of them), how long that is at first and at
+#: last, of the window, and how often at most.
+SHORTER, DIRECTIONS = 1 / 8, 16
+_TURN = np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS).view(float).reshape(-1, 2)
+SIDES = np.kron(SHORTER ** np.arange(2)[:, None], _TURN / np.abs(_TURN).max(1, keepdims=True))
 FIRST_EXTENSION, LAST_EXTENSION, EXTENSIONS = 1 / 64, 1e-4, 20
 
 
@@ -163,14 +165,14 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
     """
     by, some = FIRST_EXTENSION * (at.high - at.low), np.arange(len(at.low))
     for _ in range(EXTENSIONS):
-        n, (low, high) = len(some), SIDES[..., None] * by[some]
+        n, (low, high) = len(some), SIDES.T[..., None] * by[some]
         each = at[np.tile(some, len(low))]
         tried = seek.between(replace(each, low=each.low + low.ravel(), high=each.high + high.ravel()), NODES)
         stroke = np.where(tried.deviation <= np.tile(allowed[some], len(low)), tried.stroke, 0.0).reshape(len(low), n)
         best = stroke.argmax(axis=0)
         longer = stroke[best, np.arange(n)] > at.stroke[some]
         at = put(at, some[longer], tried[(best * n + np.arange(n))[longer]])
-        by[some] *= np.where(longer, 2 * np.abs(SIDES[:, best]).max(0), SHORTER * np.abs(SIDES[:, -1]).max())
+        by[some] *= np.where(longer, 2 * np.abs(SIDES[best]).max(1), SHORTER**2)
         some = some[by[some] > LAST_EXTENSION * (at.high - at.low)[some]]
         if not len(some):
             break
