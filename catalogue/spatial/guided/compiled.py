@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-from contextlib import suppress
 from functools import cache
-from pathlib import Path
 from types import ModuleType
 from typing import Any, NamedTuple
 
@@ -43,11 +41,6 @@ class Fast(NamedTuple):
 @cache
 def kernel() -> ModuleType | None:
     """Return the compiled functions, or None if numba is not installed or not to compile."""
-    made = Path(__file__).parent / "kernel"
-    entry = made / "sweep.py"  # numba compiles anew where the file of what is called from outside is new, and no other
-    with suppress(OSError):
-        if max(path.stat().st_mtime for path in made.glob("*.py")) > entry.stat().st_mtime:
-            entry.touch()
     return load(f"{__package__}.kernel")
 
 

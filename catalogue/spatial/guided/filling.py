@@ -34,12 +34,13 @@ ROUNDING = 8 * float(np.finfo(float).eps)
 def corners(nodes: Array) -> Array:
     """Return which nodes (n, s, k) of a path are its ends, or where it does not go straight on, shape (n, s)."""
     out = np.ones(nodes.shape[:2], bool)
-    step = np.diff(nodes, axis=1)
-    one, other = step[:, :-1], step[:, 1:]
-    ahead, size = (one * other).sum(2), (one * one).sum(2)
+    nodes = np.ascontiguousarray(np.moveaxis(nodes, 2, 0))
+    step = np.diff(nodes)
+    one, other = step[..., :-1], step[..., 1:]
+    ahead, size = (one * other).sum(0), (one * one).sum(0)
     with np.errstate(all="ignore"):
-        aside = np.abs(other - one * (ahead / size)[..., None]).max(2, initial=0)
-    near = STRAIGHT * np.sqrt((other * other).sum(2)) + ROUNDING * np.abs(nodes).max((1, 2))[:, None]
+        aside = np.abs(other - one * (ahead / size)).max(0, initial=0)
+    near = STRAIGHT * np.sqrt((other * other).sum(0)) + ROUNDING * np.abs(nodes).max((0, 2))[:, None]
     out[:, 1:-1] = ~((ahead > 0) & (aside <= near))
     return out
 

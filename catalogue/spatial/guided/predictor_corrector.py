@@ -27,7 +27,7 @@ FIRST, SECOND, TURN = 0.1, 0.2, 0.18
 MARGIN = 0.05
 BOW = 0.004
 #: What they should be of the next step, and how much longer than the last it may be, and how much shorter.
-WANTED_FIRST, WANTED_TURN, WANTED_BOW = 0.05, 0.14, 0.003
+WANTED_FIRST, WANTED_TURN, WANTED_BOW = 0.05, 0.1, 0.002
 LONGER, SHORTER = 2.0, 0.5
 LONGEST, SHORTEST = 0.5, 1e-8
 

@@ -67,6 +67,7 @@ class Work(NamedTuple):
     metric: Any  # (f,)
     travel: Any  # (k,)
     system: Any  # (m + 1, 2 m + k + 3): matrix and right sides
+    swapped: Any  # (m + 1,): with which row each was
     q: Any  # (k,)
     trial: Any  # (4 + f,): state
     along: Any  # (m + 1,): tangent
@@ -135,12 +136,13 @@ def put(plan, b, i, y, q, w):
                 w.travel[k] = size
             elif column >= 0:
                 w.metric[column - 3] = size
-                v[0], v[1], v[2] = v[0] / size, v[1] / size, v[2] / size
+                size = 1 / size
+                v[0], v[1], v[2] = v[0] * size, v[1] * size, v[2] * size
 
 
 @inlined
-def evaluate(plan, b, i, y, q, w):
-    """Find residual and derivatives in a state y at the driver values q."""
+def evaluate(plan, b, i, y, q, w, slopes=True):
+    """Find residual and derivatives, if not the residual only, in a state y at the driver values q."""
     put(plan, b, i, y, q, w)
     rows = len(plan.points)
     bx, by, bz = w.places[0, 0], w.places[0, 1], w.places[0, 2]
@@ -158,6 +160,8 @@ def evaluate(plan, b, i, y, q, w):
             gx, gy, gz = 2 * c[0] * x + c[3], 2 * c[1] * y_ + c[4], 2 * c[2] * z + c[5]
         size = 1 / sqrt(gx * gx + gy * gy + gz * gz)
         w.value[row] = value * size
+        if not slopes:
+            continue
         nx, ny, nz = turned(b.frames[i, a], gx * size, gy * size, gz * size)
         j = w.jacobian[row]
         j[0], j[1], j[2] = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
@@ -175,6 +179,8 @@ def evaluate(plan, b, i, y, q, w):
         w.value[row] = w.places[d, 0] - bx - ax
         w.value[row + 1] = w.places[d, 1] - by - ay
         w.value[row + 2] = w.places[d, 2] - bz - az
+        if not slopes:
+            continue
         w.jacobian[row, 1], w.jacobian[row, 2] = -az, ay
         w.jacobian[row + 1, 0], w.jacobian[row + 1, 2] = az, -ax
         w.jacobian[row + 2, 0], w.jacobian[row + 2, 1] = -ay, ax
@@ -190,10 +196,11 @@ def evaluate(plan, b, i, y, q, w):
 
 
 @compiled
-def eliminate(a, m, columns):
+def eliminate(a, m, columns, swapped):
     """Solve a system of m equations by elimination with row pivoting, in place: `columns` with all right sides.
 
-    Returns the sign of the determinant.  Where the matrix is singular the solution is not finite.
+    Returns the sign of the determinant.  Where the matrix is singular the solution is not finite.  Pivots, and what
+    rows were multiplied with, are left for `again`.
     """
     sign = 1.0
     for c in range(m):
@@ -201,6 +208,7 @@ def eliminate(a, m, columns):
         for r in range(c + 1, m):
             if abs(a[r, c]) > most:
                 p, most = r, abs(a[r, c])
+        swapped[c] = p
         if p != c:
             sign = -sign
             for j in range(c, columns):
@@ -221,6 +229,21 @@ def eliminate(a, m, columns):
                 for j in range(m, columns):
                     a[r, j] -= share * a[c, j]
     return sign
+
+
+@inlined
+def again(a, m, swapped, value, out):
+    """Solve a system that has been eliminated for another right side, the negative of a value."""
+    for r in range(m):
+        out[r] = -value[r]
+    for c in range(m):
+        out[c], out[swapped[c]] = out[swapped[c]], out[c]
+        out[c] /= a[c, c]
+        for r in range(c + 1, m):
+            out[r] -= a[r, c] * out[c]
+    for c in range(m - 1, 0, -1):
+        for r in range(c):
+            out[r] -= a[r, c] * out[c]
 
 
 @inlined
@@ -284,7 +307,7 @@ def correct(plan, b, i, q0, q1, y, row, limit, limits, w):
         a[m, m + 1], a[m, m + 2] = 0.0, 1.0
         for j in range(k):
             a[m, m + 3 + j] = 0.0
-        sign = eliminate(a, m + 1, m + 3 + k)
+        sign = eliminate(a, m + 1, m + 3 + k, w.swapped)
         length = 0.0
         for j in range(m + 1):
             length += a[j, m + 1] * a[j, m + 1]
@@ -311,7 +334,7 @@ def correct(plan, b, i, q0, q1, y, row, limit, limits, w):
     return y, sign, first, last
 
 
-@compiled
+@inlined
 def off_edge(plan, b, i, y, q, w):
     """Return whether a point is on the half of a guide that its chart does not reach."""
     for a in range(b.kinds.shape[1]):
@@ -330,6 +353,7 @@ def work(points: int, driven: int, drivers: int, free: int) -> Work:
     m = 3 + free
     shapes = (
         (3, 3), (points, 3), (driven, 3), (driven, 2, 3), (m,), (m, m), (m, drivers), (free,), (drivers,),
-        (m + 1, 2 * m + drivers + 3), (drivers,), (4 + free,), (m + 1,), (m, drivers), (m + 1,),
+        (m + 1, 2 * m + drivers + 3), (m + 1,), (drivers,), (4 + free,), (m + 1,), (m, drivers), (m + 1,),
     )  # fmt: skip
-    return Work._make(np.zeros(shape) for shape in shapes)
+    made = Work._make(np.zeros(shape) for shape in shapes)
+    return made._replace(swapped=made.swapped.astype(np.int64))

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .guides import HALF, apex, compiled, inlined, locate
+from .guides import HALF, VERSION, apex, compiled, inlined, kept, locate
 from .pose import (
+    again,
     distance,
     eliminate,
     evaluate,
@@ -19,6 +20,9 @@ from .pose import (
     velocity,
 )
 from .walk import GOES_ON, Marks, Track, copy, walk
+
+#: No node: numba compiles another version for a literal.
+NONE: Any = np.int64(-1)
 
 
 class Ways(NamedTuple):
@@ -70,8 +74,8 @@ class Measured(NamedTuple):
     good: Any  # whether there is nothing to say of it
 
 
-@compiled
-def led(plan, b, ways, marks, limits, t, x, w):
+@kept
+def led(plan, b, ways, marks, limits, t, x, w, version=VERSION):  # noqa: ARG001
     """Lead bodies along their paths: `follow._led`."""
     s = ways.path.shape[1]
     for i in range(len(ways.reached)):
@@ -79,7 +83,7 @@ def led(plan, b, ways, marks, limits, t, x, w):
             continue
         path, states, stop, reached = ways.path[i], ways.states[i], ways.stop[i], 1
         for attempt in range(3):
-            marked, begun, count = attempt < 2, reached - 1, 0
+            marked, begun, count = attempt < 2, reached - 1, NONE + 1
             for j in range(s):
                 stop[j] = j == begun or (j > begun and (stop[j] or not marked))
                 if stop[j]:
@@ -105,10 +109,10 @@ def led(plan, b, ways, marks, limits, t, x, w):
                 break
 
 
-@compiled
+@inlined
 def filled(plan, b, i, path, stop, reached, many, sign, states, marks, limits, x, w):
     """Find the places of nodes, and those that are good, with their states: `filling.fill`."""
-    passed, e, fresh = -1, 0, -1
+    passed, e, fresh = NONE, NONE + 1, NONE
     for j in range(len(stop)):
         if stop[j]:
             passed += 1
@@ -175,7 +179,7 @@ def piece(marks, many, e, x):
         copy(x.level[0], x.factors[k])
 
 
-@compiled
+@inlined
 def corrected(plan, b, i, q, part, sign, limits, x, w):
     """Find the pose at a node, in `w.trial`; return whether it is beyond doubt."""
     m, rows, a = len(w.value), len(w.trial), w.system
@@ -186,47 +190,50 @@ def corrected(plan, b, i, q, part, sign, limits, x, w):
             slope = slope * off + value
             value = value * off + x.factors[k, r]
         w.trial[r], x.slope[r] = value, slope
-    limit = 0.0
-    for n in range(limits.few):
-        evaluate(plan, b, i, w.trial, q, w)
-        for r in range(m):
-            slope = 0.0
-            for k in range(len(q)):
-                slope += w.drivers[r, k] * x.dq[k]
-            for j in range(m):
-                a[r, j] = w.jacobian[r, j]
-            a[r, m], a[r, m + 1] = -w.value[r], -slope
-        mine = eliminate(a, m, m + 2 if n == 0 else m + 1)
-        length = 0.0
-        for r in range(m):
-            length += a[r, m] * a[r, m]
-            w.along[r] = a[r, m]
-        length = sqrt(length)
-        if n == 0:
-            speed, off = 0.0, 0.0
-            for r in range(m):
-                w.shift[r] = a[r, m + 1]
-                speed += a[r, m + 1] * a[r, m + 1]
-            for k in range(len(q)):
-                speed += (w.travel[k] * x.dq[k]) ** 2
-            speed = sqrt(speed)
-            velocity(w.trial, w.shift, w.metric, x.other)
-            for r in range(rows):
-                scale = 2.0 if r < 4 else w.metric[r - 4]
-                off += ((x.other[r] - x.slope[r]) * scale) ** 2
-            if sqrt(off) <= limits.alike * speed:
-                limit = limits.near * speed * (x.at[2] - x.at[0]) + limits.last
-        moved(w.trial, w.along, w.metric, w.trial)
-        if not (length <= limit and mine == sign):
-            return False
-        if length < limits.last or (n > 0 and distance(w) < limits.noise * b.reach[i]):
+    evaluate(plan, b, i, w.trial, q, w)
+    for r in range(m):
+        slope = 0.0
+        for k in range(len(q)):
+            slope += w.drivers[r, k] * x.dq[k]
+        for j in range(m):
+            a[r, j] = w.jacobian[r, j]
+        a[r, m], a[r, m + 1] = -w.value[r], -slope
+    if eliminate(a, m, m + 2, w.swapped) != sign:
+        return False
+    first, speed, off = 0.0, 0.0, 0.0
+    for r in range(m):
+        w.along[r], w.shift[r] = a[r, m], a[r, m + 1]
+        first += a[r, m] * a[r, m]
+        speed += a[r, m + 1] * a[r, m + 1]
+    for k in range(len(q)):
+        speed += (w.travel[k] * x.dq[k]) ** 2
+    first, speed = sqrt(first), sqrt(speed)
+    velocity(w.trial, w.shift, w.metric, x.other)
+    for r in range(rows):
+        scale = 2.0 if r < 4 else w.metric[r - 4]
+        off += ((x.other[r] - x.slope[r]) * scale) ** 2
+    if not (sqrt(off) <= limits.alike * speed and first <= limits.near * speed * (x.at[2] - x.at[0]) + limits.last):
+        return False
+    moved(w.trial, w.along, w.metric, w.trial)
+    length, settled = first, False
+    for _ in range(limits.few + 1):
+        # what is left after a correction by a matrix that is not renewed is of the order of it times the first
+        if settled or length * first < limits.last * limits.last:
             return not off_edge(plan, b, i, w.trial, q, w)
-        limit = limits.second * length
+        evaluate(plan, b, i, w.trial, q, w, False)
+        again(a, m, w.swapped, w.value, w.along)
+        limit, length = limits.second * length, 0.0
+        for r in range(m):
+            length += w.along[r] * w.along[r]
+        length, settled = sqrt(length), distance(w) < limits.noise * b.reach[i]
+        if not (settled or length <= limit):
+            return False
+        moved(w.trial, w.along, w.metric, w.trial)
     return False
 
 
-@compiled
-def measured(plan, b, scales, path, values, states, reached, tests, out, w):
+@kept
+def measured(plan, b, scales, path, values, states, reached, tests, out, w, version=VERSION):  # noqa: ARG001
     """Measure positions: `position.reported`; what is not plainly good is left to it."""
     s = path.shape[1]
     for i in range(len(reached)):
@@ -244,19 +251,21 @@ def measured(plan, b, scales, path, values, states, reached, tests, out, w):
             for a in range(w.arms.shape[0]):
                 p, v = out.points[n, a], w.arms[a]
                 px, py, pz = w.places[0, 0] + v[0], w.places[0, 1] + v[1], w.places[0, 2] + v[2]
-                x, y, z = local(b, i, a, px, py, pz)
                 p[0] = px * unit + scales.centre[i, 0]
                 p[1] = py * unit + scales.centre[i, 1]
                 p[2] = pz * unit + scales.centre[i, 2]
-                kind, one, other = b.kinds[i, a], b.shapes[i, a, 0], b.shapes[i, a, 1]
+                kind, driven, known = b.kinds[i, a], False, False
+                for d in range(len(plan.driven)):
+                    if plan.driven[d, 0] == a:
+                        driven, known = True, kind != HALF and not scales.smooth[i, d]
+                if known:
+                    continue
+                one, other = b.shapes[i, a, 0], b.shapes[i, a, 1]
+                x, y, z = local(b, i, a, px, py, pz)
                 u, v_ = locate(kind, x, y, z, one, other)
-                good = good and isfinite(u)
                 out.coordinates[n, a, 0] = u * scales.coordinates[i, a, 0]
                 out.coordinates[n, a, 1] = v_ * scales.coordinates[i, a, 1]
-                driven = False
-                for d in range(len(plan.driven)):
-                    driven = driven or plan.driven[d, 0] == a
-                good = good and (driven or apex(kind, x, y, z, one, other) >= tests[2])
+                good = good and isfinite(u) and (driven or apex(kind, x, y, z, one, other) >= tests[2])
             for d in range(len(plan.driven)):
                 a, column = plan.driven[d, 0], plan.driven[d, 1]
                 for axis in range(2):
@@ -274,7 +283,7 @@ def measured(plan, b, scales, path, values, states, reached, tests, out, w):
             out.good[n] = good
 
 
-@compiled
+@inlined
 def condition(w, ratio):
     """Return the condition number of the Jacobian, lengths being in diameters: `position.conditioning`."""
     m, a = len(w.value), w.system
@@ -285,11 +294,12 @@ def condition(w, ratio):
             a[r, m + j] = 1.0 if r == j else 0.0
             v *= ratio if j < 3 else 1.0
             one += v * v
-    eliminate(a, m, 2 * m)
+    eliminate(a, m, 2 * m, w.swapped)
     for r in range(m):
+        size = 0.0
         for j in range(m):
-            v = a[r, m + j] / (ratio if r < 3 else 1.0)
-            other += v * v
+            size += a[r, m + j] * a[r, m + j]
+        other += size / (ratio * ratio) if r < 3 else size
     return sqrt(one * other)
 
 

@@ -5,11 +5,15 @@ from __future__ import annotations
 from math import inf, sqrt
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from .guides import compiled, inlined
 from .pose import correct, moved, off_edge, velocity
 
 #: Why a walk ended, in the order of `compiled.REASONS`.
 GOES_ON, TURNING, BRANCH, STUCK, EDGE = range(5)
+#: Nodes reached, marks left and whether rates are known, at first: numba compiles another version for a literal.
+START: Any = np.int64(1), np.int64(0), np.bool_(False)
 
 
 class Track(NamedTuple):
@@ -44,8 +48,8 @@ def walk(plan, b, i, path, stops, count, marked, states, marks, limits, t, w):
     were tried and marks left, and the sign of the determinant.
     """
     m = len(w.value)
-    reached, end, steps, many = 1, 0.0, 0, 0
-    y, width, length, step, rated = 0.0, 1.0, limits.longest / 8, 1.0, False
+    reached, many, rated = START
+    y, width, length, step, end, steps = 0.0, 1.0, limits.longest / 8, 1.0, 0.0, 0
     line(path, stops, count, reached, width, t)
     for j in range(m + 1):
         t.row[j] = 0.0
@@ -53,7 +57,7 @@ def walk(plan, b, i, path, stops, count, marked, states, marks, limits, t, w):
     copy(t.state, w.trial)
     _, sign, _, _ = correct(plan, b, i, t.q0, t.q1, 0.0, t.row, inf, limits, w)
     width, many = landed(path, stops, count, reached, marked, rated, states, marks, many, t, w)
-    rated = True
+    rated = reached > 0
     while reached < count:
         line(path, stops, count, reached, width, t)
         slope = t.tangent[m]
@@ -81,9 +85,8 @@ def walk(plan, b, i, path, stops, count, marked, states, marks, limits, t, w):
                 reached += 1
                 y, end = 0.0, reached - 1.0
                 width, many = landed(path, stops, count, reached, marked, rated, states, marks, many, t, w)
-                rated = True
             else:
-                y, rated = new, False
+                y = new
                 copy(w.trial, t.state)
                 copy(w.metric, t.metric)
                 copy(t.tangent, t.before)
@@ -92,6 +95,7 @@ def walk(plan, b, i, path, stops, count, marked, states, marks, limits, t, w):
                     for j in range(m):
                         t.rate[j] = w.along[j] / w.along[m] * width
                     many = mark(marks, many, reached - 1, y / width, t)
+            rated = land
             continue
         if good and flipped and size < limits.at_branch:
             return reached, BRANCH, stopped(reached, y + h * slope, width), steps, many, sign
@@ -112,13 +116,13 @@ def copy(one, other):
         other[j] = one[j]
 
 
-@compiled
+@inlined
 def stopped(reached, y, width):
     """Return where a motion ends, in stops from the first."""
     return reached - 1 + min(y / width, 1.0)
 
 
-@compiled
+@inlined
 def line(path, stops, count, reached, width, t):
     """Find the straight line on which the drivers are."""
     one, other = stops[reached - 1], stops[min(reached, count - 1)]
@@ -127,7 +131,7 @@ def line(path, stops, count, reached, width, t):
         t.q1[j] = (path[other, j] - path[one, j]) / width
 
 
-@compiled
+@inlined
 def predicted(h, step, land, left, t):
     """Find the step of length h, and the row of its corrector."""
     m = len(t.z) - 1
@@ -138,7 +142,7 @@ def predicted(h, step, land, left, t):
         t.z[m], t.row[m] = left, 1.0
 
 
-@compiled
+@inlined
 def judged(h, risen, first, found, limits, t, w):
     """Return whether a step stayed on its curve, and how much longer the next may be: `Corrected.judged`."""
     m, f = len(t.z) - 1, len(t.metric)
@@ -168,7 +172,7 @@ def judged(h, risen, first, found, limits, t, w):
     return True, min(max(stretch, limits.shorter), limits.longer)
 
 
-@compiled
+@inlined
 def landed(path, stops, count, reached, marked, rated, states, marks, many, t, w):
     """Store a node, and turn towards the next; return the length of the way there, and the number of marks."""
     m, k, node = len(w.value), path.shape[1], reached - 1
@@ -202,7 +206,7 @@ def landed(path, stops, count, reached, marked, rated, states, marks, many, t, w
     return width, many
 
 
-@compiled
+@inlined
 def unit(v):
     """Give a vector the length 1."""
     size = 0.0
