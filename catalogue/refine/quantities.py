@@ -71,6 +71,7 @@ class Quantities:
             "max_arm": lambda: Pieces.of([self._nearer_arm()]),
             "least_arm": lambda: Pieces.of(self._arms(), -1.0),
             "transmission": self._transmission,
+            "transmission_turn": lambda: Pieces.of(self._over_the_turn(), -1.0),
             "full_rotation": self._turning,
         }
         return made[name]()
@@ -138,7 +139,32 @@ class Quantities:
         cosine = np.sqrt(np.maximum(1 - sine * sine, 1e-4))
         angle, by = np.arcsin(np.clip(sine, -1, 1)), slope / cosine[..., None]
         pieces = Pieces.of(zip(-angle / (np.pi / 2), -by / (np.pi / 2), strict=True))
-        return pieces if self.least is None else pieces.less(np.nan_to_num(self.least / 90 + pieces.value.max(1)))
+        if self.least is not None:
+            pieces = pieces.less(np.nan_to_num(self.least / 90 + pieces.value.max(1)))
+        if not self.problem.constraints.full_rotation:
+            return pieces
+        both = zip(pieces, self("transmission_turn"), strict=True)
+        return Pieces(*(np.concatenate(parts, axis=1) for parts in both))
+
+    def _over_the_turn(self) -> Iterable[Row]:
+        """The transmission angles where they can be least over the turn of the crank that drives, in right angles; see
+        `catalogue.guidance.metrics`."""
+        driver, kind = self.found.measures.driver, self.found.linkage.dyads
+        margin = rotation_margin(machine(self.problem, self.found))
+        turns = (driver > 0) & (margin[np.arange(len(driver)), np.maximum(driver - 1, 0)] >= 0)
+        four, slider, slide = (turns & of for of in ((kind == RR).all(1), (kind == PR).any(1), (kind == RP).any(1)))
+        a, ground, b, c, e, to_fixed = self._driven_by(driver != 2)
+        near = chosen(to_fixed[0] > a[0], plus((1, to_fixed), (-1, a)), plus((1, a), (-1, to_fixed)))
+        with np.errstate(all="ignore"):
+            for ends in (near, plus((1, ground), (1, a))):
+                cosine = (b[0] ** 2 + c[0] ** 2 - ends[0] ** 2) / (2 * b[0] * c[0])
+                slope = plus((1 / c[0] - cosine / b[0], b), (1 / b[0] - cosine / c[0], c))[1]
+                slope -= (ends[0] / (b[0] * c[0]))[:, None] * ends[1]
+                for side in (1, -1):
+                    yield _angle(four, side * cosine, side * slope)
+            for side in (1, -1):
+                yield _angle(slider, *ratio(plus((1, a), (side, e)), b))
+                yield _angle(slide, *ratio(plus((side, e)), near))
 
     def _sine(self, driver: int) -> Row:
         """Return the sines of the transmission angle at the stations, one dyad driving, (m, n) and (m, n, 10).
@@ -175,19 +201,9 @@ class Quantities:
 
     def _turning(self) -> Pieces:
         """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guidance.metrics`."""
-        linkage, n = self.found.linkage, len(self.found)
-        z, kind, links = linkage.points, linkage.dyads, self._links()
+        kind = self.found.linkage.dyads
         margin = np.nan_to_num(rotation_margin(machine(self.problem, self.found)), nan=-np.inf)
-        first, ground = margin[:, 0] >= margin[:, 1], self._length(*self._frame)
-
-        def plus(*terms: tuple[Floats | float, Row]) -> Row:
-            return np.asarray(sum(f * v for f, (v, _) in terms)), np.asarray(
-                sum((f * np.ones(n))[:, None] * g for f, (_, g) in terms)
-            )
-
-        a, c = chosen(first, links[0], links[1]), chosen(first, links[1], links[0])
-        b, e = links[2], chosen(first, self._offset(0), self._offset(1))
-        to_fixed = chosen(first, apart(z[:, 0, 0], 0, z[:, 1, 0], 2), apart(z[:, 1, 0], 2, z[:, 0, 0], 0))
+        a, ground, b, c, e, to_fixed = self._driven_by(margin[:, 0] >= margin[:, 1])
         with np.errstate(all="ignore"):
             side, past = np.sign(ground[0] - a[0]), np.sign(to_fixed[0] - a[0])
         four, slider, slide = (kind == RR).all(1), (kind == PR).any(1), (kind == RP).any(1)
@@ -200,6 +216,16 @@ class Quantities:
             cases.append((slider, plus((1, a), (sign, e), (-1, b))))
             cases.append((slide, plus((sign, e), (-past, to_fixed), (past, a))))
         return Pieces.of((np.where(where, value, np.nan), slope) for where, (value, slope) in cases)
+
+    def _driven_by(self, first: Mask) -> tuple[Row, ...]:
+        """Return lengths with the first crank where a mask (n,) says so, else with the other: the crank, the frame, the
+        coupler, the other crank, its offset, and how far its fixed pivot is from that of the crank."""
+        z, links = self.found.linkage.points, self._links()
+        return (
+            chosen(first, links[0], links[1]), self._length(*self._frame), links[2], chosen(first, links[1], links[0]),
+            chosen(first, self._offset(0), self._offset(1)),
+            chosen(first, apart(z[:, 0, 0], 0, z[:, 1, 0], 2), apart(z[:, 1, 0], 2, z[:, 0, 0], 0)),
+        )  # fmt: skip
 
     def _offset(self, i: int) -> Row:
         """Distance of the fixed pivot of crank i from a slider's line, or of its moving pivot from a slide's."""
@@ -219,6 +245,25 @@ class Quantities:
 def chosen(where: Mask, one: Row, two: Row) -> Row:
     """Return `one` where a mask (n,) says so, else `two`."""
     return np.where(where, one[0], two[0]), np.where(where[:, None], one[1], two[1])
+
+
+def plus(*terms: tuple[Floats | float, Row]) -> Row:
+    """Return the sum of rows, each times a factor, () or (n,)."""
+    value = sum(f * v for f, (v, _) in terms)
+    return np.asarray(value), np.asarray(sum(np.reshape(f, (-1, 1)) * g for f, (_, g) in terms))
+
+
+def ratio(one: Row, other: Row) -> Row:
+    """Return what one row is of another."""
+    value = one[0] / other[0]
+    return value, (one[1] - value[:, None] * other[1]) / other[0][:, None]
+
+
+def _angle(where: Mask, cosine: Floats, slope: Floats) -> Row:
+    """Return the angles of cosines in right angles; NaN but where a mask (n,) says so."""
+    sine = np.sqrt(np.maximum(1 - cosine * cosine, 1e-4))
+    angle = np.where(where, np.arccos(np.clip(cosine, -1, 1)), np.nan)
+    return angle / (np.pi / 2), -slope / sine[:, None] / (np.pi / 2)
 
 
 def apart(one: Complexes, i: int, other: Complexes, j: int) -> Row:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -14,7 +15,7 @@ from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import feasibility, nearer_arm, values
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.fixed_nominal import Nominal
-from catalogue.guidance.metrics import rotates, rotation_margin
+from catalogue.guidance.metrics import min_transmission_turn, rotates, rotation_margin
 from catalogue.guidance.minimum_zone import grid
 from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian
 from catalogue.kinematics.linkage import RR, Linkage
@@ -27,6 +28,7 @@ STEP = 1e-6
 LINE, ARC = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1)
 POLYGON = [(-0.4, -0.3), (1.5, -0.3), (1.5, 0.3), (0.5, 0.2), (-0.4, 0.9)]
 NAMES = ("size", "max_link", "min_link", "max_ground", "max_arm", "least_arm", "transmission", "full_rotation")
+CRANKS = ("four-bar", "slider-crank", "inverted-slider-crank")
 INVERTED = {"families": ["inverted-slider-crank"]}  # of all families the one that is compared fastest
 WISHES: list[tuple[Any, dict[str, Any], tuple[str, ...]]] = [
     *((LINE, {"families": [family]}, NAMES) for family in ("four-bar", "slider-crank")),
@@ -149,7 +151,7 @@ def test_pivots_stand_outside_as_far_as_the_pieces_say(small: Catalogue, inside:
     assert (outside > 0).any()
 
 
-@pytest.mark.parametrize("family", ["four-bar", "slider-crank", "inverted-slider-crank"])
+@pytest.mark.parametrize("family", CRANKS)
 def test_a_crank_turns_fully_where_the_pieces_hold(random_linkages: Callable[..., Linkage], family: str) -> None:
     linkage = random_linkages(family, 2000, 11)
     point = np.zeros(2000, complex)
@@ -165,11 +167,50 @@ def test_a_crank_turns_fully_where_the_pieces_hold(random_linkages: Callable[...
     assert (linkage.dyads == RR).any(1).all()
 
 
+@pytest.mark.parametrize("family", CRANKS)
+def test_the_transmission_of_the_turn_is_the_largest_piece_and_has_its_slope(
+    random_linkages: Callable[..., Linkage], family: str
+) -> None:
+    linkage = random_linkages(family, 2000, 12)
+    problem = problem_of(LINE, full_rotation=True)
+    none: Any = None
+
+    def turned(some: Linkage, driver: Array) -> Pieces:
+        found: Any = _Bare(some, np.zeros(len(some), complex), driver)
+        return Quantities(problem, found, none, none, none)("transmission_turn")
+
+    margin = rotation_margin(linkage)
+    driver = np.where(np.nan_to_num(margin[:, 0], nan=-1) > 0, 1, 2)
+    want = min_transmission_turn(linkage, driver) / 90
+    value, slope = turned(linkage, driver)
+    turns = np.isfinite(want)
+    assert 20 < turns.sum() < 1980
+    np.testing.assert_allclose(-value.max(1)[turns], want[turns], atol=1e-7)
+    assert (value[~turns] == NONE).all()
+    # smooth where no other piece is as large, and the angle is neither 0 nor 90 degrees
+    lead = np.diff(np.sort(value, axis=1)[:, -2:], axis=1)[:, 0] > 1e-4
+    some = np.flatnonzero(turns & lead & (want > 0.02) & (np.nan_to_num(margin).max(1) > 1e-3))
+    by = slope[some, value[some].argmax(1)]
+    assert len(some) > 20
+    finite = np.repeat(linkage.finite.reshape(-1, 4), 2, axis=1)
+    for k in range(8):
+        ends = []
+        for sign in (1, -1):
+            moved, _, good = displaced(
+                linkage[some], np.zeros(len(some), complex), sign * STEP * np.eye(COUNT)[[k] * len(some)]
+            )
+            assert good.all()
+            ends.append(-min_transmission_turn(moved, driver[some]) / 90)
+        free = finite[some, k]
+        np.testing.assert_allclose(by[free, k], ((ends[0] - ends[1]) / (2 * STEP))[free], atol=1e-4, rtol=1e-4)
+        assert by[free, k].any() or not free.any()
+
+
 class _Bare:
     """Linkages that guide nothing."""
 
-    def __init__(self, linkage: Linkage, point: Array) -> None:
-        self.linkage, self.point = linkage, point
+    def __init__(self, linkage: Linkage, point: Array, driver: Array | None = None) -> None:
+        self.linkage, self.point, self.measures = linkage, point, SimpleNamespace(driver=driver)
 
     def __len__(self) -> int:
         return len(self.point)
