@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from importlib import import_module
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -37,7 +38,7 @@ class TestContract(CollectionContract):
 def modules() -> SimpleNamespace:
     """Return modules of the plugin."""
     package = COLLECTION.draw.__module__.partition(".")[0]
-    names = ("collection.minimum_zone", "collection.plain_data", "collection.measures")
+    names = tuple(f"collection.{name}" for name in ("measures", "minimum_zone", "plain_data", "straightest_point"))
     return SimpleNamespace(**{name.partition(".")[2]: import_module(f"{package}.{name}") for name in names})
 
 
@@ -233,6 +234,75 @@ def test_exact_lines_and_circles_are_exact(modules: SimpleNamespace) -> None:
     fit = modules.minimum_zone.circle(round_[None])
     assert fit.deviation[0] < 1e-13
     assert fit.radius[0] == pytest.approx(5, rel=1e-12)
+
+
+# -- the straightest point --------------------------------------------------------------------------------------------
+def about_z(angle: Any) -> Any:
+    """Return matrices (..., 3, 3) of rotations about the z axis."""
+    c, s, nought = np.cos(angle), np.sin(angle), 0 * angle
+    return np.moveaxis(np.array([[c, -s, nought], [s, c, nought], [nought, nought, nought + 1]]), (0, 1), (-2, -1))
+
+
+def running_straight(modules: SimpleNamespace, at: Any, way: Any, size: float) -> tuple[Any, Any]:
+    """Return poses of bodies that turn to and fro about z while one point of each, `at` (n, 3), runs straight on, in
+    directions `way` (n,) of the plane z = 0."""
+    along = np.stack([way.real, way.imag, 0 * way.real], axis=1)
+    share = np.linspace(-1, 1, modules.straightest_point.WHOLE + 1)
+    turn = np.repeat(about_z(0.4 * np.sin(3 * share))[None], len(way), axis=0)
+    return turn, size * share[:, None] * along[:, None] - np.einsum("nkij,nj->nki", turn, at)
+
+
+def test_a_point_that_is_found_is_as_straight_as_is_said_and_no_other_of_a_grid_is_straighter(
+    modules: SimpleNamespace,
+) -> None:
+    sought, rng = modules.straightest_point, np.random.default_rng(5)
+    n, size, share = 3, 2.0, np.linspace(-1, 1, modules.straightest_point.WHOLE + 1)
+    turn = np.array([[rotation([1, *(s * axis)]) for s in share] for axis in rng.normal(size=(n, 3))])
+    shift = np.array([np.polynomial.polynomial.polyval(share, c).T for c in rng.normal(size=(n, 4, 3))])
+    none, flat = np.full((n, 1, 3), np.nan), np.zeros(n, bool)
+    grid = size * np.array(list(product((-1, -0.5, 0, 0.5, 1), repeat=3)))
+    for kind, gap in sought.GAPS.items():
+        found = sought.best(turn, shift, kind, np.zeros((n, 3)), np.full(n, size), none, flat)
+        for (length, every), (point, first, value) in zip(sought.WINDOWS, found, strict=True):
+            for k in range(n):
+
+                def off(z: Any, begin: int, k: int = k, step: int = length // sought.PART, gap: Any = gap) -> float:
+                    nodes = begin + step * np.arange(sought.PART + 1)
+                    x = shift[k, nodes] + turn[k, nodes] @ z
+                    return float(gap(x)) if np.linalg.norm(x[-1] - x[0]) > sought.LEAST * size else np.inf
+
+                assert value[k] == pytest.approx(off(point[k], first[k]), rel=1e-9)
+                tried = [off(z, f) for z in grid for f in range(0, sought.WHOLE - length + 1, every)]
+                assert value[k] <= min(tried) * (1 + 1e-12)
+
+
+def test_a_point_that_is_found_keeps_clear_of_those_that_guides_lead(modules: SimpleNamespace) -> None:
+    """The straightest stands beside the one that is led along a line; above and below it, where all do as it does."""
+    sought, size, way = modules.straightest_point, 3.0, np.exp(0.5j * np.pi * np.arange(4))
+    led = np.tile([0.3, -0.2, 0.1], (4, 1))
+    turn, shift = running_straight(modules, led, way, size)
+    for flat in (True, False):
+        found = sought.best(turn, shift, "line", led + 0.01, np.full(4, size), led[:, None], np.full(4, flat))
+        for point, _, value in found:
+            away = np.linalg.norm((point - led)[:, : 2 if flat else 3], axis=1)
+            assert np.isfinite(value).all()
+            assert (away >= sought.CLEAR * size * (1 - 1e-12)).all()
+            if flat:
+                assert away.max() < 1.02 * sought.CLEAR * size
+            else:
+                assert value.max() < 1e-6
+
+
+def test_a_point_that_is_found_is_not_far_from_the_body(modules: SimpleNamespace) -> None:
+    """The straightest is farther off than is looked."""
+    sought, size, way = modules.straightest_point, 3.0, np.exp(0.25j * np.pi * np.arange(8))
+    at = 3 * size * np.stack([way.real, way.imag, 0 * way.real], axis=1)
+    turn, shift = running_straight(modules, at, way, size)
+    none, flat = np.full((8, 1, 3), np.nan), np.ones(8, bool)
+    for point, _, _ in sought.best(turn, shift, "line", np.zeros((8, 3)), np.full(8, size), none, flat):
+        away = np.linalg.norm(point, axis=1)
+        assert (away <= sought.FAR * size).all()
+        assert away.max() > 0.9 * sought.FAR * size
 
 
 # -- classes ----------------------------------------------------------------------------------------------------------
