@@ -224,6 +224,18 @@ def test_fits_do_not_depend_on_where_a_path_lies(modules: SimpleNamespace, sweep
     assert (wide.deviation >= fit.deviation * (1 - 1e-3)).all()
 
 
+def test_hardly_ever_is_a_circle_nearer_than_the_one_that_is_found(modules: SimpleNamespace) -> None:
+    """By the bound of duality, of rough arcs read at even steps as those that are drawn."""
+    rng, t = np.random.default_rng(9), np.linspace(-1, 1, 49)
+    wave = np.polynomial.chebyshev.chebval(t, 10 ** rng.uniform(-3, -2, 200) * rng.normal(size=(7, 2, 200)))
+    angle = np.outer(rng.uniform(0.15, 1, 200), t)
+    out = 1 + wave[0]
+    arcs = np.stack([out * np.sin(angle), out * np.cos(angle), wave[1]], axis=2)
+    for fit in (modules.minimum_zone.circle(arcs), modules.minimum_zone.circle(arcs, np.ones(200))):
+        assert (fit.bound <= fit.deviation * (1 + 1e-6)).all()
+        assert (fit.bound > 0.99 * fit.deviation).mean() > 0.9
+
+
 def test_exact_lines_and_circles_are_exact(modules: SimpleNamespace) -> None:
     s = np.linspace(0, 1, 65)
     straight = 3.0 + np.outer(s, [1.0, 2.0, -2.0])
