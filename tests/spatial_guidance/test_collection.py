@@ -20,6 +20,7 @@ from sqlalchemy import select
 
 import catalogue
 from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue.collections.results import CollectionCandidate
 from catalogue.plugin.registry import Registry
 from catalogue.store import SpecimenRow
 from catalogue.testing import CollectionContract
@@ -38,7 +39,9 @@ class TestContract(CollectionContract):
 def modules() -> SimpleNamespace:
     """Return modules of the plugin."""
     package = COLLECTION.draw.__module__.partition(".")[0]
-    names = tuple(f"collection.{name}" for name in ("measures", "minimum_zone", "plain_data", "straightest_point"))
+    names = tuple(
+        f"collection.{name}" for name in ("measures", "minimum_zone", "picture", "plain_data", "straightest_point")
+    )
     return SimpleNamespace(**{name.partition(".")[2]: import_module(f"{package}.{name}") for name in names})
 
 
@@ -386,6 +389,25 @@ def test_a_drawing_shows_guides_body_and_path(cat: Catalogue, family: str, tmp_p
     curves = sum(name in ("circle", "helix", "line") for name in piece.configuration.split())
     assert len(surfaces) == len(piece.configuration.split()) - curves
     assert all(s.get_alpha() < 0.5 for s in surfaces)
+
+
+@pytest.mark.slow
+def test_curves_are_drawn_as_far_as_points_of_the_body_run_on_them(modules: SimpleNamespace) -> None:
+    drawn = COLLECTION.draw("III", np.random.default_rng(3), 4)
+    s = max(drawn, key=lambda one: one.metrics["rotation"])
+    (m,) = COLLECTION.measure([s.parameters], StraightLine(100, 10) if s.kind == "line" else CircularArc(100, 10))
+    where = s.family, s.series, s.configuration, ()
+    piece = CollectionCandidate(1, COLLECTION, *where, 100.0, m.deviation, m.radius, dict(m.metrics), m.parameters)
+    (axes,) = piece.plot().axes
+    curves = [np.transpose(line.get_data_3d()) for line in axes.lines if line.get_color() == modules.picture.CURVE]
+    kinds = [guide["kind"] for guide in m.parameters["guides"]]
+    run = [i for i, kind in enumerate(kinds) if kind in ("circle", "helix", "line")]
+    assert len(curves) == len(run) == 2
+    points = modules.measures.run(modules.plain_data.strokes([dict(m.parameters)])).points[0]
+    for curve, i in zip(curves, run, strict=True):
+        step = np.linalg.norm(np.diff(curve, axis=0), axis=1).max()
+        off = np.linalg.norm(points[:, i, None] - curve, axis=2).min(1)
+        assert off.max() <= 0.51 * step
 
 
 @pytest.fixture(scope="module")
