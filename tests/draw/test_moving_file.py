@@ -75,6 +75,11 @@ def test_file_is_whole_and_says_what_it_shows(made: PlacedGuide) -> None:
     assert (path.real < width).all()
     assert (path.imag > 0).all()
     assert (path.imag < height).all()
+    facts = [
+        (float(e.attrib["x"]), float(e.attrib["y"])) for e in root.iter(f"{SVG}text") if e.attrib["class"] == "fact"
+    ]
+    assert len(set(facts)) == len(facts) > len(made.lengths)
+    assert all(0 < x < width and 0 < y < height for x, y in facts)
 
 
 def test_usual_scales() -> None:

@@ -164,6 +164,21 @@ def test_the_name_of_a_pair_outside_the_frame_stands_inside_on_the_side_of_the_p
         assert abs(np.angle(off / (55 * way - centre))) < np.radians(20)
 
 
+@pytest.mark.parametrize("points", [150, 300])
+def test_marks_are_of_one_size_on_paper_whatever_the_cell(points: int) -> None:
+    size, halves = [], set()
+    for cell in shown("II.xy"):
+        axes = Figure(figsize=(points / 72, points / 72), dpi=72).add_axes((0, 0, 1, 1))
+        vignette = Vignette(axes, cell, points, "cell-")
+        vignette.draw()
+        halves.add(round(vignette.half, 3))
+        (dot,) = [patch for patch in axes.patches if patch.get_gid() == "cell-pole"]
+        size.append(np.ptp(axes.transData.transform(dot.get_xy()), axis=0))
+    assert len(halves) > 1
+    np.testing.assert_allclose(size, np.full((len(size), 2), size[0][0]), rtol=1e-6)
+    assert 2 < size[0][0] < 8
+
+
 def test_lines_of_the_legend_stand_beside_their_words_in_the_middle_of_the_sheet() -> None:
     figure = Figure(figsize=(11, 8))
     legend(figure, shown("II.xy"), 11, 8)

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 
 from catalogue.draw import draw
 from catalogue.draw.scene import POINTS, scene
-from catalogue.draw.symbols import rounded
+from catalogue.draw.symbols import Pen, rounded
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.find.candidate import Candidate
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR
@@ -295,3 +295,53 @@ def test_border_of_a_link_keeps_its_distance(corners: list[complex]) -> None:
     inside = (closed[:-1] + share * np.diff(closed)).ravel()
     distance = np.abs(border[:, None] - inside).min(1)
     np.testing.assert_allclose(distance, 0.5, atol=1e-4)
+
+
+def test_linkages_stand_in_the_middle_of_the_sheet_and_their_dots_are_of_one_size() -> None:
+    size = []
+    for made in EVERY:
+        figure = draw(made)
+        figure.draw_without_rendering()
+        axes = figure.axes[0]
+        x0, y0, x1, y1 = scene(made).box
+        low, high = axes.transData.transform([(x0, y0), (x1, y1)])
+        assert 0.5 * (low + high)[0] == pytest.approx(0.5 * figure.bbox.width, abs=0.01)
+        assert (low > 0).all()
+        assert (high < figure.bbox.max).all()
+        (dot,) = [patch for patch in axes.patches if patch.get_gid() == "guided"]
+        size.append(np.ptp(axes.transData.transform(dot.get_xy()), axis=0))
+    np.testing.assert_allclose(size, np.full((len(EVERY), 2), size[0][0]), rtol=1e-6)
+
+
+@pytest.mark.parametrize("towards", [1j, -1j])
+def test_a_fixed_line_is_hatched_along_all_of_it_and_on_one_side(towards: complex) -> None:
+    for turn in np.exp([0, 2j, 4j]):
+        axes = Figure().add_subplot()
+        Pen(axes, 0.5).hatched(3 * turn, 40 * turn, towards * turn, "line")
+        strokes, line = (drawn.get_xydata() @ np.array([1, 1j]) / turn for drawn in axes.lines)
+        np.testing.assert_allclose(line, [3, 40], atol=1e-12)
+        begin, end = strokes[::3], strokes[1::3]
+        assert np.isnan(strokes[2::3]).all()
+        np.testing.assert_allclose(begin.imag, 0, atol=1e-12)
+        assert (
+            3
+            < begin.real.min()
+            < 3 + np.diff(begin.real).min()
+            < 40 - np.diff(begin.real).min()
+            < begin.real.max()
+            < 40
+        )
+        np.testing.assert_allclose(np.diff(begin.real), np.diff(begin.real)[0], rtol=1e-9)
+        assert (((end - begin) / towards).real > 0).all()
+
+
+def test_the_line_of_a_slider_lies_on_the_other_side_of_it_than_the_linkage() -> None:
+    for turn in np.exp([0, 1j, 3j]):
+        for side in (1, -1):
+            axes = Figure().add_subplot()
+            others = 5 + turn * np.array([8 * side, 1 + 3j * side, 2 - 5j])
+            Pen(axes, 0.5).track(5 + 0j, turn, (-4.0, 6.0), others, "guide")
+            strokes, line = ((drawn.get_xydata() @ np.array([1, 1j]) - 5) / turn for drawn in axes.lines)
+            assert (side * line.real < 0).all()
+            np.testing.assert_allclose(line.imag, [-4, 6], atol=1e-12)
+            assert (np.abs(strokes[1::3].real) > np.abs(line.real[0])).all()  # hatched on the far side

@@ -119,3 +119,20 @@ def test_a_guide_that_pylinkage_would_lose_is_refused(six: Six) -> None:
     (through,) = [one for one in found if turns_back(one, 1) and turns_back(one, 2)]
     with pytest.raises(InvalidRequest, match="dead point or a change point"):
         through.export(format="pylinkage")
+
+
+def test_a_guide_that_comes_near_a_dead_point_is_refused_in_any_unit() -> None:
+    swinging = {"ground": 1.6, "crank": 3.6, "coupler": 1.4, "rocker": 1.9, "along": 1.0, "across": 1.4}
+
+    def told(one: catalogue.Stretch) -> str:
+        try:
+            return str(one.export(format="pylinkage"))
+        except InvalidRequest as error:
+            return str(error)
+
+    for unit in (1e-3, 1.0, 1e3):
+        links = {name: unit * value for name, value in swinging.items()}
+        found = catalogue.guide(links).measure(stroke=1.5 * unit, limit=4)
+        near = [one.min_transmission < 5 for one in found]
+        assert sum(near) == 1
+        assert ["near a dead point" in told(one) for one in found] == near

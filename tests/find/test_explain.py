@@ -8,9 +8,11 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
+import numpy as np
 import pytest
 
 from catalogue import CircularArc, Found, StraightLine
+from catalogue.find.explain import rounded
 
 Ask = Callable[..., Found]
 LEAD = "no guide found; what gives one: "
@@ -100,3 +102,17 @@ def test_steps_take_time_and_do_not_overlap(ask: Ask) -> None:
     assert {"starts", "refine", "verify"} <= set(seconds)
     assert all(s >= 0 for s in seconds.values())
     assert sum(seconds.values()) <= whole
+
+
+@pytest.mark.parametrize("room", [0.0, 0.02])
+def test_a_bound_that_is_advised_is_met_and_has_four_digits(room: float) -> None:
+    for value in 10 ** np.random.default_rng(1).uniform(-9, 9, 500):
+        least, most = rounded(value, room, up=False), rounded(value, room, up=True)
+        assert least is not None
+        assert most is not None
+        assert least <= value * (1 - room)
+        assert most >= value * (1 + room)
+        assert most - least < (2 * room + 0.003) * value
+        for bound in (least, most):
+            assert bound == float(f"{bound:.3e}")
+    assert rounded(1.0, 1.0, up=False) is None

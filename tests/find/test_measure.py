@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from itertools import combinations
 from types import SimpleNamespace
 from typing import Any
 
@@ -153,3 +154,29 @@ def test_a_place_in_the_coupler_is_that_which_lengths_tell(random_linkages: Call
         told = link_lengths(linkage, point)
         again = in_coupler(linkage, told["point along"] + 1j * told["point across"])
         np.testing.assert_allclose(again, point, atol=1e-12 * np.abs(linkage.points).max() * 100)
+
+
+@pytest.mark.parametrize("wish", [{"stroke": 1.5}, {"deviation": 0.02}], ids=["stroke", "deviation"])
+def test_stretches_of_one_circuit_do_not_cover_one_another(wish: dict[str, float]) -> None:
+    found = measure(guide(HOEKEN), **wish, limit=8)
+    pairs = [(a, b) for a, b in combinations(found, 2) if a.circuit == b.circuit]
+    assert len(pairs) > 1
+    for a, b in pairs:
+        shorter, longer = sorted((one.path(401) @ np.array([1, 1j]) for one in (a, b)), key=np.ptp)
+        covered = np.abs(shorter[:, None] - longer).min(1) < 0.01 * a.stroke
+        assert covered.mean() < 0.6, (a.drive_from, b.drive_from)
+
+
+@pytest.mark.parametrize("unit", [1e-4, 1e4])
+@pytest.mark.parametrize("arc", [False, True], ids=["line", "arc"])
+def test_a_stretch_is_the_same_in_any_unit(unit: float, arc: bool) -> None:
+    small = {name: unit * value for name, value in HOEKEN.items()}
+    for wish in ({"stroke": 3.5}, {"deviation": 0.1}):
+        some, others = (
+            measure(guide(links), **{name: scale * value for name, value in wish.items()}, arc=arc)
+            for links, scale in ((HOEKEN, 1.0), (small, unit))
+        )
+        assert len(some) > 1
+        for one, other in zip(some, others, strict=True):
+            assert other.stroke == pytest.approx(unit * one.stroke, rel=1e-8)
+            assert other.deviation == pytest.approx(unit * one.deviation, rel=1e-6)

@@ -18,6 +18,8 @@ from catalogue.curvature_theory.leading_error import leading_error_of_pairs
 from catalogue.draw.poses import poses
 from catalogue.errors import InvalidRequest
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.cusped_zone import cusped_zone
+from catalogue.guidance.minimum_zone import grid
 from catalogue.guidance.trace import trace
 from catalogue.plugin.registry import Registry
 from catalogue.testing.contact import DIGITS, Dyad, pose
@@ -245,3 +247,15 @@ def test_a_stored_returning_guide_is_shown_and_drawn(held: Catalogue, tmp_path: 
     assert laid.deviation / 30 <= 1e-2
     laid.plot(tmp_path / "guide.png")
     assert (tmp_path / "guide.png").stat().st_size > 10_000
+
+
+@pytest.mark.parametrize("circle", [False, True])
+@pytest.mark.parametrize("exponent", [-60, 60])
+def test_both_branches_are_as_wide_in_any_unit(circle: bool, exponent: int) -> None:
+    """In powers of two, which round nothing; of branches that are as far from the cusp as one another."""
+    t = grid(32).nodes
+    u, v = t**2, 0.01 * t**3 + 0.02 * t**4 - (0.2 * t**4 if circle else 0)
+    unit = 2.0**exponent
+    here, there = (cusped_zone(s * u[:, None], s * v[:, None], circle, grid(32)) for s in (1.0, unit))
+    assert 0.005 < here.deviation[0] < 0.02
+    assert there.deviation[0] == pytest.approx(here.deviation[0] * unit, rel=1e-9, abs=0)

@@ -11,6 +11,7 @@ import catalogue
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.fixed_nominal import Nominal, in_place
 from catalogue.guidance.placement import at_stroke
+from catalogue.kinematics.linkage import Linkage
 
 
 @pytest.fixture(scope="module", params=["line", "circle"])
@@ -114,3 +115,14 @@ def test_with_given_pivots_the_deviation_is_from_the_nominal_fixed_in_place(
         expected = np.abs(off[(run >= 0) & (run <= 1)]).max()
         assert c.deviation == pytest.approx(expected, rel=2e-3)
     assert seen >= 2
+
+
+@pytest.mark.parametrize("nodes", [4, 6, 8])
+def test_a_path_that_few_nodes_do_not_resolve_is_read_at_more(nodes: int) -> None:
+    linkage = Linkage([[[0, 0, 1], [0.2, 1, 1]], [[1, 0, 1], [1.3, 0.9, 1]]])
+    point = np.array([0.7 + 0.8j])
+    back = np.conj(coupler_curve(linkage, point).tangent)
+    guides = coupler_curve(linkage.moved(back, 0.25 - back * point), np.array([0.25 + 0j]))
+    few, many = (in_place(guides, Nominal(0.5), n).fit for n in (nodes, 64))
+    assert few.deviation == pytest.approx(many.deviation, rel=1e-6)
+    assert few.unresolved[0] < 1e-4 * few.deviation[0]

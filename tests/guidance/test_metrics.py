@@ -192,3 +192,15 @@ def test_crank_of_a_slider_crank_turns_fully_if_the_coupler_reaches() -> None:
     np.testing.assert_array_equal(rotates(Linkage(made)), expected)
     # as the second dyad it is the second bit
     np.testing.assert_array_equal(rotates(Linkage(np.array(made)[:, ::-1])), 2 * np.array(expected))
+
+
+def test_a_crank_that_turns_fully_drives_where_one_is_wanted(random_linkages: Callable[..., Linkage]) -> None:
+    guides, found = random_guides(random_linkages, "four-bar", 0.3)
+    turns = rotates(guides.linkage)
+    better, wanted = (measure(guides, found, turning=turning) for turning in (False, True))
+    one = np.isin(turns, (1, 2))
+    np.testing.assert_array_equal(wanted.driver, np.where(one, turns, better.driver))
+    worse = wanted.driver != better.driver
+    assert worse.sum() > 5
+    assert (wanted.min_transmission[worse] < better.min_transmission[worse]).all()
+    np.testing.assert_array_equal(wanted.min_transmission[~worse], better.min_transmission[~worse])

@@ -8,9 +8,9 @@ import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 import pytest
 from numpy.polynomial import chebyshev
-from scipy.optimize import minimize
+from scipy.optimize import linprog, minimize
 
-from catalogue.guidance.minimum_zone import Fit, concentric, grid, largest, minimum_zone, resolved
+from catalogue.guidance.minimum_zone import Fit, concentric, exchange, grid, largest, minimum_zone, resolved
 from catalogue.kinematics.types import Array
 from tests.precision import EXTENDED
 
@@ -332,3 +332,21 @@ def test_concentric_is_the_distance_and_how_it_changes(curvature: float) -> None
         z = (x + 1j * y) * np.exp(-1j * c1) - 1j * c0
         after = concentric(z.real, z.imag, np.array(curvature))[0]
         np.testing.assert_allclose(distance - after, (c0 + c1 * run) / weight, atol=2e-11)
+
+
+@pytest.mark.parametrize("size", [3, 4])
+def test_the_largest_error_is_least_wherever_its_extremes_are_sought_first(size: int) -> None:
+    draw = np.random.default_rng(size)
+    x = np.sort(draw.uniform(-1, 1, (60, 1)), axis=0)
+    values = draw.normal(size=(60, 40))  # of which each is another function
+    first = np.sort([draw.choice(60, size, replace=False) for _ in range(40)], axis=1).T
+    c, error, index = exchange(np.repeat(x, 40, axis=1), values, first, peaks=False)
+    for k in range(40):
+        terms = np.vander(x[:, 0], size - 1, increasing=True)
+        one = np.ones((60, 1))
+        bound = np.block([[terms, -one], [-terms, -one]])
+        given = np.concatenate([values[:, k], -values[:, k]])
+        best = linprog([0] * (size - 1) + [1], A_ub=bound, b_ub=given, bounds=(None, None))
+        assert error[k] == pytest.approx(best.fun, rel=1e-9)
+        assert np.abs(values[:, k] - terms @ c[:, k]).max() == pytest.approx(best.fun, rel=1e-9)
+        assert (np.diff(index[:, k]) > 0).all()

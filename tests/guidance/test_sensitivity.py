@@ -11,7 +11,8 @@ import pytest
 from catalogue import Candidate, Catalogue, CircularArc, InvalidRequest, StraightLine
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.placement import at_stroke
-from catalogue.guidance.sensitivity import COUNT, displaced, rms_gradient, sensitivity
+from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian, rms_gradient, sensitivity
+from catalogue.kinematics.linkage import Linkage
 
 DRAWS, BATCH, ERROR = 20_000, 10_000, 1e-4
 WISHES: list[Any] = [
@@ -106,3 +107,22 @@ def test_the_gradient_of_the_spread_is_that_of_differences(
             want[k] = (ends[0] - ends[1]) / (2e-4 * c.stroke)
         moves = np.arange(COUNT) != 8  # along the path, to which the stations keep
         np.testing.assert_allclose(slope[0][moves], want[moves], atol=0.02 * np.abs(want).max())
+
+
+@pytest.mark.parametrize("sweep", [0.5, 1.5, 2.6])
+def test_across_an_exact_arc_is_along_its_radius(sweep: float) -> None:
+    """Of a parallelogram, whose points all run on circles of the cranks' radius."""
+    radius, point = 2.0, 0.3 + 2.7j
+    linkage = Linkage([[[0, 0, 1], [0, radius, 1]], [[1.5, 0, 1], [1.5, radius, 1]]])
+    guides = coupler_curve(linkage, np.array([point]), pole=np.array([complex(np.nan, np.nan)]))
+    traced = at_stroke(guides, 2 * radius * np.sin(0.5 * sweep), circle=True)
+    found = sensitivity(guides, traced, 256)
+    t = traced.low + (traced.high - traced.low) * np.linspace(0, 1, 801)[:, None]
+    off = guides.motion.pose(t).point(guides.point) - (point - 1j * radius)
+    np.testing.assert_allclose(np.abs(off), radius, rtol=1e-12)
+    by = pose_jacobian(guides.motion, guides.point, t, 1j * off / radius).across.reshape(801, 5, 2)
+    each = np.sqrt((by**2).sum(2))
+    np.testing.assert_allclose(found.pivots[0].ravel(), each[:, :4].max(0), rtol=1e-3)
+    assert found.point[0] == pytest.approx(1, rel=1e-9)
+    assert found.worst[0] == pytest.approx(each.sum(1).max(), rel=1e-3)
+    assert found.rms[0] == pytest.approx(np.sqrt((each**2).sum(1)).max(), rel=1e-3)

@@ -13,7 +13,7 @@ from scipy.optimize import minimize
 
 from catalogue.guidance.deviation_curve import from_circle
 from catalogue.guidance.stretches import longest, straightest
-from catalogue.guidance.windows import Curves, Stretches
+from catalogue.guidance.windows import Curves, Search, Stretches
 from catalogue.kinematics.circuits import OPEN, Circuits, circuits
 from catalogue.kinematics.linkage import FAMILIES, Linkage
 from catalogue.kinematics.types import Array
@@ -219,3 +219,15 @@ def test_a_curve_is_as_long_as_its_path(random_linkages: Maker) -> None:
     assert np.allclose(curves.length, chords, rtol=1e-12)
     s = np.linspace(0, 1, 20_001)[:, None] * found.period
     assert np.abs(curves.length / np.abs(np.diff(found.pose(s).point(point), axis=0)).sum(0) - 1).max() < 5e-3
+
+
+def test_windows_are_sought_in_different_parts_of_a_path(random_linkages: Maker) -> None:
+    found, point = drawn(random_linkages("four-bar", 20, 95), 5)
+    curves = Curves.of(found, point, np.arange(len(found)))
+    at = Search(curves, False, None, quick=False).places(0.2 * curves.across, 4)
+    apart = []
+    for k in np.unique(at.circuit):
+        begin = np.sort(np.interp(at.low[at.circuit == k], curves.s[:, k], curves.run[:, k]))
+        apart += np.diff(begin, append=begin[0] + 1).tolist()
+    assert len(apart) > 2.5 * len(np.unique(at.circuit))
+    assert np.quantile(apart, 0.1) > 0.02  # of the path; a piece is 0.006 of it at most

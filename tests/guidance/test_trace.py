@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guidance.minimum_zone import resolved
+from catalogue.guidance.minimum_zone import grid, resolved
 from catalogue.guidance.placement import at_stroke, placed
-from catalogue.guidance.trace import OFF_CENTRE, Traced, extended, trace
+from catalogue.guidance.trace import OFF_CENTRE, Traced, _step, extended, trace
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.series.pairs import circle_pair, linkage_of, slider_pair
@@ -277,3 +277,20 @@ def test_driving_pairs_themselves_are_exact() -> None:
     crank = np.abs(linkage.points[:, 0, 1] - linkage.points[:, 0, 0])
     assert np.all(found.fit.deviation < 1e-14 * crank)
     np.testing.assert_allclose(np.abs(found.fit.curvature), 1 / crank, rtol=1e-9)
+
+
+@pytest.mark.parametrize("bend", [0.0, 0.8])
+def test_the_shift_that_straightens_a_path_does_not_depend_on_where_its_origin_is(bend: float) -> None:
+    draw, nodes = np.random.default_rng(4), grid(16)
+    t = nodes.nodes[:, None]
+    turn = np.exp(0.4j * t + 0.1j * t**2)
+    u, v = t, 0.5 * bend * t**2 + 0.01 * t**3 + 0.02 * t**4
+    turn, u, v = (np.repeat(a, 3, axis=1) for a in (turn, u, v))
+    there = draw.normal(size=3) + 1j * draw.normal(size=3)
+    there[0] = 0
+    step, error = _step(
+        u + there.real, v + there.imag, turn.real, turn.imag, np.ones(3), np.full(3, bend), nodes.coefficients, 1.0
+    )
+    assert np.abs(step[0]) > 1e-3
+    np.testing.assert_allclose(step, step[0], rtol=1e-9)
+    np.testing.assert_allclose(error, error[0], rtol=1e-9)

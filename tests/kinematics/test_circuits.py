@@ -106,6 +106,16 @@ def test_the_given_position_is_on_the_first_circuit_at_its_phase(
 
 
 @every_family
+def test_the_phase_of_a_pose_is_the_one_at_which_it_is_taken(random_linkages: Maker, family: str) -> None:
+    found = circuits(random_linkages(family, 12, 74))
+    for one in (found[k : k + 1] for k in np.flatnonzero(np.isfinite(found.phase))):
+        s = one.phase + np.linspace(-0.45, 0.45, 7) * one.period
+        if one.kind[0] == OPEN:  # it does not go round
+            s = np.clip(s, 0.01, 2 * np.pi - 0.01)
+        np.testing.assert_allclose(one.phases(one.pose(s[:, None])), s, atol=1e-6)
+
+
+@every_family
 @every_order
 def test_a_circuit_is_what_is_reached_step_by_step(
     random_linkages: Maker, naive: SimpleNamespace, family: str, swapped: bool

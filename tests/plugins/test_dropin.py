@@ -124,5 +124,6 @@ def test_the_contract_refuses(contract: SeriesContract, test: str, message: str)
     names = [name for name in dir(contract) if name.startswith(f"test_{test.rstrip('*')}")]
     assert len(names) == 1
     members = [] if test == "data_are_complete" else [contract.series.members[0]]
-    with pytest.raises(AssertionError, match=message):
+    # a check that is skipped does not refuse with that message
+    with pytest.raises((AssertionError, pytest.skip.Exception), match=message):
         getattr(contract, names[0])(*members)

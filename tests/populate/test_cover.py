@@ -95,6 +95,8 @@ def test_a_design_is_the_same_at_any_size_turned_or_with_its_dyads_exchanged(kin
     second = designed(Linkage(linkage[some].moved(np.array([scale]), np.array([0.0])).pivots[:, ::-1]), turned)
     away = np.diagonal(apart(first.points, second.points, 2))
     assert away.max() < 2e-3  # single precision
+    assert len(np.unique(first.weight)) > 10
+    np.testing.assert_allclose(second.weight, first.weight, rtol=1e-9)
     assert kind != "circle" or (first.points[:, 4, 1] >= 0).all()  # the centre lies to the left
 
 

@@ -16,7 +16,7 @@ from catalogue.guidance.fixed_nominal import Nominal, in_place
 from catalogue.kinematics.linkage import RR
 from catalogue.kinematics.types import Array
 from catalogue.refine.sqp import Refinement
-from catalogue.refine.subproblem import PivotCoordinates, linearise
+from catalogue.refine.subproblem import PivotCoordinates, _distance, linearise
 from tests.refine.starts import problem_of, started
 
 LINE, ARC, FREE = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1), CircularArc(1, 5e-3)
@@ -256,6 +256,43 @@ def test_linear_errors_from_a_nominal_that_stays(small: Catalogue) -> None:
     there = in_place(replace(found, linkage=linkage, point=point).curve, nominal).fit.deviation.astype(float)
     left = np.abs(linear.error + (linear.jacobian @ step[..., None])[..., 0]).max(1)
     np.testing.assert_allclose(left, there, rtol=0.03)
+
+
+@pytest.mark.parametrize("bend", [-1.9, -0.4, 1e-9, 0.7, 1.9])
+def test_distances_from_an_arc_are_those_from_its_centre(bend: float) -> None:
+    z = (np.linspace(0.02, 0.98, 25) + 0.05j * np.random.default_rng(2).normal(size=25))[:, None]
+
+    def off(k: float) -> tuple[Array, Array]:
+        """Return distances, positive to the left of the way from 0 to 1, and how far points are from the centre."""
+        centre = 0.5 + 1j * np.sign(k) * np.sqrt(k**-2 - 0.25)
+        return np.sign(k) * (1 / abs(k) - np.abs(z - centre)), z - centre
+
+    distance, along, by = _distance(z, np.array([bend]))
+    want, out = off(bend)
+    np.testing.assert_allclose(distance, want, atol=1e-6 if abs(bend) < 1e-6 else 1e-12)
+    np.testing.assert_allclose(along, np.sign(bend) * 1j * out / np.abs(out), atol=1e-6)
+    if abs(bend) > 1e-6:
+        np.testing.assert_allclose(by, (off(bend + 1e-5)[0] - off(bend - 1e-5)[0]) / 2e-5, atol=1e-6)
+
+
+@pytest.mark.parametrize("name", ["swept_in", "keep_out"])
+def test_down_its_differences_a_near_constraint_is_broken_less(small: Catalogue, name: str) -> None:
+    wish = {"families": ["four-bar"], name: (-0.3, -0.4, 1.2, 0.5) if name == "swept_in" else (0.2, 0.3, 0.6, 0.7)}
+    problem = problem_of(LINE, **wish)
+    found = started(small, problem_of(LINE, families=["four-bar"]), 12)
+    pieces = linearise(problem, found, found.curve, PivotCoordinates()).limits[name]
+    here = feasibility(problem, found, signed=True).amounts[name]
+    np.testing.assert_allclose(pieces.value[:, 0], here, atol=1e-9)
+    slope, size = pieces.slope[:, 0], np.abs(pieces.slope).max((1, 2))
+    near = here > -0.01
+    assert near.sum() > 4
+    assert (size[near] > 0).all()
+    assert (size[here < -0.2] == 0).all(), "of far ones nobody needs them"
+    step = -1e-4 * slope[near] / size[near, None]
+    linkage, point, good = PivotCoordinates().moved(found[near], step)
+    assert good.all()
+    moved = near_path(problem, found[near].origin, replace(found[near], linkage=linkage, point=point).curve)
+    assert (feasibility(problem, moved, signed=True).amounts[name] < here[near]).all()
 
 
 def _least(error: Array, columns: Array) -> float:

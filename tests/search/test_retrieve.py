@@ -125,6 +125,19 @@ def test_an_estimate_is_near_what_is_measured(small: Catalogue, request_: Any) -
     assert (laid.deviation[there] < 1e-3).mean() > 0.5
 
 
+@pytest.mark.parametrize("request_", [LINE, CircularArc(1, 1e-3)], ids=["line", "any arc"])
+def test_what_is_laid_unstretched_is_what_is_stored(small: Catalogue, request_: Any) -> None:
+    problem = asked(request_)
+    found = stored_reaches(problem, small.database)
+    some = np.arange(0, len(found), 3)
+    laid = placed(problem, small.database, found, some, np.ones(len(some)))
+    there = np.isfinite(laid.deviation)
+    assert there.mean() > 0.95
+    np.testing.assert_allclose(laid.measures.size[there], found.size[some][there], rtol=0.01)
+    np.testing.assert_allclose(laid.measures.min_transmission[there], found.min_transmission[some][there], atol=0.5)
+    assert (laid.deviation[there] <= 10.0 ** found.level[some][there]).all()
+
+
 def test_levels_hold_what_is_asked_and_one_looser() -> None:
     assert levels(asked(StraightLine(1, 3e-4))) == (-4, -3)
     assert levels(asked(StraightLine(1, 1e-4))) == (-4, -3)

@@ -180,6 +180,19 @@ def test_parallelograms_carry_along_the_arc_itself(radius: float) -> None:
     np.testing.assert_allclose(np.abs(made.point - centre), radius, rtol=1e-12)
 
 
+def test_parallelograms_stand_every_way_that_dead_points_leave() -> None:
+    problem = asked(CircularArc(1, 1e-3, 1.0), families=["four-bar"])
+    made = parallelograms(problem, 200, np.random.default_rng(3))
+    assert made is not None
+    ground = made.linkage.points[:, 1, 0] - made.linkage.points[:, 0, 0]
+    for side in (1, -1):
+        tilt = np.degrees(np.angle(side * ground[side * ground.real > 0]))
+        assert len(tilt) > 50
+        assert tilt.min() < -30
+        assert tilt.max() > 30
+    assert made.measures.min_transmission.max() > 55  # of 60 at most: the cranks turn by 60 degrees
+
+
 @pytest.mark.slow
 def test_an_arc_of_given_radius_is_exact_where_parallelograms_may_be(small: Catalogue) -> None:
     found = small.find(ARC, families=["four-bar"], rank_by="deviation", limit=6, max_size=3.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -137,3 +138,27 @@ def test_singularities_of_paths() -> None:
         assert leading_error(linkage, np.array([point])).positions[0] == p[0] + q[0] + 2
     with pytest.raises(InvalidRequest, match="finite coordinates"):
         found.singularity(complex(np.nan, 0))
+
+
+def test_a_series_holds_where_its_residual_vanishes_and_its_margin_does_not() -> None:
+    found = catalogue.classify([EVANS] * 200)
+    draw = np.random.default_rng(3)
+    residual, margin = found.tolerance * 10 ** draw.uniform(-2, 6, (2, *found.residual.shape))
+    residual[draw.random(residual.shape) < 0.2] = np.nan
+    holds = replace(found, residual=residual, margin=margin).holds
+    for row in range(200):
+        both = [
+            bool(r <= found.tolerance and m > found.tolerance) for r, m in zip(residual[row], margin[row], strict=True)
+        ]
+        assert holds[row].tolist() == both or (not any(both) and holds[row].sum() == 1)
+
+
+def test_a_table_names_all_series_that_hold() -> None:
+    members = [even(series, series.members[0], size=2).valid.linkage.pivots[:1] for series in REGISTRY.series.values()]
+    found = catalogue.classify(np.concatenate(members))
+    table = found.to_pandas()
+    for one, names, nearest in zip(found, table["series"], table["nearest"], strict=True):
+        assert names == ", ".join(one.series)
+        assert one.nearest is not None
+        assert nearest == one.nearest.series
+    assert {name for names in table["series"] for name in names.split(", ")} >= {*REGISTRY.series}

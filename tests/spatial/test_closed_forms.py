@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize_scalar
 
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.motion import CRANK_1, motion
+from catalogue.spatial.guided.meeting import curve_and_sphere
 
 Cases = list[SimpleNamespace]
 
@@ -136,3 +138,29 @@ def test_a_planar_four_bar_in_space_moves_as_the_planar_kernel_says(spatial: Sim
         expected = np.stack([embedded(planar[j, :, i]) for j in range(steps)], axis=1)
         error = np.abs(points[:, :, i] - expected).max((1, 2)) / m.diameter
         assert np.nanmax(np.where(moved.reason == "", error, np.nan)) < 1e-12
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e-6, 1e6])
+def test_a_sphere_that_just_touches_an_ellipse_meets_it_once_a_larger_one_twice_in_any_unit(unit: float) -> None:
+    draw = np.random.default_rng(6)
+    centre, first, second = draw.normal(size=(3, 3, 20))
+
+    def curve(s: Any) -> Any:
+        return np.cos(s) * first + np.sin(s) * second
+
+    def far(s: float, k: int) -> float:
+        return float(np.linalg.norm((curve(s) - centre)[:, k]))
+
+    nearest = []
+    for k in range(20):
+        s = min(np.linspace(0, 2 * np.pi, 400), key=lambda s: far(s, k))
+        nearest.append(minimize_scalar(far, bounds=(s - 0.02, s + 0.02), args=(k,), options={"xatol": 1e-9}).fun)
+    for larger, roots, double in ((-1e-9, 0, False), (0.0, 1, True), (1e-9, 2, False)):
+        radius = unit * np.array(nearest) * (1 + larger)
+        found, plain = curve_and_sphere(lambda s: unit * curve(s), unit * centre, radius, np.full(20, 5 * unit))
+        assert plain.all()
+        np.testing.assert_array_equal(np.isfinite(found.at).sum(0), roots)
+        np.testing.assert_array_equal(found.double.any(0), double)
+        for k in range(20):
+            for s in found.at[np.isfinite(found.at[:, k]), k]:
+                assert unit * far(s, k) == pytest.approx(radius[k], rel=1e-12)

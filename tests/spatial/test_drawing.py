@@ -16,8 +16,9 @@ from catalogue.cli import app
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.folders import folder
 from catalogue.spatial import Joint, Link, Mechanism, Motion, OnGuide, Prismatic, Revolute, load
-from catalogue.spatial.drawing.figure import Sheet, hull, nice
+from catalogue.spatial.drawing.figure import AZIMUTHS, ELEVATIONS, Sheet, hull, nice, toward, view
 from catalogue.spatial.drawing.lettering import Letters
+from catalogue.spatial.drawing.scene import Scene
 from catalogue.spatial.jointed.picture import scene
 
 pytest.importorskip("matplotlib")
@@ -211,3 +212,21 @@ def test_a_sweep_without_pictures_loads_no_matplotlib() -> None:
         "assert not [m for m in sys.modules if m.startswith('matplotlib')]"
     )
     subprocess.run([sys.executable, "-c", code, str(FOLDER / "rssr.toml")], check=True)
+
+
+def test_two_joints_are_seen_from_where_they_are_farthest_apart() -> None:
+    directions = [toward(e, a) for e in ELEVATIONS for a in AZIMUTHS]
+    for way in np.random.default_rng(1).normal(size=(12, 3)):
+        seen = Scene([], [], [], np.stack([0 * way, way])[None], np.zeros((0, 3)), [], [], [], {}, "", "", "mm")
+        apart = [np.linalg.norm(np.cross(way, to)) for to in (*directions, toward(*view(seen)))]
+        assert apart[-1] == pytest.approx(max(apart), rel=1e-9)
+
+
+def test_a_cross_is_named_in_the_design_pose_alone() -> None:
+    from catalogue.paper import blank
+
+    seen = scene(load(FOLDER / "cardan.toml").mechanism)
+    assert any(body.rods.size for body in seen.bodies)
+    sheet = Sheet(blank(4, 4), seen)
+    sheet.names()
+    assert {body.name for body in seen.bodies} <= {text.get_text() for text in sheet.figure.texts}

@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Iterator
 from importlib import import_module
+from itertools import product
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -19,6 +20,7 @@ from sqlalchemy import select
 
 import catalogue
 from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue.collections.results import CollectionCandidate
 from catalogue.plugin.registry import Registry
 from catalogue.store import SpecimenRow
 from catalogue.testing import CollectionContract
@@ -37,7 +39,9 @@ class TestContract(CollectionContract):
 def modules() -> SimpleNamespace:
     """Return modules of the plugin."""
     package = COLLECTION.draw.__module__.partition(".")[0]
-    names = ("collection.minimum_zone", "collection.plain_data", "collection.measures")
+    names = tuple(
+        f"collection.{name}" for name in ("measures", "minimum_zone", "picture", "plain_data", "straightest_point")
+    )
     return SimpleNamespace(**{name.partition(".")[2]: import_module(f"{package}.{name}") for name in names})
 
 
@@ -223,6 +227,18 @@ def test_fits_do_not_depend_on_where_a_path_lies(modules: SimpleNamespace, sweep
     assert (wide.deviation >= fit.deviation * (1 - 1e-3)).all()
 
 
+def test_hardly_ever_is_a_circle_nearer_than_the_one_that_is_found(modules: SimpleNamespace) -> None:
+    """By the bound of duality, of rough arcs read at even steps as those that are drawn."""
+    rng, t = np.random.default_rng(9), np.linspace(-1, 1, 49)
+    wave = np.polynomial.chebyshev.chebval(t, 10 ** rng.uniform(-3, -2, 200) * rng.normal(size=(7, 2, 200)))
+    angle = np.outer(rng.uniform(0.15, 1, 200), t)
+    out = 1 + wave[0]
+    arcs = np.stack([out * np.sin(angle), out * np.cos(angle), wave[1]], axis=2)
+    for fit in (modules.minimum_zone.circle(arcs), modules.minimum_zone.circle(arcs, np.ones(200))):
+        assert (fit.bound <= fit.deviation * (1 + 1e-6)).all()
+        assert (fit.bound > 0.99 * fit.deviation).mean() > 0.9
+
+
 def test_exact_lines_and_circles_are_exact(modules: SimpleNamespace) -> None:
     s = np.linspace(0, 1, 65)
     straight = 3.0 + np.outer(s, [1.0, 2.0, -2.0])
@@ -233,6 +249,75 @@ def test_exact_lines_and_circles_are_exact(modules: SimpleNamespace) -> None:
     fit = modules.minimum_zone.circle(round_[None])
     assert fit.deviation[0] < 1e-13
     assert fit.radius[0] == pytest.approx(5, rel=1e-12)
+
+
+# -- the straightest point --------------------------------------------------------------------------------------------
+def about_z(angle: Any) -> Any:
+    """Return matrices (..., 3, 3) of rotations about the z axis."""
+    c, s, nought = np.cos(angle), np.sin(angle), 0 * angle
+    return np.moveaxis(np.array([[c, -s, nought], [s, c, nought], [nought, nought, nought + 1]]), (0, 1), (-2, -1))
+
+
+def running_straight(modules: SimpleNamespace, at: Any, way: Any, size: float) -> tuple[Any, Any]:
+    """Return poses of bodies that turn to and fro about z while one point of each, `at` (n, 3), runs straight on, in
+    directions `way` (n,) of the plane z = 0."""
+    along = np.stack([way.real, way.imag, 0 * way.real], axis=1)
+    share = np.linspace(-1, 1, modules.straightest_point.WHOLE + 1)
+    turn = np.repeat(about_z(0.4 * np.sin(3 * share))[None], len(way), axis=0)
+    return turn, size * share[:, None] * along[:, None] - np.einsum("nkij,nj->nki", turn, at)
+
+
+def test_a_point_that_is_found_is_as_straight_as_is_said_and_no_other_of_a_grid_is_straighter(
+    modules: SimpleNamespace,
+) -> None:
+    sought, rng = modules.straightest_point, np.random.default_rng(5)
+    n, size, share = 3, 2.0, np.linspace(-1, 1, modules.straightest_point.WHOLE + 1)
+    turn = np.array([[rotation([1, *(s * axis)]) for s in share] for axis in rng.normal(size=(n, 3))])
+    shift = np.array([np.polynomial.polynomial.polyval(share, c).T for c in rng.normal(size=(n, 4, 3))])
+    none, flat = np.full((n, 1, 3), np.nan), np.zeros(n, bool)
+    grid = size * np.array(list(product((-1, -0.5, 0, 0.5, 1), repeat=3)))
+    for kind, gap in sought.GAPS.items():
+        found = sought.best(turn, shift, kind, np.zeros((n, 3)), np.full(n, size), none, flat)
+        for (length, every), (point, first, value) in zip(sought.WINDOWS, found, strict=True):
+            for k in range(n):
+
+                def off(z: Any, begin: int, k: int = k, step: int = length // sought.PART, gap: Any = gap) -> float:
+                    nodes = begin + step * np.arange(sought.PART + 1)
+                    x = shift[k, nodes] + turn[k, nodes] @ z
+                    return float(gap(x)) if np.linalg.norm(x[-1] - x[0]) > sought.LEAST * size else np.inf
+
+                assert value[k] == pytest.approx(off(point[k], first[k]), rel=1e-9)
+                tried = [off(z, f) for z in grid for f in range(0, sought.WHOLE - length + 1, every)]
+                assert value[k] <= min(tried) * (1 + 1e-12)
+
+
+def test_a_point_that_is_found_keeps_clear_of_those_that_guides_lead(modules: SimpleNamespace) -> None:
+    """The straightest stands beside the one that is led along a line; above and below it, where all do as it does."""
+    sought, size, way = modules.straightest_point, 3.0, np.exp(0.5j * np.pi * np.arange(4))
+    led = np.tile([0.3, -0.2, 0.1], (4, 1))
+    turn, shift = running_straight(modules, led, way, size)
+    for flat in (True, False):
+        found = sought.best(turn, shift, "line", led + 0.01, np.full(4, size), led[:, None], np.full(4, flat))
+        for point, _, value in found:
+            away = np.linalg.norm((point - led)[:, : 2 if flat else 3], axis=1)
+            assert np.isfinite(value).all()
+            assert (away >= sought.CLEAR * size * (1 - 1e-12)).all()
+            if flat:
+                assert away.max() < 1.02 * sought.CLEAR * size
+            else:
+                assert value.max() < 1e-6
+
+
+def test_a_point_that_is_found_is_not_far_from_the_body(modules: SimpleNamespace) -> None:
+    """The straightest is farther off than is looked."""
+    sought, size, way = modules.straightest_point, 3.0, np.exp(0.25j * np.pi * np.arange(8))
+    at = 3 * size * np.stack([way.real, way.imag, 0 * way.real], axis=1)
+    turn, shift = running_straight(modules, at, way, size)
+    none, flat = np.full((8, 1, 3), np.nan), np.ones(8, bool)
+    for point, _, _ in sought.best(turn, shift, "line", np.zeros((8, 3)), np.full(8, size), none, flat):
+        away = np.linalg.norm(point, axis=1)
+        assert (away <= sought.FAR * size).all()
+        assert away.max() > 0.9 * sought.FAR * size
 
 
 # -- classes ----------------------------------------------------------------------------------------------------------
@@ -304,6 +389,25 @@ def test_a_drawing_shows_guides_body_and_path(cat: Catalogue, family: str, tmp_p
     curves = sum(name in ("circle", "helix", "line") for name in piece.configuration.split())
     assert len(surfaces) == len(piece.configuration.split()) - curves
     assert all(s.get_alpha() < 0.5 for s in surfaces)
+
+
+@pytest.mark.slow
+def test_curves_are_drawn_as_far_as_points_of_the_body_run_on_them(modules: SimpleNamespace) -> None:
+    drawn = COLLECTION.draw("III", np.random.default_rng(3), 4)
+    s = max(drawn, key=lambda one: one.metrics["rotation"])
+    (m,) = COLLECTION.measure([s.parameters], StraightLine(100, 10) if s.kind == "line" else CircularArc(100, 10))
+    where = s.family, s.series, s.configuration, ()
+    piece = CollectionCandidate(1, COLLECTION, *where, 100.0, m.deviation, m.radius, dict(m.metrics), m.parameters)
+    (axes,) = piece.plot().axes
+    curves = [np.transpose(line.get_data_3d()) for line in axes.lines if line.get_color() == modules.picture.CURVE]
+    kinds = [guide["kind"] for guide in m.parameters["guides"]]
+    run = [i for i, kind in enumerate(kinds) if kind in ("circle", "helix", "line")]
+    assert len(curves) == len(run) == 2
+    points = modules.measures.run(modules.plain_data.strokes([dict(m.parameters)])).points[0]
+    for curve, i in zip(curves, run, strict=True):
+        step = np.linalg.norm(np.diff(curve, axis=0), axis=1).max()
+        off = np.linalg.norm(points[:, i, None] - curve, axis=2).min(1)
+        assert off.max() <= 0.51 * step
 
 
 @pytest.fixture(scope="module")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 import xml.etree.ElementTree as ET
 
@@ -12,6 +13,7 @@ from catalogue.draw.curves import curves
 from catalogue.find.candidate import Candidate
 from catalogue.web.cards import numbers
 from catalogue.web.charts import HEIGHT, LEFT, TOP, UNIT, WIDTH, charts
+from catalogue.web.own import measured
 from tests.draw.samples import ARC, MADE
 
 every = pytest.mark.parametrize("made", [*MADE.values(), ARC], ids=[*MADE, "arc"])
@@ -46,3 +48,14 @@ def test_curves_run_from_edge_to_edge_of_their_drawing_as_the_values_do(made: Ca
             way = np.argsort(drive)
             there = np.interp(share, drive[way], curve.values[way])
             assert np.corrcoef(there, -y)[0, 1] > 0.99
+
+
+def test_lengths_of_an_own_linkage_have_five_digits_and_those_that_are_rounding_none() -> None:
+    links = {"crank": 123.456789, "ground": 246.913578, "coupler": 308.641972, "along": 617.283945}
+    own = measured(json.dumps(links | {"rocker": 308.641972, "across": 0}), "", "", "98.7654321", settled=True)
+    shown = {number.label: number.text for number in own.numbers}
+    names = {"Crank 1": "crank", "Frame": "ground", "Coupler": "coupler", "Point along": "along"}
+    for value, text in ((98.7654321, shown["Stroke"]), *((links[k], shown[name]) for name, k in names.items())):
+        assert float(text) == pytest.approx(value, rel=0.5e-4)
+        assert len(text.replace(".", "")) == 5
+    assert shown["Point across"] == "0"
