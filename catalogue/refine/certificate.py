@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 
 from ..candidates.batch import CandidateBatch
+from ..candidates.feasibility import EXACT
 from ..curvature_theory.instant import Instant
 from ..errors import PluginError
 from ..guidance.fixed_nominal import Nominal
@@ -29,7 +30,6 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats
 from ..problem.problem import Problem
 from ..series.series import Series
-from .sqp import EXACT
 from .step import take_step
 from .subproblem import Parametrisation, PivotCoordinates, linearise
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, in_best_charts, near_path
-from ..candidates.feasibility import cost, feasibility
+from ..candidates.feasibility import EXACT, cost, feasibility
 from ..guidance.coupler_curve import coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..kinematics.batch import join, take
@@ -33,8 +33,6 @@ MISSED = 0.1
 #: A guide rests when its radius is shorter than this, or when so many rounds in a row have made its merit less by less
 #: than that; in haste, one such round after one that made it less by more, where no constraint is broken.
 SHORT, PATIENCE, STALLED = 1e-5, 2, 1e-3
-#: Guides below this deviation over stroke are exact but for rounding.
-EXACT = 1e-12
 #: Cost of a broken constraint per stroke or radian, at first, where all are met, and at most; what it is multiplied by
 #: where the violation does not fall to `FALLS` of what it was.  Held at 30, 100 or 300 answers are alike.
 PENALTY, HELD, STEEPEST, STEEPER, FALLS = 10.0, 100.0, 1e4, 4.0, 0.7
@@ -106,7 +104,7 @@ class Refinement:
         broken = feasibility(problem, start)
         met = broken.all
         value = np.where(met, cost(problem, start), np.inf)
-        active = (start.traced.relative > EXACT) & ~start.curve.cusp
+        active = ((start.traced.relative > EXACT) | ~met) & np.isfinite(start.deviation) & ~start.curve.cusp
         if problem.ranking.only != "deviation":
             active = np.isfinite(start.deviation) & ~start.curve.cusp
         prices = np.where(met, max(HELD, penalty), penalty)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..candidates.feasibility import weight
+from ..candidates.feasibility import EXACT, weight
 from ..kinematics.types import Array, Floats
 from .subproblem import Subproblem
 
@@ -147,7 +147,7 @@ def take_step(
     """
     n, _, p = problem.jacobian.shape
     worst = np.abs(problem.error).max(1)
-    scale = np.maximum(worst, 1e-300) if set(problem.marginal) == {"deviation"} else np.maximum(worst, problem.allowed)
+    scale = np.maximum(worst, EXACT) if set(problem.marginal) == {"deviation"} else np.maximum(worst, problem.allowed)
     good = np.isfinite(problem.jacobian).all((1, 2)) & np.isfinite(problem.error).all(1) & (scale > 0)
     with np.errstate(all="ignore"):
         error = np.where(good[:, None], problem.error / scale[:, None], 1.0)

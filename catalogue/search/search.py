@@ -52,9 +52,6 @@ class SearchReport:
             self.seconds[step] = self.seconds.get(step, 0.0) + time.perf_counter() - start
 
 
-#: Starts of each kind that are measured in a stage; those of them that are refined for a round, and of all kinds for
-#: another; those refined farther, of the first stage, of the first two together, and of two later ones.
-MEASURED, TRIED, KEPT = 60, 24, (12, 32, 16)
 #: Most rounds of refinement for those that are kept; so many that are left alone, none of them the best, are not worth
 #: a round, which costs nearly as much as one of all of them.
 MORE_ROUNDS, FEW = 6, 3
@@ -66,20 +63,37 @@ NEAR, LEADING = 0.1, 1e3
 FAR, WAITING, NEARER = 0.1, 1, 0.9
 #: Price of what is broken when starts are compared.
 PENALTY = 4.0
-#: Linkages drawn to measure in a stage; parallelograms in the first one.
-DRAWN, PARALLELOGRAMS = 600, 60
-#: Points that a search may measure in refinement where it has found nothing, and where less than enough: a bound in
-#: time would make answers depend on the machine.
-IN_VAIN, POINTS = 700, 2000
+#: Parallelograms drawn in the first stage.
+PARALLELOGRAMS = 200
 #: Stages at most, and how many answers are enough to look no farther.  Fewer would make the first answer worse where
 #: fewer are shown.
 STAGES, AMPLE = 10, 6
 #: Constraints that choose among sorts of guides.
 SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
-#: How many of the best points are perturbed, how often each, and by what, as powers of ten of the stroke.
-BEST, COPIES, BY = 8, 12, (-2.0, -0.5)
+#: How many of the best points are perturbed, how often each, and by what, as powers of ten of the stroke; how many of
+#: these are refined in the end.
+BEST, COPIES, BY, HOPPED = 8, 12, (-2.0, -0.5), 24
 #: How often that is done at most, and how often in a row without a gain of such a part of the cost.
 HOPS, HOPS_IN_VAIN, GAIN = 6, 2, 3e-3
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How far a search goes."""
+
+    measured: int  #: stored starts that are measured in a stage
+    drawn: int  #: linkages drawn to measure in a stage, of each kind
+    tried: int  #: starts of each kind that are refined for a round, and of all kinds for another
+    kept: tuple[int, int, int]  #: those refined farther, of the first stage, of the first two together, of later ones
+    #: points that may be measured in refinement where nothing was found, and where less than enough: a bound in time
+    #: would make answers depend on the machine
+    in_vain: int
+    points: int
+
+
+#: Where sorts of guides are asked for, and where there are other constraints: these leave many best places that are no
+#: better than their neighbours, so that it is the number of starts that finds the best of them.
+FREE, CONSTRAINED = Extent(60, 600, 24, (12, 32, 16), 700, 2000), Extent(200, 2500, 90, (30, 60, 30), 2000, 6000)
 
 
 @dataclass
@@ -125,7 +139,7 @@ class Search:
         for _ in range(HOPS):
             with self.report.timed("starts"):
                 copies = self._perturbed()
-                starts = None if copies is None else self._promising(copies, TRIED)
+                starts = None if copies is None else self._promising(copies, HOPPED)
             if starts is None or not len(starts):
                 return
             least = self.cost.min()
@@ -149,7 +163,7 @@ class Search:
         stages, points = self.stage - first, self.report.refined - refined
         least = 1 if self.enough == 1 else 1 + self._bounded  # a region leaves few designs: the next stage differs
         ample = feasible >= self.enough and stages >= least
-        spent = points > (POINTS if feasible else IN_VAIN) or stages >= STAGES
+        spent = points > (self._extent.points if feasible else self._extent.in_vain) or stages >= STAGES
         if ample or spent or self._hopeless or starts is None:
             self.status = "found" if feasible else "exhausted"
 
@@ -164,6 +178,10 @@ class Search:
         """Whether more is asked for than sorts of guides."""
         return any(name not in SORTS for name in self.problem.constraints.active())
 
+    @cached_property
+    def _extent(self) -> Extent:
+        return CONSTRAINED if self._constrained else FREE
+
     @property
     def _bounded(self) -> bool:
         """Whether pivots are to stand in a region."""
@@ -176,16 +194,17 @@ class Search:
 
     def _starts(self) -> CandidateBatch | None:
         """Return measured starts of the present stage, the most promising first."""
-        parts = [self._stored(MEASURED)] if self.stage % 2 == 0 else [self._stored(MEASURED // 2)]
-        if self.stage or self._bounded or self.problem.fixed_curvature is not None:
-            parts += [synthesis.starts(self.problem, name, DRAWN, self._random) for name in self._made]
-            if self.stage == 0 and self.problem.fixed_curvature is not None and parts[1:]:
-                parts.append(synthesis.parallelograms(self.problem, PARALLELOGRAMS, self._random))
-        if self.problem.constraints.full_rotation and "four-bar" in self._made:
-            parts.append(synthesis.driven(self.problem, DRAWN, self._random))
+        problem, extent = self.problem, self._extent
+        parts = [self._stored(extent.measured // (1 + self.stage % 2))]
+        if self.stage or self._bounded or problem.fixed_curvature is not None:
+            parts += [synthesis.starts(problem, name, extent.drawn, self._random) for name in self._made]
+        if self.stage == 0 and problem.fixed_curvature is not None and "four-bar" in self._made:
+            parts.append(synthesis.parallelograms(problem, PARALLELOGRAMS, self._random))
+        if problem.constraints.full_rotation and "four-bar" in self._made:
+            parts.append(synthesis.driven(problem, extent.drawn, self._random))
         if self.stage >= 2:
             parts.append(self._perturbed())
-        kept = [self._promising(part, TRIED) for part in parts if part is not None and len(part)]
+        kept = [self._promising(part, extent.tried) for part in parts if part is not None and len(part)]
         if self.stage == 0 and self.given is not None and len(self.given):
             kept.append(self.given)
         return join(*kept) if kept else None
@@ -266,8 +285,9 @@ class Search:
         parts: list[tuple[CandidateBatch, Floats]] = []
         # one is enough to tell the best from the rest, but of deviations, which fall by orders of magnitude at first
         followed = len(RADIUS_FACTORS) if self.problem.ranking.only == "deviation" else 1
-        kept = KEPT[2 if self.stage > together else together - 1]
-        for keep in (together * TRIED, max(kept, min(self.problem.limit, TRIED))):
+        extent = self._extent
+        kept = extent.kept[2 if self.stage > together else together - 1]
+        for keep in (together * extent.tried, max(kept, min(self.problem.limit, extent.tried))):
             refinement.step(followed)
             order = np.argsort(refinement.merit, kind="stable")
             rest = refinement[order[keep:]]

@@ -36,6 +36,8 @@ MADE = {"four-bar": (True, True), "slider-crank": (True, False)}
 DISTANCE, SPREAD = 1.0, 0.6
 #: Longest and shortest link or arm of a start, in strokes.
 LONGEST, SHORTEST = 12.0, 0.06
+#: About which radius arcs of any radius are drawn, log-normally, and the least [strokes].
+RADIUS, BENT, SHARPEST = 1.0, 0.7, 0.55
 #: Longest link in cranks where a crank turns fully, how many are drawn for one that is kept, positions of it that
 #: are looked at, and through which angle it turns if nothing is said [rad].
 CRANKS, EACH, POSITIONS, TURNED = 16.0, 25, 17, (0.7, 2.8)
@@ -60,12 +62,12 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
     count : int
         How many are drawn; linkages that cannot be, or have links out of all proportion, are left out.
     """
-    pivots = drawn(problem, family, count, random)
-    linkage, _ = Linkage.valid(pivots)
+    bend = curvatures(problem, count, random)
+    linkage, good = Linkage.valid(drawn(problem, family, bend, random))
     if not len(linkage):
         return None
-    point = np.full(len(linkage), complex(0.5, summit(problem)))
-    bend = np.full(len(linkage), _curvature(problem))
+    bend = bend[good]
+    point = summit(bend)
     pole = np.full(len(linkage), complex(np.nan, np.nan))
     return measured(problem, Origin.made(linkage, "general"), linkage, point, pole, bend)
 
@@ -150,38 +152,42 @@ def _rotating(count: int, random: np.random.Generator) -> Linkage:
 
 
 def parallelograms(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return parallelograms whose cranks are as long as the radius given, measured; None if they would come too near
-    to a dead point.  Every point of the coupler runs along such an arc exactly: trivial, but compact and sound."""
-    radius = problem.path.radius
-    assert radius is not None
-    free = 0.5 * np.pi - np.arcsin(0.5 / radius) - DEAD
-    if free <= 0 or radius > LONGEST:
+    """Return parallelograms whose cranks are as long as the radius, measured; None if they would come too near to a
+    dead point.  Every point of the coupler runs along such an arc exactly: trivial, but compact and sound."""
+    bend = curvatures(problem, count, random)
+    free = 0.5 * np.pi - np.arcsin(-0.5 * bend) - DEAD
+    bend, free = (v[(free > 0) & (-bend * LONGEST >= 1)] for v in (bend, free))
+    if not (count := len(bend)):
         return None
-    point = complex(0.5, summit(problem))
-    tilt = random.uniform(-free, free, count) + np.where(random.random(count) < 0.5, 0.0, np.pi)
-    first = _fixed(problem, point, count, random)
+    point = summit(bend)
+    tilt = random.uniform(-free, free) + np.where(random.random(count) < 0.5, 0.0, np.pi)
+    first = _fixed(problem, point, random)
     fixed = np.stack([first, first + np.exp(random.normal(np.log(0.5), 0.5, count)) * np.exp(1j * tilt)], axis=1)
-    ends = np.stack([fixed, fixed + 1j * radius], axis=-1)
+    ends = np.stack([fixed, fixed - 1j / bend[:, None]], axis=-1)
     linkage = Linkage(np.stack([ends.real, ends.imag, np.ones(ends.shape)], axis=-1))
-    bend, pole = np.full(count, _curvature(problem)), np.full(count, complex(np.nan, np.nan))
-    return measured(problem, Origin.made(linkage, "parallel", 99), linkage, np.full(count, point), pole, bend)
+    pole = np.full(count, complex(np.nan, np.nan))
+    return measured(problem, Origin.made(linkage, "parallel", 99), linkage, point, pole, bend)
 
 
-def summit(problem: Problem) -> float:
-    """Return how high the path runs above its chord in mid-stroke."""
-    k = -_curvature(problem)
-    return float(0.25 * k / (1 + np.sqrt(1 - 0.25 * k * k)))
+def summit(curvature: Floats) -> Complexes:
+    """Return where paths of curvatures (n,) [1/stroke] are in mid-stroke."""
+    return np.asarray(0.5 - 0.25j * curvature / (1 + np.sqrt(1 - 0.25 * curvature**2)), complex)
 
 
-def _curvature(problem: Problem) -> float:
-    return -1.0 if problem.curvature is None else problem.curvature
+def curvatures(problem: Problem, count: int, random: np.random.Generator) -> Floats:
+    """Return the curvatures of the paths that starts are made for [1/stroke]: of an arc of any radius they differ."""
+    if problem.curvature is not None:
+        return np.full(count, float(problem.curvature))
+    return np.asarray(-1 / np.clip(np.exp(random.normal(np.log(RADIUS), BENT, count)), SHARPEST, LONGEST))
 
 
-def drawn(problem: Problem, family: str, count: int, random: np.random.Generator) -> Floats:
-    """Return the pivots of linkages with contact of second order, shape (n, 2, 2, 3)."""
-    point = complex(0.5, summit(problem))
+def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Generator) -> Floats:
+    """Return the pivots (n, 2, 2, 3) of linkages with contact of second order with paths of curvatures (n,); NaN where
+    they cannot be, or have links out of all proportion."""
+    count = len(curvature)
+    point = summit(curvature)
     second = MADE[family][1]
-    fixed = np.stack([_fixed(problem, point, count, random) for _ in range(2)], axis=1)
+    fixed = np.stack([_fixed(problem, point, random) for _ in range(2)], axis=1)
     pole = point + 1j * random.standard_cauchy(count)
     away = fixed - pole[:, None]
     far = np.abs(away)
@@ -191,8 +197,7 @@ def drawn(problem: Problem, family: str, count: int, random: np.random.Generator
     reach = np.where(random.random(count) < 0.5, 1, -1) * np.exp(random.normal(np.log(DISTANCE), 1.0, count))
     with np.errstate(all="ignore"):
         p = (point - pole).imag  # along the normal, +y
-        k = _curvature(problem)
-        centre = 0.0 if k == 0 else 1 / (p + 1 / k)
+        centre = curvature / (1 + p * curvature)
         inflection_p = 1 / (1 / p - centre)
         inflection_1 = 1 / (1 / reach - 1 / far[:, 0])
         # W = (wx, wy): wy from the guided point, wx from the first dyad
@@ -212,13 +217,13 @@ def drawn(problem: Problem, family: str, count: int, random: np.random.Generator
             links += [np.abs(ends[:, 1, 1] - ends[:, 1, 0]), np.abs(fixed[:, 1] - fixed[:, 0])]
         arms = [np.abs(moving[:, i] - point) for i in (0, 1)]
         every = np.stack([*links, *arms])
-        good = (every > SHORTEST).all(0) & (every < LONGEST).all(0)
-    return np.asarray(pivots[good & np.isfinite(pivots).all(axis=(1, 2, 3))])
+        good = np.asarray((every > SHORTEST).all(0) & (every < LONGEST).all(0))
+    return np.where(good[:, None, None, None], pivots, np.nan)
 
 
-def _fixed(problem: Problem, point: complex, count: int, random: np.random.Generator) -> Complexes:
-    """Return places for a fixed pivot: in the region where it must stand, else about the path."""
-    wanted = problem.constraints
+def _fixed(problem: Problem, point: Complexes, random: np.random.Generator) -> Complexes:
+    """Return places for a fixed pivot of each: in the region where it must stand, else about the path, (n,)."""
+    wanted, count = problem.constraints, len(point)
     region: Region | None = next(
         (r for r in (wanted.fixed_pivots_in, wanted.pivots_in, wanted.swept_in) if r is not None), None
     )

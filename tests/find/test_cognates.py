@@ -24,7 +24,7 @@ Ask = Callable[..., Found]
     ids=str,
 )
 def test_cognates_are_what_they_say(ask: Ask, again: Any, request_: Any, wish: dict[str, Any]) -> None:
-    found = ask(request_, limit=40, per_series=0, cognates=True, **wish)
+    found = ask(request_, limit=200, per_series=0, cognates=True, **wish)
     others = [c for c in found if c.cognate]
     assert others
     for c in others[:4]:

@@ -28,8 +28,7 @@ def test_a_looser_request_has_no_worse_answer(
 ) -> None:
     """Even if hardly anything is tried for it."""
     tight = small.find(request_, **constraints, rank_by=rank_by, limit=3, effort=2)
-    monkeypatch.setattr(search, "MEASURED", 4)
-    monkeypatch.setattr(search, "DRAWN", 4)
+    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, measured=2, drawn=2, tried=2))
     monkeypatch.setattr(search, "HOPS", 0)
     looser = replace(request_, deviation=1.2 * request_.deviation)
     alone = small.find(looser, **constraints, rank_by=rank_by, limit=1)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -77,7 +78,7 @@ def test_a_further_stage_never_loses_the_best(small: Catalogue) -> None:
 
 @pytest.mark.slow
 def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "POINTS", 300)
+    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, points=300))
     problem = asked(LINE, "size", families=["four-bar"], fixed_pivots_in=(-0.5, 0.1, 1.5, 1.5))
     one, other = (Search(problem, small.database).run() for _ in range(2))
     assert one.found is not None
@@ -88,7 +89,7 @@ def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue, monkeypa
 
 @pytest.mark.slow
 def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "IN_VAIN", 600)
+    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, in_vain=600))
     problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
     done = Search(problem, small.database).run()
     assert done.status == "exhausted"
@@ -98,7 +99,7 @@ def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.
 
 @pytest.mark.slow
 def test_a_search_ends_when_its_points_are_spent(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "IN_VAIN", 1)
+    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, in_vain=1))
     problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
     done = Search(problem, small.database).run()
     assert done.status == "exhausted"
