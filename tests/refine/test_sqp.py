@@ -11,12 +11,13 @@ from scipy.optimize import linprog
 
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch, near_path
-from catalogue.candidates.feasibility import cost, feasibility
+from catalogue.candidates.feasibility import EXACT, cost, feasibility
 from catalogue.guidance.fixed_nominal import Nominal, in_place
 from catalogue.kinematics.linkage import RR
 from catalogue.kinematics.types import Array
 from catalogue.refine.sqp import Refinement
 from catalogue.refine.subproblem import PivotCoordinates, _distance, linearise
+from catalogue.search.synthesis import parallelograms
 from tests.refine.starts import problem_of, started
 
 LINE, ARC, FREE = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1), CircularArc(1, 5e-3)
@@ -305,3 +306,17 @@ def _least(error: Array, columns: Array) -> float:
         bounds=[(None, None)] * (columns.shape[1] + 1),
     )
     return float(found.fun * scale)
+
+
+def test_what_is_exact_is_led_into_its_constraints_and_stays_exact() -> None:
+    """Among exact guides a smaller deviation is rounding, for which no constraint is given up."""
+    problem = problem_of(CircularArc(1, 1e-3, 1.0), "deviation", families=["four-bar"], max_size=1.6)
+    made = parallelograms(problem, 40, np.random.default_rng(2))
+    assert made is not None
+    outside = made[np.flatnonzero((made.measures.size > 1.65) & (made.measures.size < 2.2))]
+    assert len(outside) > 5
+    led = Refinement.of(problem, outside).run(12)
+    found = np.isfinite(led.best_cost)
+    assert found.mean() > 0.5
+    assert (led.best.measures.size[found] <= 1.6 + 1e-9).all()
+    assert (led.best.deviation[found] < EXACT).mean() > 0.5
