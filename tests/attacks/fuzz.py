@@ -305,8 +305,8 @@ def _sheet(rows: list[Any], end: str) -> bytes:
 
 
 FILES = st.one_of(
-    TEXTS, st.binary(max_size=64), nearly(nearly(RIGHT_JSON, PLAIN).map(_json)),
-    nearly(st.builds(_sheet, nearly(LINES | HEADED, CELL), st.sampled_from(["\n", "\r\n"]))),
+    TEXTS, st.binary(max_size=64), nearly(nearly(RIGHT_JSON, PLAIN).map(_json), st.binary(max_size=64)),
+    nearly(st.builds(_sheet, nearly(LINES | HEADED, CELL), st.sampled_from(["\n", "\r\n"])), st.binary(max_size=64)),
 )  # fmt: skip
 
 
