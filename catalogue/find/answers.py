@@ -191,9 +191,12 @@ def _sound(one: Answer) -> Answer:
             number(f.name, value)
         elif f.type == "str" and not isinstance(value, str):
             raise InvalidRequest(f"{f.name} must be a text, not {quoted(value)}")
+        elif f.name in ("guided", "pole", "start", "joint", "pivot"):
+            point(f.name, value)
+        elif str(f.type).startswith("list") and not isinstance(value, list):
+            raise InvalidRequest(f"{f.name} must be a list, not {quoted(value)}")
     if isinstance(one, PlacedGuide):
         Linkage(one.pivots)
-        point("guided", one.guided)
     return one
 
 

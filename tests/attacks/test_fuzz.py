@@ -26,6 +26,16 @@ def idle(small: Catalogue) -> Iterator[Catalogue]:
         yield small
 
 
+#: The record of an answer, but for its pole, the start of its path and the cranks that turn.
+ANSWER = (
+    b'{"kind":"Candidate","id":1,"family":"four-bar","series":"IV*.l","configuration":"opposite","order":4,"stroke":1.0,'
+    b'"deviation":9.7e-5,"radius":null,"size":3.4,"max_link":1.7,"max_ground":3.4,"max_arm":1.0,"min_transmission":74.3,'
+    b'"pivots":[[[-0.5778,0.8994,1.0],[-0.3679,-0.5372,1.0]],[[1.1640,-2.0046,1.0],[1.3740,-0.5680,1.0]]],'
+    b'"guided":[0.5,0.0],"driver":1,"drive_angle":38.1,"time_ratio":null,"uniformity":0.76,"advantage":0.9,"rotation":9.5,'
+    b'"min_link":1.45,"min_transmission_turn":null,"allowance":0.047,"sensitivity_rms":1.06,"expected":9.7e-5,"score":85.0,'
+    b'"front":null,"nearest":null,"gap":null,"alternations":null,"cognate":null,"along":0.0,'
+    b'"pole":%b,"start":%b,"rotates":%b}'
+)
 #: What fell, shrunk: target, what was given.
 FELL: list[tuple[str, Any]] = [
     ("Linkage", [None, np.array(7)]),
@@ -53,6 +63,10 @@ FELL: list[tuple[str, Any]] = [
     ("Candidate.plot", []),
     ("load", "\ud800"),
     ("recall", b'{kind": "OwnGuide"}'),
+    ("recall", ANSWER % (b"null", b"[0.0]", b"[]")),
+    ("recall", ANSWER % (b"0.0", b"[0.0, 0.0]", b"[]")),
+    ("recall", ANSWER % (b"[0.0]", b"[0.0, 0.0]", b"[]")),
+    ("recall", ANSWER % (b"null", b"[0.0, 0.0]", b"7")),
     ("open", {"path": 7}),
     ("files", b"[" * 100_000),
     ("files", b"9" * 5000),
