@@ -98,13 +98,17 @@ class Quantities:
         return [self._length(0, 1), self._length(2, 3), self._length(*self._coupler)]
 
     @property
+    def _ends(self) -> tuple[int, int]:
+        """Which pivot of a dyad is fixed, and which moves: of slots, traced inverted, the other way round."""
+        return (1, 0) if self.problem.constraints.slots else (0, 1)
+
+    @property
     def _frame(self) -> tuple[int, int]:
-        """The pivots that are fixed: of a slot's machine the moving ones of its inversion."""
-        return (1, 3) if self.problem.constraints.slots else (0, 2)
+        return self._ends[0], 2 + self._ends[0]
 
     @property
     def _coupler(self) -> tuple[int, int]:
-        return (0, 2) if self.problem.constraints.slots else (1, 3)
+        return self._ends[1], 2 + self._ends[1]
 
     def _arms(self) -> list[Row]:
         return [self._length(4, j) for j in (1, 3)]
@@ -149,8 +153,8 @@ class Quantities:
     def _over_the_turn(self) -> Iterable[Row]:
         """The transmission angles where they can be least over the turn of the crank that drives, in right angles; see
         `catalogue.guidance.metrics`."""
-        driver, kind = self.found.measures.driver, self.found.linkage.dyads
-        margin = rotation_margin(machine(self.problem, self.found))
+        driver, built = self.found.measures.driver, machine(self.problem, self.found)
+        kind, margin = built.dyads, rotation_margin(built)
         turns = (driver > 0) & (margin[np.arange(len(driver)), np.maximum(driver - 1, 0)] >= 0)
         four, slider, slide = (turns & of for of in ((kind == RR).all(1), (kind == PR).any(1), (kind == RP).any(1)))
         a, ground, b, c, e, to_fixed = self._driven_by(driver != 2)
@@ -171,8 +175,8 @@ class Quantities:
 
         Of slots those of the machine, whose moving pivots are the fixed ones of the traced inversion.
         """
-        other, kind = 1 - driver, self.found.linkage.dyads
-        moving, fixed, slide = (1, 0, RP) if not self.problem.constraints.slots else (0, 1, PR)
+        other, kind, (fixed, moving) = 1 - driver, self.found.linkage.dyads, self._ends
+        slide = PR if self.problem.constraints.slots else RP
         moving_pivot, fixed_pivot = self._at(other, moving), self._at(other, fixed)
         crank = moving_pivot[0] - fixed_pivot[0], moving_pivot[1] - fixed_pivot[1]
         sliding = kind[:, other] == slide
@@ -201,8 +205,8 @@ class Quantities:
 
     def _turning(self) -> Pieces:
         """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guidance.metrics`."""
-        kind = self.found.linkage.dyads
-        margin = np.nan_to_num(rotation_margin(machine(self.problem, self.found)), nan=-np.inf)
+        built = machine(self.problem, self.found)
+        kind, margin = built.dyads, np.nan_to_num(rotation_margin(built), nan=-np.inf)
         a, ground, b, c, e, to_fixed = self._driven_by(margin[:, 0] >= margin[:, 1])
         with np.errstate(all="ignore"):
             side, past = np.sign(ground[0] - a[0]), np.sign(to_fixed[0] - a[0])
@@ -220,21 +224,24 @@ class Quantities:
     def _driven_by(self, first: Mask) -> tuple[Row, ...]:
         """Return lengths with the first crank where a mask (n,) says so, else with the other: the crank, the frame, the
         coupler, the other crank, its offset, and how far its fixed pivot is from that of the crank."""
-        z, links = self.found.linkage.points, self._links()
+        z, links, (fixed, _) = self.found.linkage.points, self._links(), self._ends
         return (
             chosen(first, links[0], links[1]), self._length(*self._frame), links[2], chosen(first, links[1], links[0]),
             chosen(first, self._offset(0), self._offset(1)),
-            chosen(first, apart(z[:, 0, 0], 0, z[:, 1, 0], 2), apart(z[:, 1, 0], 2, z[:, 0, 0], 0)),
+            apart(z[:, 0, fixed], fixed, z[:, 1, fixed], 2 + fixed),
         )  # fmt: skip
 
     def _offset(self, i: int) -> Row:
         """Distance of the fixed pivot of crank i from a slider's line, or of its moving pivot from a slide's."""
-        z, kind, o = self.found.linkage.points, self.found.linkage.dyads, 1 - i
-        slider = kind[:, o] == PR
-        normal = np.where(slider, z[:, o, 0], z[:, o, 1])
-        gap = np.where(slider, z[:, i, 0] - z[:, o, 1], z[:, o, 0] - z[:, i, 1])
+        z, o, (fixed, moving) = self.found.linkage.points, 1 - i, self._ends
+        slider = machine(self.problem, self.found).dyads[:, o] == PR
+        normal = np.where(slider, z[:, o, fixed], z[:, o, moving])
+        gap = np.where(slider, z[:, i, fixed] - z[:, o, moving], z[:, o, fixed] - z[:, i, moving])
         by = np.zeros((len(z), COUNT))
-        ends = (slider, (i, 0), (o, 1), (o, 0)), (~slider, (o, 0), (i, 1), (o, 1))
+        ends = (
+            (slider, (i, fixed), (o, moving), (o, fixed)),
+            (~slider, (o, fixed), (i, moving), (o, moving)),
+        )
         for where, (a, b), (c, d), (e, f) in ends:
             for k, w, vector in ((4 * a + 2 * b, 1, normal), (4 * c + 2 * d, -1, normal), (4 * e + 2 * f, 1, gap)):
                 by[:, k] += np.where(where, w * vector.real, 0)

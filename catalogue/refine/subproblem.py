@@ -137,8 +137,8 @@ def linearise(
     if not problem.relaxed:
         measures = {name: read(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}
     rough = [name for name in DIFFERENCED if getattr(problem.constraints, name)]
-    if problem.constraints.slots:  # written down for points only
-        rough += [name for name in ("full_rotation", "max_arm") if name in limits]
+    if problem.constraints.slots and "max_arm" in limits:  # written down for points only
+        rough.append("max_arm")
     if rough:
         limits |= differences(problem, found, guides.motion.chart, rough, basis, nominal)
     rms, rms_slope = np.full(len(found), np.nan), np.zeros((len(found), COUNT))

@@ -13,7 +13,6 @@ import pytest
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import feasibility, nearer_arm, values
-from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.fixed_nominal import Nominal
 from catalogue.guidance.metrics import min_transmission_turn, rotates, rotation_margin
 from catalogue.guidance.minimum_zone import grid
@@ -151,14 +150,16 @@ def test_pivots_stand_outside_as_far_as_the_pieces_say(small: Catalogue, inside:
     assert (outside > 0).any()
 
 
+@pytest.mark.parametrize("slots", [False, True])
 @pytest.mark.parametrize("family", CRANKS)
-def test_a_crank_turns_fully_where_the_pieces_hold(random_linkages: Callable[..., Linkage], family: str) -> None:
+def test_a_crank_turns_fully_where_the_pieces_hold(
+    random_linkages: Callable[..., Linkage], family: str, slots: bool
+) -> None:
     linkage = random_linkages(family, 2000, 11)
-    point = np.zeros(2000, complex)
-    problem = problem_of(LINE, full_rotation=True)
-    found: Any = _Bare(linkage, point)
+    problem = problem_of(LINE, full_rotation=True, slots=slots)
+    found: Any = _Bare(linkage.inverted() if slots else linkage, np.zeros(2000, complex))
     none: Any = None
-    value, _ = Quantities(problem, found, coupler_curve(linkage, point), none, none)("full_rotation")
+    value, _ = Quantities(problem, found, none, none, none)("full_rotation")
     held = value.max(1) <= 0
     np.testing.assert_array_equal(held, rotates(linkage) > 0)
     assert 20 < held.sum() < 1980
@@ -167,16 +168,18 @@ def test_a_crank_turns_fully_where_the_pieces_hold(random_linkages: Callable[...
     assert (linkage.dyads == RR).any(1).all()
 
 
+@pytest.mark.parametrize("slots", [False, True])
 @pytest.mark.parametrize("family", CRANKS)
 def test_the_transmission_of_the_turn_is_the_largest_piece_and_has_its_slope(
-    random_linkages: Callable[..., Linkage], family: str
+    random_linkages: Callable[..., Linkage], family: str, slots: bool
 ) -> None:
+    """With slots of the machine, of which the inversion is traced and moved."""
     linkage = random_linkages(family, 2000, 12)
-    problem = problem_of(LINE, full_rotation=True)
+    problem = problem_of(LINE, full_rotation=True, slots=slots)
     none: Any = None
 
     def turned(some: Linkage, driver: Array) -> Pieces:
-        found: Any = _Bare(some, np.zeros(len(some), complex), driver)
+        found: Any = _Bare(some.inverted() if slots else some, np.zeros(len(some), complex), driver)
         return Quantities(problem, found, none, none, none)("transmission_turn")
 
     margin = rotation_margin(linkage)
@@ -192,16 +195,17 @@ def test_the_transmission_of_the_turn_is_the_largest_piece_and_has_its_slope(
     some = np.flatnonzero(turns & lead & (want > 0.02) & (np.nan_to_num(margin).max(1) > 1e-3))
     by = slope[some, value[some].argmax(1)]
     assert len(some) > 20
-    finite = np.repeat(linkage.finite.reshape(-1, 4), 2, axis=1)
+    traced = linkage[some].inverted() if slots else linkage[some]
+    finite = np.repeat(traced.finite.reshape(-1, 4), 2, axis=1)
     for k in range(8):
         ends = []
         for sign in (1, -1):
             moved, _, good = displaced(
-                linkage[some], np.zeros(len(some), complex), sign * STEP * np.eye(COUNT)[[k] * len(some)]
+                traced, np.zeros(len(some), complex), np.tile(sign * STEP * np.eye(COUNT)[k], (len(some), 1))
             )
             assert good.all()
-            ends.append(-min_transmission_turn(moved, driver[some]) / 90)
-        free = finite[some, k]
+            ends.append(-min_transmission_turn(moved.inverted() if slots else moved, driver[some]) / 90)
+        free = finite[:, k]
         np.testing.assert_allclose(by[free, k], ((ends[0] - ends[1]) / (2 * STEP))[free], atol=1e-4, rtol=1e-4)
         assert by[free, k].any() or not free.any()
 
