@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from .measure import Measured
 
 
+#: A length is 0 but for rounding if it is no more than this part of the longest.
+ROUNDING = 1e-12
+
+
 @dataclass(frozen=True)
 class Circuit:
     """One circuit of a linkage: what it reaches without being taken apart.
@@ -72,11 +76,14 @@ class PlacedGuide:
 
     @cached_property
     def lengths(self) -> dict[str, float]:
-        """Lengths of the links and place of the guided point in the coupler, by name; see `kinematics.link_lengths`."""
+        """Lengths of the links and place of the guided point in the coupler, by name; see `kinematics.link_lengths`.
+        What is `ROUNDING` of the longest is 0."""
         from ..kinematics.link_lengths import link_lengths
 
         found = link_lengths(self.linkage, np.array([complex(*self.guided)]))
-        return {name: float(value[0]) for name, value in found.items()}
+        told = {name: float(value[0]) for name, value in found.items()}
+        least = ROUNDING * max(map(abs, told.values()))
+        return {name: 0.0 if abs(value) <= least else value for name, value in told.items()}
 
     @property
     def circuits(self) -> list[Circuit]:

@@ -69,17 +69,11 @@ def measured(linkage: str, x: str, y: str, stroke: str, settled: bool) -> Own:
     unless it is `settled` of the circuit it stands on, which is quick enough while it is dragged."""
     one = read(linkage, x, y)
     length = positive("stroke", _number("stroke", stroke))
-    shown = [Number(_words(name), figure(value, 5), "length") for name, value in _lengths(one).items()]
+    shown = [Number(_words(name), figure(value, 5), "length") for name, value in one.lengths.items()]
     shown.append(Number("Stroke", figure(length, 5), "length"))
     path = _places(one.motion(ROWS).points["guided"])
     stretch, told, drawn, error = (_settled if settled else _dragged)(one, length)
     return Own(str(one.linkage.family[0]), one.pivots, one.guided, path, stretch, (*shown, *told), drawn, error)
-
-
-def _lengths(one: OwnGuide) -> dict[str, float]:
-    """Return the lengths of a linkage, 0 for those that are rounding."""
-    least = 1e-12 * max(map(abs, one.lengths.values()))
-    return {name: 0.0 if abs(value) <= least else value for name, value in one.lengths.items()}
 
 
 Found = tuple[list[list[float]], list[Number], Card | None, str]

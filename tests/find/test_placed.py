@@ -226,3 +226,11 @@ def driven(c: catalogue.Candidate, moved: GuideMotion) -> None:
         assert np.ptp(moved.drive) == pytest.approx(c.drive_angle, rel=5e-3)
     if c.advantage is not None:
         assert np.nanmin(moved.advantage) == pytest.approx(c.advantage, rel=1e-2)
+
+
+def test_a_length_that_is_rounding_is_nought() -> None:
+    links = {"crank": 123.456789, "ground": 246.913578, "coupler": 308.641972, "rocker": 308.641972}
+    for along, across in ((617.283945, 0), (0, 617.283945), (617.283945, 1e-6)):
+        told = catalogue.guide(links | {"along": along, "across": across}).lengths
+        assert told["point across"] == (pytest.approx(across, rel=1e-6) if across else 0)
+        assert told["point along"] == (pytest.approx(along) if along else 0)
