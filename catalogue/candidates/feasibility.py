@@ -29,7 +29,8 @@ BESIDE, RELAXED = 0.01, 0.02
 #: Largest size of an answer [strokes]: a link much longer stands for a slider, and pivots rounded to double are off by
 #: more than such a guide deviates.
 FARTHEST = 1e3
-#: Deviation over stroke of what is exact but for rounding: what is below it is no better.
+#: Deviation over stroke of what is exact but for rounding.  It is added to what is ranked, so that among exact guides a
+#: smaller deviation orders the answers, but gains next to nothing.
 EXACT = 1e-12
 #: Intervals between the Chebyshev points of the stroke at which the swept room is looked at; four times as many places.
 SWEPT = 16
@@ -88,7 +89,7 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
             **{name: getattr(m, name) for name in ("size", "max_link", "max_ground", "max_arm")},
             "min_link": np.nan_to_num(m.min_link, nan=np.inf),
             "transmission": transmission(problem, found) / 90,
-            "deviation": np.maximum(found.deviation + play_deviation(problem, found), EXACT) / problem.deviation,
+            "deviation": (found.deviation + play_deviation(problem, found) + EXACT) / problem.deviation,
             "allowance": np.where(np.isfinite(found.allowance), found.allowance, 0.0) / problem.deviation,
         }
 

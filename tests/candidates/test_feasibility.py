@@ -176,7 +176,7 @@ def test_cost_and_values_are_those_of_the_candidate(batch: Any, shown: Any) -> N
     for i, c in enumerate(shown(problem, LINE, found)):
         assert here["size"][i] == c.size
         assert here["transmission"][i] == pytest.approx(c.min_transmission / 90)
-        assert here["deviation"][i] == pytest.approx(max(c.deviation, EXACT) / 1e-3)
+        assert here["deviation"][i] == pytest.approx((c.deviation + EXACT) / 1e-3)
         assert here["min_link"][i] == c.min_link or c.min_link is None
         shares = [
             (6 - c.size) / 5, (c.min_transmission - 15) / 45, 4 * here["allowance"][i],
