@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .elimination import eliminate
 from .guides import HALF, HELIX, TORUS, chart, compiled, function, inlined
 
 
@@ -67,7 +68,7 @@ class Work(NamedTuple):
     metric: Any  # (f,)
     travel: Any  # (k,)
     system: Any  # (m + 1, 2 m + k + 3): matrix and right sides
-    swapped: Any  # (m + 1,): with which row each was
+    interchanged: Any  # (m + 1,): with which row each was
     q: Any  # (k,)
     trial: Any  # (4 + f,): state
     along: Any  # (m + 1,): tangent
@@ -195,57 +196,6 @@ def evaluate(plan, b, i, y, q, w, slopes=True):
                         w.jacobian[row + c, column] = sign * t[c]
 
 
-@compiled
-def eliminate(a, m, columns, swapped):
-    """Solve a system of m equations by elimination with row pivoting, in place: `columns` with all right sides.
-
-    Returns the sign of the determinant.  Where the matrix is singular the solution is not finite.  Pivots, and what
-    rows were multiplied with, are left for `again`.
-    """
-    sign = 1.0
-    for c in range(m):
-        p, most = c, abs(a[c, c])
-        for r in range(c + 1, m):
-            if abs(a[r, c]) > most:
-                p, most = r, abs(a[r, c])
-        swapped[c] = p
-        if p != c:
-            sign = -sign
-            for j in range(c, columns):
-                a[c, j], a[p, j] = a[p, j], a[c, j]
-        sign *= (a[c, c] > 0) - (a[c, c] < 0)
-        inverse = 1 / a[c, c]
-        for j in range(c + 1, columns):
-            a[c, j] *= inverse
-        for r in range(c + 1, m):
-            share = a[r, c]
-            if share != 0:
-                for j in range(c + 1, columns):
-                    a[r, j] -= share * a[c, j]
-    for c in range(m - 1, 0, -1):
-        for r in range(c):
-            share = a[r, c]
-            if share != 0:
-                for j in range(m, columns):
-                    a[r, j] -= share * a[c, j]
-    return sign
-
-
-@inlined
-def again(a, m, swapped, value, out):
-    """Solve a system that has been eliminated for another right side, the negative of a value."""
-    for r in range(m):
-        out[r] = -value[r]
-    for c in range(m):
-        out[c], out[swapped[c]] = out[swapped[c]], out[c]
-        out[c] /= a[c, c]
-        for r in range(c + 1, m):
-            out[r] -= a[r, c] * out[c]
-    for c in range(m - 1, 0, -1):
-        for r in range(c):
-            out[r] -= a[r, c] * out[c]
-
-
 @inlined
 def moved(y, step, metric, out):
     """Find the state after a step: rotation [rad], and arcs on the guides in units."""
@@ -307,7 +257,7 @@ def correct(plan, b, i, q0, q1, y, row, limit, limits, w):
         a[m, m + 1], a[m, m + 2] = 0.0, 1.0
         for j in range(k):
             a[m, m + 3 + j] = 0.0
-        sign = eliminate(a, m + 1, m + 3 + k, w.swapped)
+        sign = eliminate(a, m + 1, m + 3 + k, w.interchanged)
         length = 0.0
         for j in range(m + 1):
             length += a[j, m + 1] * a[j, m + 1]
@@ -356,4 +306,4 @@ def work(points: int, driven: int, drivers: int, free: int) -> Work:
         (m + 1, 2 * m + drivers + 3), (m + 1,), (drivers,), (4 + free,), (m + 1,), (m, drivers), (m + 1,),
     )  # fmt: skip
     made = Work._make(np.zeros(shape) for shape in shapes)
-    return made._replace(swapped=made.swapped.astype(np.int64))
+    return made._replace(interchanged=made.interchanged.astype(np.int64))

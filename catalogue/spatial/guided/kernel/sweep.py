@@ -7,11 +7,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from .elimination import eliminate, substitute
 from .guides import HALF, VERSION, apex, compiled, inlined, kept, locate
 from .pose import (
-    again,
     distance,
-    eliminate,
     evaluate,
     local,
     moved,
@@ -75,7 +74,7 @@ class Measured(NamedTuple):
 
 
 @kept
-def led(plan, b, ways, marks, limits, t, x, w, version=VERSION):  # noqa: ARG001
+def led(plan, b, ways, marks, limits, t, x, w, version=VERSION):  # noqa: ARG001  # part of its types
     """Lead bodies along their paths: `follow._led`."""
     s = ways.path.shape[1]
     for i in range(len(ways.reached)):
@@ -198,7 +197,7 @@ def corrected(plan, b, i, q, part, sign, limits, x, w):
         for j in range(m):
             a[r, j] = w.jacobian[r, j]
         a[r, m], a[r, m + 1] = -w.value[r], -slope
-    if eliminate(a, m, m + 2, w.swapped) != sign:
+    if eliminate(a, m, m + 2, w.interchanged) != sign:
         return False
     first, speed, off = 0.0, 0.0, 0.0
     for r in range(m):
@@ -221,7 +220,7 @@ def corrected(plan, b, i, q, part, sign, limits, x, w):
         if settled or length * first < limits.last * limits.last:
             return not off_edge(plan, b, i, w.trial, q, w)
         evaluate(plan, b, i, w.trial, q, w, False)
-        again(a, m, w.swapped, w.value, w.along)
+        substitute(a, m, w.interchanged, w.value, w.along)
         limit, length = limits.second * length, 0.0
         for r in range(m):
             length += w.along[r] * w.along[r]
@@ -233,7 +232,7 @@ def corrected(plan, b, i, q, part, sign, limits, x, w):
 
 
 @kept
-def measured(plan, b, scales, path, values, states, reached, tests, out, w, version=VERSION):  # noqa: ARG001
+def measured(plan, b, scales, path, values, states, reached, tests, out, w, version=VERSION):  # noqa: ARG001  # part of its types
     """Measure positions: `position.reported`; what is not plainly good is left to it."""
     s = path.shape[1]
     for i in range(len(reached)):
@@ -294,7 +293,7 @@ def condition(w, ratio):
             a[r, m + j] = 1.0 if r == j else 0.0
             v *= ratio if j < 3 else 1.0
             one += v * v
-    eliminate(a, m, 2 * m, w.swapped)
+    eliminate(a, m, 2 * m, w.interchanged)
     for r in range(m):
         size = 0.0
         for j in range(m):
