@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.patches import Polygon
 
 from catalogue.cli import run
 from catalogue.cli.plate import _files
@@ -173,6 +174,7 @@ def test_marks_are_of_one_size_on_paper_whatever_the_cell(points: int) -> None:
         vignette.draw()
         halves.add(round(vignette.half, 3))
         (dot,) = [patch for patch in axes.patches if patch.get_gid() == "cell-pole"]
+        assert isinstance(dot, Polygon)
         size.append(np.ptp(axes.transData.transform(dot.get_xy()), axis=0))
     assert len(halves) > 1
     np.testing.assert_allclose(size, np.full((len(size), 2), size[0][0]), rtol=1e-6)

@@ -156,9 +156,9 @@ def test_a_place_in_the_coupler_is_that_which_lengths_tell(random_linkages: Call
         np.testing.assert_allclose(again, point, atol=1e-12 * np.abs(linkage.points).max() * 100)
 
 
-@pytest.mark.parametrize("wish", [{"stroke": 1.5}, {"deviation": 0.02}], ids=["stroke", "deviation"])
-def test_stretches_of_one_circuit_do_not_cover_one_another(wish: dict[str, float]) -> None:
-    found = measure(guide(HOEKEN), **wish, limit=8)
+@pytest.mark.parametrize(("stroke", "deviation"), [(1.5, None), (None, 0.02)], ids=["stroke", "deviation"])
+def test_stretches_of_one_circuit_do_not_cover_one_another(stroke: float | None, deviation: float | None) -> None:
+    found = measure(guide(HOEKEN), stroke=stroke, deviation=deviation, limit=8)
     pairs = [(a, b) for a, b in combinations(found, 2) if a.circuit == b.circuit]
     assert len(pairs) > 1
     for a, b in pairs:
@@ -171,9 +171,9 @@ def test_stretches_of_one_circuit_do_not_cover_one_another(wish: dict[str, float
 @pytest.mark.parametrize("arc", [False, True], ids=["line", "arc"])
 def test_a_stretch_is_the_same_in_any_unit(unit: float, arc: bool) -> None:
     small = {name: unit * value for name, value in HOEKEN.items()}
-    for wish in ({"stroke": 3.5}, {"deviation": 0.1}):
+    for stroke, deviation in ((3.5, None), (None, 0.1)):
         some, others = (
-            measure(guide(links), **{name: scale * value for name, value in wish.items()}, arc=arc)
+            measure(guide(links), stroke=stroke and scale * stroke, deviation=deviation and scale * deviation, arc=arc)
             for links, scale in ((HOEKEN, 1.0), (small, unit))
         )
         assert len(some) > 1

@@ -119,7 +119,7 @@ def test_with_given_pivots_the_deviation_is_from_the_nominal_fixed_in_place(
 
 @pytest.mark.parametrize("nodes", [4, 6, 8])
 def test_a_path_that_few_nodes_do_not_resolve_is_read_at_more(nodes: int) -> None:
-    linkage = Linkage([[[0, 0, 1], [0.2, 1, 1]], [[1, 0, 1], [1.3, 0.9, 1]]])
+    linkage = Linkage(np.array([[[0, 0, 1], [0.2, 1, 1]], [[1, 0, 1], [1.3, 0.9, 1]]]))
     point = np.array([0.7 + 0.8j])
     back = np.conj(coupler_curve(linkage, point).tangent)
     guides = coupler_curve(linkage.moved(back, 0.25 - back * point), np.array([0.25 + 0j]))

@@ -113,7 +113,7 @@ def test_the_gradient_of_the_spread_is_that_of_differences(
 def test_across_an_exact_arc_is_along_its_radius(sweep: float) -> None:
     """Of a parallelogram, whose points all run on circles of the cranks' radius."""
     radius, point = 2.0, 0.3 + 2.7j
-    linkage = Linkage([[[0, 0, 1], [0, radius, 1]], [[1.5, 0, 1], [1.5, radius, 1]]])
+    linkage = Linkage(np.array([[[0, 0, 1], [0, radius, 1]], [[1.5, 0, 1], [1.5, radius, 1]]]))
     guides = coupler_curve(linkage, np.array([point]), pole=np.array([complex(np.nan, np.nan)]))
     traced = at_stroke(guides, 2 * radius * np.sin(0.5 * sweep), circle=True)
     found = sensitivity(guides, traced, 256)
