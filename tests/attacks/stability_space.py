@@ -16,6 +16,8 @@ import numpy as np
 from catalogue.errors import CatalogueError
 from catalogue.kinematics.types import Array
 from catalogue.spatial import Joint, Link, Load, Mechanism, Revolute, Travel, reactions
+from catalogue.spatial.guided import compiled
+from catalogue.spatial.guided.position import driver_units
 from tests.attacks.stability_reference import EPS, NotClosed, Row
 from tests.benchmarks import spatial_stability as guided
 
@@ -29,13 +31,25 @@ FORCE, CONTACT = (-2000.0, 1500.0, 4000.0), (5.0, 765.0, -310.0)
 
 # -- guided bodies ----------------------------------------------------------------------------------------------------
 def bodies(n: int) -> Iterator[Row]:
-    """Positions, and derivatives by the first driver, near what is stiff."""
+    """Positions, and derivatives by the first driver, near what is stiff; positions at the end of a sweep, too."""
     for kind, (make, distances) in guided.KINDS.items():
         for near in distances[::2]:
             batch, at = make(near, n)
             name = f"{kind.partition(',')[0]}, {near:.0e}"
             for order, what in enumerate(("position", "velocity", "acceleration")):
                 yield _guided(order, f"guided body: {what}", name, batch, at)
+            for way, taken in (("swept", None), ("compiled sweep", compiled.fast(batch))):
+                if taken or way == "swept":
+                    yield swept(f"guided body: position, {way}", name, batch, at, near)
+
+
+def swept(kernel: str, name: str, batch: Any, at: Any, near: float) -> Row:
+    """Row of the positions at the end of a sweep that leads away from these and back, of enough nodes to be compiled
+    where that is in the kernel's name."""
+    nodes = compiled.WORTH if "compiled" in kernel else compiled.WORTH // (2 * len(batch))
+    back = 0.05 * min(near, 1.0) * (1 - np.abs(np.linspace(-1, 1, nodes + 1)))
+    path = at.drivers[:, None] - back[:, None] * driver_units(batch).T[:, None]
+    return _guided(0, kernel, name, batch, guided.S.follow(batch, path, at).node(nodes))
 
 
 def _guided(order: int, kernel: str, name: str, batch: Any, at: Any) -> Row:

@@ -13,6 +13,7 @@ import pytest
 from tests.attacks import stability_paths, stability_planar, stability_space
 from tests.attacks.stability_linkages import STRESSES
 from tests.attacks.stability_reference import Row, tried
+from tests.benchmarks import spatial_stability
 from tests.precision import EXTENDED
 
 pytestmark = pytest.mark.skipif(not EXTENDED, reason="principal pairs and small deviations need extended precision")
@@ -59,3 +60,12 @@ def test_guides_are_measured_on_the_exact_motion(stress: str) -> None:
 @pytest.mark.slow
 def test_function_generators_keep_their_bounds() -> None:
     assert check(stability_space.generators(2)) > 30
+
+
+@pytest.mark.parametrize("near", [1e-2, 1e-6, 1e-8])
+@pytest.mark.parametrize("way", ["swept", "compiled sweep"])
+def test_a_point_where_a_torus_nearly_closes_is_led_away_and_back(near: float, way: str) -> None:
+    """Its meridian is bent so much that a step of the square root of rounding leaves more than rounding."""
+    batch, at = spatial_stability.closing(near, 4)
+    assert at.success.all()
+    assert check(iter([stability_space.swept(way, str(near), batch, at, near)])) == len(batch)

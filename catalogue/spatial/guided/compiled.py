@@ -17,7 +17,7 @@ from . import continuation, filling, newton
 from . import predictor_corrector as steps
 from .equations import System, slot_of
 from .mechanism import Mechanisms
-from .position import ASSEMBLED, AT_APEX, EDGE, LOST, OK, driver_units
+from .position import AT_APEX, CLOSED, EDGE, LOST, OK, driver_units
 
 #: Positions for which numba is imported, which takes as long as some thousand of them by numpy.
 WORTH = 100
@@ -125,6 +125,6 @@ def measured(fast: Fast, nodes: Array, states: Array, reached: Array) -> Any:
     shapes = ((n * s, *shape) for shape in ((4,), (3,), (p, 3), (p, 2), (), ()))
     out = k.Measured(*(np.full(shape, np.nan) for shape in shapes), np.zeros(n * s, bool))
     path = plain(nodes / fast.units.T[:, None])
-    tests = ASSEMBLED, LOST, AT_APEX
+    tests = CLOSED, LOST, AT_APEX
     call(k.measured, fast.plan, fast.bodies, fast.scales, path, _own(nodes), states, reached, tests, out, fast.work)
     return out

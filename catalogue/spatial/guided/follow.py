@@ -18,7 +18,8 @@ from .continuation import Walk
 from .equations import System
 from .filling import corners, fill
 from .mechanism import Mechanisms
-from .position import OK, Positions, reported, solve_positions
+from .newton import newton
+from .position import CLOSED, OK, Positions, driver_units, reported, solve_positions
 from .unknowns import State
 
 BEYOND = "beyond the end of the motion"
@@ -26,6 +27,8 @@ BEYOND = "beyond the end of the motion"
 BLOCK = 1024
 #: Positions that are measured together.
 MEASURED = 4096
+#: Newton's steps that close a mechanism which the steps along its motion left open.
+CLOSING = 3
 #: What stands for a position that was not reached, by the kind of number.
 BLANK = {"f": np.nan, "b": False, "i": 0, "U": BEYOND}
 
@@ -162,8 +165,8 @@ def _measured(mechanisms: Mechanisms, nodes: Array, states: Array, reached: Arra
         index = every[low : low + MEASURED]
         i, j = np.divmod(index, s)
         flat = states[j, :, i].T
-        there = np.ones(len(i), bool)
-        at = reported(mechanisms[i], system.take(i), State(flat[:4], flat[4:]), nodes[i, j], there, there.astype(int))
+        at = _reported(mechanisms[i], system.take(i), State(flat[:4], flat[4:]), nodes[i, j])
+        states[j, :, i] = at.state.numbers.T
         for name, value in vars(at).items():
             if name != "state":
                 if name not in out:
@@ -188,9 +191,22 @@ def _compiled(mechanisms: Mechanisms, fast: compiled.Fast, nodes: Array, states:
     index = np.flatnonzero(there & ~out.good)
     if len(index):
         i, j = np.divmod(index, s)
-        sure, one = np.ones(len(i), bool), np.ones(len(i), int)
-        at = reported(mechanisms[i], System.of(mechanisms).take(i), found.state[index], nodes[i, j], sure, one)
-        for name, value in vars(at).items():
-            if name != "state":
-                getattr(found, name)[index] = value
+        at = _reported(mechanisms[i], System.of(mechanisms).take(i), found.state[index], nodes[i, j])
+        found.put(index, at)
     return found
+
+
+def _reported(mechanisms: Mechanisms, system: System, state: State, values: Array) -> Positions:
+    """Return the positions in states that steps led to.
+
+    Where a guide is bent so much that the last of them left the mechanism open, Newton's method closes it.
+    """
+    every = np.ones(len(system), bool)
+    at = reported(mechanisms, system, state, values, every, every.astype(int))
+    off = np.flatnonzero(~at.success | (at.residual * mechanisms.diameter > CLOSED * system.reach * system.unit))
+    if len(off):
+        some, sub = mechanisms[off], system.take(off)
+        root = newton(sub, state[off], values[off].T / driver_units(some), CLOSING)
+        closed = reported(some, sub, root.state, values[off], root.found, at.evaluations[off])
+        at.put(off[root.found], closed[root.found])
+    return at

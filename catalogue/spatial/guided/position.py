@@ -28,6 +28,8 @@ CHART = "driven coordinate is singular"
 NOT_FINITE = "driver is not finite"
 #: Largest distance from a guide at which a body counts as assembled, in the largest length of the mechanism.
 ASSEMBLED = 1e-12
+#: Up to which distance rounding explains it; beyond, a motion's position is closed again.
+CLOSED = 2e-14
 #: Condition number above which a position counts as singular.
 LOST = 1e12
 #: Condition number above which Newton's method, stopped without a root, was stopped by a dead point.
@@ -76,6 +78,13 @@ class Positions:
         index = np.atleast_1d(np.arange(len(self.success))[index])
         values = {k: v[index] for k, v in vars(self).items() if k != "state"}
         return Positions(**values, state=self.state[index])
+
+    def put(self, index: Any, other: Positions) -> None:
+        """Overwrite some, but not the number of their evaluations."""
+        for name, value in vars(self).items():
+            if name not in ("state", "evaluations"):
+                value[index] = getattr(other, name)
+        self.state.put(index, other.state)
 
 
 def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positions:
@@ -129,11 +138,8 @@ def _kept(mechanisms: Mechanisms, found: Positions, start: Positions) -> Positio
     if not len(some):
         return found
     motion = follow(mechanisms[some], np.stack([start.drivers[some], found.drivers[some]], axis=1), start[some])
-    led, there = motion.reached == 2, motion.node(1)
-    for name, value in vars(found).items():
-        if name not in ("state", "evaluations"):
-            value[some[led]] = getattr(there, name)[led]
-    found.state.put(some[led], there.state[led])
+    led = motion.reached == 2
+    found.put(some[led], motion.node(1)[led])
     reason = np.where(motion.reason == TURNING, DEAD_POINT, motion.reason)
     astray = ~led & found.success[some]
     found.reason[some[astray]], found.success[some[astray]] = reason[astray], False
