@@ -27,8 +27,9 @@ STANDING = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
 #: former answers nine hard requests of `tests/benchmarks/recall.py` best with 0.01.
 BESIDE, RELAXED = 0.01, 0.02
 #: Largest size of an answer [strokes]: a link much longer stands for a slider, and pivots rounded to double are off by
-#: more than such a guide deviates.
-FARTHEST = 1e3
+#: more than such a guide deviates.  The first where no `max_size` is given, unless something else that is asked for is
+#: more than a tenth as large.
+FARTHEST = 100.0, 1e3
 #: Deviation over stroke of what is exact but for rounding.  It is added to what is ranked, so that among exact guides a
 #: smaller deviation orders the answers, but gains next to nothing.
 EXACT = 1e-12
@@ -138,7 +139,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
                 value = found.allowance if key == "allowance" else getattr(m, key)
                 unit = bound if key == "allowance" else 1.0
                 amounts[name] = over((value - bound if name in LARGEST else bound - value) / unit)
-        amounts["distance of the pivots"] = over(m.size - FARTHEST)
+        amounts["distance of the pivots"] = over(m.size - farthest(problem))
         amounts["distance from the moving pivots"] = over(LEAST_ARM - nearer_arm(found))
         if wanted.min_transmission:
             amounts["min_transmission"] = over(np.radians(wanted.min_transmission - m.min_transmission))
@@ -151,6 +152,19 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
         for name, amount in amounts.items():
             amounts[name] = np.where(reached, amount if signed else np.maximum(amount, 0.0), np.inf)
     return Feasibility(amounts, problem.relaxed)
+
+
+def farthest(problem: Problem) -> float:
+    """Return the largest size of an answer [strokes]."""
+    wanted = problem.constraints
+    if wanted.max_size is not None:
+        return FARTHEST[1]
+    regions = (r.box for r in (wanted.fixed_pivots_in, wanted.pivots_in, wanted.swept_in) if r is not None)
+    places = (z for z in (wanted.fixed_pivots, wanted.moving_pivots, wanted.crank) if z is not None)
+    bend = problem.fixed_curvature
+    lengths = [*np.ravel([*regions]), *np.abs(np.ravel([*places])), wanted.min_link or 0.0, 1 / bend if bend else 0.0]
+    finite = [float(abs(v)) for v in lengths if abs(v) < FARTHEST[1]]
+    return min(max(FARTHEST[0], *(10 * v for v in finite)), FARTHEST[1])
 
 
 def _drive(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:

@@ -193,8 +193,12 @@ def test_cost_and_values_are_those_of_the_candidate(batch: Any, shown: Any) -> N
 
 def test_cranks_that_stand_for_sliders_are_no_answer() -> None:
     """Equal cranks turn the coupler's points on circles of their length: ever straighter, the longer they are."""
-    problem = Problem.of(StraightLine(1, 1e-3), Constraints(pins_only=True), Ranking())
-    for length, serves in ((200.0, True), (2000.0, False)):
+    far, large = {"fixed_pivots_in": (-50.0, -np.inf, 50.0, 0.0)}, {"max_size": 3000.0}
+    for length, wanted, serves in (
+        (90.0, {}, True), (200.0, {}, False), (200.0, large, True), (200.0, far, True), (2000.0, large, False),
+        (2000.0, far, False),
+    ):  # fmt: skip
+        problem = Problem.of(StraightLine(1, 1e-3), Constraints(pins_only=True, **wanted), Ranking())
         pivots = np.ones((1, 2, 2, 3))
         pivots[0, :, :, :2] = [[[0.0, -length], [0.0, 0.0]], [[1.0, -length], [1.0, 0.0]]]
         linkage = Linkage(pivots)
