@@ -26,7 +26,7 @@ from ..kinematics.types import Floats, Indices
 from ..problem.problem import Problem
 from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..store import Database
-from . import retrieve, synthesis
+from . import exact_guides, retrieve, synthesis
 
 
 @dataclass
@@ -63,8 +63,8 @@ NEAR, LEADING = 0.1, 1e3
 FAR, WAITING, NEARER = 0.1, 1, 0.9
 #: Price of what is broken when starts are compared.
 PENALTY = 4.0
-#: Parallelograms drawn in the first stage.
-PARALLELOGRAMS = 200
+#: Exact guides drawn in the first stage.
+EXACT_GUIDES = 200
 #: Stages at most, and how many answers are enough to look no farther.  Fewer would make the first answer worse where
 #: fewer are shown.
 STAGES, AMPLE = 10, 6
@@ -142,15 +142,15 @@ class Search:
                 starts = None if copies is None else self._promising(copies, HOPPED)
             if starts is None or not len(starts):
                 return
-            least = self.cost.min()
+            before = self._least
             self._refine(starts, 1)
-            in_vain = 0 if self.cost.min() < least - GAIN * abs(least) else in_vain + 1
+            in_vain = 0 if self._gained(before) else in_vain + 1
             if in_vain == HOPS_IN_VAIN:
                 return
 
     def step(self) -> None:
         """Refine the starts of one more stage, or of two together, as rounds of many cost little more than of few."""
-        parts, together = [], 2 if self.stage or self._bounded else 1
+        parts, together, before = [], 2 if self.stage or self._bounded else 1, self._least
         with self.report.timed("starts"):
             for _ in range(together):
                 parts.append(self._starts())
@@ -162,10 +162,19 @@ class Search:
         feasible, (first, refined) = int(np.isfinite(self.cost).sum()), self._begun
         stages, points = self.stage - first, self.report.refined - refined
         least = 1 if self.enough == 1 else 1 + self._bounded  # a region leaves few designs: the next stage differs
-        ample = feasible >= self.enough and stages >= least
+        ample = feasible >= self.enough and stages >= least and not (self._constrained and self._gained(before))
         spent = points > (self._extent.points if feasible else self._extent.in_vain) or stages >= STAGES
         if ample or spent or self._hopeless or starts is None:
             self.status = "found" if feasible else "exhausted"
+
+    @property
+    def _least(self) -> float:
+        """The least cost of what was found, infinite before."""
+        return float(np.min(self.cost, initial=np.inf))
+
+    def _gained(self, before: float) -> bool:
+        """Whether the least cost has fallen since it was as given."""
+        return self._least < (before - GAIN * abs(before) if np.isfinite(before) else before)
 
     @property
     def _hopeless(self) -> bool:
@@ -183,6 +192,11 @@ class Search:
         return CONSTRAINED if self._constrained else FREE
 
     @property
+    def _exact(self) -> bool:
+        """Whether exact guides are wanted, be they trivial: of arcs of a given radius, or for the least deviation."""
+        return self.problem.fixed_curvature is not None or self.problem.ranking.only == "deviation"
+
+    @property
     def _bounded(self) -> bool:
         """Whether pivots are to stand in a region."""
         return any(getattr(self.problem.constraints, name) is not None for name in STANDING)
@@ -190,7 +204,7 @@ class Search:
     @cached_property
     def _made(self) -> list[str]:
         """Families of which starts are made to measure."""
-        return synthesis.families(self.problem)
+        return synthesis.allowed(self.problem)
 
     def _starts(self) -> CandidateBatch | None:
         """Return measured starts of the present stage, the most promising first."""
@@ -198,8 +212,8 @@ class Search:
         parts = [self._stored(extent.measured // (1 + self.stage % 2))]
         if self.stage or self._bounded or problem.fixed_curvature is not None:
             parts += [synthesis.starts(problem, name, extent.drawn, self._random) for name in self._made]
-        if self.stage == 0 and problem.fixed_curvature is not None and "four-bar" in self._made:
-            parts.append(synthesis.parallelograms(problem, PARALLELOGRAMS, self._random))
+        if self.stage == 0 and self._exact:
+            parts.append(exact_guides.starts(problem, EXACT_GUIDES, self._random))
         if problem.constraints.full_rotation and "four-bar" in self._made:
             parts.append(synthesis.driven(problem, extent.drawn, self._random))
         if self.stage >= 2:

@@ -20,6 +20,8 @@ Source: Euler-Savary as in Allievi 1895, sec. 3; the draws and the quotient are 
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin, measured
@@ -30,8 +32,8 @@ from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import Region
 from ..problem.problem import Problem
 
-#: Families that are made, with whether their dyads are cranks.
-MADE = {"four-bar": (True, True), "slider-crank": (True, False)}
+#: Families that are made, with whether their second dyad is a crank, too.
+PINNED = {"four-bar": True, "slider-crank": False}
 #: Where fixed pivots are drawn if nothing is said: log-normally about this distance from mid-stroke [strokes].
 DISTANCE, SPREAD = 1.0, 0.6
 #: Longest and shortest link or arm of a start, in strokes.
@@ -41,17 +43,15 @@ RADIUS, BENT, SHARPEST = 1.0, 0.7, 0.55
 #: Longest link in cranks where a crank turns fully, how many are drawn for one that is kept, positions of it that
 #: are looked at, and through which angle it turns if nothing is said [rad].
 CRANKS, EACH, POSITIONS, TURNED = 16.0, 25, 17, (0.7, 2.8)
-#: Least angle of a parallelogram over the stroke [rad].
-DEAD = 0.35
 
 
-def families(problem: Problem) -> list[str]:
-    """Return which families are made for a problem."""
+def allowed(problem: Problem, made: Mapping[str, bool] = PINNED) -> list[str]:
+    """Return which of the families that can be made, with whether they have pins only, suit a problem."""
     wanted = problem.constraints
     if wanted.series or wanted.configurations or wanted.order or wanted.slots or wanted.returns:
         return []
-    allowed = [name for name in MADE if not wanted.families or name in wanted.families]
-    return [name for name in allowed if name == "four-bar" or not wanted.pins_only]
+    here = [name for name in made if not wanted.families or name in wanted.families]
+    return [name for name in here if made[name] or not wanted.pins_only]
 
 
 def starts(problem: Problem, family: str, count: int, random: np.random.Generator) -> CandidateBatch | None:
@@ -151,24 +151,6 @@ def _rotating(count: int, random: np.random.Generator) -> Linkage:
     return linkage[rotation_margin(linkage)[:, 0] > 0]
 
 
-def parallelograms(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return parallelograms whose cranks are as long as the radius, measured; None if they would come too near to a
-    dead point.  Every point of the coupler runs along such an arc exactly: trivial, but compact and sound."""
-    bend = curvatures(problem, count, random)
-    free = 0.5 * np.pi - np.arcsin(-0.5 * bend) - DEAD
-    bend, free = (v[(free > 0) & (-bend * LONGEST >= 1)] for v in (bend, free))
-    if not (count := len(bend)):
-        return None
-    point = summit(bend)
-    tilt = random.uniform(-free, free) + np.where(random.random(count) < 0.5, 0.0, np.pi)
-    first = _fixed(problem, point, random)
-    fixed = np.stack([first, first + np.exp(random.normal(np.log(0.5), 0.5, count)) * np.exp(1j * tilt)], axis=1)
-    ends = np.stack([fixed, fixed - 1j / bend[:, None]], axis=-1)
-    linkage = Linkage(np.stack([ends.real, ends.imag, np.ones(ends.shape)], axis=-1))
-    pole = np.full(count, complex(np.nan, np.nan))
-    return measured(problem, Origin.made(linkage, "parallel", 99), linkage, point, pole, bend)
-
-
 def summit(curvature: Floats) -> Complexes:
     """Return where paths of curvatures (n,) [1/stroke] are in mid-stroke."""
     return np.asarray(0.5 - 0.25j * curvature / (1 + np.sqrt(1 - 0.25 * curvature**2)), complex)
@@ -186,8 +168,8 @@ def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Ge
     they cannot be, or have links out of all proportion."""
     count = len(curvature)
     point = summit(curvature)
-    second = MADE[family][1]
-    fixed = np.stack([_fixed(problem, point, random) for _ in range(2)], axis=1)
+    second = PINNED[family]
+    fixed = np.stack([fixed_pivots(problem, point, random) for _ in range(2)], axis=1)
     pole = point + 1j * random.standard_cauchy(count)
     away = fixed - pole[:, None]
     far = np.abs(away)
@@ -221,12 +203,10 @@ def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Ge
     return np.where(good[:, None, None, None], pivots, np.nan)
 
 
-def _fixed(problem: Problem, point: Complexes, random: np.random.Generator) -> Complexes:
+def fixed_pivots(problem: Problem, point: Complexes, random: np.random.Generator) -> Complexes:
     """Return places for a fixed pivot of each: in the region where it must stand, else about the path, (n,)."""
     wanted, count = problem.constraints, len(point)
-    region: Region | None = next(
-        (r for r in (wanted.fixed_pivots_in, wanted.pivots_in, wanted.swept_in) if r is not None), None
-    )
+    region = region_of(problem)
     most = wanted.max_size or LONGEST
     away = np.minimum(np.exp(random.normal(np.log(DISTANCE), SPREAD, count)), 0.8 * most)
     about = point + away * np.exp(2j * np.pi * random.random(count))
@@ -234,3 +214,9 @@ def _fixed(problem: Problem, point: Complexes, random: np.random.Generator) -> C
         return np.asarray(about)
     x0, y0, x1, y1 = np.clip(region.box, -LONGEST, LONGEST)
     return np.asarray(random.uniform(x0, x1, count) + 1j * random.uniform(y0, y1, count))
+
+
+def region_of(problem: Problem) -> Region | None:
+    """Return the region in which fixed pivots must stand, None if they may stand anywhere."""
+    wanted = problem.constraints
+    return next((r for r in (wanted.fixed_pivots_in, wanted.pivots_in, wanted.swept_in) if r is not None), None)

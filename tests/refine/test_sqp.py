@@ -17,7 +17,7 @@ from catalogue.kinematics.linkage import RR
 from catalogue.kinematics.types import Array
 from catalogue.refine.sqp import Refinement
 from catalogue.refine.subproblem import PivotCoordinates, _distance, linearise
-from catalogue.search.synthesis import parallelograms
+from catalogue.search.exact_guides import parallelograms
 from tests.refine.starts import problem_of, started
 
 LINE, ARC, FREE = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1), CircularArc(1, 5e-3)

@@ -8,23 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue import CircularArc, StraightLine
 from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search.synthesis import (
-    DEAD,
-    LONGEST,
-    SHORTEST,
-    drawn,
-    driven,
-    families,
-    parallelograms,
-    starts,
-    straightest,
-    summit,
-)
+from catalogue.search.synthesis import LONGEST, SHORTEST, allowed, drawn, driven, starts, straightest, summit
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 0.8), CircularArc(1, 1e-3)
 
@@ -160,45 +149,4 @@ def test_only_straight_paths_are_driven() -> None:
     ],
 )
 def test_only_what_is_asked_for_is_made(wanted: dict[str, Any], made: list[str]) -> None:
-    assert families(asked(LINE, **wanted)) == made
-
-
-@pytest.mark.parametrize("radius", [0.51, 0.6, 1.0, 5.0])
-def test_parallelograms_carry_along_the_arc_itself(radius: float) -> None:
-    """And no dead point is near."""
-    problem = asked(CircularArc(1, 1e-3, radius), families=["four-bar"])
-    made = parallelograms(problem, 12, np.random.default_rng(3))
-    if radius == 0.51:
-        assert made is None, "the crank would come too near to its coupler"
-        return
-    assert made is not None
-    assert (made.deviation < 1e-14).all()
-    assert (made.measures.min_transmission > np.degrees(0.95 * DEAD)).all()
-    assert (made.origin.order == 99).all()
-    # both cranks are the same vector, as long as the radius: the coupler does not turn
-    cranks = made.linkage.points[:, :, 1] - made.linkage.points[:, :, 0]
-    np.testing.assert_allclose(cranks[:, 0], cranks[:, 1], atol=1e-12)
-    np.testing.assert_allclose(np.abs(cranks), radius, rtol=1e-12)
-    centre = 0.5 - 1j * np.sqrt(radius**2 - 0.25)
-    np.testing.assert_allclose(np.abs(made.point - centre), radius, rtol=1e-12)
-
-
-def test_parallelograms_stand_every_way_that_dead_points_leave() -> None:
-    problem = asked(CircularArc(1, 1e-3, 1.0), families=["four-bar"])
-    made = parallelograms(problem, 200, np.random.default_rng(3))
-    assert made is not None
-    ground = made.linkage.points[:, 1, 0] - made.linkage.points[:, 0, 0]
-    for side in (1, -1):
-        tilt = np.degrees(np.angle(side * ground[side * ground.real > 0]))
-        assert len(tilt) > 50
-        assert tilt.min() < -30
-        assert tilt.max() > 30
-    assert made.measures.min_transmission.max() > 55  # of 60 at most: the cranks turn by 60 degrees
-
-
-@pytest.mark.slow
-def test_an_arc_of_given_radius_is_exact_where_parallelograms_may_be(small: Catalogue) -> None:
-    found = small.find(ARC, families=["four-bar"], rank_by="deviation", limit=6, max_size=3.0)
-    assert found[0].deviation < 1e-14
-    assert found[0].order == 99
-    assert len({c.series for c in found}) > 1, "they crowd out nothing"
+    assert allowed(asked(LINE, **wanted)) == made

@@ -1,0 +1,83 @@
+"""Exact guides of any proportions, as starts: parallelograms for arcs, a circle in one twice as large for lines.
+
+Trivial, but compact and sound: nothing deviates less.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..candidates.batch import CandidateBatch, Origin, measured
+from ..kinematics.linkage import Linkage
+from ..problem.problem import Problem
+from .synthesis import BENT, DISTANCE, LONGEST, SHORTEST, allowed, curvatures, fixed_pivots, region_of, summit
+
+#: Least angle of a parallelogram over the stroke [rad].
+DEAD = 0.35
+#: Most of the diameter of a rolling circle that a stroke takes.
+PART = 0.95
+
+
+def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
+    """Return so many exact guides of the families asked for, measured; None if there are none of the sort."""
+    if problem.curvature == 0:
+        kinds = allowed(problem, {"elliptic-trammel": False, "slider-crank": False})
+        return cardan(problem, kinds, count, random) if kinds else None
+    return parallelograms(problem, count, random) if allowed(problem, {"four-bar": True}) else None
+
+
+def parallelograms(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
+    """Return parallelograms whose cranks are as long as the radius, measured; None if they would come too near to a
+    dead point.  Every point of the coupler runs along such an arc exactly: trivial, but compact and sound."""
+    bend = curvatures(problem, count, random)
+    free = np.maximum(0.5 * np.pi - np.arcsin(-0.5 * bend) - DEAD, 0.0)
+    tilt = random.uniform(-free, free) + np.where(random.random(count) < 0.5, 0.0, np.pi)
+    first, second = (fixed_pivots(problem, summit(bend), random) for _ in range(2))
+    if region_of(problem) is None:
+        second = first + np.exp(random.normal(np.log(0.5), 0.5, count)) * np.exp(1j * tilt)
+    ground = second - first
+    good = (np.abs(np.arctan(ground.imag / ground.real)) < free) & (-bend * LONGEST >= 1)
+    bend, fixed = bend[good], np.stack([first[good], second[good]], axis=1)
+    if not len(bend):
+        return None
+    ends = np.stack([fixed, fixed - 1j / bend[:, None]], axis=-1)
+    linkage = Linkage(np.stack([ends.real, ends.imag, np.ones(ends.shape)], axis=-1))
+    pole = np.full(len(bend), complex(np.nan, np.nan))
+    return measured(problem, Origin.made(linkage, "parallel", 99), linkage, summit(bend), pole, bend)
+
+
+def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Generator) -> CandidateBatch | None:
+    """Return linkages with a circle that rolls inside one twice as large, so that each of its points runs along a line
+    through the middle of that one: two of them in sliders, or one and the circle's own middle on a crank; measured;
+    None if none reaches over the stroke.
+
+    Allievi (1895), II.ooo and II.xoy; the path is a straight line, on which O, the middle of the larger circle, lies.
+    """
+    point = np.full(count, 0.5 + 0j)
+    pin = fixed_pivots(problem, point, random)
+    middle = 0.5 + np.where(random.random(count) < 0.5, 1, -1) * np.exp(random.normal(np.log(DISTANCE), BENT, count))
+    half = 0.5 * (middle + 0.5)  # the rolling circle goes through O, the guided point and the pin
+    with np.errstate(all="ignore"):
+        centre = half + 0.5j * (np.abs(half - pin) ** 2 - (half - middle) ** 2) / pin.imag
+    radius = np.abs(centre - middle)
+    other = centre + (pin - centre) * np.exp(1j * random.normal(0.0, 1.0, count))
+    crank = np.array([name == "slider-crank" for name in kinds])[random.integers(len(kinds), size=count)]
+    second = np.where(crank, centre, other)
+    fixed = [1j * (pin - middle), np.where(crank, middle, 1j * (second - middle))]
+    pairs = ((pin, second), (pin, middle), (second, middle), (pin, point), (second, point))
+    long = np.stack([np.abs(a - b) for a, b in pairs])
+    good = (np.abs(middle - 0.5) + 0.5 < PART * 2 * radius) & (radius < LONGEST) & (long > SHORTEST).all(0)
+    with np.errstate(all="ignore"):
+        turn = np.sign(centre.imag) * np.arccos((np.array([[0.0], [1.0]]) - middle) / (2 * radius))
+    way = np.cos(turn - np.angle(pin - middle))
+    good &= ~crank | (way[0] * way[1] > 0)  # else the slider passes O, where the linkage may change its branch
+    if not good.any():
+        return None
+    pivots = np.ones((count, 2, 2, 3))
+    for i, (away, near) in enumerate(zip(fixed, (pin, second), strict=True)):
+        ends = np.stack([away, near], axis=1)
+        pivots[:, i, :, 0], pivots[:, i, :, 1] = ends.real, ends.imag
+    pivots[:, 0, 0, 2], pivots[:, 1, 0, 2] = 0.0, crank
+    linkage = Linkage(pivots[good])
+    pole = np.full(len(linkage), complex(np.nan, np.nan))
+    return measured(problem, Origin.made(linkage, "cardan", 99), linkage, point[good], pole, np.zeros(len(linkage)))
