@@ -76,7 +76,10 @@ class Loop:
 
     @property
     def drives(self) -> list[str]:
-        """Ways to drive it."""
+        """Ways to drive it; the coupler of a parallelogram does not turn."""
+        first, second = self.a_star - self.a, self.b_star - self.b
+        if self.kind == "RR.RR" and abs(first - second) < 1e-9 * abs(first):
+            return ["crank", "other crank"]
         return {
             "RR.RR": ["coupler", "crank", "other crank"],
             "RR.PR": ["coupler", "crank", "slider"],
