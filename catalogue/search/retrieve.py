@@ -81,6 +81,10 @@ class Reaches:
         return np.asarray(np.unique(self.family.astype(str), return_inverse=True)[1])
 
 
+class ChangedError(DatabaseError):
+    """Guides of which one read told are gone at the next: a build replaces them, or the file is damaged."""
+
+
 def stored_reaches(problem: Problem, database: Database) -> Reaches:
     """Return the stored reaches that may serve a problem; kept in memory until the file changes."""
     what = (tuple(kinds(problem)), levels(problem), COVER * problem.effort)
@@ -295,7 +299,8 @@ def _stored(database: Database, found: Reaches, chosen: Indices) -> tuple[Couple
     wanted = zip(found.guide[chosen].tolist(), found.level[chosen].tolist(), strict=True)
     at = np.array([place.get(pair, -1) for pair in wanted], int)
     if (at < 0).any():
-        raise DatabaseError(f"{database.path} has changed while it was read, or is damaged: try again or build it")
+        _KEPT.pop(database, None)
+        raise ChangedError(f"{database.path} has changed while it was read, or is damaged: try again or build it")
     pivots = database.pivots(rows)[at]
     slot = np.isin(found.kind[chosen].astype(str), list(SLOTS.values()))[:, None, None, None]
     linkage = Linkage.trusted(np.where(slot, pivots[:, :, ::-1], pivots))

@@ -61,6 +61,8 @@ NEAR, LEADING = 0.1, 1e3
 #: A search in which the least violation is above this, and in so many stages has not fallen to this part of what it
 #: was, is given up.
 FAR, WAITING, NEARER = 0.1, 1, 0.9
+#: How often stored guides are read at most while builds replace them.
+READS = 5
 #: Price of what is broken when starts are compared.
 PENALTY = 4.0
 #: Exact guides drawn in the first stage.
@@ -223,7 +225,17 @@ class Search:
             kept.append(self.given)
         return join(*kept) if kept else None
 
-    def _stored(self, count: int) -> CandidateBatch | None:
+    def _stored(self, count: int, reads: int = READS) -> CandidateBatch | None:
+        """Return stored starts; where a build replaces them meanwhile, those that it made."""
+        try:
+            return self._shortlisted(count)
+        except retrieve.ChangedError:
+            if reads == 1:
+                raise
+            self._reaches = None
+            return self._stored(count, reads - 1)
+
+    def _shortlisted(self, count: int) -> CandidateBatch | None:
         if self._reaches is None:
             problem = replace(self.problem, effort=self.effort)
             self._reaches = retrieve.stored_reaches(problem, self.database)
@@ -231,10 +243,11 @@ class Search:
             self._merit = np.where(retrieve.eligible(problem, self._reaches), merit, np.inf)
             self.report.eligible = int(np.isfinite(self._merit).sum())
         chosen = retrieve.shortlist(self._reaches, self._merit, count, self.taken)
-        self.taken = np.concatenate([self.taken, self._reaches.guide[chosen]])
         if not len(chosen):
             return None
-        return retrieve.placed(self.problem, self.database, self._reaches, chosen, self._stretch[chosen])
+        found = retrieve.placed(self.problem, self.database, self._reaches, chosen, self._stretch[chosen])
+        self.taken = np.concatenate([self.taken, self._reaches.guide[chosen]])
+        return found
 
     def _perturbed(self) -> CandidateBatch | None:
         """Return copies of the best points found, moved at random; None of points that return, which they then do no

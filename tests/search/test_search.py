@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import shutil
+import sqlite3
+from contextlib import closing
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
+import catalogue
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.feasibility import cost, feasibility
+from catalogue.errors import DatabaseError
+from catalogue.kinematics.types import Indices
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search import search
-from catalogue.search.search import Search
+from catalogue.search import retrieve, search
+from catalogue.search.search import READS, Search
+from catalogue.store import Database
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 
@@ -104,3 +112,30 @@ def test_a_search_ends_when_its_points_are_spent(small: Catalogue, monkeypatch: 
     done = Search(problem, small.database).run()
     assert done.status == "exhausted"
     assert done.stage == 1
+
+
+@pytest.mark.parametrize("times", [1, READS])
+def test_what_a_build_replaces_meanwhile_is_read_again(
+    small_db: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int
+) -> None:
+    """Between the list of stored guides and their numbers the first of them is gone, once or every time."""
+    path, read = Path(shutil.copy(small_db, tmp_path / "built.db")), retrieve._stored
+    gone: list[int] = []
+
+    def replaced(database: Database, found: retrieve.Reaches, chosen: Indices) -> Any:
+        if len(gone) < times:
+            gone.append(int(found.guide[chosen[0]]))
+            with closing(sqlite3.connect(path)) as other, other:
+                other.execute("DELETE FROM reach WHERE guide_id = ?", (gone[-1],))
+                other.execute("PRAGMA user_version = 0")  # its seal
+        return read(database, found, chosen)
+
+    monkeypatch.setattr(retrieve, "_stored", replaced)
+    with catalogue.open(path, build=False) as opened:
+        if times == READS:
+            with pytest.raises(DatabaseError, match="has changed while it was read"):
+                opened.find(LINE, refine=False, limit=5)
+            return
+        found = opened.find(LINE, refine=False, limit=5)
+    assert found
+    assert gone[0] not in {c.id for c in found}
