@@ -351,13 +351,15 @@ def open(
     ------
     DatabaseError
         If the file cannot be used.
+    InvalidRequest
+        If an argument is of another type.
     """
     opened = Catalogue(Database.open(path if path is not None else default_database()), plugins)
     try:
-        if build and not opened.complete:
+        if switch("build", build) and not opened.complete:
             from .progress import shown
 
-            with shown(quiet=quiet, label="building the catalogue") as report:
+            with shown(quiet=switch("quiet", quiet), label="building the catalogue") as report:
                 opened.build(report=report)
     except BaseException:
         opened.close()

@@ -21,7 +21,7 @@ from .. import __version__
 from ..errors import InvalidRequest, quoted
 from ..folders import answers_file, replacing
 from ..kinematics.linkage import Linkage
-from ..problem.request import number, point
+from ..problem.request import number, point, positive
 from .candidate import Candidate
 from .dwell_results import DwellCandidate
 from .own_guide import OwnGuide
@@ -187,7 +187,9 @@ def _sound(one: Answer) -> Answer:
         value = getattr(one, f.name)
         if value is None and "None" in str(f.type):
             continue
-        if str(f.type).startswith(("float", "int")):
+        if f.name == "stroke":
+            positive(f.name, value)
+        elif str(f.type).startswith(("float", "int")):
             number(f.name, value)
         elif f.type == "str" and not isinstance(value, str):
             raise InvalidRequest(f"{f.name} must be a text, not {quoted(value)}")

@@ -149,8 +149,6 @@ class Candidate(PlacedGuide):
         from ..kinematics.circuits import circuits
 
         here, traced = self._trace
-        if not np.isfinite(traced.fit.deviation).all():
-            raise InvalidRequest(f"the linkage does not lead its guided point over a stroke of {self.stroke:g}")
         if not here.cusp.any():
             return self.motion(samples, points=points), False
         # a point that returns: from one end of its path to its rest and back
@@ -188,7 +186,10 @@ class Candidate(PlacedGuide):
     @cached_property
     def _trace(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
         """The guide on its motion, and what is traced over the stroke; once for all that is asked of it."""
-        return self._traced()
+        here, traced = self._traced()
+        if not np.isfinite(traced.fit.deviation).all():
+            raise InvalidRequest(f"the linkage does not lead its guided point over a stroke of {self.stroke:g}")
+        return here, traced
 
     def _traced(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
         from ..guidance.placement import at_stroke

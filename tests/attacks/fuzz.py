@@ -430,6 +430,8 @@ FIELDS = ("kind", "stroke", "deviation", "radius", "from", "to", "max-size", "mi
 GIVEN = st.one_of(
     WORDS, st.floats().map(repr), st.sampled_from(["line", "arc", "40", "0.5", "in", "draft", "refined"]), JSON_VALUE
 )
+#: Characters of an address that the client sends.
+LONGEST = 60_000
 ADDRESS = st.tuples(PLACE, st.lists(st.tuples(st.sampled_from(FIELDS) | WORDS, GIVEN), max_size=5))
 
 
@@ -442,7 +444,7 @@ def _asked(opened: catalogue.Catalogue, given: Any) -> None:
 
     place, fields = given
     page = application(Path(opened.database.path), wish_form(tuple(opened.registry.series)), make=thread)
-    where = f"{quote(place, errors='surrogatepass')}?{urlencode(fields, errors='surrogatepass')}"
+    where = f"{quote(place, errors='surrogatepass')}?{urlencode(fields, errors='surrogatepass')}"[:LONGEST]
     with TestClient(page, base_url="http://127.0.0.1", follow_redirects=False) as client:
         answer = client.get(where)
     assert answer.status_code in (200, 303, 307, 400, 404, 501, 503), (answer.status_code, answer.text)

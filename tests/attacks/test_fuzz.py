@@ -26,9 +26,9 @@ def idle(small: Catalogue) -> Iterator[Catalogue]:
         yield small
 
 
-#: The record of an answer, but for its pole, the start of its path and the cranks that turn.
+#: The record of an answer, but for its stroke, its pole, the start of its path and the cranks that turn.
 ANSWER = (
-    b'{"kind":"Candidate","id":1,"family":"four-bar","series":"IV*.l","configuration":"opposite","order":4,"stroke":1.0,'
+    b'{"kind":"Candidate","id":1,"family":"four-bar","series":"IV*.l","configuration":"opposite","order":4,"stroke":%b,'
     b'"deviation":9.7e-5,"radius":null,"size":3.4,"max_link":1.7,"max_ground":3.4,"max_arm":1.0,"min_transmission":74.3,'
     b'"pivots":[[[-0.5778,0.8994,1.0],[-0.3679,-0.5372,1.0]],[[1.1640,-2.0046,1.0],[1.3740,-0.5680,1.0]]],'
     b'"guided":[0.5,0.0],"driver":1,"drive_angle":38.1,"time_ratio":null,"uniformity":0.76,"advantage":0.9,"rotation":9.5,'
@@ -63,11 +63,14 @@ FELL: list[tuple[str, Any]] = [
     ("Candidate.plot", []),
     ("load", "\ud800"),
     ("recall", b'{kind": "OwnGuide"}'),
-    ("recall", ANSWER % (b"null", b"[0.0]", b"[]")),
-    ("recall", ANSWER % (b"0.0", b"[0.0, 0.0]", b"[]")),
-    ("recall", ANSWER % (b"[0.0]", b"[0.0, 0.0]", b"[]")),
-    ("recall", ANSWER % (b"null", b"[0.0, 0.0]", b"7")),
+    ("recall", ANSWER % (b"1.0", b"null", b"[0.0]", b"[]")),
+    ("recall", ANSWER % (b"1.0", b"0.0", b"[0.0, 0.0]", b"[]")),
+    ("recall", ANSWER % (b"1.0", b"[0.0]", b"[0.0, 0.0]", b"[]")),
+    ("recall", ANSWER % (b"1.0", b"null", b"[0.0, 0.0]", b"7")),
+    ("recall", ANSWER % (b"0.0", b"null", b"[0.0, 0.0]", b"[]")),
+    ("recall", ANSWER % (b"2.0", b"null", b"[0.0, 0.0]", b"[]")),
     ("open", {"path": 7}),
+    ("open", {"build": np.zeros(0)}),
     ("files", b"[" * 100_000),
     ("files", b"9" * 5000),
     ("files", b'{"format":"mechanism-catalogue answers","answers":[' + b"9" * 5000 + b"]}"),
