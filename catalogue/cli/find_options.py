@@ -40,7 +40,7 @@ OPTIONS = (
     length("--moving-pivots", "X1 Y1 X2 Y2", "Where the moving ones are in mid-stroke.", nargs=4),
     length("--crank", "X Y X* Y*", "Fixed and, in mid-stroke, moving pivot of one crank.", nargs=4),
     length("--within", "L", "How far off given pivots may stand.", default=0.0),
-    length("--max-size", "L", "Largest diameter of pivots and path together."),
+    length("--max-size", "L", "Largest diameter of pivots and path together; 100 strokes if not given."),
     length("--max-link", "L", "Longest crank or coupler."),
     length("--min-link", "L", "Shortest crank or coupler."),
     length("--max-ground", "L", "Largest distance of the fixed pivots."),

@@ -193,7 +193,8 @@ class Constraints:
     keep_out : sequence of regions
         Into which no part of it may come over the stroke.
     max_size, max_link, min_link, max_ground, max_arm : float, optional
-        See `catalogue.guidance.metrics.Measures`.
+        See `catalogue.guidance.metrics.Measures`.  Without a `max_size` answers are at most 100 strokes large, or ten
+        times as large as regions, places, `min_link` and the radius reach, but never more than 1,000.
     min_transmission : float
         Least transmission angle over the stroke, the better crank driving [deg].
     min_transmission_turn : float
