@@ -152,7 +152,7 @@ class Search:
 
     def step(self) -> None:
         """Refine the starts of one more stage, or of two together, as rounds of many cost little more than of few."""
-        parts, together, before = [], 2 if self.stage or self._bounded else 1, self._least
+        parts, together = [], 2 if self.stage or self._narrow else 1
         with self.report.timed("starts"):
             for _ in range(together):
                 parts.append(self._starts())
@@ -163,8 +163,8 @@ class Search:
             self._refine(starts, together)
         feasible, (first, refined) = int(np.isfinite(self.cost).sum()), self._begun
         stages, points = self.stage - first, self.report.refined - refined
-        least = 1 if self.enough == 1 else 1 + self._bounded  # a region leaves few designs: the next stage differs
-        ample = feasible >= self.enough and stages >= least and not (self._constrained and self._gained(before))
+        least = 1 if self.enough == 1 else 1 + self._narrow  # few designs are left: the next stage differs
+        ample = feasible >= self.enough and stages >= least
         spent = points > (self._extent.points if feasible else self._extent.in_vain) or stages >= STAGES
         if ample or spent or self._hopeless or starts is None:
             self.status = "found" if feasible else "exhausted"
@@ -199,9 +199,10 @@ class Search:
         return self.problem.fixed_curvature is not None or self.problem.ranking.only == "deviation"
 
     @property
-    def _bounded(self) -> bool:
-        """Whether pivots are to stand in a region."""
-        return any(getattr(self.problem.constraints, name) is not None for name in STANDING)
+    def _narrow(self) -> bool:
+        """Whether few designs are left: pivots are to stand in a region, or a crank is to turn fully."""
+        wanted = self.problem.constraints
+        return bool(wanted.full_rotation) or any(getattr(wanted, name) is not None for name in STANDING)
 
     @cached_property
     def _made(self) -> list[str]:
@@ -212,7 +213,7 @@ class Search:
         """Return measured starts of the present stage, the most promising first."""
         problem, extent = self.problem, self._extent
         parts = [self._stored(extent.measured // (1 + self.stage % 2))]
-        if self.stage or self._bounded or problem.fixed_curvature is not None:
+        if self.stage or self._narrow or problem.fixed_curvature is not None:
             parts += [synthesis.starts(problem, name, extent.drawn, self._random) for name in self._made]
         if self.stage == 0 and self._exact:
             parts.append(exact_guides.starts(problem, EXACT_GUIDES, self._random))
