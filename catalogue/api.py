@@ -354,12 +354,13 @@ def open(
     InvalidRequest
         If an argument is of another type.
     """
+    build, quiet = switch("build", build), switch("quiet", quiet)
     opened = Catalogue(Database.open(path if path is not None else default_database()), plugins)
     try:
-        if switch("build", build) and not opened.complete:
+        if build and not opened.complete:
             from .progress import shown
 
-            with shown(quiet=switch("quiet", quiet), label="building the catalogue") as report:
+            with shown(quiet=quiet, label="building the catalogue") as report:
                 opened.build(report=report)
     except BaseException:
         opened.close()

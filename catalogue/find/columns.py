@@ -51,7 +51,8 @@ TABLE: Mapping[str, Column] = dict([
 CANDIDATE: Mapping[str, Column] = dict([
     _column("id", "", "number of the stored guide it comes from, which `show` takes; none if made to measure"),
     _column("family", "", "which dyads the linkage has, such as four-bar", right=False),
-    _column("series", "", "code of the series (Allievi) of its ancestor", right=False),
+    _column("series", "", "code of the series (Allievi) of its ancestor; parallel, cardan: exact, made to measure",
+            right=False),
     _column("configuration", "", "where the pivots of its ancestor stand: letters of its dyads", "conf.", right=False),
     _column("order", "", "order of contact of its ancestor with the path; exact: all of it"),
     _column("stroke", LENGTH, "length of the path, of an arc its chord"),

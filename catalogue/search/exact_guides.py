@@ -1,4 +1,4 @@
-"""Exact guides of any proportions, as starts: parallelograms for arcs, a circle in one twice as large for lines.
+"""Exact guides of any proportions, as starts: parallelograms for arcs, Cardan's circles for lines.
 
 Trivial, but compact and sound: nothing deviates less.
 """
@@ -19,7 +19,7 @@ PART = 0.95
 
 
 def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return so many exact guides of the families asked for, measured; None if there are none of the sort."""
+    """Return exact guides of the families asked for, measured, of `count` that are drawn; None if there are none."""
     if problem.curvature == 0:
         kinds = allowed(problem, {"elliptic-trammel": False, "slider-crank": False})
         return cardan(problem, kinds, count, random) if kinds else None
@@ -47,30 +47,42 @@ def parallelograms(problem: Problem, count: int, random: np.random.Generator) ->
 
 
 def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Generator) -> CandidateBatch | None:
-    """Return linkages with a circle that rolls inside one twice as large, so that each of its points runs along a line
-    through the middle of that one: two of them in sliders, or one and the circle's own middle on a crank; measured;
-    None if none reaches over the stroke.
+    """Return linkages in Cardan motion, measured; None if none reaches over the stroke.
 
-    Allievi (1895), II.ooo and II.xoy; the path is a straight line, on which O, the middle of the larger circle, lies.
+    A circle rolls inside one of twice its radius: each of its points runs along a line through the centre of that one,
+    which lies on the path.  Two points of it are in sliders, or one is and its own centre on a crank.
+
+    Parameters
+    ----------
+    problem : Problem
+        Of a straight line.
+    kinds : list of str
+        Families to make: ``elliptic-trammel``, ``slider-crank``, or both.
+    count : int
+        How many are drawn; those out of all proportion, or which do not reach over the stroke, are left out.
+
+    Source: Allievi 1895, series II.ooo and II.xoy; the draws are ours.
     """
     point = np.full(count, 0.5 + 0j)
     pin = fixed_pivots(problem, point, random)
-    middle = 0.5 + np.where(random.random(count) < 0.5, 1, -1) * np.exp(random.normal(np.log(DISTANCE), BENT, count))
-    half = 0.5 * (middle + 0.5)  # the rolling circle goes through O, the guided point and the pin
+    fixed_centre = 0.5 + np.where(random.random(count) < 0.5, 1, -1) * np.exp(
+        random.normal(np.log(DISTANCE), BENT, count)
+    )
+    half = 0.5 * (fixed_centre + 0.5)  # the rolling circle goes through that, the guided point and the pin
     with np.errstate(all="ignore"):
-        centre = half + 0.5j * (np.abs(half - pin) ** 2 - (half - middle) ** 2) / pin.imag
-    radius = np.abs(centre - middle)
+        centre = half + 0.5j * (np.abs(half - pin) ** 2 - (half - fixed_centre) ** 2) / pin.imag
+    radius = np.abs(centre - fixed_centre)
     other = centre + (pin - centre) * np.exp(1j * random.normal(0.0, 1.0, count))
     crank = np.array([name == "slider-crank" for name in kinds])[random.integers(len(kinds), size=count)]
     second = np.where(crank, centre, other)
-    fixed = [1j * (pin - middle), np.where(crank, middle, 1j * (second - middle))]
-    pairs = ((pin, second), (pin, middle), (second, middle), (pin, point), (second, point))
+    fixed = [1j * (pin - fixed_centre), np.where(crank, fixed_centre, 1j * (second - fixed_centre))]
+    pairs = ((pin, second), (pin, fixed_centre), (second, fixed_centre), (pin, point), (second, point))
     long = np.stack([np.abs(a - b) for a, b in pairs])
-    good = (np.abs(middle - 0.5) + 0.5 < PART * 2 * radius) & (radius < LONGEST) & (long > SHORTEST).all(0)
+    good = (np.abs(fixed_centre - 0.5) + 0.5 < PART * 2 * radius) & (radius < LONGEST) & (long > SHORTEST).all(0)
     with np.errstate(all="ignore"):
-        turn = np.sign(centre.imag) * np.arccos((np.array([[0.0], [1.0]]) - middle) / (2 * radius))
-    way = np.cos(turn - np.angle(pin - middle))
-    good &= ~crank | (way[0] * way[1] > 0)  # else the slider passes O, where the linkage may change its branch
+        turn = np.sign(centre.imag) * np.arccos((np.array([[0.0], [1.0]]) - fixed_centre) / (2 * radius))
+    way = np.cos(turn - np.angle(pin - fixed_centre))
+    good &= ~crank | (way[0] * way[1] > 0)  # else the slider passes the crank's pivot: a change point
     if not good.any():
         return None
     pivots = np.ones((count, 2, 2, 3))
