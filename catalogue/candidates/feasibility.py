@@ -139,7 +139,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
                 value = found.allowance if key == "allowance" else getattr(m, key)
                 unit = bound if key == "allowance" else 1.0
                 amounts[name] = over((value - bound if name in LARGEST else bound - value) / unit)
-        amounts["distance of the pivots"] = over(m.size - farthest(problem))
+        amounts["max_size" if wanted.max_size is None else "distance of the pivots"] = over(m.size - farthest(problem))
         amounts["distance from the moving pivots"] = over(LEAST_ARM - nearer_arm(found))
         if wanted.min_transmission:
             amounts["min_transmission"] = over(np.radians(wanted.min_transmission - m.min_transmission))
@@ -155,7 +155,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
 
 
 def farthest(problem: Problem) -> float:
-    """Return the largest size of an answer [strokes]."""
+    """Return the largest size of an answer [strokes]: where no `max_size` is given it stands for that."""
     wanted = problem.constraints
     if wanted.max_size is not None:
         return FARTHEST[1]

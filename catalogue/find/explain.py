@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from ..candidates.batch import CandidateBatch
-from ..candidates.feasibility import LARGEST, LEAST, ROUNDING, STANDING, Feasibility, feasibility, machine
+from ..candidates.feasibility import LARGEST, LEAST, ROUNDING, STANDING, Feasibility, farthest, feasibility, machine
 from ..guidance.drive import drive_metrics
 from ..guidance.metrics import min_transmission_turn
 from ..problem.constraints import DRIVE, Constraints, Region
@@ -185,6 +185,8 @@ class Explanation:
         if isinstance(value, Region):
             return f"{option(name)} {' '.join(f'{number:.5g}' for number in value.box)}"
         asked = self.request.deviation if name == "deviation" else getattr(self.problem.constraints, name)
+        if asked is None:
+            return f"{option(name)} {value:.4g} (asked none: {self.problem.stroke * farthest(self.problem):g} at most)"
         asked = self.problem.stroke * asked if name in LARGEST or name in LEAST else asked
         return f"{option(name)} {value:.4g} (asked {asked:g})"
 

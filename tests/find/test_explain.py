@@ -11,8 +11,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from catalogue import CircularArc, Found, StraightLine
-from catalogue.find.explain import rounded
+from catalogue import Catalogue, CircularArc, Found, StraightLine
+from catalogue.candidates.batch import Origin, measured
+from catalogue.find.explain import Explanation, rounded
+from catalogue.kinematics.linkage import Linkage
+from catalogue.problem.constraints import Constraints
+from catalogue.problem.problem import Problem
+from catalogue.problem.ranking import Ranking
+from catalogue.search.search import SearchReport
 
 Ask = Callable[..., Found]
 LEAD = "no guide found; what gives one: "
@@ -55,6 +61,23 @@ def test_who_follows_the_advice_finds_an_answer(ask: Ask, request_: Any, wanted:
         asked = replace(request_, deviation=relaxed.pop("deviation", request_.deviation))
         assert (asked, relaxed) != (request_, wanted)
         assert ask(asked, limit=1, **relaxed), (told, changes)
+
+
+def test_what_is_too_large_though_no_size_was_asked_for_is_said(small: Catalogue) -> None:
+    """The nearest is a parallelogram with cranks of 200 strokes: straight enough, but larger than is looked for."""
+    request_ = StraightLine(10, 1e-2)
+    problem = Problem.of(request_, Constraints(pins_only=True), Ranking())
+    pivots = np.ones((1, 2, 2, 3))
+    pivots[0, :, :, :2] = [[[0.0, -200.0], [0.0, 0.0]], [[1.0, -200.0], [1.0, 0.0]]]
+    linkage = Linkage(pivots)
+    nothing = np.full(1, complex(np.nan, np.nan))
+    nearest = measured(problem, Origin.made(linkage, "parallel"), linkage, np.array([0.5 + 1j]), nothing, np.zeros(1))
+    told = Explanation(small.database, problem, request_, SearchReport(nearest=nearest), 0).advice()
+    ((name, size),) = advised(told)[0].items()
+    assert name == "max_size"
+    assert 2000 < size < 2500
+    assert told.endswith("(asked none: 1000 at most)")
+    assert small.find(request_, pins_only=True, limit=1, max_size=size)
 
 
 @pytest.mark.slow
