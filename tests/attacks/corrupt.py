@@ -14,7 +14,6 @@ import sqlite3
 import sys
 import tempfile
 import warnings
-from argparse import ArgumentParser
 from collections import Counter
 from collections.abc import Callable, Iterator
 from functools import cache
@@ -233,9 +232,9 @@ def run(path: Path, count: int, seed: int, *, values: float = 1.0, questions: An
 def main() -> None:
     """Damage, ask, print."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-    from measuring import table, title
+    from measuring import arguments, table, title
 
-    parser = ArgumentParser()
+    parser = arguments()
     parser.add_argument("database", type=Path)
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seed", type=int, default=0)

@@ -20,7 +20,6 @@ import sys
 import tempfile
 import traceback
 import warnings
-from argparse import ArgumentParser
 from collections import Counter
 from collections.abc import Callable, Iterator
 from decimal import Decimal
@@ -495,9 +494,9 @@ def attack(opened: catalogue.Catalogue, name: str, cases: int, *, number: int = 
 def main() -> None:
     """Try all targets, print a table and what fell."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-    from measuring import table, title
+    from measuring import arguments, table, title
 
-    parser = ArgumentParser()
+    parser = arguments()
     parser.add_argument("database", type=Path)
     parser.add_argument("--cases", type=int, default=100_000)
     parser.add_argument("--seed", type=int, default=0)

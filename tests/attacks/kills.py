@@ -10,7 +10,6 @@ Prints a table; ``--write`` writes ``data/reports/kills.md``; ends with exit cod
 
 from __future__ import annotations
 
-import argparse
 import io
 import os
 import random
@@ -127,9 +126,9 @@ def undisturbed(folder: Path, count: int) -> tuple[list[str], float]:
 def main() -> None:
     """Print the table, and write it if it is asked for."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-    from measuring import table, title
+    from measuring import arguments, table, title
 
-    parser = argparse.ArgumentParser()
+    parser = arguments()
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--times", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1895)

@@ -353,12 +353,15 @@ def _sound(how: str) -> str:
 def main() -> None:
     """Print the table, and write it if it is asked for."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-    from measuring import table, title
+    from measuring import arguments, table, title
 
-    names = [word for word in sys.argv[1:] if word != "--write"]
+    parser = arguments()
+    parser.add_argument("names", nargs="*")
+    parser.add_argument("--write", action="store_true")
+    given = parser.parse_args()
     rows, start = [], time.perf_counter()
     for number, kind in enumerate(kinds()):
-        if names and kind.name not in names:
+        if given.names and kind.name not in given.names:
             continue
         with tempfile.TemporaryDirectory() as folder:
             good, line = seen(kind, Path(folder) / "mine")
@@ -372,7 +375,7 @@ def main() -> None:
         print(f"{len(rows)} kinds, {bad} get through; {time.perf_counter() - start:.0f} s.\n")
         table(("", "kind", "what becomes of it", "what is said"), rows)
     print(text.getvalue())
-    if "--write" in sys.argv:
+    if given.write:
         REPORT.write_text(text.getvalue(), "utf-8")
     sys.exit(bad > 0)
 

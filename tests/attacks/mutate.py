@@ -11,7 +11,6 @@ missing.  After `--minutes` nothing more is begun.  `--write`: the report goes t
 
 from __future__ import annotations
 
-import argparse
 import ast
 import contextlib
 import io
@@ -28,7 +27,7 @@ from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "benchmarks"))
-from measuring import table, title  # noqa: E402  # beside the benchmarks
+from measuring import arguments, table, title  # noqa: E402  # beside the benchmarks
 
 #: What becomes of an operator, by the name of its class: its sign, and another one.
 OPERATORS = {
@@ -161,7 +160,7 @@ def noticed(copy: Path, mutation: Mutation, files: list[str]) -> bool:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments()
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")

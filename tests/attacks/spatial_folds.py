@@ -26,7 +26,7 @@ from catalogue.spatial.jointed.circuit import Circuit
 from catalogue.spatial.jointed.curve import Curve, Trace, signature
 from catalogue.spatial.jointed.dead_points import unfolded
 from catalogue.spatial.jointed.tracing import March
-from tests.benchmarks.measuring import table, title
+from tests.benchmarks.measuring import table, title, wanted_count
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "spatial_folds.md"
 #: How many mechanisms of each sort are followed at once, a thousand in all.
@@ -137,10 +137,10 @@ def attacked(sort: str, n: int, seed: int) -> Counter[str]:
 
 def main() -> None:
     """Write the table, anew after each thousand."""
-    count = int(sys.argv[1]) if len(sys.argv) > 1 else 10_000
+    number = wanted_count(10_000)
     names = ["mechanisms", "dead points", "cranks", "open", "jumped", "other folds", "false folds"]
     found = {sort: Counter[str]() for sort in SHARES}
-    for seed in range(1, 1 + -(-count // 1000)):
+    for seed in range(1, 1 + -(-number // 1000)):
         for sort, n in SHARES.items():
             found[sort] += attacked(sort, n, seed)
         text = io.StringIO()

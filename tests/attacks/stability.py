@@ -10,7 +10,6 @@ error if any answer is worse than its bound.  Kernels are in `stability_planar.p
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 import os
@@ -27,7 +26,7 @@ import numpy as np  # noqa: E402  # after the number of threads
 
 from tests.attacks import stability_paths, stability_planar, stability_space  # noqa: E402  # where the path is set
 from tests.attacks.stability_reference import Outcome, Row, tried  # noqa: E402
-from tests.benchmarks.measuring import table, title  # noqa: E402
+from tests.benchmarks.measuring import arguments, table, title  # noqa: E402
 
 EXPLAINED = """\
 Reference: chains closed by circles and lines in 50 digits (function generators by an equation in cosine and sine, axles
@@ -68,7 +67,7 @@ def cells(found: Outcome) -> list[str]:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments()
     parser.add_argument("--count", type=int, default=4)
     parser.add_argument("--only", default="")
     parser.add_argument("--write", action="store_true")

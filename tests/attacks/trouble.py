@@ -8,7 +8,6 @@ otherwise than in one line.  POSIX only: the disk is filled by a limit on the si
 
 from __future__ import annotations
 
-import argparse
 import io
 import os
 import resource
@@ -198,9 +197,9 @@ def readers(path: Path, seconds: float) -> tuple[bool, str]:
 def main() -> None:
     """Print the table, and write it if it is asked for."""
     sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
-    from measuring import table, title
+    from measuring import arguments, table, title
 
-    parser = argparse.ArgumentParser()
+    parser = arguments()
     parser.add_argument("--write", action="store_true")
     parser.add_argument("--seconds", type=float, default=60)
     given = parser.parse_args()

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -13,7 +12,7 @@ from typing import Any
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the worker processes do
 
 import numpy as np
-from measuring import table, title
+from measuring import table, title, wanted_count
 from sqlalchemy import insert
 
 from catalogue.plugin.registry import Registry
@@ -21,17 +20,15 @@ from catalogue.populate import Progress, fill
 from catalogue.populate.block import MOST, Block, block
 from catalogue.store import PIVOTS, Database, Guide, Mechanism, Reach, drop_indexes, make_indexes, write_batch
 
-COUNT = int(sys.argv[1]) if len(sys.argv) > 1 else 12_000
 
-
-def built(folder: Path, registry: Registry) -> None:
+def built(folder: Path, registry: Registry, number: int) -> None:
     """Build into a new file, with one process and with two."""
     rows = []
     for processes in (1, 2):
         seen: list[Progress] = []
         with Database.open(folder / f"{processes}.db") as database:
             start = time.perf_counter()
-            done = fill(database, registry, count=COUNT, processes=processes, report=seen.append)
+            done = fill(database, registry, count=number, processes=processes, report=seen.append)
             taken = time.perf_counter() - start
         size = (folder / f"{processes}.db").stat().st_size / 1e6
         after = done.seconds - seen[-2].seconds
@@ -44,7 +41,7 @@ def built(folder: Path, registry: Registry) -> None:
             f"{done.rows / taken:.0f}",
         )
         rows.append((processes, *figures, f"{size:.0f}"))
-    print(f"`fill(count={COUNT})` into a new file; 'indexing' is the time after the last block.\n")
+    print(f"`fill(count={number})` into a new file; 'indexing' is the time after the last block.\n")
     table(["processes", "guides", "rows", "s", "indexing s", "guides/s", "rows/s", "MB"], rows)
 
 
@@ -131,9 +128,10 @@ def _rows(columns: dict[str, Any], count: int) -> list[dict[str, Any]]:
 
 
 if __name__ == "__main__":
+    wanted = wanted_count(12_000)
     title("Rate of the build")
     with tempfile.TemporaryDirectory() as name:
         plugins = Registry()
-        built(Path(name), plugins)
+        built(Path(name), plugins, wanted)
         shares(plugins)
         written(Path(name), plugins)

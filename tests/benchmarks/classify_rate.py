@@ -10,7 +10,7 @@ import os
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the command does
 
 import numpy as np
-from measuring import seconds, table, title
+from measuring import arguments, seconds, table, title
 
 from catalogue.curvature_theory.instant import Instant
 from catalogue.kinematics.linkage import Linkage
@@ -23,6 +23,7 @@ COUNT, ONE_BY_ONE = 100_000, 200
 
 def main() -> None:
     """Print the report."""
+    arguments().parse_args()
     title("Rate of classification")
     registry = Registry()
     members = [(series, member) for series in registry.series.values() for member in series.members]

@@ -26,7 +26,7 @@ from catalogue.refine.certificate import certified
 from catalogue.refine.sqp import Refinement
 
 sys.path.insert(0, str(Path(__file__).parent))
-from measuring import table, title
+from measuring import arguments, table, title
 
 from tests.lambdas import LINE, TABLE, band, four_bars, lambdas, placed
 
@@ -111,8 +111,10 @@ def turning() -> Iterator[list[str]]:
 
 def main() -> None:
     """Write the report."""
+    parser = arguments()
+    parser.add_argument("database", nargs="?")
     rows, points = [], []
-    with catalogue.open(sys.argv[1] if len(sys.argv) > 1 else None) as cat:
+    with catalogue.open(parser.parse_args().database) as cat:
         for classical in CLASSICAL:
             print(classical.kind, classical.compactness, file=sys.stderr)
             cells = [classical.kind, f"{classical.compactness:.2f}", f"{classical.band:.1e}"]

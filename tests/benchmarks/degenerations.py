@@ -6,7 +6,6 @@ Beside each loss stands the inherent one: what another rounding of the pivots do
 from __future__ import annotations
 
 import os
-import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
 from catalogue.series.pairs import linkage_of, normal_pair, parallel_pair, ray_pair, tangent_pair
+from tests.benchmarks.measuring import wanted_count
 
 NEAR = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12, 1e-14)
 QUANTITIES = ("pole", "axes", "kappa, kappa*, s", "principal pairs", "residuals")
@@ -294,7 +294,7 @@ def plot(found: list[tuple[str, float, int, dict[str, Any]]], path: Path) -> Non
 
 def main() -> None:
     """Write the table and the plot."""
-    n = int(sys.argv[1]) if len(sys.argv) > 1 else 40
+    n = wanted_count(40)
     folder = Path(__file__).parents[2] / "data" / "reports"
     found = rows(n)
     cells = []

@@ -12,7 +12,7 @@ sys.path.insert(0, str(Path(__file__).parents[1]))
 
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
-from measuring import seconds, table, title
+from measuring import arguments, seconds, table, title
 from naive import Loop, mpf, narrowest_strip
 
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
@@ -76,6 +76,7 @@ def reference(here: CouplerCurve, low: Array, high: Array) -> Array:
 
 def main() -> None:
     """Print the table."""
+    arguments().parse_args()
     title("Accuracy of the deviation against time")
     here, half = guides()
     exact = trace(here, half, circle=False, split=False, nodes=64)

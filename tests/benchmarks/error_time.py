@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 from jobs import JOBS, Job
-from measuring import table, title
+from measuring import arguments, table, title
 from rivals import History, evolved_on_kernel, evolved_on_plain, multistarted, swarmed
 
 import catalogue
@@ -97,10 +97,14 @@ def runs(jobs: Sequence[Job], database: Path, limit: float) -> Iterator[tuple[Jo
 
 def main() -> None:
     """Write the report."""
-    database, limit, letters = Path(sys.argv[1]), float([*sys.argv, "60"][2]), "".join(sys.argv[3:])
-    jobs = [job for job in JOBS if job.name in letters or not letters]
-    report = REPORT.with_name("_".join(["error_time", *sys.argv[3:]]))
-    found = list(runs(jobs, database, limit))
+    parser = arguments()
+    parser.add_argument("database", type=Path)
+    parser.add_argument("seconds", nargs="?", type=float, default=60.0)
+    parser.add_argument("jobs", nargs="?", default="")
+    given = parser.parse_args()
+    limit, jobs = given.seconds, [job for job in JOBS if job.name in given.jobs or not given.jobs]
+    report = REPORT.with_name("_".join(["error_time", *([given.jobs] if given.jobs else [])]))
+    found = list(runs(jobs, given.database, limit))
     text = io.StringIO()
     with contextlib.redirect_stdout(text):
         title("Error against run time")

@@ -7,7 +7,6 @@ It starts from nothing: it never sees the known answers, and nothing of it comes
 
 from __future__ import annotations
 
-import argparse
 import json
 import sys
 import time
@@ -30,6 +29,7 @@ from independent_programme import (
     sagitta_of,
     worth,
 )
+from measuring import arguments
 
 #: Of which requests, if none are named.
 SOME = "a02 a07 b06 b09 c03 c08 d04 d07 e05 e06 f05 f07 g02 g08 g12 h04 h08 i02 i03 i06"
@@ -288,7 +288,7 @@ def _through(path: Array) -> float:
 # -- results ----------------------------------------------------------------------------------------------------------
 def main() -> None:
     """Search, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments()
     parser.add_argument("--seconds", type=float, default=30.0, help="of each")
     parser.add_argument("--names", default=SOME, help="of the requests")
     parser.add_argument("--seed", type=int, default=1)

@@ -12,7 +12,6 @@ import os
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the command does
 
-import argparse
 import contextlib
 import io
 import runpy
@@ -21,7 +20,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import table, title
+from measuring import arguments, table, title
 from numba import njit
 
 from catalogue.guidance.stretches import longest
@@ -108,7 +107,7 @@ def main(count: int) -> None:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser()
+    parser = arguments()
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--write", action="store_true")
     options = parser.parse_args()

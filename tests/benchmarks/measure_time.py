@@ -29,7 +29,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from measuring import table, title
+from measuring import arguments, table, title
 
 from catalogue.find.measure import measure
 from catalogue.find.own_guide import OwnGuide, guide
@@ -118,7 +118,9 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    if "--write" in sys.argv[1:]:
+    parser = arguments()
+    parser.add_argument("--write", action="store_true")
+    if parser.parse_args().write:
         text = io.StringIO()
         with contextlib.redirect_stdout(text):
             main()

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import argparse
 import os
 import platform
 import subprocess
@@ -24,6 +25,20 @@ def seconds(run: Callable[..., Any], times: int) -> float:
         run()
         taken.append(time.perf_counter() - start)
     return median(taken)
+
+
+def arguments() -> argparse.ArgumentParser:
+    """Return a parser of the command's arguments, whose help is what the command's file says of itself."""
+    return argparse.ArgumentParser(
+        description=sys.modules["__main__"].__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
+    )
+
+
+def wanted_count(default: int) -> int:
+    """Return how many are wanted: the only argument of a command."""
+    parser = arguments()
+    parser.add_argument("count", nargs="?", type=int, default=default)
+    return int(parser.parse_args().count)
 
 
 def title(text: str) -> None:

@@ -8,7 +8,6 @@ file there is no growth.  `--write`: the table goes to ``data/reports/memory.md`
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 import json
@@ -21,7 +20,7 @@ import time
 from contextlib import closing
 from pathlib import Path
 
-from measuring import table, title
+from measuring import arguments, table, title
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "memory.md"
 LINE = "--stroke 150 --deviation 0.05"
@@ -77,7 +76,7 @@ def guides(database: Path) -> int:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments()
     parser.add_argument("databases", nargs="+", type=Path)
     parser.add_argument("--build", type=int, default=12000)
     parser.add_argument("--write", action="store_true")

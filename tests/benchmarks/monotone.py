@@ -11,7 +11,6 @@ the answer to the tighter one as a start.
 
 from __future__ import annotations
 
-import argparse
 import json
 import time
 from collections.abc import Callable
@@ -20,7 +19,7 @@ from statistics import median
 from typing import Any
 
 import numpy as np
-from measuring import table, title
+from measuring import arguments, table, title
 from recall import AS_GOOD, HERE, asked, excess
 
 import catalogue
@@ -105,7 +104,7 @@ def price(found: Any, entry: dict[str, Any]) -> float:
 
 def main() -> None:
     """Ask, compare, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments()
     parser.add_argument("database")
     parser.add_argument("--pairs", type=int, default=300)
     parser.add_argument("--effort", type=int, default=1)

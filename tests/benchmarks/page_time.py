@@ -20,7 +20,7 @@ from pathlib import Path
 from urllib.parse import urlencode
 from urllib.request import urlopen
 
-from measuring import table, title
+from measuring import arguments, table, title
 
 #: Wishes: what changes from one to the next is the deviation.
 WISHES = (
@@ -104,10 +104,13 @@ def rows(address: str, where: str) -> Iterator[tuple[str, ...]]:
 
 
 if __name__ == "__main__":
+    parser = arguments()
+    parser.add_argument("database", type=Path)
+    given = parser.parse_args()
     title("What people wait for the page")
     for name in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{name}_NUM_THREADS", "1")
-    with served(Path(sys.argv[1])) as page:
+    with served(given.database) as page:
         told = [*rows(page, "")]
         known = {**WISHES[0], "deviation": 0.2}
         for stage in ("draft", "refined"):

@@ -11,7 +11,7 @@ from importlib.metadata import version
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # one core, for all that is compared
 
 import numpy as np
-from measuring import seconds, table, title
+from measuring import arguments, seconds, table, title
 
 import catalogue.kinematics.motion as closed
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
@@ -180,6 +180,7 @@ def limit() -> None:
 
 
 if __name__ == "__main__":
+    arguments().parse_args()
     title("Positions per second")
     alternatives()
     families()

@@ -9,7 +9,6 @@ what already met them, made their deviation small, and ranked by size and transm
 
 from __future__ import annotations
 
-import argparse
 import contextlib
 import io
 import json
@@ -17,7 +16,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from measuring import table, title
+from measuring import arguments, table, title
 
 import catalogue
 from catalogue import CircularArc, StraightLine
@@ -116,10 +115,10 @@ def draw(before: dict[str, Any], after: dict[str, Any], path: Path) -> None:
 
 
 def main() -> None:
-    arguments = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    arguments.add_argument("database")
-    arguments.add_argument("--record", type=Path)
-    options = arguments.parse_args()
+    parser = arguments()
+    parser.add_argument("database")
+    parser.add_argument("--record", type=Path)
+    options = parser.parse_args()
     after = found(options.database)
     if options.record:
         options.record.write_text(json.dumps(after, indent=1) + "\n", "utf-8")

@@ -16,7 +16,7 @@ from typing import Any
 
 os.environ["OPENBLAS_NUM_THREADS"] = "1"  # as the command does
 
-from measuring import seconds, table, title
+from measuring import arguments, seconds, table, title
 
 import catalogue
 from catalogue import Catalogue, CircularArc, StraightLine
@@ -123,8 +123,12 @@ def cold(path: Path) -> None:
 
 
 if __name__ == "__main__":
+    parser = arguments()
+    parser.add_argument("folder", type=Path)
+    parser.add_argument("counts", nargs="*", type=int, default=[300_000])
+    given = parser.parse_args()
     title("Query time")
-    made = databases(Path(sys.argv[1]), [int(n) for n in sys.argv[2:]] or [300_000])
+    made = databases(given.folder, given.counts)
     cold(made["default"])
     warm(made)
     empty(made)

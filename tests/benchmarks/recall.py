@@ -9,7 +9,6 @@ independent search found (`independent_search.py`).
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import time
@@ -18,7 +17,7 @@ from statistics import median
 from typing import Any
 
 from independent import Measured, cost, measured, violations
-from measuring import table, title
+from measuring import arguments, table, title
 
 import catalogue
 
@@ -176,7 +175,7 @@ def since(entries: list[dict[str, Any]], results: list[dict[str, Any]], file: Pa
 
 def main() -> None:
     """Ask, measure, print."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments()
     parser.add_argument("database")
     parser.add_argument("--effort", default="1", help="one or several, 1,4")
     parser.add_argument("--only", help="names that begin so")

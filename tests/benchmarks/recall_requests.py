@@ -13,7 +13,6 @@ last digits, so another run, with the same seed too, makes other requests of the
 
 from __future__ import annotations
 
-import argparse
 import json
 import math
 import sys
@@ -23,6 +22,7 @@ from typing import Any
 import numpy as np
 from independent import Array, Guides, Measured, cost, measured, posed, sines, violations
 from independent_programme import Task, as_pivots, improved, laid, posed_at, radius_of, sagitta_of
+from measuring import arguments
 
 #: Of the numbers that are drawn.
 SEED = 20240611
@@ -253,7 +253,7 @@ def unmet(entry: dict[str, Any]) -> dict[str, float]:
 
 def main() -> None:
     """Print a list, or what is wrong with one."""
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = arguments()
     parser.add_argument("--check", type=Path, help="a list whose known linkages are to be measured again")
     parser.add_argument("--seed", type=int, default=SEED)
     given = parser.parse_args()

@@ -6,7 +6,6 @@
 from __future__ import annotations
 
 import os
-import sys
 
 os.environ["OPENBLAS_NUM_THREADS"] = os.environ["OMP_NUM_THREADS"] = "1"
 
@@ -20,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from tests.benchmarks.measuring import table, title
+from tests.benchmarks.measuring import table, title, wanted_count
 from tests.spatial import exhaustive
 from tests.spatial.conftest import driven, random_mechanisms, solver
 
@@ -64,7 +63,7 @@ def rows(n: int) -> list[list[str]]:
 
 def main() -> None:
     """Write the table."""
-    n = int(sys.argv[1]) if len(sys.argv) > 1 else 200
+    n = wanted_count(200)
     found = rows(n)
     text = io.StringIO()
     with contextlib.redirect_stdout(text):

@@ -21,7 +21,7 @@ from typing import Any
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 
-from tests.benchmarks.measuring import table, title
+from tests.benchmarks.measuring import table, title, wanted_count
 from tests.spatial.conftest import driven, random_mechanisms, solver
 
 REPORT = Path(__file__).parents[2] / "data" / "reports" / "spatial_stability.md"
@@ -289,7 +289,7 @@ def rows(n: int) -> list[list[str]]:
 
 def main() -> None:
     """Write the table."""
-    n = int(sys.argv[1]) if len(sys.argv) > 1 else 6
+    n = wanted_count(6)
     found = rows(n)
     text = io.StringIO()
     with contextlib.redirect_stdout(text):

@@ -28,6 +28,7 @@ from scipy.optimize import root
 from catalogue.spatial import Joint, Link, Mechanism, Revolute, Spherical, Travel
 from catalogue.spatial.jointed import compiled
 from tests.attacks.spatial_folds import drawn
+from tests.benchmarks.measuring import arguments
 from tests.spatial.test_axles import BALLS, CENTRE, INNER, LOWER, OUTER, ROD, UPPER
 from tests.spatial.test_jointed import RSSR, rssr
 
@@ -143,6 +144,7 @@ def first_sweeps() -> list[float]:
 
 def main() -> None:
     """Print a table."""
+    arguments().parse_args()
     print("| sweep of 200 positions [us a position] | numpy, best | median | numba, best | median |")
     print("| --- | --- | --- | --- | --- |")
     for plain, fast in zip(by_numpy(), ours() if compiled.kernel() else by_numpy(), strict=True):

@@ -26,7 +26,7 @@ from scipy.optimize import least_squares, root
 from catalogue.spatial import Link, Mechanism, Travel
 from catalogue.spatial.guided import compiled as guided_compiled
 from catalogue.spatial.jointed import compiled, newton
-from tests.benchmarks.measuring import table, title
+from tests.benchmarks.measuring import arguments, table, title
 from tests.benchmarks.spatial_sweep import TRAVEL, scipy_five_links, turned
 from tests.spatial.conftest import CLASSES, driven, random_mechanisms, solver
 from tests.spatial.test_axles import CENTRE, INNER, OUTER
@@ -391,6 +391,7 @@ def _draw(axes: Any, name: str, found: Any, ways: Any, colours: Any) -> None:
 
 def main() -> None:
     """Write the report."""
+    arguments().parse_args()
     five = axle()
     rows, found, many = measure()
     text = io.StringIO()
