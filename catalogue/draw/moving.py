@@ -7,6 +7,7 @@ meet in every pose because the poses were measured together.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
+from html import escape
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
@@ -124,7 +125,7 @@ def drawing(
     kind = " ".join(["guide-drawing", *(f"hide-{name}" for name in wanted if name in hidden)])
     return element(
         "svg",
-        element("title", _escaped(title), id=f"{prefix}title"),
+        element("title", escape(title), id=f"{prefix}title"),
         element("style", STYLE) if style else "",
         element("rect", class_="paper", width="100%", height="100%"),
         window,
@@ -141,12 +142,6 @@ def drawing(
         **size,
         style=f"--guide-point:{number(frame.point, 4)}px",
     )
-
-
-def _escaped(words: str) -> str:
-    from xml.sax.saxutils import escape
-
-    return escape(words)
 
 
 __all__ = ["LAYERS", "STYLE", "Frame", "drawing", "moving_svg"]

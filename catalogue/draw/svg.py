@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from xml.sax.saxutils import escape, quoteattr
+from html import escape
 
 import numpy as np
 
@@ -13,7 +13,7 @@ from ..kinematics.types import Array, Complexes, Floats
 def element(name: str, *content: str, **attributes: object) -> str:
     """Return an element; a trailing underscore of an attribute's name is dropped, others stand for hyphens."""
     told = "".join(
-        f" {key.rstrip('_').replace('_', '-')}={quoteattr(str(value))}"
+        f' {key.rstrip("_").replace("_", "-")}="{escape(str(value))}"'
         for key, value in attributes.items()
         if value is not None
     )
