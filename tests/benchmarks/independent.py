@@ -198,6 +198,13 @@ def turning(g: Guides) -> Array:
     return np.stack(out)
 
 
+def angle_of_turn(g: Guides, steps: int = 4001) -> float:
+    """Return the least transmission angle [deg] of one guide over the whole turn of its first crank; 0 if that does
+    not turn fully."""
+    angles = np.linspace(0, 2 * np.pi, steps)[:, None]
+    return float(least_angle(sines(g, posed(g, angles))[0])[0]) if turning(g)[0, 0] >= 0 else 0.0
+
+
 # -- deviations -------------------------------------------------------------------------------------------------------
 def strip(path: Array) -> tuple[float, complex, complex]:
     """Return half the width of the narrowest strip that holds points, a point of its middle, and its direction."""
@@ -287,7 +294,9 @@ class Measured:
         Longest and shortest of the cranks and the coupler; distance of the fixed pivots; distance of the guided point
         from the nearer moving pivot.
     min_transmission : float
-        The better crank driving [deg].
+        The better crank driving, or that which turns fully [deg].
+    min_transmission_turn : float
+        The same over its whole turn; 0: it does not turn fully; NaN: not known.
     turning : float
         By how much the crank turns fully that does so best [length]; negative: none does; NaN: not known.
     fixed, moving : list of complex
@@ -304,6 +313,7 @@ class Measured:
     max_ground: float | None
     max_arm: float | None
     min_transmission: float
+    min_transmission_turn: float
     turning: float
     fixed: list[complex]
     moving: list[complex]
@@ -315,8 +325,9 @@ Moves = Callable[[Array], tuple[Array, Array]]
 
 
 def measured(
-    pivots: Pivots, guided: Any, stroke: float, *, circle: bool, radius: float | None = None, stations: int = FINE
-) -> Measured | None:
+    pivots: Pivots, guided: Any, stroke: float, *, circle: bool, radius: float | None = None, turns: bool = False,
+    stations: int = FINE,
+) -> Measured | None:  # fmt: skip
     """Measure one placed linkage; None where its path cannot be followed from x = 0 to x = stroke.
 
     It is by turning a crank, or the coupler if no crank gets beyond a dead point; at a change point in mid-stroke along
@@ -331,19 +342,23 @@ def measured(
         Guided point in mid-stroke.
     radius : float, optional
         That an arc must have.
+    turns : bool
+        Whether what drives is a crank that turns fully, where there is one.
     """
     z = np.asarray(pivots, float)
     point = complex(*guided) / stroke
     place = z[..., 0] + 1j * z[..., 1]
     finite = z[..., 2] != 0
     place = np.where(finite, place / np.where(finite, z[..., 2], 1) / stroke, place / np.abs(place))
-    best = None
+    best, driver, mark = None, 0, (False, -1.0)
     for first in (0, 1):
         if finite[first].all() or not finite.all(axis=1).any():
             order = [first, 1 - first]
             found = _followed(_moves(place[order], finite[order], point), stations)
-            if found is not None and (best is None or found[1] > best[1]):
-                best = found
+            guide = _guide(place[order], finite[order], point)
+            own = turns and guide is not None and bool(turning(guide)[0, 0] >= 0)
+            if found is not None and (own, found[1]) > mark:
+                best, driver, mark = found, first, (own, found[1])
     if best is None or best[1] < DEAD:
         order = [0, 1] if finite[0].all() else [1, 0]
         ways = [] if best is None else [best[0]]
@@ -358,7 +373,17 @@ def measured(
             return None
         best = min(ways, key=lambda w: arc(_up(w))[0] if circle else strip(w)[0]), 0.0
     path, angle = best
-    return _summed(place, finite, point, path, angle, stroke, circle, radius)
+    order = [driver, 1 - driver]
+    return _summed(place[order], finite[order], point, path, angle, stroke, circle, radius)
+
+
+def _guide(z: Array, finite: Array, point: complex) -> Guides | None:
+    """Return a four-bar or a slider-crank whose crank is the first dyad, None of others."""
+    if not (finite[0].all() and finite[1, 1]):
+        return None
+    (a, b), (c, d) = z.tolist()
+    fixed, pin, other, end, guided = (np.array([v]) for v in (a, b, c, d, point))
+    return Guides(fixed, pin, other, end, guided, not finite[1, 0])
 
 
 def _moves(z: Array, finite: Array, point: complex) -> Moves:
@@ -386,8 +411,9 @@ def _moves(z: Array, finite: Array, point: complex) -> Moves:
 
     def cranks(angle: Array) -> tuple[Array, Array]:
         if finite[1, 1]:
-            fixed, pin, other, end, guided = (np.array([v]) for v in (a, b, c, d, point))
-            poses = posed(Guides(fixed, pin, other, end, guided, not finite[1, 0]), angle)
+            guide = _guide(z, finite, point)
+            assert guide is not None
+            poses = posed(guide, angle)
             ray = np.full_like(poses.d, c) if not finite[1, 0] else poses.d - c
             return poses.p, sine_between(poses.d - poses.b, ray)
         first = a + (b - a) * np.exp(1j * angle)
@@ -492,12 +518,9 @@ def _summed(
     links = [abs(p - q) for p, q, whole in ((a, b, finite[0].all()), (c, d, finite[1].all()),
                                             (b, d, finite[:, 1].all())) if whole]  # fmt: skip
     arms = [abs(point - q) for q, whole in zip((b, d), finite[:, 1], strict=True) if whole]
-    turns = np.nan
-    if finite.all() or (finite.sum() == 3 and finite[:, 1].all()):
-        order = [0, 1] if finite[0].all() else [1, 0]
-        (e, f), (g, h) = z[order].tolist()
-        fixed, pin, other, end, guided = (np.array([v]) for v in (e, f, g, h, point))
-        turns = float(np.nanmax(turning(Guides(fixed, pin, other, end, guided, not finite.all()))))
+    turns = whole_turn = np.nan
+    if (guide := _guide(z, finite, point)) is not None:
+        turns, whole_turn = float(np.nanmax(turning(guide))), angle_of_turn(guide)
     elif finite.sum() == 3:  # a crank and a line of the coupler: its distance from the crank's end, and the frame
         crank = 0 if finite[0].all() else 1
         (e, f), (g, h) = z[crank].tolist(), z[1 - crank].tolist()
@@ -510,7 +533,7 @@ def _summed(
 
     return Measured(
         float(deviation) * stroke, radius, size * stroke, scaled(links, max), scaled(links, min),
-        abs(a - c) * stroke if finite[:, 0].all() else None, scaled(arms, min), angle, turns * stroke,
+        abs(a - c) * stroke if finite[:, 0].all() else None, scaled(arms, min), angle, whole_turn, turns * stroke,
         [complex(v) * stroke for v in z[:, 0][finite[:, 0]]], [complex(v) * stroke for v in z[:, 1][finite[:, 1]]],
         off * stroke,
     )  # fmt: skip
@@ -547,14 +570,16 @@ def violations(m: Measured, constraints: Mapping[str, Any], asked: float, stroke
     return out
 
 
-def cost(m: Measured, rank_by: str, stroke: float) -> float:
-    """Return what is ranked by, less is better: lengths in strokes, balance and transmission in their own unit."""
+def cost(m: Measured, rank_by: str, stroke: float, turns: bool) -> float:
+    """Return what is ranked by, less is better: lengths in strokes, balance and transmission in their own unit; where a
+    crank is to turn fully its transmission angle is that over the turn."""
+    angle = m.min_transmission_turn if turns else m.min_transmission
     if rank_by == "size":
         return m.size / stroke
     if rank_by == "balance":
-        return m.size / stroke - m.min_transmission / 90
+        return m.size / stroke - angle / 90
     if rank_by == "transmission":
-        return 1 - m.min_transmission / 90
+        return 1 - angle / 90
     if rank_by == "deviation":
         return m.deviation / stroke
     raise ValueError(f"no cost is known for {rank_by!r}")

@@ -85,6 +85,16 @@ class Task:
         return None if not self.sagitta else radius_of(self.sagitta)
 
     @property
+    def turns(self) -> bool:
+        """Whether a crank is to turn fully."""
+        return bool(self.bounds.get("full_rotation"))
+
+    @property
+    def over_turn(self) -> bool:
+        """Whether the transmission angle over the turn of a crank is ranked."""
+        return self.turns and self.rank_by in ("balance", "transmission")
+
+    @property
     def kinds(self) -> tuple[bool, ...]:
         """Whether what is to be searched is a slider-crank: (False,), (True,) or both."""
         families = self.bounds.get("families") or ("four-bar", "slider-crank")
@@ -169,8 +179,10 @@ class Programme:
         frame = [] if self.slider else [np.abs(g.c - g.a)]
         arms = [np.abs(g.p - g.b), np.abs(g.p - g.d)]
         turns: list[Array] = []
-        if self.task.bounds.get("full_rotation"):
+        if self.task.turns:
             turns = self._turns(self.guides(x)[0])
+        if self.task.over_turn:
+            sine = np.concatenate([sine, self._sines_in_line(self.guides(x)[0])])
         return tuple(np.array(v).reshape(-1, x.shape[1]) for v in (error(way.poses.p, sagitta), sine, far, links, frame,
                                                                    arms, turns))  # fmt: skip
 
@@ -181,6 +193,18 @@ class Programme:
             return [bar - near, bar - far]
         rocker = np.abs(g.d - g.c) if self.crank == 0 else np.abs(g.b - g.a)
         return [v for r in (near, far) for v in (bar + rocker - r, r - np.abs(bar - rocker))]
+
+    def _sines_in_line(self, g: Guides) -> Array:
+        """Return the sines of the transmission angles of the crank in line with the frame, or square to the line of the
+        slider, where they are least, (2, n)."""
+        bar, reaches = np.abs(g.d - g.b), np.stack(self._reaches(g))
+        if self.slider:
+            cosine: Array = reaches / bar
+        else:
+            rocker = np.abs(g.d - g.c) if self.crank == 0 else np.abs(g.b - g.a)
+            cosine = (bar**2 + rocker**2 - reaches**2) / (2 * bar * rocker)
+        sine: Array = np.sqrt(np.maximum(1 - cosine**2, 0))
+        return sine
 
     def _reaches(self, g: Guides) -> tuple[Array, Array]:
         """Return the least and the largest distance of the crank's end from the other fixed pivot, or the line."""
@@ -195,7 +219,10 @@ class Programme:
         bent, sine, far, links, frame, arms, turns = parts
         size, angle, share = extra
         b, level = self.task.bounds, share * self.task.asked
-        out = [(level - bent) / unit, (level + bent) / unit, size - far, sine - np.sin(0.5 * np.pi * angle),
+        least = np.repeat(np.sin(0.5 * np.pi * angle)[None], len(sine), axis=0)
+        if self.task.over_turn:  # over the stroke only what is asked there
+            least[:-2] = np.sin(np.radians(b.get("min_transmission", 0.0)))
+        out = [(level - bent) / unit, (level + bent) / unit, size - far, sine - least,
                links - max(FLOOR, b.get("min_link", 0)), frame - FLOOR, arms - FLOOR]  # fmt: skip
         if "max_link" in b:
             out.append(b["max_link"] - links)
@@ -223,7 +250,8 @@ class Programme:
         if self.free:
             out.append(SAGITTA)
         b = task.bounds
-        return [*out, (1.0, b.get("max_size", wide)), (b.get("min_transmission", 0.0) / 90, 1.0), (0.0, 1.0)]
+        least = 0.0 if task.over_turn else b.get("min_transmission", 0.0) / 90
+        return [*out, (1.0, b.get("max_size", wide)), (least, 1.0), (0.0, 1.0)]
 
     def run(self, x: Array, rounds: int, tolerance: float, until: float = np.inf) -> Array | None:
         """Return better unknowns than these, with which the constraints hold to first order; None if it fails, or has
@@ -241,7 +269,8 @@ class Programme:
         slope[n + 1] = -1.0 * (rank in ("transmission", "balance"))
         slope[n + 2] = self.task.asked / unit if rank == "deviation" else 0.0
         limits = np.array(self.limits()).T
-        angle = np.degrees(np.arcsin(np.clip(first[1].min(), 0, 1))) / 90
+        ranked = first[1][-2:] if self.task.over_turn else first[1]
+        angle = np.degrees(np.arcsin(np.clip(ranked.min(), 0, 1))) / 90
         start = np.clip(np.concatenate([x, [first[2].max(), angle, worst / self.task.asked]]), *limits)
         step = 1e-6
 
@@ -309,6 +338,14 @@ def better_driver(g: Guides) -> tuple[Array, Walk]:
     return use, Walk(np.where(use, second.ends, first.ends), poses, np.where(use, second.good, first.good))
 
 
+def driven(g: Guides, turns: bool) -> tuple[Array, Walk]:
+    """Return the same; where a crank is to turn fully of that which is nearest to it."""
+    if not turns or g.slider:
+        return better_driver(g)
+    use = np.argmax(turning(g), axis=0) == 1
+    return use, walk(g.swapped(use))
+
+
 def laid(g: Guides, circle: bool) -> Guides | None:
     """Return one guide laid so that its path runs from (0, 0) to (1, 0), in mid-stroke; None if that fails.
 
@@ -355,7 +392,7 @@ def as_pivots(g: Guides, stroke: float = 1.0) -> tuple[list[Any], list[float]]:
 def worth(g: Guides, task: Task) -> tuple[Measured | None, float, float]:
     """Return the measures of one guide, its largest violation of a task, and its cost, in strokes."""
     pivots, guided = as_pivots(g)
-    m = measured(pivots, guided, 1.0, circle=task.circle, radius=task.radius, stations=401)
+    m = measured(pivots, guided, 1.0, circle=task.circle, radius=task.radius, turns=task.turns, stations=401)
     if m is None:
         return None, np.inf, np.inf
     broken = violations(m, task.bounds, task.asked, 1.0)
@@ -363,7 +400,7 @@ def worth(g: Guides, task: Task) -> tuple[Measured | None, float, float]:
     if task.circle and (m.radius or 0.0) < 0:
         broken["bulge"] = 1.0
     broken["deviation"] /= task.asked  # relative
-    return m, max(broken.values()), cost(m, task.rank_by, 1.0)
+    return m, max(broken.values()), cost(m, task.rank_by, 1.0, task.turns)
 
 
 def improved(
@@ -376,7 +413,7 @@ def improved(
     until: float = np.inf,
 ) -> Guides | None:
     """Return one guide improved for a task, laid; None if it fails."""
-    use, way = better_driver(g)
+    use, way = driven(g, task.turns)
     if not way.good[0]:
         return None
     crank = int(np.nanargmax(turning(g)[:, 0]))

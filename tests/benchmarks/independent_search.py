@@ -16,13 +16,26 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from independent import Array, Guides, Measured, arc, cost, sine_between, sines, strip, turning, violations
+from independent import (
+    Array,
+    Guides,
+    Measured,
+    angle_of_turn,
+    arc,
+    cost,
+    sine_between,
+    sines,
+    strip,
+    turning,
+    violations,
+)
 from independent_programme import (
     FLOOR,
     SAGITTA,
     Task,
     as_pivots,
     better_driver,
+    driven,
     error,
     improved,
     radius_of,
@@ -32,7 +45,7 @@ from independent_programme import (
 from measuring import arguments
 
 #: Of which requests, if none are named.
-SOME = "a02 a07 b06 b09 c03 c08 d04 d07 e05 e06 f05 f07 g02 g08 g12 h04 h08 i02 i03 i06"
+SOME = "a02 a07 b06 b09 c03 c08 d04 d07 e02 e03 e04 e05 e06 e07 e10 e11 f05 f07 g02 g08 g12 h04 h08 i02 i03 i06 i10"
 #: Largest violation of a constraint with which an answer counts, relative.
 WITHIN = 1e-6
 
@@ -96,13 +109,15 @@ def starts(task: Task, slider: bool, rng: Any, arms: int = 300, each: int = 60) 
         second = sine_between(bar, np.broadcast_to((elbow - a1)[:, None], bar.shape))
         if slider:
             second = 0 * second
-        push = np.maximum(np.where(np.abs(np.sign(first).sum(0)) < 9, 0, np.abs(first).min(0)),
-                          np.where(np.abs(np.sign(second).sum(0)) < 9, 0, np.abs(second).min(0)))  # fmt: skip
+        push, other = (np.where(np.abs(np.sign(first).sum(0)) < 9, 0, np.abs(first).min(0)),
+                       np.where(np.abs(np.sign(second).sum(0)) < 9, 0, np.abs(second).min(0)))  # fmt: skip
         fixed_1, moving_1, fixed_2, moving_2, guided = (
             np.broadcast_to(v, d.shape).ravel() for v in (a1, b1, c, d, point)
         )
         g = Guides(fixed_1, moving_1, fixed_2, moving_2, guided, slider)
-        push, bent = push.ravel(), bent.ravel()
+        push, other, bent = push.ravel(), other.ravel(), bent.ravel()
+        turns = turning(g)
+        push = np.where(turns[0] >= turns[1], push, other) if task.turns and not slider else np.maximum(push, other)
         broken = np.log10(np.maximum(bent / task.asked, 1)) + 3 * (push < 0.02)
         broken += np.maximum(np.sin(np.radians(b.get("min_transmission", 0))) - push, 0)
         pivots = [g.a, g.b, g.d] if slider else [g.a, g.b, g.c, g.d]
@@ -119,8 +134,8 @@ def starts(task: Task, slider: bool, rng: Any, arms: int = 300, each: int = 60) 
             (x0, x1), (y0, y1) = sorted(fixed[::2]), sorted(fixed[1::2])
             out = np.maximum(np.maximum(x0 - g.c.real, g.c.real - x1), np.maximum(y0 - g.c.imag, g.c.imag - y1))
             broken += np.log1p(np.maximum(out, 0) / max(x1 - x0, y1 - y0))
-        if b.get("full_rotation"):
-            broken += np.maximum(-np.nanmax(turning(g), axis=0), 0)
+        if task.turns:
+            broken += np.maximum(-np.nanmax(turns, axis=0), 0)
         price = {"size": size, "transmission": -push, "balance": size - push}.get(task.rank_by, np.log10(bent + 1e-9))
         mark = broken + 0.25 * price
     return g, np.broadcast_to(sagitta, d.shape).ravel(), np.where(np.isfinite(mark), mark, np.inf)
@@ -248,7 +263,7 @@ def shaken(g: Guides, rng: Any, by: float) -> Guides:
 
 def roughly(g: Guides, task: Task, sagitta: float) -> tuple[float, float]:
     """Return about how much one laid guide breaks a task (deviation relative), and its cost, on a coarse grid."""
-    use, way = better_driver(g)
+    use, way = driven(g, task.turns)
     if not way.good[0]:
         return np.inf, np.inf
     h = g.swapped(use) if use[0] else g
@@ -262,12 +277,13 @@ def roughly(g: Guides, task: Task, sagitta: float) -> tuple[float, float]:
     m = Measured(
         bent, None, float(np.abs(points[:, None] - points).max()), max(links),
         min(links), None if g.slider else abs(fixed[0] - fixed[1]), min(abs(point - q) for q in moving),
-        float(np.degrees(np.arcsin(min(sine, 1)))), float(np.nanmax(turning(g))), fixed, moving, 0.0,
+        float(np.degrees(np.arcsin(min(sine, 1)))), angle_of_turn(h, 181), float(np.nanmax(turning(g))), fixed, moving,
+        0.0,
     )  # fmt: skip
     broken = violations(m, task.bounds, task.asked, 1.0)
     broken["deviation"] /= task.asked
     broken["floor"] = FLOOR - min(v for v in (m.min_link, m.max_ground, m.max_arm) if v is not None)
-    return max(0.0, *broken.values()), cost(m, task.rank_by, 1.0)
+    return max(0.0, *broken.values()), cost(m, task.rank_by, 1.0, task.turns)
 
 
 def _sagitta(g: Guides, task: Task, last: float) -> float:

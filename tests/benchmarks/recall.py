@@ -23,9 +23,8 @@ import catalogue
 
 HERE = Path(__file__).parent
 EXPLAINED = """\
-Costs are those of `independent.cost`, with the transmission angle over the stroke.  Where a crank is to turn fully
-`find` ranks by that over the whole turn, which nothing here does: costs of {}
-are not of the same thing.
+Costs are those of `independent.cost`: less is better.  Where a crank is to turn fully the transmission angle is that
+over its turn, read in 4,001 positions.
 """
 #: By which part a constraint may be broken.
 WITHIN = 1e-6
@@ -54,7 +53,8 @@ def judged(entry: dict[str, Any], found: Any) -> dict[str, Any]:
     found : Candidate
     """
     circle, stroke, rank = entry["kind"] == "circular-arc", entry["stroke"], entry["rank_by"]
-    m = measured(found.pivots, found.guided, stroke, circle=circle, radius=entry["radius"])
+    turns = "full_rotation" in entry["constraints"]
+    m = measured(found.pivots, found.guided, stroke, circle=circle, radius=entry["radius"], turns=turns)
     out = {name: getattr(found, name) for name in ("id", "family", "pivots", "guided", "deviation")}
     if m is None:
         return out | {"verified": False, "broken": {"path": 1.0}, "cost": None, "excess": None}
@@ -63,7 +63,7 @@ def judged(entry: dict[str, Any], found: Any) -> dict[str, Any]:
         broken["families"] = 1.0
     if entry["constraints"].get("pins_only") and len(m.fixed + m.moving) < 4:
         broken["pins_only"] = 1.0
-    value = cost(m, rank, stroke)
+    value = cost(m, rank, stroke, turns)
     return out | {
         "verified": not broken, "broken": broken, "cost": value, "measured": m.deviation,
         "excess": excess(value, entry["known"]["cost"], rank),
@@ -187,9 +187,7 @@ def main() -> None:
                if e["name"].startswith(given.only or "")]  # fmt: skip
     cat = catalogue.open(given.database)
     title("Recall of feasible requests")
-    turned = [e["name"] for e in entries
-              if e["constraints"].get("full_rotation") and e["rank_by"] in ("balance", "transmission")]  # fmt: skip
-    print(EXPLAINED.format(", ".join(turned)))
+    print(EXPLAINED)
     cat.find(catalogue.StraightLine(1, 0.001), limit=1)  # what is loaded once
     kept = {}
     for effort in map(int, given.effort.split(",")):
