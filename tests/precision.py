@@ -2,6 +2,10 @@
 
 from __future__ import annotations
 
+import os
+
 import numpy as np
 
+#: Whether it is taken for double in this process only, not in those that tests begin.
+SWITCHED = bool(os.environ.get("TEST_DOUBLE"))
 EXTENDED = bool(np.finfo(np.longdouble).eps < np.finfo(float).eps)

@@ -15,6 +15,7 @@ from catalogue.candidates.feasibility import standing
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.sensitivity import displaced
 from catalogue.kinematics.batch import join
+from tests.precision import EXTENDED
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5), CircularArc(1, 1e-3)
 FAMILIES = ["four-bar", "slider-crank", "inverted-slider-crank"]
@@ -39,7 +40,8 @@ def test_every_flip_runs_along_the_path(batch: Any, naive: SimpleNamespace, requ
     for reverse, over in ways:
         linkage, point, pole = flipped(found.linkage, found.point, found.pole, reverse, over)
         laid = measured(problem, found.origin, linkage, point, pole, np.full(len(point), problem.curvature))
-        np.testing.assert_allclose(laid.deviation, found.deviation, rtol=1e-6, atol=1e-14)
+        # of starts the deviation is read in few places, between ends that are found to half of the digits
+        np.testing.assert_allclose(laid.deviation, found.deviation, rtol=1e-6 if EXTENDED else 1e-4, atol=1e-14)
         np.testing.assert_allclose(laid.measures.size, found.measures.size, rtol=1e-9)
         for pivots, guided, deviation in zip(linkage.pivots, point, laid.deviation, strict=True):
             path = naive.Loop(pivots, complex(guided)).over(1.0, 301)

@@ -83,7 +83,7 @@ def test_two_answers_of_one_code_are_both_kept(file: Path, monkeypatch: pytest.M
 def test_the_oldest_are_dropped_and_said_to_be(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(answers, "KEPT", 5)
     codes = answers.remember([catalogue.guide({**MINE, "along": along}) for along in range(9)])
-    with sqlite3.connect(file) as held:
+    with closing(sqlite3.connect(file)) as held:
         assert held.execute("SELECT count(*) FROM answer").fetchone() == (5,)
     assert answers.recall(codes[-1]).lengths["point along"] == pytest.approx(8)
     with pytest.raises(InvalidRequest, match=f"no answer has the code {codes[0]}"):

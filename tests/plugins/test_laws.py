@@ -23,6 +23,7 @@ from catalogue.series.series import Member, Series
 from catalogue.testing.contact import DIGITS, Dyad, pose
 from catalogue.testing.sample import Sample, even
 from tests.extended import NUMBERS, Exchanged
+from tests.precision import EXTENDED
 
 EXCHANGED = Exchanged()
 REGISTRY = EXCHANGED.registry
@@ -31,6 +32,8 @@ MEMBERS = [(series, member) for series in REGISTRY.series.values() for member in
 STEPS = [mp.mpf(10) ** -k for k in range(3, 8)]
 #: Linkages of each member, and the largest that are taken: of others the strokes are not small.
 COUNT, LARGEST = 3, 8.0
+#: Deviations that are not lost in rounding.
+SEEN = 0.0 if EXTENDED else 2e-13
 
 
 def synthesised(series: Series, member: Member, sample: Sample) -> tuple[Any, list[tuple[str, Any, Any]]]:
@@ -136,18 +139,22 @@ def test_deviation_from_the_best_line_or_circle_tends_to_the_law() -> None:
                 if len(rows) < 5:
                     continue
                 motion, pole = (linkage.inverted() if slot else linkage)[rows], np.zeros(len(rows), dtype=complex)
+                circle = bool(pairs[rows[0], 0, 2] != 0)
                 guides = coupler_curve(motion, point[rows], np.longdouble, pole)
                 law = leading_error_of_pairs(
                     linkage[rows], guided.pairs[rows], order=np.asarray(guided.order)[rows], pole=pole
                 )
-                off = []
+                rows = np.flatnonzero(law.held(0.02) > SEEN)
+                if len(rows) < 5:
+                    continue
+                guides, law, off = guides[rows], law[rows], []
                 for half in (0.04, 0.01):
                     halves = np.full(len(rows), half, dtype=np.longdouble)
-                    traced = trace(guides, halves, circle=bool(pairs[rows[0], 0, 2] != 0), split=False)
+                    traced = trace(guides, halves, circle=circle, split=False)
                     off.append(np.nanmedian(np.abs((traced.fit.deviation / law.held(2 * half) - 1).astype(float))))
                 measured.append((series.code, member.key, guided.label, *off))
     assert {code for code, *_ in measured} == {*REGISTRY.series} - {"II.ooo", "II*.ooo"}  # these two are exact
-    assert len(measured) > 200
+    assert len(measured) > (200 if EXTENDED else 140)
     for code, key, label, wide, narrow in measured:
         assert narrow < 0.15, (code, key, label, wide, narrow)
         assert narrow < max(0.5 * wide, 0.02), (code, key, label, wide, narrow)

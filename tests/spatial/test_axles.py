@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from catalogue.spatial import Joint, Link, Mechanism, OnGuide, Prismatic, Revolute, Spherical, Travel, Wheel, kinematics
+from tests.precision import EXTENDED
 
 INNER = np.array([[-120, 450, 230], [130, 440, 240], [-150, 400, -60], [140, 390, -70], [90, 420, -10.0]])
 OUTER = np.array([[-10, 690, 210], [15, 695, 215], [-20, 720, -90], [25, 715, -95], [110, 700, -5.0]])
@@ -77,14 +78,15 @@ Z = np.linspace(-80, 80, 33)
 
 
 def agrees(mechanism: Mechanism, expected: Any, body: str = "wheel") -> None:
-    """The wheel centre to 1e-10 mm, toe and camber to a ten-billionth of a degree."""
+    """The wheel centre to 1e-10 mm, toe and camber to a ten-billionth of a degree, if the reference is so exact."""
+    close = 1e-10 if EXTENDED else 1e-9
     motion = mechanism.sweep(Travel(body, CENTRE), Z)
     table = kinematics(motion, Wheel(body, tuple(CENTRE), tuple(AXIS), 310.0))
     assert motion.success.all()
-    assert np.abs(motion.point(body, CENTRE) - expected[:, -2]).max() < 1e-10
+    assert np.abs(motion.point(body, CENTRE) - expected[:, -2]).max() < close
     toe, camber = toe_camber(expected)
-    assert np.abs(table["toe [deg]"] - toe).max() < 1e-10
-    assert np.abs(table["camber [deg]"] - camber).max() < 1e-10
+    assert np.abs(table["toe [deg]"] - toe).max() < close
+    assert np.abs(table["camber [deg]"] - camber).max() < close
 
 
 def test_five_links() -> None:
