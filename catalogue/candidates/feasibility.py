@@ -12,7 +12,7 @@ from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import LEAST_ARM, min_transmission_turn, rotation_margin
 from ..guidance.swept_area import intrusion, link_segments, protrusion
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Complexes, Floats, Mask
+from ..kinematics.types import Complexes, Floats, Indices, Mask
 from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
 from .batch import CandidateBatch
@@ -118,6 +118,13 @@ def cost(problem: Problem, found: CandidateBatch) -> Floats:
     if problem.relaxed:
         return np.zeros(len(found))
     return problem.ranking.cost(values(problem, found))
+
+
+def faults(problem: Problem, found: CandidateBatch) -> Indices:
+    """Return by how many measures candidates are worthless, where the score is ranked, shape (n,)."""
+    if problem.relaxed or "score" not in problem.ranking.weights:
+        return np.zeros(len(found), int)
+    return problem.ranking.faults(values(problem, found))
 
 
 def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False) -> Feasibility:

@@ -16,7 +16,7 @@ import numpy as np
 from ..kinematics.types import Array, Floats, Indices
 from ..problem.problem import Problem
 from .batch import CandidateBatch
-from .feasibility import cost, values
+from .feasibility import cost, faults, values
 
 #: Pairs of designs compared at once.
 BLOCK = 4096
@@ -119,12 +119,12 @@ def ranks(*keys: Array) -> Indices:
 
 
 def select_top(problem: Problem, found: CandidateBatch, limit: int) -> tuple[CandidateBatch, Array]:
-    """Return the best of candidates that meet the constraints in their order, at most `limit`, and the number of the
-    Pareto front of each, from 1; 0 without fronts."""
+    """Return the best of candidates that meet the constraints in their order, fewest faults first, at most
+    `limit`, and the number of the Pareto front of each, from 1; 0 without fronts."""
     ranking, key = problem.ranking, found.origin.id
     number = np.zeros(len(found), int)
     if not ranking.front:
-        order = np.lexsort((key, cost(problem, found)))
+        order = np.lexsort((key, cost(problem, found), faults(problem, found)))
         chosen = _varied(problem, found, order, limit)
         return found[chosen], number[chosen]
     here = values(problem, found)

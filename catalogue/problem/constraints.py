@@ -177,7 +177,8 @@ class Constraints:
         point.  An answer shows the inverse motion, in which that point runs along the slot: its fixed pivots are the
         pivots of the coupler.
     returns : bool
-        Instead: points that run along the path to one of its ends, where they rest, and back along it.
+        Instead: points that run along the path to one of its ends, where they rest, and back along it.  They have no
+        allowance, and their score is made of the other desires.
     fixed_pivots_in, pivots_in : (x0, y0, x1, y1) or sequence of points, optional
         Where the fixed pivots (all pivots, in mid-stroke, of returning points at rest) must stand, in the frame in
         which the path runs from (0, 0) to (stroke, 0).  A pivot at infinity stands nowhere.
@@ -268,6 +269,9 @@ class Constraints:
             raise InvalidRequest(f"slots and returns cannot be asked for with {given[0]}")
         if self.slots and self.returns:
             raise InvalidRequest("slots and returns exclude one another: ask for one of them")
+        if self.returns and (self.min_allowance or self.play):
+            name = "min_allowance" if self.min_allowance else "play"
+            raise InvalidRequest(f"{name} does not go with returns: what play does to a point at rest is not known")
         least, largest = self.min_link, self.max_link
         if least is not None and largest is not None and least > largest:
             raise InvalidRequest(f"min_link {least:g} is above max_link {largest:g}: nothing can be between")

@@ -40,6 +40,8 @@ class Problem:
         if isinstance(request, CircularArc):
             radius = None if request.radius is None else digits(request.radius / request.stroke)
             path = CircularArc(1.0, digits(request.relative), radius)
+        if constraints.returns:
+            ranking = ranking.without("allowance")
         return cls(path, constraints.carried(1 / scale, -shift / scale), ranking, limit, effort, scale, shift)
 
     def with_constraints(self, **changes: Any) -> Problem:

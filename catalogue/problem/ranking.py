@@ -6,13 +6,13 @@ The cost of an answer is a smooth function of its criteria, which the refinement
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from ..errors import InvalidRequest, quoted
-from ..kinematics.types import Floats, doubles
+from ..kinematics.types import Floats, Indices, doubles
 from .criteria import CRITERIA
 from .request import Request, digits, names, number, positive, whole
 
@@ -149,6 +149,10 @@ class Ranking:
         wishes = {name: Desire.of(name, given, units.get(name, 1.0)) for name, given in (desires or {}).items()}
         return cls(weights(rank_by), front, share, least, {**DESIRES, **wishes})
 
+    def without(self, desire: str) -> Ranking:
+        """Return the same ranking with a score that is made of the other desires."""
+        return replace(self, desires={name: wish for name, wish in self.desires.items() if name != desire})
+
     @property
     def only(self) -> str | None:
         """The criterion, if there is but one."""
@@ -185,6 +189,10 @@ class Ranking:
         """
         with np.errstate(divide="ignore"):
             return 100 * np.exp(self._mean({q: np.log(d.of_value(values[q])) for q, d in self.desires.items()}))
+
+    def faults(self, values: Values) -> Indices:
+        """Return how many of the desirabilities are 0, shape (n,): the score of such an answer is 0."""
+        return np.asarray(sum((d.of_value(values[q]) <= 0).astype(int) for q, d in self.desires.items()))
 
     def _mean(self, parts: Values) -> Floats:
         """Return the mean of something of each desire, by their weights, shape (n,)."""

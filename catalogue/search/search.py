@@ -18,7 +18,7 @@ from functools import cached_property
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, measured
-from ..candidates.feasibility import STANDING, cost, feasibility
+from ..candidates.feasibility import STANDING, cost, faults, feasibility
 from ..candidates.select import distances, normal_form
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
@@ -164,10 +164,17 @@ class Search:
         feasible, (first, refined) = int(np.isfinite(self.cost).sum()), self._begun
         stages, points = self.stage - first, self.report.refined - refined
         least = 1 if self.enough == 1 else 1 + self._narrow  # few designs are left: the next stage differs
-        ample = feasible >= self.enough and stages >= least
+        ample = self._sound >= self.enough and stages >= least
         spent = points > (self._extent.points if feasible else self._extent.in_vain) or stages >= STAGES
         if ample or spent or self._hopeless or starts is None:
             self.status = "found" if feasible else "exhausted"
+
+    @property
+    def _sound(self) -> int:
+        """How many were found that meet the constraints and are worth something."""
+        if self.found is None:
+            return 0
+        return int((np.isfinite(self.cost) & (faults(self.problem, self.found) == 0)).sum())
 
     @property
     def _least(self) -> float:

@@ -237,6 +237,23 @@ def test_slots_and_returns_exclude_one_another(held: Catalogue) -> None:
 
 
 @pytest.mark.slow
+def test_points_that_return_are_scored_without_an_allowance(held: Catalogue) -> None:
+    found = held.find(CircularArc(30, 0.3), returns=True, limit=5)
+    assert all(c.allowance is None for c in found)
+    for c in found:
+        shares = [(180 - c.size) / 150, (c.min_transmission - 15) / 45, ((c.min_link or np.inf) - 1.5) / 6]
+        assert c.score == pytest.approx(100 * np.prod(np.clip(shares, 0, 1)) ** (1 / 3), rel=1e-6)
+    assert (found[0].score or 0) > 0
+
+
+def test_allowance_and_play_do_not_go_with_points_that_return(held: Catalogue) -> None:
+    wishes: list[dict[str, Any]] = [{"min_allowance": 0.01}, {"play": 0.01}]
+    for wish in wishes:
+        with pytest.raises(InvalidRequest, match=f"{[*wish][0]} does not go with returns"):
+            held.find(CircularArc(30, 0.3), returns=True, **wish)
+
+
+@pytest.mark.slow
 def test_a_stored_returning_guide_is_shown_and_drawn(held: Catalogue, tmp_path: Path) -> None:
     c = held.find(CircularArc(30, 0.3, 60), returns=True)[0]
     assert c.id is not None
