@@ -154,7 +154,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
             amounts["full_rotation"] = over(-np.fmax(*rotation_margin(machine(problem, found)).T), missing=1.0)
         if wanted.min_transmission_turn:
             turn = min_transmission_turn(machine(problem, found), m.driver)
-            amounts["min_transmission_turn"] = over(np.radians(wanted.min_transmission_turn - turn), missing=0.1)
+            amounts["min_transmission_turn"] = over(np.radians(wanted.min_transmission_turn - np.nan_to_num(turn)))
         amounts |= _drive(problem, found) | _standing(problem, found)
         for name, amount in amounts.items():
             amounts[name] = np.where(reached, amount if signed else np.maximum(amount, 0.0), np.inf)

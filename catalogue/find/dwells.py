@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from itertools import combinations
 
 import numpy as np
 
@@ -22,7 +24,7 @@ from ..problem.constraints import Constraints, DwellArguments
 from ..problem.request import whole
 from ..store import COLUMNS, Database, Guide, Mechanism, Reach, joined
 from .dwell_results import DwellCandidate, DwellResults, StandStill
-from .names import check_names, eligible_series
+from .names import check_names, eligible_series, option
 
 #: Constraints that go with a dwell.
 GOVERNED = tuple(DwellArguments.__annotations__)
@@ -39,6 +41,8 @@ AROUND = np.array([complex(x, y) for x in (0, -1, 1) for y in (0, -1, 1)])
 COARSE, FINE = 120, 2880
 #: Points of the path over the turn that count in the size.
 DEGREES = 360
+#: Shares of what was asked that are tried where there is none, by how many things are asked less of.
+SHARES = {1: (0.8, 0.5, 0.25), 2: (0.5,), 4: (0.5,)}
 #: Guides whose dyads are tried at once.
 BLOCK = 40
 
@@ -53,9 +57,43 @@ def find_dwells(
     if other := [name for name in constraints.active() if name not in GOVERNED]:
         raise InvalidRequest(f"{other[0]} does not go with a dwell; there are {', '.join(GOVERNED)}")
     check_names(database, constraints)
+    found = _found(database, request, constraints, limit, effort)
+    if len(found) or not len(database.plain({"id": int}, "FROM guide LIMIT 1")["id"]):
+        return found
+    return DwellResults([], f"{found.explanation}; {_advice(database, request, constraints, effort)}")
+
+
+def _advice(database: Database, request: StandStill, constraints: Constraints, effort: int) -> str:
+    """Return what to ask for instead, as options of the command: less of one thing, of two, or of all; it was tried."""
+    asked = {name: getattr(request, name) for name in ("angle", "residual", "swing")}
+    if constraints.min_transmission:
+        asked["min_transmission"] = constraints.min_transmission
+    for count, shares in SHARES.items():
+        told = []
+        for names in combinations(asked, min(count, len(asked))):
+            for share in shares:
+                eased = {name: asked[name] / share if name == "residual" else asked[name] * share for name in names}
+                eased = {name: float(f"{value:.3g}") for name, value in eased.items()}
+                least = eased.pop("min_transmission", constraints.min_transmission)
+                try:
+                    looser = replace(request, **eased)
+                except InvalidRequest:  # so wide a band, or so small a swing, is no standstill
+                    break
+                if len(_found(database, looser, replace(constraints, min_transmission=least), 1, effort)):
+                    eased |= {"min_transmission": least} if "min_transmission" in names else {}
+                    bounds = [f"{option(name)} {value:g} (asked {asked[name]:g})" for name, value in eased.items()]
+                    told.append(" with ".join(bounds))
+                    break
+        if told:
+            return f"what gives one: {', or '.join(told)}"
+    return "ask for much less of all"
+
+
+def _found(database: Database, request: StandStill, constraints: Constraints, limit: int, effort: int) -> DwellResults:
+    """Return dwells, or why there is none."""
     stored = _turning(database, constraints, request, effort)
     if stored is None:
-        return DwellResults([], "no dwell found: no stored arc spans so much of a full turn of its crank; ask for less")
+        return DwellResults([], "no dwell found: no stored arc spans so much of a full turn of its crank")
     rows, guides, driver = stored
     pivots, coarse = _tried(rows, guides, driver, request)
     order = np.argsort(-np.nan_to_num(coarse, nan=-1.0), kind="stable")
@@ -63,7 +101,7 @@ def find_dwells(
     order = _few_of_each(order, rows["series"], 4 * limit)
     if not len(order):
         told = f"no dwell found: of {len(guides)} arcs none has a dyad that stands so still and swings so far"
-        return DwellResults([], f"{told}; ask for less swing, or a wider residual")
+        return DwellResults([], told)
     rows = {name: values[order] for name, values in rows.items()}
     guides, driver = guides[order], driver[order]
     rows["joint"], pivots = _moved(rows["joint"], pivots[order], guides, driver, request)

@@ -11,23 +11,38 @@ from typing import Any
 import numpy as np
 
 from ..candidates.batch import CandidateBatch
-from ..candidates.feasibility import LARGEST, LEAST, ROUNDING, STANDING, Feasibility, farthest, feasibility, machine
-from ..guidance.drive import drive_metrics
+from ..candidates.feasibility import (
+    LARGEST,
+    LEAST,
+    ROUNDING,
+    STANDING,
+    SWEPT,
+    Feasibility,
+    farthest,
+    feasibility,
+    machine,
+)
+from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import min_transmission_turn
-from ..problem.constraints import DRIVE, Constraints, Region
+from ..guidance.swept_area import link_segments
+from ..kinematics.types import Complexes
+from ..problem.constraints import DRIVE, FAR, Constraints, Region
 from ..problem.problem import Problem
 from ..problem.request import Request
 from ..refine.sqp import Refinement
 from ..search.search import Search, SearchReport
 from ..store import Database
 from .grid_synthesis import reaches
-from .names import EMPTY, SINGULAR
+from .names import EMPTY, option
 
 #: Points from which each relaxation is sought, and rounds of refinement.
 STARTS, ROUNDS = 8, 6
 #: By which parts farther than the point found a bound is relaxed, so that a search finds it again, and something
 #: better; the first that helps is offered.
 ROOMS = (0.05, 0.2)
+#: Amount above which a relaxation is far from what was asked, and is tried to be made less, by that much each time, so
+#: often at most: e-folds of the deviation, strokes, radians, parts of a bound.
+FAR_OFF, CLOSER = 0.2, 3
 #: The tolerance inside which a search stays, of the one asked: what the grid of the search leaves open.
 INSIDE = 1 - 2e-4
 
@@ -105,8 +120,9 @@ class Explanation:
         """Return what each constraint alone, else each pair of them, would have to be for an answer to be found, as
         options of the command in the user's unit; each was tried."""
         refined = {}
+        implied = {"full_rotation"} if self.problem.constraints.min_transmission_turn else set()
         for name, amount in feasibility(self.problem, nearest).amounts.items():
-            if (amount > ROUNDING).any() and not name.startswith("distance "):
+            if (amount > ROUNDING).any() and not name.startswith("distance ") and name not in implied:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
                 refined[name] = found, feasibility(self.problem, found)
         for count in (1, 2):
@@ -129,18 +145,37 @@ class Explanation:
         one = found[np.array([best])]
         for room in ROOMS if amount[best] > ROUNDING else ():
             bounds = {name: self._value(name, one, room) for name in names}
-            if self._helps(bounds):
+            if (answers := self._answers(bounds)) is not None:
+                if len(names) == 1 and amount[best] > FAR_OFF and not self.problem.constraints.given:
+                    bounds = self._closer(names[0], bounds, amount[best], answers)
                 return " with ".join(self._option(name, bound) for name, bound in bounds.items())
         return None
 
-    def _helps(self, bounds: dict[str, Any]) -> bool:
-        """Return whether the first stage of a search finds an answer with constraints relaxed to these bounds.
+    def _closer(self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch) -> dict[str, Any]:
+        """Return the least relaxation of one constraint that helps, sought from the answers to the one given."""
+        for _ in range(CLOSER):
+            found = relaxed(self.problem, answers, name)
+            broken = feasibility(self.problem, found)
+            others = np.sum([a for n, a in broken.amounts.items() if n != name], axis=0)
+            less = np.where(others <= ROUNDING, broken.amounts[name], np.inf)
+            best = int(np.argmin(less))
+            if not ROUNDING < less[best] < amount - FAR_OFF:
+                break
+            nearer = {name: self._value(name, found[np.array([best])], ROOMS[0])}
+            again = self._answers(nearer)
+            if again is None:
+                break
+            bounds, amount, answers = nearer, less[best], again
+        return bounds
+
+    def _answers(self, bounds: dict[str, Any]) -> CandidateBatch | None:
+        """Return what the first stage of a search finds with constraints relaxed to these bounds, None if no answer.
 
         Later ones seldom find what that does not, and take longest where there is nothing.
         """
         problem = self.problem
-        if problem.constraints.given:  # the candidate came of the very steps that would be taken
-            return True
+        if problem.constraints.given:  # the candidates came of the very steps that would be taken
+            return self.report.nearest
         changes: dict[str, Any] = {}
         path, stroke = problem.path, problem.stroke
         for name, value in bounds.items():
@@ -155,14 +190,19 @@ class Explanation:
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
         search = Search(looser, self.database, enough=1)
         search.step()
-        return bool(np.isfinite(search.cost).any())
+        found = np.flatnonzero(np.isfinite(search.cost))
+        return None if search.found is None or not len(found) else search.found[found]
 
     def _value(self, name: str, one: CandidateBatch, room: float) -> Any:
         """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or
         None if it would have to go."""
         problem, s, m = self.problem, self.problem.stroke, one.measures
         if name in STANDING:
-            return _widened(problem, getattr(problem.constraints, name), one, STANDING[name], room)
+            planes = STANDING[name]
+            return _widened(problem, name, one.linkage.points[0][:, planes][one.linkage.finite[0][:, planes]], room)
+        if name == "swept_in":
+            poses = SampledPoses.of(one.curve, one.traced, SWEPT, inverse=problem.constraints.slots)
+            return _widened(problem, name, link_segments(machine(problem, one), poses), room)
         if name == "deviation":
             value = s * one.deviation / INSIDE
         elif key := (LARGEST | LEAST).get(name):
@@ -208,19 +248,15 @@ def rounded(value: float, room: float, *, up: bool) -> float | None:
     return float(f"{(math.ceil if up else math.floor)(value / unit) * unit:.4g}")
 
 
-def _widened(problem: Problem, region: Region, one: CandidateBatch, planes: tuple[int, ...], room: float) -> Region:
-    """Return the box of a region and of a candidate's pivots together, in the user's unit and frame."""
+def _widened(problem: Problem, name: str, places: Complexes, room: float) -> Region:
+    """Return the box of a region and of places together, in the user's unit and frame."""
+    region: Region = getattr(problem.constraints, name)
     x0, y0, x1, y1 = region.carried(problem.scale, problem.shift).box
-    there = one.linkage.points[0][:, planes][one.linkage.finite[0][:, planes]] * problem.scale + problem.shift
-    room = room * problem.stroke
-    low = min(x0, there.real.min() - room), min(y0, there.imag.min() - room)
-    high = max(x1, there.real.max() + room), max(y1, there.imag.max() + room)
-    return Region.of("region", [float(f"{number:.5g}") for number in (*low, *high)])
-
-
-def option(name: str) -> str:
-    """Return the option of the command that sets a constraint."""
-    return "--" + SINGULAR.get(name, name).replace("_", "-") if " " not in name else name
+    there, room = places * problem.scale + problem.shift, room * problem.stroke
+    sides = (min(x0, np.nanmin(there.real) - room), min(y0, np.nanmin(there.imag) - room),
+             max(x1, np.nanmax(there.real) + room), max(y1, np.nanmax(there.imag) + room))  # fmt: skip
+    infinite = 0.5 * FAR * problem.stroke  # where sides at infinity are taken to be
+    return Region.of(name, [float(f"{v:.5g}") if abs(v) < infinite else math.copysign(math.inf, v) for v in sides])
 
 
 def describe(request: Request) -> str:

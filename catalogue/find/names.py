@@ -20,6 +20,11 @@ LONGEST = 60
 KINDS = (*POINTS.values(), *SLOTS.values(), *RETURNS.values())
 
 
+def option(name: str) -> str:
+    """Return the option of the command that sets a constraint."""
+    return "--" + SINGULAR.get(name, name).replace("_", "-") if " " not in name else name
+
+
 def check_names(database: Database, constraints: Constraints) -> None:
     """Raise `InvalidRequest` if a family, series or configuration is asked for that the database does not hold."""
     for name, singular in SINGULAR.items():

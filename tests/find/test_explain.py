@@ -23,6 +23,8 @@ from catalogue.search.search import SearchReport
 Ask = Callable[..., Found]
 LEAD = "no guide found; what gives one: "
 LINE = StraightLine(150, 0.05)
+#: A strip without a lower end.
+BELOW = (-5, -np.inf, 5, -100)
 
 
 def advised(told: str) -> list[dict[str, Any]]:
@@ -32,7 +34,7 @@ def advised(told: str) -> list[dict[str, Any]]:
     for offer in line.removeprefix(LEAD).split(", or "):
         changes: dict[str, Any] = {}
         for one in offer.split(" with "):
-            match = re.fullmatch(r"(without )?--([a-z-]+)((?: -?[\d.e+-]+|inf)*)(?: \(asked [^)]*\))?", one.strip())
+            match = re.fullmatch(r"(without )?--([a-z-]+)((?: -?(?:inf|[\d.e+-]+))*)(?: \(asked [^)]*\))?", one.strip())
             assert match, one
             name, values = match[2].replace("-", "_"), [float(v) for v in match[3].split()]
             changes[name] = None if match[1] else values[0] if len(values) == 1 else values
@@ -43,6 +45,9 @@ def advised(told: str) -> list[dict[str, Any]]:
 EMPTY: list[tuple[Any, dict[str, Any]]] = [
     (StraightLine(150, 0.0005), {"max_size": 170, "min_transmission": 70, "pins_only": True}),
     (LINE, {"max_size": 149, "pins_only": True}),
+    (StraightLine(100, 0.01), {"families": ["four-bar"], "min_transmission_turn": 89}),
+    (StraightLine(100, 0.01), {"pins_only": True, "swept_in": (-40, -70, 140, 70)}),
+    (StraightLine(90, 0.045, along=-90), {"pins_only": True, "fixed_pivots_in": BELOW, "max_size": 110}),
 ]  # fmt: skip
 
 
@@ -88,6 +93,24 @@ def test_a_relaxation_relaxes(ask: Ask) -> None:
         for name, value in changes.items():
             asked = request_.deviation if name == "deviation" else wanted[name]
             assert value < asked if name.startswith("min_") else value > asked
+
+
+@pytest.mark.slow
+def test_a_side_at_infinity_stays_there(ask: Ask) -> None:
+    request_, wanted = EMPTY[-1]
+    (box,) = [one["fixed_pivots_in"] for one in advised(ask(request_, **wanted).explain()) if "fixed_pivots_in" in one]
+    assert box[1] == -np.inf
+    assert np.isfinite([box[0], *box[2:]]).all()
+
+
+@pytest.mark.slow
+def test_a_relaxation_far_from_what_was_asked_is_sought_nearer(ask: Ask) -> None:
+    """A thousandth of the stroke is answered; the nearest point of the search for a trillionth deviated by 200 times
+    as much."""
+    request_, wanted = StraightLine(100, 1e-11), {"pins_only": True, "max_size": 150}
+    ((name, least),) = advised(ask(request_, **wanted).explain())[0].items()
+    assert name == "deviation"
+    assert least < 0.1
 
 
 @pytest.mark.slow

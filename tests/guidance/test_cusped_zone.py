@@ -249,7 +249,7 @@ def test_points_that_return_are_scored_without_an_allowance(held: Catalogue) -> 
 def test_allowance_and_play_do_not_go_with_points_that_return(held: Catalogue) -> None:
     wishes: list[dict[str, Any]] = [{"min_allowance": 0.01}, {"play": 0.01}]
     for wish in wishes:
-        with pytest.raises(InvalidRequest, match=f"{[*wish][0]} does not go with returns"):
+        with pytest.raises(InvalidRequest, match=f"{next(iter(wish))} does not go with returns"):
             held.find(CircularArc(30, 0.3), returns=True, **wish)
 
 
