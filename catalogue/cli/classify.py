@@ -40,8 +40,10 @@ def classify(
     rocker; or crank, coupler, offset (slider-crank); or ground, crank, offset (inverted); each with angle (of the
     crank, in degrees) and perhaps branch (1 or -1).
 
-    CSV: 8 numbers a line (x, y of A1, A1*, A2, A2*) or 12 (x, y, w of each), a heading line is skipped; or columns
-    under a heading that names link lengths.
+    CSV: 8 numbers a line (x, y of A1, A1*, A2, A2*) or 12 (x, y, w of each), a heading, which is a line without a
+    number, is skipped; or columns under a heading that names link lengths, or pivots as JSON. Between cells stand
+    commas, semicolons, tabs, bars or blanks, the same in all of a file; decimals have a point. Notes stand under name,
+    note, code or id; link lengths have no other names beside them.
     """
     from ..api import classify as run
     from .reading import read_linkages

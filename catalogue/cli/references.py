@@ -93,17 +93,17 @@ def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
     import numpy as np
 
     from ..find.own_guide import OwnGuide
-    from .reading import entries, linkages_of, read_text
+    from .reading import linkages_of, read_rows
 
-    given = entries(read_text(reference), reference)
-    linkage, points = linkages_of(given, reference)
+    rows = read_rows(reference)
+    linkage, points = linkages_of(rows)
     if point is not None:
         points = np.full(len(points), complex(*point))
     missing = np.flatnonzero(np.isnan(points))
     if len(missing):
         raise InvalidRequest(
-            f"{reference}: linkage {missing[0] + 1} has no guided point: give `x` and `y`, or `along` and `across` "
-            "beside link lengths, or --point X Y"
+            f"{rows[missing[0]].place} has no guided point: give `x` and `y`, or `along` and `across` beside link "
+            "lengths, or --point X Y"
         )
     return [
         OwnGuide(pivots, [z.real, z.imag]) for pivots, z in zip(linkage.pivots.tolist(), points.tolist(), strict=True)

@@ -402,7 +402,7 @@ def _commanded(opened: catalogue.Catalogue, given: Any) -> None:
         tempfile.TemporaryDirectory() as folder,
         contextlib.chdir(folder),
         mock.patch.object(sys, "argv", argv),
-        mock.patch.object(sys, "stdin", io.StringIO("0,0,1,1,3,0,2,2,1,1\n")),
+        mock.patch.object(sys, "stdin", io.TextIOWrapper(io.BytesIO(b"0,0,1,1,3,0,2,2,1,1\n"))),
         mock.patch.dict(os.environ, {"CATALOGUE_DB": str(opened.database.path)}),
         contextlib.redirect_stdout(shown),
         contextlib.redirect_stderr(told),

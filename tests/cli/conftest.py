@@ -47,9 +47,10 @@ def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp
     for name in ("OMP", "OPENBLAS", "MKL"):  # the command sets them: that is to end with the test
         monkeypatch.setenv(f"{name}_NUM_THREADS", "1")
 
-    def call(*arguments: Any, stdin: str = "") -> Ran:
+    def call(*arguments: Any, stdin: str | bytes = "") -> Ran:
+        given = stdin.encode() if isinstance(stdin, str) else stdin
         monkeypatch.setattr(sys, "argv", ["catalogue", *map(str, arguments)])
-        monkeypatch.setattr(sys, "stdin", io.StringIO(stdin))
+        monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(io.BytesIO(given), "utf-8"))
         capsys.readouterr()
         with pytest.raises(SystemExit) as end:
             main()

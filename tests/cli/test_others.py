@@ -256,7 +256,7 @@ def test_classify_prints_tables_and_csv(run: Run) -> None:
     [
         ("", 2, "- holds no linkage"),
         ("[]", 2, "- holds no linkage"),
-        ("{}", 2, "object 0 has neither `pivots` nor link lengths"),
+        ("{}", 2, "linkage 0 has neither `pivots` nor link lengths"),
         ("[1, 2", 2, "- is no valid JSON: "),
         ("[1, 2, 3]", 3, "a linkage is [[A1, A1*], [A2, A2*]]"),
         ('["a"]', 3, "a linkage is|pivots must"),

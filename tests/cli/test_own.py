@@ -64,7 +64,7 @@ def test_a_heading_names_lengths(run: Run, tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("text", "options", "code", "said"),
     [
-        ("{}", (), 2, "object 0 has neither"),
+        ("{}", (), 2, "linkage 0 has neither"),
         ('{"ground":2,"crank":9,"coupler":1,"rocker":1,"along":0,"across":1}', ("--stroke", 1), 3, "cannot be closed"),
         ('{"ground":220,"crank":100,"coupler":250,"rocker":250}', ("--stroke", 1), 2, "no guided point"),
         ('{"ground":220,"crank":100,"coupler":250,"rocker":250,"along":1}', ("--stroke", 1), 3, "`along` and `across`"),
