@@ -128,13 +128,13 @@ def _pivots(place: str, given: Any) -> list[list[list[float]]]:
 
 def _lengths(place: str, given: dict[str, Any]) -> dict[str, Any]:
     """Return the numbers under known names."""
-    if not NUMBERS & {*given}:
-        raise InvalidRequest(f"{place} has neither `pivots` nor link lengths")
+    known = {name: number(f"{place}: {name}", value) for name, value in given.items() if name in NUMBERS}
     for name in given:
-        if name not in NUMBERS and name not in NOTES:
-            near = get_close_matches(name, sorted(NUMBERS), n=1)
-            raise InvalidRequest(
-                f"{place}: there is no {quoted(name)}; "
-                + (f"did you mean {near[0]}?" if near else f"names of notes are {', '.join(NOTES)}")
-            )
-    return {name: number(f"{place}: {name}", value) for name, value in given.items() if name in NUMBERS}
+        if name not in known and name not in NOTES:
+            if near := get_close_matches(name, sorted(NUMBERS), n=1):
+                raise InvalidRequest(f"{place}: there is no {quoted(name)}; did you mean {near[0]}?")
+            if known:
+                raise InvalidRequest(f"{place}: there is no {quoted(name)}; names of notes are {', '.join(NOTES)}")
+    if not known:
+        raise InvalidRequest(f"{place} has neither `pivots` nor link lengths")
+    return known

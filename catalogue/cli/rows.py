@@ -86,7 +86,9 @@ def _csv(text: str, file: str) -> list[Row]:
         if any(cells := _cells(place := f"{file}, line {i}", line, delimiter))
     ]
     heading = lines.pop(0)[1] if lines and not any(map(_has_number, lines[0][1])) else []
-    if not {*NUMBERS, *LISTS} & {name.casefold() for name in heading}:
+    names = {name.casefold() for name in heading}
+    words = {word for name in names for word in re.findall(r"\w+", name)}  # crank [mm] is a length too
+    if not (names & {*NUMBERS, *LISTS} or words & LENGTHS):
         return [Row(place, _unnamed(place, cells, delimiter)) for place, cells in lines]
     return [Row(place, _named(place, heading, cells)) for place, cells in lines]
 

@@ -106,6 +106,8 @@ def test_no_text_among_the_lines_loses_a_row(text: str, at: int, dialect: tuple[
         (f'{BARS},note\n{MINE},a\n{MINE},"b\nc"\n', 2, "line 3 is no valid CSV"),
         (f"{BARS.replace('across', 'acros')}\n{MINE}\n", 2, "line 2: there is no 'acros'; did you mean across?"),
         (f"{BARS},brnach\n{MINE},-1\n", 2, "line 2: there is no 'brnach'; did you mean branch?"),
+        (f"{BARS.replace(',', ' [mm],')} [mm],angle [deg],id\n{MINE},3,4\n", 2,
+         "line 2: there is no 'ground [mm]'; did you mean ground?"),
         (f"{BARS},made by\n{MINE},me\n", 2, "there is no 'made by'; names of notes are name, note, code, id"),
         (f"{BARS},\n{MINE},\n{MINE},7\n", 2, "line 3: there is no ''"),
         (f"{BARS},Crank\n{MINE},90\n", 2, "line 2: 'Crank' is given twice"),
