@@ -8,9 +8,10 @@ from os import PathLike
 from typing import TYPE_CHECKING, Self, Unpack
 
 from .folders import default_database
+from .given import names, switch
 from .problem.constraints import Constraints
 from .problem.criteria import DISTINCT
-from .problem.request import names, path_request, switch
+from .problem.request import path_request
 from .store import Database
 
 if TYPE_CHECKING:

@@ -10,10 +10,11 @@ import numpy as np
 
 from ..errors import InvalidLinkage, InvalidRequest, quoted
 from ..folders import expanded
+from ..given import number
 from ..kinematics.from_lengths import guide_from_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes
-from ..problem.request import number, point
+from ..problem.request import point
 from .rows import LENGTHS, NUMBERS, Row, rows_of
 
 #: What may stand beside link lengths and is not read; beside pivots may stand whatever does not contradict them.

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InvalidRequest, quoted
-from ..problem.request import number
+from ..given import number
 from .spec import LENGTH, Collection
 
 _CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")

@@ -14,7 +14,7 @@ import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from ..errors import InvalidRequest
-from ..problem.request import positive
+from ..given import positive
 from .links import Link, Links
 
 #: Length of a block over its width; thickness of any part over that.

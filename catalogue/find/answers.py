@@ -20,8 +20,9 @@ from typing import TYPE_CHECKING, Any
 from .. import __version__
 from ..errors import InvalidRequest, quoted
 from ..folders import answers_file, replacing
+from ..given import number, positive
 from ..kinematics.linkage import Linkage
-from ..problem.request import number, point, positive
+from ..problem.request import point
 from .candidate import Candidate
 from .dwell_results import DwellCandidate
 from .own_guide import OwnGuide

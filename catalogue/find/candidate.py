@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidRequest
+from ..given import switch
 from ..guidance.sensitivity import sensitivity
 from ..kinematics.types import Complexes, Floats
-from ..problem.request import CircularArc, Request, StraightLine, switch
+from ..problem.request import CircularArc, Request, StraightLine
 from .columns import CANDIDATE, attributes
 from .guide_motion import SAMPLES, GuideMotion, sampled
 from .placed import PlacedGuide

@@ -8,7 +8,7 @@ from functools import cached_property
 from typing import Any
 
 from ..errors import InvalidRequest
-from ..problem.request import positive
+from ..given import positive
 from .placed import PlacedGuide
 from .results import Results
 

@@ -11,6 +11,7 @@ import numpy as np
 from ..candidates.select import ranks
 from ..candidates.stored import canonical
 from ..errors import InvalidRequest, quoted
+from ..given import whole
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.drive import drive_metrics
 from ..guidance.dwell import Dwell, dwells, turned
@@ -21,7 +22,6 @@ from ..guidance.trace import trace
 from ..kinematics.linkage import SLIDING
 from ..kinematics.types import Array, Complexes, Floats, Indices
 from ..problem.constraints import Constraints, DwellArguments
-from ..problem.request import whole
 from ..store import COLUMNS, Database, Guide, Mechanism, Reach, joined
 from .dwell_results import DwellCandidate, DwellResults, StandStill
 from .names import check_names, eligible_series, option

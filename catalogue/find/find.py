@@ -12,12 +12,13 @@ from ..candidates.batch import CandidateBatch, final
 from ..candidates.feasibility import feasibility
 from ..candidates.select import select_top
 from ..errors import InvalidRequest
+from ..given import positive, switch, whole
 from ..kinematics.batch import join
 from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
-from ..problem.request import Request, path_request, positive, switch, whole
+from ..problem.request import Request, path_request
 from ..refine.certificate import Certificate, Drifts, certified
 from ..search.search import Search, SearchReport
 from ..store import Database

@@ -9,11 +9,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import InvalidRequest
+from ..given import whole
 from ..kinematics.circuits import COUPLER, Circuits
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.rates import rates
 from ..kinematics.types import Array, Complexes, Floats
-from ..problem.request import places, whole
+from ..problem.request import places
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -150,9 +151,7 @@ class GuideMotion:
 
 def sampled(samples: Any) -> int:
     """Return how many positions are asked for; `InvalidRequest` unless from 2 to `MOST`."""
-    if whole("samples", samples, 2) > MOST:
-        raise InvalidRequest(f"samples must be at most {MOST}, not {samples}")
-    return int(samples)
+    return whole("samples", samples, 2, MOST)
 
 
 def _transmission(linkage: Linkage, driver: int) -> Floats:

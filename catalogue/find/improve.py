@@ -12,6 +12,7 @@ import numpy as np
 from ..candidates.batch import SHOWN, CandidateBatch, Origin, described, final, measured, near_path
 from ..candidates.feasibility import feasibility
 from ..errors import InvalidRequest, quoted
+from ..given import names, number, switch, whole
 from ..guidance.coupler_curve import coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.fixed_nominal import in_place as traced_in_place
@@ -20,7 +21,7 @@ from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
-from ..problem.request import CircularArc, Request, names, number, path_request, switch, whole
+from ..problem.request import CircularArc, Request, path_request
 from ..refine.held import HeldLengths
 from ..refine.sqp import Refinement
 from .candidate import Candidate

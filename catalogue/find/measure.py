@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..errors import InvalidRequest, quoted
+from ..given import positive, switch, whole
 from ..guidance.circuit_curve import CircuitCurve, ends, fitted, laid, on_path
 from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
@@ -20,7 +21,7 @@ from ..kinematics.circuits import OPEN, Circuits, circuits
 from ..kinematics.link_lengths import link_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices
-from ..problem.request import CircularArc, positive, switch, whole
+from ..problem.request import CircularArc
 from ..series.classification import classify
 from .candidate import Candidate
 from .placed import PlacedGuide

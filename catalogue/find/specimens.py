@@ -17,7 +17,8 @@ from ..collections.results import CollectionCandidate
 from ..collections.spec import COLUMNS, Collection, Measured
 from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
-from ..problem.request import CircularArc, Request, StraightLine, names, whole
+from ..given import names, whole
+from ..problem.request import CircularArc, Request, StraightLine
 from ..store import Database
 from ..store import SpecimenRow as Row
 from .results import Results

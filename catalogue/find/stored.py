@@ -13,6 +13,7 @@ from sqlalchemy import func, select
 from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path
 from ..candidates.stored import as_stored, linkages
 from ..errors import DatabaseError, InvalidRequest, quoted, shortened
+from ..given import LARGEST, positive, whole
 from ..guidance.kinds import RETURNS, SLOTS
 from ..guidance.reach import LEVELS
 from ..kinematics.linkage import Linkage
@@ -20,7 +21,7 @@ from ..kinematics.types import Array
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
-from ..problem.request import LARGEST, CircularArc, Request, StraightLine, positive, whole
+from ..problem.request import CircularArc, Request, StraightLine
 from ..series.named_guides import NamedGuide, named_guides
 from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
 from .candidate import Candidate, known

@@ -32,9 +32,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidLinkage, quoted
+from ..given import doubles
 from .link_lengths import in_coupler
 from .linkage import Linkage, homogeneous, refuse
-from .types import Array, Complexes, Floats, doubles
+from .types import Array, Complexes, Floats
 
 FOUR_BAR = ("ground", "crank", "coupler", "rocker")
 SLIDER_CRANK = ("crank", "coupler", "offset")

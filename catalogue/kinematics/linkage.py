@@ -26,7 +26,8 @@ import numpy as np
 import numpy.typing as npt
 
 from ..errors import InvalidLinkage
-from .types import Array, Complexes, Floats, Mask, doubles
+from ..given import doubles
+from .types import Array, Complexes, Floats, Mask
 
 RR, PR, RP = 0, 1, 2
 FAMILIES: dict[str, tuple[int, int]] = {

@@ -26,8 +26,8 @@ from ..collections.spec import Collection
 from ..errors import DuplicateSeries, PluginError, PluginWarning, quoted
 from ..folders import folder, is_folder, plugin_folders
 from ..foreign_code import checked_text, foreign
+from ..given import names
 from ..kinematics.families import Family
-from ..problem.request import names
 from ..series.series import Series
 from . import hookspecs
 from .checks import checked

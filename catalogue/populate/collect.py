@@ -19,7 +19,7 @@ from sqlalchemy import Connection, delete, func, insert, select
 from ..collections.spec import Collection
 from ..errors import DatabaseError, PluginError
 from ..foreign_code import foreign
-from ..problem.request import whole
+from ..given import whole
 from ..store import Database, Setting, SpecimenRow
 from .fill import Progress
 

@@ -15,8 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..errors import DatabaseError, InvalidRequest, PluginError, PluginWarning, WorkerKilled, one_line, quoted
+from ..given import names, whole
 from ..plugin.registry import Registry
-from ..problem.request import names, whole
 from ..store import (
     Database,
     drop_indexes,

@@ -10,8 +10,9 @@ from typing import Any, TypeAlias, TypedDict
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..kinematics.types import Complexes, Floats, Mask, doubles
-from .request import digits, names, number, positive, switch, whole
+from ..given import doubles, names, number, positive, switch, whole
+from ..kinematics.types import Complexes, Floats, Mask
+from .request import digits
 
 #: Where a side at infinity is taken to be, in the lengths that a region is carried to.
 FAR = 1e7

@@ -12,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest, quoted
-from ..kinematics.types import Floats, Indices, doubles
+from ..given import doubles, names, number, positive, whole
+from ..kinematics.types import Floats, Indices
 from .criteria import CRITERIA
-from .request import Request, digits, names, number, positive, whole
+from .request import Request, digits
 
 #: Desirabilities below this are continued in a straight line, so that what is worthless can still be made better.
 WORTHLESS = 0.02

@@ -1,86 +1,23 @@
-"""The path that a user asks for: a nominal with stroke and tolerance; how numbers, names and switches are read."""
+"""The path that a user asks for: a nominal with stroke and tolerance."""
 
 from __future__ import annotations
 
 import cmath
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from decimal import Decimal
-from numbers import Real
-from operator import index
-from os import PathLike
 from typing import Any, ClassVar
 
-import numpy as np
-
 from ..errors import InvalidRequest, quoted
+from ..given import number, positive
 
 #: Largest chord over radius; a half circle has 2.
 FULLEST = 1.98
-#: Largest whole number that is taken: beyond it doubles hold no more all of them.
-LARGEST = 2**53
-#: Lengths that are taken: a thousand times of them is a number still, with all its digits.
-RANGE = 1e-305, 1e304
-
-
-def number(name: str, value: Any, kind: str = "a number") -> float:
-    """Return `value` as a float, NaN and infinity too; `InvalidRequest` unless it is a real number: a text or a truth
-    value is none."""
-    scalar = value[()] if isinstance(value, np.ndarray) and not value.ndim else value
-    if isinstance(scalar, Real | Decimal) and not isinstance(scalar, bool):
-        try:
-            return float(scalar)
-        except OverflowError:
-            raise InvalidRequest(f"{name} is beyond 1e308, the largest number that can be reckoned with") from None
-        except ValueError:  # a signalling NaN
-            return math.nan
-    raise InvalidRequest(f"{name} must be {kind}, not {quoted(value)}")
-
-
-def positive(name: str, value: Any) -> float:
-    """Return `value` as a float; `InvalidRequest` unless it is a number above zero in `RANGE`."""
-    given = number(name, value)
-    if not math.isfinite(given) or given <= 0:
-        raise InvalidRequest(f"{name} must be a finite number above zero, not {given:g}")
-    if not RANGE[0] <= given <= RANGE[1]:
-        raise InvalidRequest(f"{name} must lie between {RANGE[0]:g} and {RANGE[1]:g}, not {given:g}: take another unit")
-    return given
 
 
 def digits(value: float) -> float:
     """Return a ratio to 12 digits: what the user's unit leaves in the last ones is no part of what is asked."""
     return float(f"{value:.12g}")
-
-
-def whole(name: str, value: Any, least: int) -> int:
-    """Return `value` as an int; `InvalidRequest` unless it is a whole number from `least` to `LARGEST`."""
-    try:
-        given = None if isinstance(value, bool | np.bool_) else index(value)
-    except TypeError:
-        given = None
-    if given is None:
-        raise InvalidRequest(f"{name} must be a whole number, not {quoted(value)}")
-    if not least <= given <= LARGEST:
-        bound = f"at least {least}" if given < least else f"at most {LARGEST}"
-        raise InvalidRequest(f"{name} must be {bound}, not {quoted(given)}")
-    return given
-
-
-def switch(name: str, value: Any) -> bool:
-    """Return `value` as a bool; `InvalidRequest` unless it is True or False."""
-    if not isinstance(value, bool | np.bool_):
-        raise InvalidRequest(f"{name} must be True or False, not {quoted(value)}")
-    return bool(value)
-
-
-def names(name: str, given: Any) -> tuple[str, ...]:
-    """Return one name, of a folder too, or several as a tuple; `InvalidRequest` for anything else."""
-    several = isinstance(given, Iterable) and not isinstance(given, str | Mapping)
-    found = tuple(given) if several else (given,)
-    if wrong := [one for one in found if not isinstance(one, str | PathLike)]:
-        raise InvalidRequest(f"{name} must be a name or a sequence of names, not {quoted(wrong[0])}")
-    return tuple(str(one) for one in found)
 
 
 def places(name: str, given: Any) -> dict[str, tuple[float, float]]:

@@ -15,9 +15,9 @@ from ..curvature_theory.guided_elements import GuidedElements, guided_elements
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import path_singularity
 from ..errors import InvalidRequest, PluginError, PluginWarning, quoted
+from ..given import number, positive
 from ..kinematics.linkage import FAMILIES, Linkage, LinkageLike
 from ..kinematics.types import Array, Floats, Mask
-from ..problem.request import number, positive
 from .membership import Membership, Memberships
 from .series import Series
 

@@ -10,9 +10,9 @@ import numpy as np
 
 from ..errors import CatalogueError, InvalidRequest, quoted
 from ..find.own_guide import OwnGuide, guide
+from ..given import positive
 from ..guidance.stretches import straightest
 from ..kinematics.circuits import circuits
-from ..problem.request import positive
 from .cards import Card, Number, card, drawing, figure
 
 #: Positions of the path and of the stretch, and letters of a linkage at most.
