@@ -103,16 +103,15 @@ def array(
 ) -> npt.NDArray[np.float64]:
     """Return real numbers as an array of doubles of one of some shapes, of any if none is said; `wrong` for others.
 
-    None in a shape is any length, an ellipsis any number of axes: ``(..., 3)`` are points.
+    None in a shape is any length above 0, an ellipsis any number of axes: ``(..., 3)`` are points.
     """
     try:
         found = doubles(given)
     except (ValueError, MemoryError):
         found = None
     if found is None or (shapes and not any(_fits(found.shape, shape) for shape in shapes)):
-        told = " or ".join(_shown(shape) for shape in shapes)
-        what = f"numbers{', an array of shape ' * bool(told)}{told}"
-        raise wrong(f"{name} must be {what}, not {quoted(given) if found is None else _shown(found.shape)}")
+        what = " or ".join(dict.fromkeys(_told(shape, finite) for shape in shapes or ((...,),)))
+        raise wrong(f"{name} must be {what}, not {quoted(given) if found is None else f'of shape {found.shape}'}")
     if finite and not np.isfinite(found).all():
         raise wrong(f"{name} must be finite numbers, not {quoted(given)}")
     return found
@@ -125,12 +124,19 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | EllipsisType | None, ...])
         if len(shape) < before + after:
             return False
         shape, wanted = shape[:before] + shape[len(shape) - after :], wanted[:before] + wanted[before + 1 :]
-    return len(shape) == len(wanted) and all(w in (None, s) for s, w in zip(shape, wanted, strict=True))
+    return len(shape) == len(wanted) and all(s > 0 if w is None else s == w for s, w in zip(shape, wanted, strict=True))
 
 
-def _shown(shape: tuple[int | EllipsisType | None, ...]) -> str:
-    sizes = ["..." if size is ... else "n" if size is None else str(size) for size in shape]
-    return f"({', '.join(sizes)}{',' * (len(sizes) == 1)})"
+def _told(shape: tuple[int | EllipsisType | None, ...], finite: bool) -> str:
+    """Return what is wanted of a shape in words."""
+    numbers = "finite numbers" if finite else "numbers"
+    if not shape:
+        return f"a {numbers[:-1]}"
+    if shape == (...,):
+        return numbers
+    if len(shape) == 1:
+        return f"{numbers} in a row" if shape[0] is None else f"{shape[0]} {numbers}"
+    return f"{numbers} of shape ({', '.join('...' if n is ... else 'n' if n is None else str(n) for n in shape)})"
 
 
 def instance(name: str, given: T, kind: type | UnionType, wrong: type[CatalogueError] = InvalidRequest) -> T:
@@ -145,32 +151,50 @@ def several(name: str, given: Iterable[T], kind: type | UnionType) -> tuple[T, .
     """Return a sequence of what is of a type, as a tuple; `InvalidRequest` for anything else."""
     try:
         found = tuple(given)
-    except TypeError:
+    except (TypeError, MemoryError):
         raise InvalidRequest(f"{name} must be a sequence, not {quoted(given)}") from None
     return tuple(instance(f"each of {name}", one, kind) for one in found)
+
+
+def pair(name: str, given: Any, parts: str) -> tuple[Any, Any]:
+    """Return the two parts of something; `InvalidRequest`, which says what they are, for anything else."""
+    try:
+        one, other = given
+    except (TypeError, ValueError):
+        raise InvalidRequest(f"{name} must be {parts}, not {quoted(given)}") from None
+    return one, other
+
+
+def text(name: str, given: Any) -> str:
+    """Return a text that can be shown; `InvalidRequest` for anything else, and for half a character."""
+    found: str = instance(name, given, str)
+    if any("\ud800" <= c <= "\udfff" for c in found):
+        raise InvalidRequest(f"{name} has half a character, which nothing can show: {quoted(found)}")
+    return found
 
 
 def choice(name: str, given: Any, options: Sequence[str]) -> str:
     """Return one of some names; `InvalidRequest` for anything else."""
     if not isinstance(given, str) or given not in options:
-        raise InvalidRequest(f"there is no {name} {quoted(given)}, only {', '.join(options)}")
+        raise InvalidRequest(f"{name} must be one of {', '.join(map(repr, options))}, not {quoted(given)}")
     return given
 
 
 class Stated:
-    """Base of dataclasses whose names and numbers are checked when they are made: fields declared as text or number.
+    """Base of dataclasses whose names and numbers are read when they are made.
 
-    Declared are they by the words themselves, so their module postpones the evaluation of annotations.
+    Which they are is what their module, which postpones the evaluation of annotations, says: ``name: str``.
     """
 
     def __post_init__(self) -> None:
         for field in fields(self):  # type: ignore[arg-type]  # of its subclasses
             if read := _DECLARED.get(str(field.type)):
-                read(f"{type(self).__name__}.{field.name.rstrip('_')}", getattr(self, field.name))
+                name = f"{type(self).__name__}.{field.name.rstrip('_')}"
+                object.__setattr__(self, field.name, read(name, getattr(self, field.name)))
 
 
 _DECLARED: dict[str, Any] = {
-    "str": lambda name, given: instance(name, given, str),
+    "str": text,
     "int": lambda name, given: whole(name, given, 0),
     "float": number,
     "bool": switch,

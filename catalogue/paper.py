@@ -57,6 +57,14 @@ def blank(width: float, height: float) -> Figure:
     return figure
 
 
+def literal(figure: Figure) -> None:
+    """Let all texts of a figure be shown as they are written: a dollar in somebody's name begins no formula."""
+    from matplotlib.text import Text
+
+    for one in figure.findobj(Text):
+        one.set_parse_math(False)
+
+
 def write(figure: Figure, file: Path, kind: str) -> None:
     """Write a figure to a file of a kind, in place of one that is there."""
     write_bytes(_written(figure, kind), file)

@@ -51,7 +51,7 @@ if TYPE_CHECKING:
     from .fitting.targets import Bound, Sweep, Target, link_length, off_circle, off_line
     from .geometry.guides import KINDS, Guides
     from .geometry.kinds import Kind, Quadric, Revolved
-    from .geometry.rotation import matrix, quaternion
+    from .geometry.rotations import matrix, quaternion
     from .guided.assemblies import Assemblies, assemblies
     from .guided.derivatives import Jets, jets
     from .guided.follow import follow
@@ -90,7 +90,7 @@ _HOME = {
     "fitting.targets": "Bound Sweep Target link_length off_circle off_line",
     "geometry.guides": "KINDS Guides",
     "geometry.kinds": "Kind Quadric Revolved",
-    "geometry.rotation": "matrix quaternion",
+    "geometry.rotations": "matrix quaternion",
     "guided.assemblies": "Assemblies assemblies",
     "guided.derivatives": "Jets jets",
     "guided.follow": "follow",

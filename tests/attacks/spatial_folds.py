@@ -122,7 +122,7 @@ def attacked(sort: str, n: int, seed: int) -> Counter[str]:
     out = Counter[str]()
     mechanism, drive, numbers = drawn(sort, n, np.random.default_rng(seed))
     circuits = mechanism.circuits(drive)
-    curve, _ = mechanism._curve(drive, ())
+    curve, *_ = mechanism._curve(drive, ())
     for i, (circuit, (home, same)) in enumerate(zip(circuits, back(curve, circuits), strict=True)):
         off = [abs(discriminant(numbers, i, v)) for v in circuit.dead_points] if sort == "RSSR" else []
         out["mechanisms"] += 1

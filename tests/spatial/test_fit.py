@@ -265,12 +265,12 @@ def test_points_that_coincide_move_together() -> None:
     ("boxes", "match"),
     [
         ([Box("tie rod", 1)], "there is no hard point 'tie rod', only upper rear.from"),
-        ([Box("tie rod.to", (1, 2))], "one or three numbers"),
+        ([Box("tie rod.to", (1, 2))], "must be a number or 3 numbers"),
         ([Box("tie rod.to", -1)], "0 or more"),
         ([Box("tie rod.to", 0)], "nothing may move"),
         ([Box([], 1)], "about hard points, by their names"),
-        ([Box("tie rod.to", "wide")], "one or three numbers"),  # type: ignore[arg-type]  # what is tried
-        ([Box("tie rod.to", 1, mirror="left")], "mirrors x, y or z"),
+        ([Box("tie rod.to", "wide")], "must be a number or 3 numbers"),  # type: ignore[arg-type]  # what is tried
+        ([Box("tie rod.to", 1, mirror="left")], "mirror must be one of '', 'x', 'y', 'z'"),
     ],
 )
 def test_wrong_boxes_are_one_line(boxes: list[Box], match: str) -> None:

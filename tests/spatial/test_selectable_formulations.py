@@ -142,5 +142,5 @@ def test_distances_say_what_they_do_not_determine(spatial: SimpleNamespace, gold
 
 
 def test_a_formulation_that_is_not_there_is_refused(golden_cases: Cases) -> None:
-    with pytest.raises(InvalidRequest, match="no formulation 'quaternions', only pose, euler-angles, distances"):
+    with pytest.raises(InvalidRequest, match="one of 'pose', 'euler-angles', 'distances', not 'quaternions'"):
         replace(golden_cases[0].mechanism, formulation="quaternions")

@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ...errors import InvalidRequest
+from ...given import array
 from ...kinematics.types import Array
-from ...paper import COUPLER, FAINT, GREY, INK, PAPER, blank, kind_of, write
+from ...paper import COUPLER, FAINT, GREY, INK, PAPER, blank, kind_of, literal, write
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -26,18 +27,20 @@ def plot(drive: Array, heading: str, table: pd.DataFrame, file: str | PathLike[s
     Raises
     ------
     InvalidRequest
-        If there is no column, or too many, or the file cannot be written.
+        If there is no column, or too many, or one is not numbers, or the file cannot be written.
     """
     kind = kind_of(file) if file is not None else ""
     names = [str(name) for name in table.columns]
+    columns = [
+        array(f"column {name}", column, drive.shape) for name, (_, column) in zip(names, table.items(), strict=True)
+    ]
     if not 0 < len(names) <= MOST:
         raise InvalidRequest(f"{len(names)} columns: choose up to {MOST} to be plotted")
     beside = min(BESIDE, len(names))
     rows = -(-len(names) // beside)
     figure = blank(max(beside * PANEL[0], 4.5), rows * PANEL[1] + 0.3)
     panels = figure.subplots(rows, beside, squeeze=False).ravel()
-    for ax, name in zip(panels, names, strict=False):
-        y = table[name].to_numpy(float)
+    for ax, name, y in zip(panels, names, columns, strict=False):
         ax.plot(drive, y, color=COUPLER, lw=1.6)
         ax.set_title(name, fontsize=9.5, color=INK, loc="left")
         ax.grid(color=FAINT, lw=0.6)
@@ -53,6 +56,7 @@ def plot(drive: Array, heading: str, table: pd.DataFrame, file: str | PathLike[s
         ax.set_visible(False)
     for ax in panels[max(0, len(names) - beside) : len(names)]:
         ax.set_xlabel(heading, fontsize=9, color=INK)
+    literal(figure)
     figure.tight_layout(pad=0.9)
     if file is not None:
         write(figure, Path(file), kind)

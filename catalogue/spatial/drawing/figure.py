@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...kinematics.types import Array
-from ...paper import CRANK, FAINT, GREY, INK, PAPER, PATH, blank, kind_of, write
+from ...paper import CRANK, FAINT, GREY, INK, PAPER, PATH, blank, kind_of, literal, write
 from .lettering import Letters
 from .scene import Body, Scene
 
@@ -40,6 +40,7 @@ def draw(scene: Scene, file: str | PathLike[str] | None = None, labels: bool = T
         sheet.names()
     figure.text(0.04, 0.955, scene.title, fontsize=13, color=INK)
     figure.text(0.04, 0.922, scene.note, fontsize=9.5, color=GREY)
+    literal(figure)
     if file is not None:
         write(figure, Path(file), kind)
     return figure

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidRequest, quoted
+from ...given import Stated, array, choice, names
 from ...kinematics.types import Array
 from ..jointed.compiling import numbers
 from ..jointed.elements import Cylindrical, Element, Link, OnGuide, Revolute, Spherical
@@ -22,7 +23,7 @@ FIELDS: dict[type, tuple[str, ...]] = {
 
 
 @dataclass(frozen=True, eq=False)
-class Box:
+class Box(Stated):
     """A box about one or more hard points, in which they move by the same displacement.
 
     Parameters
@@ -91,7 +92,7 @@ class Variables:
 
     def _displaced(self, box: Box, signs: Array) -> tuple[Array, str]:
         """Return how every hard point moves with a box, (h, 3) of -1, 0, 1, and what the box is called."""
-        wanted = [box.points] if isinstance(box.points, str) else list(box.points) if np.iterable(box.points) else []
+        wanted = names("Box.points", box.points)
         if not wanted:
             raise InvalidRequest(f"a Box is about hard points, by their names, not {quoted(box.points)}")
         displaced = np.zeros_like(self.points)
@@ -139,12 +140,8 @@ class Variables:
 
 def _checked(box: Box) -> tuple[Array, Array]:
     """Return half sizes (3,) and the signs by which points after the first move."""
-    try:
-        size = np.broadcast_to(np.asarray(box.half, float), (3,))
-    except (TypeError, ValueError):
-        size = np.full(3, np.nan)
+    size = np.broadcast_to(array("Box.half", box.half, (), (3,)), (3,))
     if not (np.isfinite(size) & (size >= 0)).all():
         raise InvalidRequest(f"half sizes of a Box are one or three numbers, 0 or more, not {quoted(box.half)}")
-    if box.mirror not in ("", "x", "y", "z"):
-        raise InvalidRequest(f"a Box mirrors x, y or z, not {quoted(box.mirror)}")
+    choice("Box.mirror", box.mirror, ("", "x", "y", "z"))
     return size, np.where([box.mirror == k for k in "xyz"], -1.0, 1.0)

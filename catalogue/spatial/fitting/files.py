@@ -24,13 +24,14 @@ import pandas as pd
 
 from ...errors import InvalidRequest, quoted
 from ...folders import replacing
+from ...given import array
 from ...kinematics.types import Array
 from ..jointed.motion import Motion
 from ..jointed.reading import ELEMENTS, Job, table_in, tables_in
 from .boxes import FIELDS, Box
 from .fit import fit
 from .outcome import Fit
-from .targets import Bound, Reading, Sweep, Target, link_length, numbers_of, off_circle, off_line
+from .targets import Bound, Reading, Sweep, Target, link_length, off_circle, off_line
 
 #: Positions of a sweep at most.
 MOST = 10_000
@@ -87,7 +88,7 @@ class Asked:
         drive = self.job.drive(str(one.get("drive", "")))
         held = [self.job.drive(str(name)) for name in (hold if isinstance(hold, list) else [hold])]
         if "values" in one:
-            values = numbers_of(one["values"], f"{what}.values")
+            values = array(f"{what}.values", one["values"], finite=True)
         elif {"from", "to"} <= set(one):
             ends = [_one(one, k, what, 0.0) for k in ("from", "to")]
             steps = one.get("steps", 17)
@@ -157,12 +158,12 @@ class Asked:
         if said == ["x"]:
             value = self._curve(one, over, what)
         elif said:
-            value = numbers_of(one[said[0]], f"{what}.{said[0]}")
+            value = array(f"{what}.{said[0]}", one[said[0]], finite=True)
         return Target(name, reading, over, value, _one(one, "tolerance", what, 1.0), offset, unit)
 
     def _curve(self, one: Mapping[str, Any], over: Sweep, what: str) -> Array:
         """Return a curve, straight between its points, at the values of the drive as they are shown."""
-        x, y = numbers_of(one["x"], f"{what}.x"), numbers_of(one.get("y", []), f"{what}.y")
+        x, y = array(f"{what}.x", one["x"], finite=True), array(f"{what}.y", one.get("y", []), finite=True)
         if x.ndim != 1 or x.shape != y.shape or len(x) < 2 or not (np.diff(x) > 0).all():
             raise InvalidRequest(f"{what}: x must rise, and y have as many numbers")
         angular = self.job.mechanism.system(*over.hold, over.drive).scalars[-1].angular
@@ -199,10 +200,9 @@ def _known(kind: str, one: dict[str, Any], what: str) -> dict[str, Any]:
 def _fields(one: Any, names: tuple[str, ...], what: str) -> list[Array]:
     if not isinstance(one, dict) or set(one) != set(names):
         raise InvalidRequest(f"{what} needs {', '.join(names)}")
-    found = [numbers_of(one[name], f"{what}.{name}") for name in names]
+    shapes: dict[str, tuple[int, ...]] = {"radius": ()}
+    found = [array(f"{what}.{name}", one[name], shapes.get(name, (3,)), finite=True) for name in names]
     for name, value in zip(names, found, strict=True):
-        if value.shape != (() if name == "radius" else (3,)):
-            raise InvalidRequest(f"{what}.{name} must be {'a number' if name == 'radius' else 'three numbers'}")
         if name in ("along", "axis") and not value.any():
             raise InvalidRequest(f"{what}.{name} is no direction: its length is 0")
     return found
@@ -211,10 +211,7 @@ def _fields(one: Any, names: tuple[str, ...], what: str) -> list[Array]:
 def _one(one: Mapping[str, Any], name: str, what: str, default: float) -> float:
     if name not in one:
         return default
-    value = numbers_of(one[name], f"{what}.{name}")
-    if value.ndim:
-        raise InvalidRequest(f"{what}.{name} must be a number")
-    return float(value)
+    return float(array(f"{what}.{name}", one[name], (), finite=True))
 
 
 # -- the file with hard points moved ----------------------------------------------------------------------------------

@@ -9,7 +9,9 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ...errors import InvalidRequest, NotMovable
+from ...given import instance, several, whole
 from ...kinematics.types import Array
+from ..jointed.compiling import FAR
 from ..jointed.mechanism import Mechanism
 from .boxes import Box, Variables
 from .outcome import KEPT, Fit
@@ -22,6 +24,8 @@ FTOL, XTOL, GTOL = 1e-8, 1e-13, 1e-15
 ENOUGH = 1e-6
 #: How often multipliers of bounds are set anew; their first weight.
 ROUNDS, WEIGHT = 20, 100.0
+#: Starts at most.
+MOST = 1_000_000
 #: How many of the starts are searched from, besides the mechanism as it was given.
 SEARCHED = 2
 
@@ -65,11 +69,11 @@ def fit(
     NotMovable
         If neither the mechanism as given nor any other start gets through all sweeps.
     """
+    targets, bounds = several("targets", targets, Target), several("bounds", bounds, Bound)
+    starts, steps, seed = whole("starts", starts, 1, MOST), whole("steps", steps, 1), whole("seed", seed, 0)
     if not targets:
         raise InvalidRequest("there is nothing to meet: give a Target")
-    if starts < 1 or steps < 1:
-        raise InvalidRequest("starts and steps must be at least 1")
-    variables = Variables(mechanism, boxes)
+    variables = Variables(instance("mechanism", mechanism, Mechanism), several("boxes", boxes, Box))
     trials = Trials(variables, [*targets, *bounds])
     search = Search(trials, targets, bounds, steps)
     home = np.zeros(len(variables.half))
@@ -177,12 +181,14 @@ class Search:
                 else np.zeros(0)
             )
 
-        size = len(self.residual(trial)) + len(multiplier)
+        begun = np.concatenate([self.residual(trial), shifted(trial)])
+        if not (np.abs(begun) < FAR).all():
+            raise InvalidRequest(f"what is read, less what is wanted, over its tolerance must be numbers below {FAR:g}")
 
         def residual(u: Array) -> Array:
             one = self.at(u)
             if one is None:
-                return np.full(size, np.nan)  # a step that is refused: the trust region shrinks
+                return np.full(len(begun), np.nan)  # a step that is refused: the trust region shrinks
             if not weight and self.off(one) <= ENOUGH:
                 raise _Enough(one)
             return np.concatenate([self.residual(one), shifted(one)])

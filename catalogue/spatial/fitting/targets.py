@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidRequest, quoted
+from ...given import Stated, array, instance, number, positive, several
 from ...kinematics.types import Array
 from ..jointed.elements import Link, Scalar
 from ..jointed.motion import Motion
@@ -18,7 +19,7 @@ Reading = Callable[[Motion], Any]
 
 
 @dataclass(frozen=True, eq=False)
-class Sweep:
+class Sweep(Stated):
     """A drive with its values and what is held, as for `Mechanism.sweep`."""
 
     drive: Scalar
@@ -26,13 +27,13 @@ class Sweep:
     hold: Sequence[Scalar] = ()
 
     def __post_init__(self) -> None:
-        values = numbers_of(self.values, "values of a Sweep")
-        if values.ndim != 1 or not len(values):
-            raise InvalidRequest("values of a Sweep must be finite numbers, one after the other")
+        array("values of a Sweep", self.values, (None,), finite=True)
+        instance("Sweep.drive", self.drive, Scalar)
+        object.__setattr__(self, "hold", several("Sweep.hold", self.hold, Scalar))
 
 
 @dataclass(frozen=True, eq=False)
-class Target:
+class Target(Stated):
     """A curve that is to be met.
 
     Parameters
@@ -61,7 +62,9 @@ class Target:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        _positive(self.name, self.tolerance)
+        super().__post_init__()
+        instance(f"{self.name}: over", self.over, Sweep)
+        positive(f"{self.name}: tolerance", self.tolerance)
 
     def deviations(self, read: Array) -> Array:
         """Return deviations (n, s, k) of readings (n, s, k), in their unit."""
@@ -70,7 +73,7 @@ class Target:
 
     def values(self, shape: tuple[int, ...]) -> Array:
         """Return the values to be met, shape (s, k) or what gives it."""
-        value = numbers_of(self.value, f"{self.name}: values")
+        value = array(f"{self.name}: values", self.value, finite=True)
         if value.ndim == 1 and len(value) == shape[0]:
             value = value[:, None]
         try:
@@ -83,7 +86,7 @@ class Target:
 
 
 @dataclass(frozen=True, eq=False)
-class Bound:
+class Bound(Stated):
     """What may not be less, or more, at any pose; `tolerance` is the excess that counts as much as that of a target."""
 
     name: str
@@ -95,7 +98,9 @@ class Bound:
     unit: str = ""
 
     def __post_init__(self) -> None:
-        _positive(self.name, self.tolerance)
+        super().__post_init__()
+        instance(f"{self.name}: over", self.over, Sweep)
+        positive(f"{self.name}: tolerance", self.tolerance)
         if not self.least <= self.most or (np.isinf(self.least) and np.isinf(self.most)):
             raise InvalidRequest(f"{self.name}: a bound needs least or most, and least not above most")
 
@@ -107,26 +112,11 @@ class Bound:
         return np.concatenate(sides, axis=2)
 
 
-def numbers_of(value: Any, what: str) -> Array:
-    """Return finite numbers as an array; raise `InvalidRequest` if they are not."""
-    try:
-        found = np.asarray(value, float)
-    except (TypeError, ValueError):
-        found = np.array(np.nan)
-    if not np.isfinite(found).all():
-        raise InvalidRequest(f"{what} must be finite numbers, not {quoted(value)}")
-    return found
-
-
-def _positive(name: str, tolerance: float) -> None:
-    if not (isinstance(tolerance, int | float) and np.isfinite(tolerance) and tolerance > 0):
-        raise InvalidRequest(f"{name}: the tolerance must be above 0, not {quoted(tolerance)}")
-
-
 # -- readings that have no formula of their own elsewhere -------------------------------------------------------------
 def link_length(motion: Motion, link: str) -> Array:
     """Return the length of a link, the same at every pose, (s,)."""
-    for x in motion.mechanism.elements:
+    instance("link", link, str)
+    for x in instance("motion", motion, Motion).mechanism.elements:
         if isinstance(x, Link) and x.name == link:
             e = np.asarray(x.to, float) - np.asarray(x.from_, float)
             return np.asarray(np.broadcast_to(np.sqrt((e * e).sum(-1)), motion.drive.shape))
@@ -135,14 +125,21 @@ def link_length(motion: Motion, link: str) -> Array:
 
 def off_line(points: Any, at: Any, along: Any) -> Array:
     """Return the vectors (s, 3) from a line through `at` to points (s, 3)."""
-    x, e = np.asarray(points, float) - np.asarray(at, float), np.asarray(along, float)
+    x, e = array("points", points, (..., 3)) - array("at", at, (3,)), _direction("along", along)
     return np.asarray(x - (x @ e)[..., None] * e / (e @ e))
 
 
 def off_circle(points: Any, centre: Any, axis: Any, radius: float) -> Array:
     """Return how far points (s, 3) are from a circle, outwards and along its axis, (s, 2)."""
-    x, e = np.asarray(points, float) - np.asarray(centre, float), np.asarray(axis, float)
+    x, e = array("points", points, (..., 3)) - array("centre", centre, (3,)), _direction("axis", axis)
     e = e / np.sqrt(e @ e)
     height = x @ e
     flat = x - height[..., None] * e
-    return np.stack([np.sqrt((flat * flat).sum(-1)) - radius, height], axis=-1)
+    return np.stack([np.sqrt((flat * flat).sum(-1)) - number("radius", radius), height], axis=-1)
+
+
+def _direction(name: str, given: Any) -> Array:
+    found = array(name, given, (3,), finite=True)
+    if not found.any():
+        raise InvalidRequest(f"{name} is no direction: its length is 0")
+    return found

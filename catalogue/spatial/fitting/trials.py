@@ -14,7 +14,7 @@ from ...kinematics.types import Array
 from ..jointed.compiling import directions, numbers
 from ..jointed.curve import Curve
 from ..jointed.mechanism import Mechanism
-from ..jointed.motion import Motion
+from ..jointed.motion import Motion, taken
 from ..jointed.newton import solved
 from ..jointed.system import System
 from .boxes import Variables
@@ -116,7 +116,7 @@ class Trials:
     @staticmethod
     def _read(curve: Target | Bound, motion: Motion) -> Array:
         """Return what a curve reads off a motion of one mechanism, (s, c)."""
-        found = np.asarray(curve.reading(motion), float)
+        found = taken(motion, curve.reading, f"{curve.name}: reading")
         if found.ndim not in (1, 2) or len(found) != motion.states.shape[1]:
             raise InvalidRequest(
                 f"{curve.name}: its reading gives shape {found.shape}, not a number or a vector for each pose"

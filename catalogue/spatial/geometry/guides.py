@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InvalidLinkage
+from ...errors import InvalidLinkage, quoted
+from ...given import array, several
 from ...kinematics.types import Array
 from .curves import Circle, Helix, Line
 from .kinds import Kind
@@ -53,7 +54,9 @@ class Guides:
     Raises
     ------
     InvalidLinkage
-        If a kind is unknown, or a number is not finite or out of its domain.
+        If a kind is unknown, numbers are not as many as wanted, or one is not finite or out of its domain.
+    InvalidRequest
+        If a kind is neither a name nor a `Kind`.
     """
 
     kind: Any
@@ -64,17 +67,29 @@ class Guides:
     which: Array = field(init=False)
 
     def __post_init__(self) -> None:
-        named = [self.kind] if isinstance(self.kind, str | Kind) else list(self.kind)
+        one = isinstance(self.kind, str | Kind)
+        named = (self.kind,) if one else several("kind", self.kind, str | Kind)
         different = list(dict.fromkeys(named))
-        for name in different:
-            if not isinstance(name, Kind) and name not in KINDS:
-                raise InvalidLinkage(f"there is no guide {name!r}; there are {', '.join(KINDS)}")
+        if not different:
+            raise InvalidLinkage(f"kind must be a guide, one of {', '.join(KINDS)}")
+        for unknown in different:
+            if not isinstance(unknown, Kind) and unknown not in KINDS:
+                raise InvalidLinkage(f"there is no guide {quoted(unknown)}; there are {', '.join(KINDS)}")
         width = max(len((k if isinstance(k, Kind) else KINDS[k]).parameters) for k in different)
-        arrays = [np.asarray(v, float) for v in (self.parameters, self.origin, self.quaternion)]
-        n = max(len(named), *(len(v) if v.ndim == 2 else 1 for v in arrays))
-        for name, v, w in zip(("parameters", "origin", "quaternion"), arrays, (width, 3, 4), strict=True):
-            if v.shape[-1] < w or (w > 2 and v.shape[-1] != w and name != "parameters"):
-                raise InvalidLinkage(f"the {name} of a guide {different[0]!r} must be {w} numbers, not {v.shape[-1]}")
+        every = {
+            "parameters": array("parameters", self.parameters, wrong=InvalidLinkage),
+            "origin": array("origin", self.origin, (3,), (None, 3), wrong=InvalidLinkage),
+            "quaternion": array("quaternion", self.quaternion, (4,), (None, 4), wrong=InvalidLinkage),
+        }
+        told = every["parameters"].shape
+        if len(told) not in (1, 2) or not all(told[:-1]) or told[-1] < width:
+            raise InvalidLinkage(f"parameters of these guides must be {width} numbers, not of shape {told}")
+        sizes = {len(named), *(len(v) for v in every.values() if v.ndim == 2)} - {1}
+        if len(sizes) > 1:
+            many = " and ".join(map(str, sorted(sizes)))
+            raise InvalidLinkage(f"guides are of {many} mechanisms: give one for all, or one for each")
+        n = max(sizes, default=1)
+        for name, v in every.items():
             object.__setattr__(self, name, np.broadcast_to(v, (n, v.shape[-1])))
         number = {name: i for i, name in enumerate(different)}
         object.__setattr__(self, "which", np.broadcast_to([number[k] for k in named], (n,)))

@@ -12,7 +12,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ...errors import InvalidRequest
+from ...given import choice, instance, whole
 from ...kinematics.types import Array
 from .closed_form import FREE, closed_form
 from .elimination import solve
@@ -26,6 +26,8 @@ from .unknowns import State
 SAME = 1e-6
 #: Difference quotient for the second derivatives [rad, units].
 DIFFERENCE = 1e-5
+#: Random starts at most.
+MOST = 1_000_000
 EPS = float(np.finfo(float).eps)
 #: Starts that are made at once.
 BLOCK = 4096
@@ -107,11 +109,11 @@ def assemblies(
     Raises
     ------
     InvalidRequest
-        If driver values are of a wrong shape, or there is no such method.
+        If driver values are of a wrong shape, a number is out of its range, or there is no such method.
     """
-    if method not in ("elimination", "multi-start"):
-        raise InvalidRequest(f"assemblies are found by elimination or multi-start, not {method!r}")
-    values = driver_values(mechanisms, drivers)
+    choice("method", method, ("elimination", "multi-start"))
+    hits, most, seed = whole("hits", hits, 1, MOST), whole("most", most, 1, MOST), whole("seed", seed, 0)
+    values = driver_values(instance("mechanisms", mechanisms, Mechanisms), drivers)
     system, q = System.of(mechanisms), values.T / driver_units(mechanisms)
     good = np.isfinite(q).all(0)
     reason = np.full(len(mechanisms), "multi-start was asked for", dtype="U90")

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidRequest
+from ...given import array, instance
 from ...kinematics.types import Array
 from ..geometry.kinds import Kind
 from ..geometry.power_series import Taylor, coefficients
@@ -19,8 +20,11 @@ from ..geometry.rotation import cross
 from .equations import System
 from .formulation import formulated, series
 from .mechanism import Mechanisms
-from .position import Positions, conditioning, driver_units
+from .position import Positions, check_positions, conditioning, driver_units
 from .series import local_series
+
+#: Highest derivative: the factorials of higher orders are no doubles.
+HIGHEST = 170
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,15 +68,17 @@ def jets(mechanisms: Mechanisms, positions: Positions, rates: Any) -> Jets:
     Raises
     ------
     InvalidRequest
-        If the rates do not fit or are not finite.
+        If the rates do not fit or are not finite, or the positions are of other mechanisms.
     """
-    n = len(mechanisms)
-    given = np.asarray(rates, float)
+    n = len(instance("mechanisms", mechanisms, Mechanisms))
+    given = array("rates", rates)
     if given.ndim not in (2, 3) or given.shape[-2] != mechanisms.freedom or not np.isfinite(given).all():
         raise InvalidRequest(f"rates must be finite numbers of shape {(n, mechanisms.freedom, 'order')}: {given.shape}")
     given = np.broadcast_to(given, (n, *given.shape[-2:]))
+    if (order := given.shape[-1]) > HIGHEST:
+        raise InvalidRequest(f"rates must be of order {HIGHEST} at most, not {order}")
+    check_positions("positions", instance("positions", positions, Positions), mechanisms)
     system, units = formulated(mechanisms), driver_units(mechanisms)
-    order = given.shape[-1]
     q = np.stack([positions.drivers.T / units, *(given[..., k].T / units / factorial(k + 1) for k in range(order))])
     state = system.stated(positions.state, q[0])
     now = system.evaluate(state, q[0])

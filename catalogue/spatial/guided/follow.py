@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InvalidRequest
+from ...given import array, instance, whole
 from ...kinematics.types import Array
 from . import compiled
 from .continuation import Walk
@@ -64,7 +64,8 @@ class Motion:
     def node(self, i: int) -> Positions:
         """Return the positions at node i."""
         n = len(self.reached)
-        return self.positions[np.arange(n) * (len(self.positions.success) // n) + i]
+        s = len(self.positions.success) // n
+        return self.positions[np.arange(n) * s + range(s)[whole("i", i, -s, s - 1)]]
 
 
 def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
@@ -83,12 +84,8 @@ def follow(mechanisms: Mechanisms, path: Any, start: Any) -> Motion:
     InvalidRequest
         If the path does not fit or is not finite.
     """
-    n, k = len(mechanisms), mechanisms.freedom
-    nodes = np.asarray(path, float)
-    if nodes.ndim not in (2, 3) or nodes.shape[-1] != k or (nodes.ndim == 3 and len(nodes) not in (1, n)):
-        raise InvalidRequest(f"a path must be of shape {(n, 'nodes', k)}, not {nodes.shape}")
-    if not np.isfinite(nodes).all():
-        raise InvalidRequest("a path must be of finite numbers")
+    n, k = len(instance("mechanisms", mechanisms, Mechanisms)), mechanisms.freedom
+    nodes = array("path", path, (None, k), (1, None, k), (n, None, k), finite=True)
     nodes = np.broadcast_to(nodes, (n, *nodes.shape[-2:]))
     first = solve_positions(mechanisms, nodes[:, 0], start)
     fast = compiled.fast(mechanisms) if nodes.shape[1] > 2 and nodes[..., 0].size >= compiled.WORTH else None

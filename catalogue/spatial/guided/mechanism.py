@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidLinkage, InvalidRequest
+from ...given import array, choice, pair, several, text, whole
 from ...kinematics.types import Array
 from ..geometry.guides import Guides, same
 
@@ -71,18 +72,17 @@ class Mechanisms:
     curves: tuple[bool, ...] = field(init=False)
 
     def __post_init__(self) -> None:
-        if self.formulation not in FORMULATIONS:
-            raise InvalidRequest(f"there is no formulation {self.formulation!r}, only {', '.join(FORMULATIONS)}")
-        body = np.asarray(self.body, float)
-        if body.ndim not in (2, 3) or body.shape[-1] != 3 or body.shape[-2] != len(self.guides):
-            raise InvalidLinkage(f"{len(self.guides)} guides want a body (n, {len(self.guides)}, 3), not {body.shape}")
+        choice("formulation", self.formulation, FORMULATIONS)
+        object.__setattr__(self, "guides", several("guides", self.guides, Guides))
+        p = len(self.guides)
+        body = array("body", self.body, (p, 3), (None, p, 3), wrong=InvalidLinkage)
         n = max(body.shape[0] if body.ndim == 3 else 1, *map(len, self.guides))
         sets = {len(body)} if body.ndim == 3 else set()
         if (sets | set(map(len, self.guides))) - {1, n}:
             raise InvalidLinkage("body and guides are of different numbers of mechanisms")
         object.__setattr__(self, "body", np.broadcast_to(body, (n, *body.shape[-2:])))
         object.__setattr__(self, "guides", tuple(g if len(g) == n else g[np.zeros(n, int)] for g in self.guides))
-        object.__setattr__(self, "drivers", tuple((int(i), str(k)) for i, k in self.drivers))
+        object.__setattr__(self, "drivers", tuple(_driver(one) for one in several("drivers", self.drivers, object)))
         conditions = [{kind.conditions for kind in g.kinds} for g in self.guides]
         if any(len(c) > 1 for c in conditions):
             raise InvalidLinkage(
@@ -160,3 +160,8 @@ class Mechanisms:
         selected: Mechanisms = same(self, {"body": self.body[index], "guides": tuple(g[index] for g in self.guides)})
         selected.__dict__["diameter"] = self.diameter[index]  # else it would be computed again
         return selected
+
+
+def _driver(given: Any) -> tuple[int, str]:
+    point, coordinate = pair("a driver", given, 'a point and a coordinate, such as (0, "u")')
+    return whole("the point of a driver", point, 0), text("the coordinate of a driver", coordinate)

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidRequest
+from ...given import array, instance
 from ...kinematics.types import Array
 from ..geometry.kinds import Kind
 from ..geometry.rotation import fitted, matrix
@@ -106,14 +107,13 @@ def solve_positions(mechanisms: Mechanisms, drivers: Any, start: Any) -> Positio
     InvalidRequest
         If a shape does not fit, or a rough coordinate is off its guide.
     """
-    system = System.of(mechanisms)
+    system = System.of(instance("mechanisms", mechanisms, Mechanisms))
     values = driver_values(mechanisms, drivers)
     q = values.T / driver_units(mechanisms)
     if not isinstance(start, Positions):
         state = rough(mechanisms, system, start)
-    elif start.state.free.shape != (system.free, len(system)):
-        raise InvalidRequest("the start is of other mechanisms")
     else:
+        check_positions("start", start, mechanisms)
         state = start.state
     finite = np.isfinite(q).all(0)
     there = np.where(finite, q, 0)
@@ -199,9 +199,16 @@ def conditioning(now: Equations, unit: Array) -> tuple[Array, Array]:
     return np.where(np.isfinite(kappa), kappa, np.inf), inverse
 
 
+def check_positions(name: str, positions: Positions, mechanisms: Mechanisms) -> None:
+    """Raise `InvalidRequest` unless positions are of mechanisms like these, as many."""
+    drivers = (len(mechanisms), mechanisms.freedom)
+    if positions.points.shape != mechanisms.body.shape or positions.drivers.shape != drivers:
+        raise InvalidRequest(f"{name} must be positions of these mechanisms: they are of others")
+
+
 def driver_values(mechanisms: Mechanisms, drivers: Any) -> Array:
     """Return driver values as an array (n, k)."""
-    values = np.asarray(drivers, float)
+    values = array("driver values", drivers)
     wanted = (len(mechanisms), mechanisms.freedom)
     if values.shape not in (wanted, wanted[1:], (1, wanted[1])):
         raise InvalidRequest(f"driver values must be of shape {wanted}, not {values.shape}")
@@ -230,7 +237,7 @@ def charted(mechanisms: Mechanisms, values: Array) -> Array:
 
 def rough(mechanisms: Mechanisms, system: System, coordinates: Any) -> State:
     """Return the state that fits rough coordinates best."""
-    given = np.asarray(coordinates, float)
+    given = array("rough coordinates", coordinates)
     n, p = mechanisms.body.shape[:2]
     if given.shape[-2:] != (p, 2) or given.ndim > 3 or (given.ndim == 3 and len(given) not in (1, n)):
         raise InvalidRequest(f"rough coordinates must be of shape {(n, p, 2)}, not {given.shape}")

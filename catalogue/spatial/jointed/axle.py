@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from ...errors import InvalidRequest
+from ...given import Stated, array, instance, number, positive
 from ...kinematics.types import Array
 from .compiling import numbers
 from .elements import Scalar, Vector
@@ -21,7 +22,7 @@ from .vectors import cross
 
 
 @dataclass(frozen=True)
-class Wheel:
+class Wheel(Stated):
     """A wheel on its carrier, in the design pose.
 
     Parameters
@@ -44,7 +45,7 @@ class Wheel:
         """Return the axis, pointing away from the middle of the vehicle."""
         axis, side = numbers(self.axis, "Wheel.axis"), numbers(self.centre, "Wheel.centre")[:, 1:2]
         across = axis[:, 1:2] * side
-        if not (self.radius > 0 and across.all()):
+        if not (0 < self.radius < np.inf and across.all()):
             raise InvalidRequest("a Wheel needs a radius, a centre beside the plane y = 0, and an axis across it")
         out = np.asarray(axis * np.sign(across) / np.sqrt((axis * axis).sum(1, keepdims=True)))
         return out if len(out) > 1 else np.asarray(out[0])
@@ -77,6 +78,7 @@ def kinematics(motion: Motion, wheel: Wheel, steer: Scalar | None = None) -> pd.
     InvalidRequest
         If `steer` was not held, or the wheel is not one for all nor one for each of a batch.
     """
+    instance("motion", motion, Motion), instance("wheel", wheel, Wheel)
     unit, deg = motion.mechanism.unit, "deg"
     design = motion.each(wheel.centre, "Wheel.centre")
     side = np.sign(design[:, 1])
@@ -143,5 +145,11 @@ def anti_dive(support_angle: Any, wheelbase: float, height: float, share: float)
         Wheelbase, and height of the centre of gravity, in one unit.
     share : float
         Part of the braking force that acts on this axle.
+
+    Raises
+    ------
+    InvalidRequest
+        If something is no number, or a length not above 0.
     """
-    return np.asarray(100 * np.tan(np.radians(np.asarray(support_angle, float))) * share * wheelbase / height)
+    angle, part = np.radians(array("support_angle", support_angle)), number("share", share)
+    return np.asarray(100 * np.tan(angle) * part * positive("wheelbase", wheelbase) / positive("height", height))

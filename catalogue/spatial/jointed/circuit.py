@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.optimize import brentq
 
+from ...given import whole
 from ...kinematics.types import Array
 from .curve import Curve, Trace, signature, tangents
 from .dead_points import stationary, unfolded
@@ -20,6 +21,8 @@ from .tree import FREE
 if TYPE_CHECKING:
     from .mechanism import Mechanism
 
+#: Poses of a motion at most.
+MOST_POSES = 1_000_000
 #: Nearer than this to where it set out, in steps, a curve is tried for having closed; and how near it must come.
 NEAR, CLOSED = 3.0, 5e-2
 
@@ -62,7 +65,7 @@ class Circuit:
     def motion(self, count: int = 361) -> Motion:
         """Return `count` poses all along the circuit, the first in the design pose; of a crank that turns fully evenly
         spaced in its angle, else in arc length."""
-        many, mechanism = _repeated(self.curve, count), self.mechanism
+        many, mechanism = _repeated(self.curve, whole("count", count, 1, MOST_POSES)), self.mechanism
         if len(mechanism.system().points) > 1:
             mechanism = mechanism.one(self.number)
         if self.crank:

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidLinkage, InvalidRequest
+from ...given import array
 from ...kinematics.types import Array
 from ..geometry.guides import Guides
 from ..geometry.rotation import matrix
@@ -33,6 +34,8 @@ from .tree import (
 #: Conditions of a joint that closes a loop: components of its point along the axis and across it, and turns.
 CLOSING = {e.Revolute: ("apq", "pq"), e.Prismatic: ("pq", "pqa"), e.Cylindrical: ("pq", "pq")}
 SORT = {e.Revolute: REVOLUTE, e.Screw: REVOLUTE, e.Prismatic: PRISMATIC, e.Cylindrical: CYLINDRICAL}
+#: Largest coordinate: the squares of larger ones might be no doubles.
+FAR = 1e100
 #: How far, of the size of the mechanism, a point may be off its guide in the design pose.
 OFF = 1e-9
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
@@ -40,12 +43,9 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 def numbers(value: Any, what: str, size: int = 3) -> Array:
     """Return a point or a direction as an array (N, size), checked."""
-    try:
-        found = np.atleast_2d(np.asarray(value, float))
-    except (TypeError, ValueError):
-        found = np.empty(0)
-    if found.ndim != 2 or found.shape[-1] != size or not np.isfinite(found).all():
-        raise InvalidLinkage(f"{what} must be {size} finite numbers, not {str(value)[:60]}")
+    found = np.atleast_2d(array(what, value, (size,), (None, size), finite=True, wrong=InvalidLinkage))
+    if np.abs(found).max() > FAR:
+        raise InvalidLinkage(f"{what} must be of numbers up to {FAR:g}: take another unit")
     return found
 
 
@@ -263,7 +263,8 @@ class Compiler:
                 assert isinstance(x, e.Revolute | e.Prismatic | e.Cylindrical)  # `_hang` takes no others
                 sort, on = SORT[type(x)], self.body(x.on, name)
                 at, d = self.axis(x)
-                lead = x.lead / (2 * np.pi * self.unit) if isinstance(x, e.Screw) else 0.0
+                turn = numbers((x.lead,), f"{_label(x)}.lead", 1).item() if isinstance(x, e.Screw) else 0.0
+                lead = turn / (2 * np.pi * self.unit)
             placed.append(Placed(sort, [i], [on], [column], [number], [at], [d], guide, (lead,) if lead else ()))
             moves[i] = moves[on] | set(range(column, column + UNKNOWNS[sort]))
             where[name] = (column, number)

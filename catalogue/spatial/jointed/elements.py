@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from ...given import Stated
 from ..geometry.kinds import Kind
 
 GROUND = "ground"
@@ -18,7 +19,7 @@ Vector = Sequence[float] | Any
 
 
 @dataclass(frozen=True, eq=False)
-class Link:
+class Link(Stated):
     """A link with spherical joints at both ends (SS): it keeps the distance of a point of `a` from one of `b`.
 
     Its idle rotation about itself is no freedom: the link is no body.
@@ -32,7 +33,7 @@ class Link:
 
 
 @dataclass(frozen=True, eq=False)
-class Spherical:
+class Spherical(Stated):
     """A spherical joint (S): a point of `body` is one of `on`."""
 
     body: str
@@ -42,7 +43,7 @@ class Spherical:
 
 
 @dataclass(frozen=True, eq=False)
-class Revolute:
+class Revolute(Stated):
     """A revolute joint (R) of `body` on `on`, its axis through `at` along `axis`, or through a second point `to`."""
 
     body: str
@@ -64,7 +65,7 @@ class Screw(Revolute):
 
 
 @dataclass(frozen=True, eq=False)
-class Prismatic:
+class Prismatic(Stated):
     """A prismatic joint (P): `body` slides on `on` along `axis`, without turning."""
 
     body: str
@@ -75,7 +76,7 @@ class Prismatic:
 
 
 @dataclass(frozen=True, eq=False)
-class Cylindrical:
+class Cylindrical(Stated):
     """A cylindrical joint (C): `body` turns about and slides along an axis of `on`."""
 
     body: str
@@ -87,7 +88,7 @@ class Cylindrical:
 
 
 @dataclass(frozen=True, eq=False)
-class OnGuide:
+class OnGuide(Stated):
     """A point of `body` on a surface or a curve that is fixed to `on`.
 
     Parameters
@@ -109,7 +110,7 @@ class OnGuide:
 
 
 @dataclass(frozen=True, eq=False)
-class KeepAngle:
+class KeepAngle(Stated):
     """A direction of `a` and one of `b` keep their angle: the cross of a Cardan joint, a third of a Prismatic one."""
 
     a: str
@@ -124,7 +125,7 @@ Element = Link | Spherical | Revolute | Prismatic | Cylindrical | OnGuide | Keep
 
 # -- scalars: what drives, is held, or is read off --------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
-class Joint:
+class Joint(Stated):
     """The coordinate of the joint that carries `body`, 0 in the design pose: angle [rad] of R, slide of P.
 
     Of a cylindrical joint `index` 0 is the angle, 1 the slide.
@@ -135,7 +136,7 @@ class Joint:
 
 
 @dataclass(frozen=True, eq=False)
-class Travel:
+class Travel(Stated):
     """How far a point of `body` has gone along a direction, or along the axis ``"x"``, ``"y"`` or ``"z"``."""
 
     body: str
@@ -144,7 +145,7 @@ class Travel:
 
 
 @dataclass(frozen=True, eq=False)
-class Length:
+class Length(Stated):
     """The distance of a point of `a` from one of `b`; with `link`, the length of that link, which is then free."""
 
     a: str = ""
@@ -155,7 +156,7 @@ class Length:
 
 
 @dataclass(frozen=True, eq=False)
-class Angle:
+class Angle(Stated):
     """How far a direction of `body`, seen along `about`, has turned from where it was in the design pose [rad]."""
 
     body: str
@@ -164,7 +165,7 @@ class Angle:
 
 
 @dataclass(frozen=True, eq=False)
-class GuideCoordinate:
+class GuideCoordinate(Stated):
     """A curvilinear coordinate ``"u"`` or ``"w"`` of the point on the guide of an element, by the element's name."""
 
     guide: str

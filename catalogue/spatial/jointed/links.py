@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from ...errors import InvalidRequest
+from ...given import instance
 from ..geometry.guides import Guides
 from ..geometry.rotation import matrix
 from .compiling import numbers
@@ -48,6 +49,7 @@ def links(guide: OnGuide) -> list[Element]:
     InvalidRequest
         If the guide is of another kind, or its point is on the axis of a chain that turns about it.
     """
+    instance("guide", guide, OnGuide)
     laid = Guides(guide.guide, guide.parameters, guide.origin, guide.quaternion)
     kind, _, p = laid.each()[0]
     name = kind.name.partition(":")[0]

@@ -12,6 +12,7 @@ import numpy as np
 from scipy.linalg import qr
 
 from ...errors import CannotDrive, InvalidRequest, NotMovable
+from ...given import array, instance, number, several, switch, text, whole
 from ...kinematics.types import Array
 from .assemblies import FoundAssemblies, search
 from .circuit import Circuit, circuits
@@ -34,6 +35,8 @@ ASIDE = 0.03
 MISSED = 1e-8
 #: What an element may say of each mechanism of a batch.
 VECTORS = ("at", "to", "from_", "axis", "axis_a", "axis_b", "origin", "quaternion")
+#: Starts at most, where all assemblies are looked for.
+MOST = 1_000_000
 #: Slope of a drive, per arc length, that counts as none.
 STILL = 1e-7
 
@@ -74,6 +77,8 @@ class Mechanism:
     ------
     InvalidLinkage
         If elements contradict each other, or a point is not finite, or not on its guide.
+    InvalidRequest
+        If something given is no element, or the unit no text.
 
     Examples
     --------
@@ -84,7 +89,7 @@ class Mechanism:
     """
 
     def __init__(self, elements: Sequence[Element], unit: str = "mm") -> None:
-        self.elements, self.unit = tuple(elements), unit
+        self.elements, self.unit = several("elements", elements, Element), text("unit", unit)
         self._systems: dict[Any, System] = {}
         self.system()
 
@@ -115,18 +120,19 @@ class Mechanism:
         idle = [system.bodies[system.ways[0][w]] for w in system.idle[0]]
         return Mobility(system.unknowns - len(system.use), tuple(idle), tuple(dict.fromkeys(redundant)), singular)
 
-    def _curve(self, drive: Scalar, hold: Sequence[Scalar]) -> tuple[Curve, Array]:
-        """Return the curve of poses with what is held, and the design states (N, numbers)."""
-        system = self.system(*hold, drive)
+    def _curve(self, drive: Scalar, hold: Sequence[Scalar]) -> tuple[Curve, Array, tuple[Scalar, ...]]:
+        """Return the curve of poses with what is held, the design states (N, numbers), and what is held."""
+        held = several("hold", hold, Scalar)
+        system = self.system(*held, instance("drive", drive, Scalar))
         freedoms = system.unknowns - len(system.use)
         if freedoms == 0:
             raise NotMovable("joints and links leave no freedom: a structure; free a link, or drive a length")
-        if freedoms != 1 + len(hold):
+        if freedoms != 1 + len(held):
             raise CannotDrive(
-                f"there are {freedoms} freedoms: one drives, {freedoms - 1} must be held, not {len(hold)}"
+                f"there are {freedoms} freedoms: one drives, {freedoms - 1} must be held, not {len(held)}"
             )
         y = np.repeat(system.design[None], len(system.points), axis=0)
-        return Curve(system, system.evaluate(y)[1][:, :-1] if hold else np.zeros((len(y), 0))), y
+        return Curve(system, system.evaluate(y)[1][:, :-1] if held else np.zeros((len(y), 0))), y, held
 
     def sweep(self, drive: Scalar, values: Any, hold: Sequence[Scalar] = ()) -> Motion:
         """Move the mechanism so that a scalar takes given values, from the design pose on the assembly it is in.
@@ -146,15 +152,10 @@ class Mechanism:
         NotMovable
             If there is no freedom, or the design pose is singular.
         InvalidRequest
-            If values are not finite.
+            If values are not finite, or what drives or is held is no scalar.
         """
-        try:
-            q = np.atleast_1d(np.asarray(values, float))
-        except (TypeError, ValueError):
-            q = np.array([np.nan])
-        if q.ndim != 1 or not q.size or not np.isfinite(q).all():
-            raise InvalidRequest("values of a drive must be finite numbers, one after the other")
-        curve, y = self._curve(drive, hold)
+        q = np.atleast_1d(array("values of a drive", values, (), (None,), finite=True))
+        curve, y, held = self._curve(drive, hold)
         unit = curve.system.scalars[-1].unit
         goal = q / unit
         at = curve(y)
@@ -172,7 +173,7 @@ class Mechanism:
         ]
         if len(curve.system.use) < curve.system.rows:
             self._without_missed(curve, states, ends, float(q[0]))
-        return Motion(self, curve, drive, tuple(hold), q, states, tuple(ends))
+        return Motion(self, curve, drive, held, q, states, tuple(ends))
 
     @staticmethod
     def _without_missed(curve: Curve, states: Array, ends: list[Any], value: float) -> None:
@@ -190,27 +191,29 @@ class Mechanism:
 
         Raises
         ------
-        CannotDrive, NotMovable
+        CannotDrive, NotMovable, InvalidRequest
             As `sweep`.
         """
-        curve, y = self._curve(drive, hold)
+        curve, y, held = self._curve(drive, hold)
         if len(y) > 1:
             raise InvalidRequest("a circuit is that of one mechanism, not of a batch: ask for `circuits`")
-        return circuits(self, curve, y, drive, tuple(hold))[0]
+        return circuits(self, curve, y, drive, held)[0]
 
     def circuits(self, drive: Scalar, hold: Sequence[Scalar] = ()) -> list[Circuit]:
         """Follow the circuits of all mechanisms of a batch at once.
 
         Raises
         ------
-        CannotDrive, NotMovable
+        CannotDrive, NotMovable, InvalidRequest
             As `sweep`.
         """
-        return circuits(self, *self._curve(drive, hold), drive, tuple(hold))
+        curve, y, held = self._curve(drive, hold)
+        return circuits(self, curve, y, drive, held)
 
     def one(self, i: int) -> Mechanism:
         """Return mechanism i of a batch by itself."""
-        own = []
+        n = len(self.system().points)
+        own, i = [], whole("i", i, -n, n - 1)
         for x in self.elements:
             vectors = {k: np.asarray(getattr(x, k), float) for k in VECTORS if getattr(x, k, None) is not None}
             own.append(replace(x, **{k: v[i] for k, v in vectors.items() if v.ndim == 2 and len(v) > 1}))
@@ -228,14 +231,19 @@ class Mechanism:
         value : float
         hits, most, seed : int
             Until each was found so often, or so many starts were made, in an order that the seed says.
+
+        Raises
+        ------
+        CannotDrive, NotMovable, InvalidRequest
+            As `sweep`.
         """
-        curve, y = self._curve(drive, hold)
-        if len(y) > 1 or not np.isfinite(value):
+        at, hits, most = number("value", value), whole("hits", hits, 1, MOST), whole("most", most, 1, MOST)
+        curve, y, held = self._curve(drive, hold)
+        if len(y) > 1 or not np.isfinite(at):
             raise InvalidRequest("assemblies are those of one mechanism at one finite value of its drive")
-        states, counts, starts, fruitless = search(curve, value / curve.system.scalars[-1].unit, hits, most, seed)
-        motion = Motion(
-            self, curve, drive, tuple(hold), np.full(len(states), float(value)), states[None], ((None, None),)
-        )
+        target, seed = at / curve.system.scalars[-1].unit, whole("seed", seed, 0)
+        states, counts, starts, fruitless = search(curve, target, hits, most, seed)
+        motion = Motion(self, curve, drive, held, np.full(len(states), at), states[None], ((None, None),))
         return FoundAssemblies(motion, counts, starts, fruitless)
 
     def plot(self, file: str | Path | None = None, labels: bool = True, title: str = "") -> Figure:
@@ -245,7 +253,7 @@ class Mechanism:
 
         if len(self.system().points) > 1:
             raise InvalidRequest("a picture is that of one mechanism, not of a batch")
-        return draw(scene(self, title=title), file, labels)
+        return draw(scene(self, title=text("title", title)), file, switch("labels", labels))
 
     def _explain(self, curve: Curve, y: Array, tangent: Array, drive: Scalar) -> None:
         """Raise what is wrong with a drive that stands still in the design pose."""
@@ -262,8 +270,9 @@ class Mechanism:
 
 def _key(scalar: Scalar) -> Any:
     """Return what tells a scalar from any other, to the last digit."""
-    values = [np.asarray(v) for v in vars(scalar).values()]
-    return type(scalar), *((v.shape, v.dtype.str, v.tobytes()) for v in values)
+    kind = type(instance("what drives or is held", scalar, Scalar)).__name__
+    stated = {k: v if isinstance(v, str) else array(f"{kind}.{k.strip('_')}", v) for k, v in vars(scalar).items()}
+    return kind, *(v if isinstance(v, str) else (v.shape, v.tobytes()) for v in stated.values())
 
 
 def _using(system: System, use: Array) -> System:

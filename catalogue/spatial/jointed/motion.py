@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import factorial
 from pathlib import Path
@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ...errors import InvalidRequest
+from ...errors import CatalogueError, InvalidRequest, one_line, quoted
+from ...given import array, instance, pair, switch, text, whole
 from ...kinematics.types import Array
 from .compiling import numbers
 from .curve import Curve
@@ -24,6 +25,10 @@ if TYPE_CHECKING:
 
     from .axle import Wheel
     from .mechanism import Mechanism
+
+
+#: Highest derivative: the factorials of higher orders are no doubles.
+HIGHEST = 170
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,6 +87,7 @@ class Motion:
 
     def series(self, order: int) -> Array:
         """Return the unknowns as series in the drive, (order + 1, n s, unknowns): one linear solve per order."""
+        order = whole("order", order, 0, HIGHEST)
         if order not in self._cache:
             curve, y = self.flat()
             system = curve.system
@@ -125,7 +131,9 @@ class Motion:
 
     def rows(self, reading: Any) -> Array:
         """Return a reading with a row per pose, those of a batch one mechanism after the other, shape (n s, ...)."""
-        value, (n, s) = np.asarray(reading), self.states.shape[:2]
+        value, (n, s) = array("reading", reading), self.states.shape[:2]
+        if n > 1 and value.shape[:2] != (n, s):
+            raise InvalidRequest(f"a reading of {n} mechanisms must be of shape {(n, s)} at first, not {value.shape}")
         return value.reshape(n * s, *value.shape[2:]) if n > 1 else value
 
     def each(self, value: Any, what: str) -> Array:
@@ -138,11 +146,11 @@ class Motion:
 
     def _poses(self, order: int) -> tuple[Array, Array]:
         curve, y = self.flat()
-        return curve.system.poses(y, self.series(order) if order else None)
+        return curve.system.poses(y, self.series(order) if whole("order", order, 0, HIGHEST) else None)
 
     def body_number(self, body: str) -> int:
         """Return the number of a body."""
-        if body not in self.curve.system.bodies:
+        if instance("body", body, str) not in self.curve.system.bodies:
             raise InvalidRequest(f"there is no body {body!r}, only {', '.join(self.curve.system.bodies)}")
         return self.curve.system.bodies.index(body)
 
@@ -171,7 +179,7 @@ class Motion:
 
     def spin(self, body: str, order: int = 1) -> Array:
         """Return angular velocity, acceleration ... of a body per unit of the drive, shape (s, order, 3)."""
-        turn = self._poses(order)[0][:, :, self.body_number(body)]
+        turn = self._poses(whole("order", order, 1, HIGHEST))[0][:, :, self.body_number(body)]
         k = np.arange(1.0, order + 1).reshape(-1, 1, 1, 1)
         w = series(turn[1:] * k, np.swapaxes(turn, -1, -2)[:-1], np.matmul)
         vector = np.stack([w[..., 2, 1], w[..., 0, 2], w[..., 1, 0]], axis=-1)
@@ -207,7 +215,7 @@ class Motion:
     def carries(self, b: int) -> Array:
         """Return whether each unknown moves a body, shape (unknowns,)."""
         system = self.curve.system
-        out, bodies = np.zeros(system.unknowns), {b}
+        out, bodies = np.zeros(system.unknowns), {whole("b", b, 0, len(system.bodies) - 1)}
         for p in reversed(system.placed):
             for body, on, first in zip(p.bodies, p.on, p.unknown, strict=True):
                 if body in bodies:
@@ -218,8 +226,9 @@ class Motion:
     def joint(self, body: str, index: int = 0, order: int = 0) -> Array:
         """Return the coordinate of the joint that carries a body, 0 in the design pose; (s,) or (s, order + 1)."""
         system, b = self.curve.system, self.body_number(body)
+        index, order = whole("index", index, 0), whole("order", order, 0, HIGHEST)
         for p in system.placed:
-            if b in p.bodies and not p.guide and 0 <= index < UNKNOWNS[p.sort] <= 2:
+            if b in p.bodies and not p.guide and index < UNKNOWNS[p.sort] <= 2:
                 unit = system.unit if p.sort == 1 or index else 1.0
                 at = p.bodies.index(b)
                 y = self.flat()[1]
@@ -256,11 +265,17 @@ class Motion:
             Without matplotlib.
         """
         from ..drawing.figure import draw
+        from .axle import Wheel
         from .picture import scene
 
+        instance("wheel", wheel, Wheel | None)
+        marked = {
+            text("a name of points", name): pair("each of points", one, "a body and a point")
+            for name, one in (instance("points", points, Mapping | None) or {}).items()
+        }
         if len(self.states) != 1:
             raise InvalidRequest("a picture is of one mechanism, not of a batch: sweep `mechanism.one(i)`")
-        return draw(scene(self.mechanism, self, wheel, points, title), file, labels)
+        return draw(scene(self.mechanism, self, wheel, marked, text("title", title)), file, switch("labels", labels))
 
     def plot_curves(self, table: pd.DataFrame, file: str | Path | None = None) -> Figure:
         """Plot columns of a table, one row per pose, over the drive: such as ``kinematics(motion, wheel)``.
@@ -272,8 +287,11 @@ class Motion:
         MissingExtra
             Without matplotlib.
         """
+        import pandas as pd
+
         from ..drawing.curves import plot
 
+        instance("table", table, pd.DataFrame)
         heading = f"drive [{self.drive_unit}]"
         return plot(self.drive_shown, heading, table.drop(columns=heading, errors="ignore"), file)
 
@@ -287,6 +305,19 @@ def _regular(square: Array) -> bool:
     return bool((np.linalg.slogdet(square)[0] != 0).all())
 
 
+def taken(motion: Motion, reading: Callable[[Any], Any], what: str) -> Array:
+    """Return what somebody's function reads off a motion, as numbers; `InvalidRequest` if it fails."""
+    if not callable(reading):
+        raise InvalidRequest(f"{what} must be a function of a motion, not {quoted(reading)}")
+    try:
+        found = reading(motion)
+    except CatalogueError:
+        raise
+    except Exception as error:
+        raise InvalidRequest(f"{what} fails: {one_line(error)}") from error
+    return array(what, found)
+
+
 def in_time(reduced: Any, rates: Any) -> Array:
     """Return time derivatives from those by the drive, for a law q(t) of the drive (Faà di Bruno).
 
@@ -296,11 +327,16 @@ def in_time(reduced: Any, rates: Any) -> Array:
         A scalar with its derivatives by the drive, order at most 3.
     rates : array-like, shape (order,)
         Velocity, acceleration, jerk of the drive.
+
+    Raises
+    ------
+    InvalidRequest
+        If something is no array of numbers, the order is higher, or rates are wanting.
     """
-    x, v = np.asarray(reduced, float), np.asarray(rates, float)
+    x, v = array("reduced", reduced, (..., None)), array("rates", rates)
     out = x.copy()
     order = x.shape[-1] - 1
-    if order > 3 or len(v) < order:
+    if order > 3 or v.ndim != 1 or len(v) < order:
         raise InvalidRequest("time derivatives up to the third, with as many rates of the drive")
     if order > 0:
         out[..., 1] = x[..., 1] * v[0]

@@ -13,6 +13,7 @@ import json
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ import numpy as np
 import pandas as pd
 
 from ...errors import InvalidRequest, quoted
+from ...given import instance, text
 from . import elements as e
 from .axle import Wheel, kinematics
 from .mechanism import Mechanism
@@ -54,17 +56,19 @@ class Job:
 
     def drive(self, name: str) -> Any:
         """Return a drive by its name."""
-        if name not in self.drives:
+        if instance("name", name, str) not in self.drives:
             raise InvalidRequest(f"there is no drive {quoted(name)}: the file has {', '.join(self.drives) or 'none'}")
         return self.drives[name]
 
     def plot(self, motion: Motion, file: str | Path) -> Figure:
         """Draw a motion with the wheel and the points of the file."""
+        instance("motion", motion, Motion)
         points = {p.get("name", p["body"]): (p["body"], p["at"]) for p in self.points}
         return motion.plot(file, self.wheel, points, title=self.title)
 
     def table(self, motion: Motion) -> pd.DataFrame:
         """Return all that the file says to print, one row per pose, with units in the headings."""
+        instance("motion", motion, Motion)
         unit = self.mechanism.unit
         parts = [pd.DataFrame({f"drive [{motion.drive_unit}]": motion.drive_shown})]
         for point in self.points:
@@ -96,12 +100,13 @@ def load(file: str | Path) -> Job:
     InvalidLinkage
         If what it holds is no mechanism.
     """
+    instance("file", file, str | PathLike)
     try:
-        text = Path(file).expanduser().read_text("utf-8-sig")
+        content = Path(file).expanduser().read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError, RuntimeError, ValueError) as error:
         raise InvalidRequest(f"cannot read {file}: {error}") from None
     try:
-        given = json.loads(text) if text.lstrip()[:1] == "{" else tomllib.loads(text)
+        given = json.loads(content) if content.lstrip()[:1] == "{" else tomllib.loads(content)
     except (json.JSONDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise InvalidRequest(f"{file} is neither TOML nor JSON: {error}") from None
     return _job(given, str(file))
@@ -121,13 +126,15 @@ def _job(given: dict[str, Any], file: str) -> Job:
     for name, one in table_in(given, "drive", file).items():
         what = f"{file}: drive {quoted(name)}"
         kind = one.get("kind") if isinstance(one, dict) else None
-        if kind not in SCALARS:
+        if not isinstance(kind, str) or kind not in SCALARS:
             raise InvalidRequest(f"{what} needs a kind, one of {', '.join(SCALARS)}")
         drives[name] = _made(SCALARS[kind], {k: v for k, v in one.items() if k != "kind"}, what)
     points = tuple(tables_in(given, "point", file))
     for one in points:
         if not {"body", "at"} <= set(one):
             raise InvalidRequest(f"{file}: a point needs body and at")
+        for name in ("body", "name"):
+            text(f"{file}: {name} of a point", one.get(name, ""))
     wheel = dict(table_in(given, "wheel", file))
     title = str(given.get("title", "")) or Path(file).stem.replace("_", " ")
     steer = str(wheel.pop("steer", ""))
@@ -159,5 +166,7 @@ def _made(kind: type, one: dict[str, Any], what: str) -> Any:
             raise InvalidRequest(f"{what}: {quoted(name)} means nothing; its fields are {told}")
     try:
         return kind(**values)
+    except InvalidRequest as error:
+        raise InvalidRequest(f"{what}: {error}") from None
     except TypeError as error:
         raise InvalidRequest(f"{what}: {str(error).partition(') ')[2] or error}") from None

@@ -9,10 +9,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ...given import instance
 from .compiling import directions
 from .curve import Curve
 from .frame import framed
-from .motion import Motion
+from .motion import Motion, taken
 from .newton import solved
 
 #: Displacement of a hard point, in the size of the mechanism, for central differences of exact solutions.
@@ -36,8 +37,13 @@ def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFr
     pandas.DataFrame
         One row per pose, indexed by the drive, of a batch by mechanism and drive; columns such as
         ``"upper front.from x"``.
+
+    Raises
+    ------
+    InvalidRequest
+        If the reading is no function, fails, or does not return numbers.
     """
-    system = motion.curve.system
+    system = instance("motion", motion, Motion).curve.system
     columns = {}
     who, which = np.nonzero(np.isfinite(motion.states).all(2))
     target = motion.drive[which] / system.scalars[-1].unit
@@ -54,6 +60,6 @@ def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFr
                 states = np.full_like(motion.states, np.nan)
                 states[who, which], _ = solved(curve.take(who), motion.states[who, which], target)
                 moved_motion = replace(motion, curve=curve, states=states, _cache={})
-                read.append(motion.rows(np.asarray(reading(moved_motion), float)))
+                read.append(motion.rows(taken(moved_motion, reading, "reading")))
             columns[f"{label} {'xyz'[axis]}"] = (read[0] - read[1]) / (2 * STEP * system.unit)
     return framed(motion, columns, index="drive")

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ...given import Stated, instance, several
 from .elements import Link
 from .frame import framed
 from .motion import Motion
@@ -16,7 +17,7 @@ from .vectors import cross
 
 
 @dataclass(frozen=True, eq=False)
-class Load:
+class Load(Stated):
     """A force on a body at one of its points, given where it is in the design pose, and a moment, in world axes."""
 
     body: str
@@ -41,8 +42,16 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
         element with several conditions one column each, numbered: forces, or moments where the condition is one of
         directions; of drive and held scalars what acts on them, a force or a moment.  NaN for elements whose conditions
         others imply: statics does not determine them.
+
+    Raises
+    ------
+    InvalidRequest
+        If something given is no load, or there is no such body.
+    InvalidLinkage
+        If a force, a moment or a point is not three finite numbers.
     """
-    curve, y = motion.flat()
+    loads = several("loads", loads, Load)
+    curve, y = instance("motion", motion, Motion).flat()
     system, unit = curve.system, motion.mechanism.unit
     rotation, shift = system.poses(y)
     screws = system.screws(y, rotation, shift)

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from ...errors import InvalidRequest
+from ...given import instance
 from .elements import Link, Revolute
 from .frame import framed
 from .motion import Motion
@@ -29,6 +30,7 @@ def transmission(motion: Motion, output: str, link: str = "") -> pd.DataFrame:
     InvalidRequest
         If there is no such body, link, or revolute joint.
     """
+    instance("motion", motion, Motion), instance("link", link, str)
     value = motion.rows(motion.joint(output, order=3))
     angular = any(isinstance(x, Revolute) and x.body == output for x in motion.mechanism.elements)
     unit, drive = "deg" if angular else motion.mechanism.unit, motion.drive_unit

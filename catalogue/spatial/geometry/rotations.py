@@ -1,0 +1,31 @@
+"""Rotations as they are asked for from without: `rotation`, of checked arrays."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from ...given import array
+from ...kinematics.types import Array
+from . import rotation
+
+
+def matrix(q: Any) -> Array:
+    """Return the rotation matrices (3, 3, n) of quaternions (4, n), scalar first, of any length but 0.
+
+    Raises
+    ------
+    InvalidRequest
+        If q is no such array.
+    """
+    return rotation.matrix(array("q", q, (4, ...)))
+
+
+def quaternion(r: Any) -> Array:
+    """Return the unit quaternions (4, n), scalar first, of rotation matrices (3, 3, n), without loss of digits.
+
+    Raises
+    ------
+    InvalidRequest
+        If r is no such array.
+    """
+    return rotation.quaternion(array("r", r, (3, 3, None), (3, 3, 0)))
