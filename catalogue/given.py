@@ -6,6 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from decimal import Decimal
+from functools import cache
 from numbers import Real
 from operator import index
 from os import PathLike
@@ -72,11 +73,20 @@ def switch(name: str, value: Any) -> bool:
 
 def names(name: str, given: Any) -> tuple[str, ...]:
     """Return one name, of a folder too, or several as a tuple; `InvalidRequest` for anything else."""
-    several = isinstance(given, Iterable) and not isinstance(given, str | Mapping)
-    found = tuple(given) if several else (given,)
-    if wrong := [one for one in found if not isinstance(one, str | PathLike)]:
-        raise InvalidRequest(f"{name} must be a name or a sequence of names, not {quoted(wrong[0])}")
-    return tuple(str(one) for one in found)
+    found = []
+    for one in _each(given) if not isinstance(given, str | Mapping) else (given,):
+        if not isinstance(one, str | PathLike):
+            raise InvalidRequest(f"{name} must be a name or a sequence of names, not {quoted(one)}")
+        found.append(str(one))
+    return tuple(found)
+
+
+def _each(given: Any) -> Iterable[Any]:
+    """Return what something holds, or itself if it holds nothing."""
+    try:
+        return iter(given)
+    except TypeError:
+        return (given,)
 
 
 def doubles(given: Any) -> npt.NDArray[np.float64]:
@@ -150,10 +160,10 @@ def instance(name: str, given: T, kind: type | UnionType, wrong: type[CatalogueE
 def several(name: str, given: Iterable[T], kind: type | UnionType) -> tuple[T, ...]:
     """Return a sequence of what is of a type, as a tuple; `InvalidRequest` for anything else."""
     try:
-        found = tuple(given)
-    except (TypeError, MemoryError):
+        every = iter(given)
+    except TypeError:
         raise InvalidRequest(f"{name} must be a sequence, not {quoted(given)}") from None
-    return tuple(instance(f"each of {name}", one, kind) for one in found)
+    return tuple(instance(f"each of {name}", one, kind) for one in every)
 
 
 def pair(name: str, given: Any, parts: str) -> tuple[Any, Any]:
@@ -168,7 +178,7 @@ def pair(name: str, given: Any, parts: str) -> tuple[Any, Any]:
 def text(name: str, given: Any) -> str:
     """Return a text that can be shown; `InvalidRequest` for anything else, and for half a character."""
     found: str = instance(name, given, str)
-    if any("\ud800" <= c <= "\udfff" for c in found):
+    if not found.isascii() and any("\ud800" <= c <= "\udfff" for c in found):
         raise InvalidRequest(f"{name} has half a character, which nothing can show: {quoted(found)}")
     return found
 
@@ -187,10 +197,15 @@ class Stated:
     """
 
     def __post_init__(self) -> None:
-        for field in fields(self):  # type: ignore[arg-type]  # of its subclasses
-            if read := _DECLARED.get(str(field.type)):
-                name = f"{type(self).__name__}.{field.name.rstrip('_')}"
-                object.__setattr__(self, field.name, read(name, getattr(self, field.name)))
+        for field, name, read in _declared(type(self)):  # type: ignore[arg-type]  # a class can be hashed
+            object.__setattr__(self, field, read(name, getattr(self, field)))
+
+
+@cache
+def _declared(kind: Any) -> list[tuple[str, str, Any]]:
+    """Return the names and numbers of a dataclass: the field, what it is called, how it is read."""
+    known = [(field.name, _DECLARED.get(str(field.type))) for field in fields(kind)]
+    return [(name, f"{kind.__name__}.{name.rstrip('_')}", read) for name, read in known if read]
 
 
 _DECLARED: dict[str, Any] = {

@@ -107,6 +107,8 @@ FELL: list[tuple[str, Any]] = [
     ("space", ("reactions", {"loads": 5})),
     ("space", ("Target", {"value": 1e308})),
     ("space", ("fit", {"boxes": ["rod.to"]})),
+    ("space", ("Box", {"points": np.broadcast_to(0.0, (2**40, 3))})),
+    ("space", ("Box", {"points": np.array(7)})),
     ("space", ("space load", {"file": 5})),
     ("space files", b'{"drive": {"crank": {"kind": []}}, "spherical": [{"body": "a", "at": [0, 0, 0]}]}'),
     ("command line", (("doctor",), ["--db"], [""])),

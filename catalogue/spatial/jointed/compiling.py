@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...errors import InvalidLinkage, InvalidRequest
+from ...errors import InvalidLinkage, InvalidRequest, quoted
 from ...given import array
 from ...kinematics.types import Array
 from ..geometry.guides import Guides
@@ -43,9 +43,9 @@ AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
 
 def numbers(value: Any, what: str, size: int = 3) -> Array:
     """Return a point or a direction as an array (N, size), checked."""
-    found = np.atleast_2d(array(what, value, (size,), (None, size), finite=True, wrong=InvalidLinkage))
-    if np.abs(found).max() > FAR:
-        raise InvalidLinkage(f"{what} must be of numbers up to {FAR:g}: take another unit")
+    found = np.atleast_2d(array(what, value, (size,), (None, size), wrong=InvalidLinkage))
+    if not np.abs(found).max() <= FAR:
+        raise InvalidLinkage(f"{what} must be {size} finite numbers up to {FAR:g}, not {quoted(value)}")
     return found
 
 
