@@ -90,4 +90,4 @@ def replacing(file: Path) -> Iterator[Path]:
 def plugin_folders(extra: tuple[str, ...] = ()) -> list[Path]:
     """Return the folders searched for plugins: the built-in one, those of ``CATALOGUE_PLUGINS``, then `extra`."""
     named = [part for part in os.environ.get("CATALOGUE_PLUGINS", "").split(os.pathsep) if part]
-    return [folder("plugins"), *(expanded(part) for part in (*named, *extra))]
+    return [folder("plugins"), *(expanded(part).absolute() for part in (*named, *extra))]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
 import sys
@@ -9,13 +10,15 @@ import threading
 import time
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager, redirect_stdout
+from contextlib import contextmanager, redirect_stdout, suppress
 from typing import ClassVar
 
-from .errors import PluginError, one_line, quoted
+from .errors import PluginError, one_line, printable, quoted
 
 #: How long code of a plugin may take that runs in this process [s].
 LIMIT = 120.0
+#: How long after each Ctrl-C the next one follows [s].
+PAUSE = 1.0
 #: What a series, a family or a parameter may be called.
 _NAME = re.compile(r"[^\W_][\w.*+'-]{0,39}", re.ASCII)
 
@@ -37,24 +40,39 @@ def checked_text(what: str, text: object, longest: int = 200) -> str:
 
 
 @contextmanager
-def foreign(where: str = "") -> Iterator[None]:
-    """Run code of a plugin: whatever it raises becomes a `PluginError` of one line.
+def foreign(where: str) -> Iterator[None]:
+    """Run code of a plugin, which `where` names: whatever it raises becomes a `PluginError` of one line.
 
-    What it prints goes to standard error, what it changes of NumPy's and Python's warnings ends with it.  In the main
-    thread it is interrupted after `LIMIT` seconds; Ctrl-C passes, and says where it was.
+    What it prints goes to standard error; what it changes of NumPy's and Python's warnings, of the current folder and
+    of the handling of Ctrl-C ends with it.  A process that it forks ends here.  In the main thread it is interrupted
+    after `LIMIT` seconds, again and again, and if it goes on as long once more this process ends; Ctrl-C passes, and
+    says where it was.
     """
     import numpy as np
 
-    with _Alarm(LIMIT) as alarm, redirect_stdout(sys.stderr), np.errstate(), warnings.catch_warnings():
-        try:
-            yield
-            alarm.settle()
-        except BaseException as error:
-            if alarm.rang:
-                raise PluginError(f"it takes longer than {LIMIT:g} s") from None
-            if isinstance(error, KeyboardInterrupt):
-                raise KeyboardInterrupt(where) from None
-            raise PluginError(one_line(error)) from error
+    alarm, process, folder = _Alarm(LIMIT, where), os.getpid(), _folder()
+    try:
+        with alarm, redirect_stdout(sys.stderr), np.errstate(), warnings.catch_warnings():
+            try:
+                yield
+            finally:
+                if os.getpid() != process:
+                    os._exit(0)  # at once: what is still to be written is the other's
+                if folder and _folder() != folder:
+                    os.chdir(folder)
+    except BaseException as error:
+        if alarm.rang:
+            raise PluginError(f"it takes longer than {LIMIT:g} s") from None
+        if isinstance(error, KeyboardInterrupt):
+            raise KeyboardInterrupt(where) from None
+        raise PluginError(one_line(error)) from error
+
+
+def _folder() -> str:
+    """Return the current folder; an empty text if it is no more."""
+    with suppress(OSError):
+        return os.getcwd()  # noqa: PTH109  # as text: what `Path` makes of it is of no use here
+    return ""
 
 
 def press_ctrl_c() -> None:
@@ -68,33 +86,38 @@ def press_ctrl_c() -> None:
 
 
 class _Alarm:
-    """Ctrl-C after some seconds, if in the main thread; also in a process that ignores Ctrl-C, as shells let those do
-    that they run in the background, but there no other one is heard."""
+    """Ctrl-C after some seconds, if in the main thread, and again every `PAUSE`; also in a process that ignores Ctrl-C,
+    as shells let those do that they run in the background, but there no other one is heard."""
 
     running: ClassVar[list[_Alarm]] = []
 
-    def __init__(self, limit: float) -> None:
-        self.rang = self.ignored = False
+    def __init__(self, limit: float, where: str) -> None:
+        self.limit, self.where, self.rang = limit, where, False
+        self.over = threading.Event()
         main = threading.current_thread() is threading.main_thread()
-        self.timer = threading.Timer(limit, self.ring) if main else None
+        self.thread = threading.Thread(target=self.ring, daemon=True) if main else None
 
     def ring(self) -> None:
-        self.rang = True
-        press_ctrl_c()
-
-    def settle(self) -> None:
-        """Wait for a Ctrl-C that is on its way."""
-        if self.rang:
-            time.sleep(1)
+        """Wait for the end; interrupt what does not come to one, and end the process if that does not help."""
+        if self.over.wait(self.limit):
+            return
+        self.rang, last = True, time.monotonic() + self.limit
+        while time.monotonic() < last:
+            press_ctrl_c()
+            if self.over.wait(PAUSE):
+                return
+        told = f"{self.where}: it goes on although it was interrupted after {self.limit:g} s; remove the plugin"
+        with suppress(OSError):  # nobody can be told
+            os.write(2, f"catalogue: {printable(told)}\n".encode())
+        os._exit(PluginError.exit_code)
 
     def __enter__(self) -> _Alarm:
-        if self.timer is not None:
+        if self.thread is not None:
+            self.handler = signal.getsignal(signal.SIGINT)
             self.running.append(self)
-            self.ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN
-            if self.ignored:
+            if self.handler is signal.SIG_IGN:
                 signal.signal(signal.SIGINT, self.heard)
-            self.timer.daemon = True
-            self.timer.start()
+            self.thread.start()
         return self
 
     def heard(self, *_: object) -> None:
@@ -102,8 +125,16 @@ class _Alarm:
             raise KeyboardInterrupt
 
     def __exit__(self, *_: object) -> None:
-        if self.timer is not None:
-            self.timer.cancel()
-            if self.ignored:
-                signal.signal(signal.SIGINT, signal.SIG_IGN)
-            self.running.remove(self)
+        while self.thread is not None:
+            try:
+                self.over.set()
+                self.thread.join()
+                if self.rang:
+                    time.sleep(0.01)  # for a Ctrl-C that is on its way
+                if self.handler is not None:  # None: of a library in C
+                    signal.signal(signal.SIGINT, self.handler)
+                self.running[:] = [alarm for alarm in self.running if alarm is not self]
+                return
+            except KeyboardInterrupt:
+                if not self.rang:
+                    raise

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from copy import deepcopy
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -53,9 +54,10 @@ class CollectionCandidate:
 
     def plot(self, file: str | Path | None = None) -> Any:
         """Draw it, to a PNG, SVG or PDF by the suffix of the file if there is one, and return the figure."""
+        lent = replace(self, metrics=dict(self.metrics), parameters=deepcopy(self.parameters))
         try:
             with foreign(f"collection {self.collection.name}"):
-                return self.collection.plot(self, Path(file) if file is not None else None)
+                return self.collection.plot(lent, Path(file) if file is not None else None)
         except PluginError as error:
             if isinstance(cause := error.__cause__, CatalogueError):  # a suffix that is none, a package that is missing
                 raise cause from None

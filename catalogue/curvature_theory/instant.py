@@ -7,8 +7,9 @@ from functools import cached_property
 
 import numpy as np
 
+from ..kinematics.batch import mapped
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Array, Complexes, Floats, read_only
 from .analysis import Curvature, curvature
 from .configuration import configuration
 from .dead_points import branched
@@ -16,7 +17,7 @@ from .dead_points import branched
 
 @dataclass(frozen=True, eq=False)
 class Instant:
-    """Linkages in their reference position: what a series is given to classify.
+    """Linkages in their reference position: what a series is given to classify, one after the other; none writes to it.
 
     Attributes
     ----------
@@ -28,6 +29,10 @@ class Instant:
     linkage: Linkage
     pole: Complexes | None = None
 
+    def __post_init__(self) -> None:
+        if self.pole is not None:
+            object.__setattr__(self, "pole", read_only(self.pole))
+
     def __len__(self) -> int:
         return len(self.linkage)
 
@@ -35,18 +40,20 @@ class Instant:
     def curvature(self) -> Curvature:
         """Pole, axes, cubics of stationary curvature, principal pairs."""
         found = curvature(self.linkage)
-        return found if self.pole is None else branched(found, self.linkage, self.pole)
+        found = found if self.pole is None else branched(found, self.linkage, self.pole)
+        frozen: Curvature = mapped(read_only, found)
+        return frozen
 
     @cached_property
     def configuration(self) -> Array:
         """Configuration of each linkage, shape (n,)."""
-        return configuration(self.linkage, self.curvature)
+        return read_only(configuration(self.linkage, self.curvature))
 
     @cached_property
     def along_axes(self) -> tuple[Floats, Floats]:
         """Absolute cosines of the angles of the rays with the pole tangent, and with the pole normal, each (n, 2)."""
         axes = self.curvature.axes[..., 0] + 1j * self.curvature.axes[..., 1]
-        x, y = (np.abs((self.linkage.rays * axes[:, i, None].conj()).real) for i in (0, 1))
+        x, y = (read_only(np.abs((self.linkage.rays * axes[:, i, None].conj()).real)) for i in (0, 1))
         return x, y
 
     @cached_property

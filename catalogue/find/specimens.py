@@ -6,6 +6,7 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from copy import deepcopy
 from dataclasses import dataclass, field
 from itertools import count
 from typing import Any
@@ -186,7 +187,7 @@ class _Search:
         if not self.special:
             return True
         with self.asked("classified"):
-            good = not set(self.special).isdisjoint(self.collection.classify(parameters).special)
+            good = not set(self.special).isdisjoint(self.collection.classify(deepcopy(parameters)).special)
         self.others += not good
         return good
 
@@ -195,7 +196,7 @@ class _Search:
         if not stored:
             return []
         with self.asked("measured"):
-            found = list(self.collection.measure(stored, self.request))
+            found = list(self.collection.measure(deepcopy(stored), self.request))
             for one in found:
                 self.collection.measures(one)
             if len(found) != len(stored):
@@ -217,7 +218,7 @@ class _Search:
         """Return answers near those found that deviate less and are what was asked for too; None where none is."""
         assert self.collection.refine is not None  # who calls has looked
         with self.asked("refined"):
-            moved = list(self.collection.refine([c.parameters for c in found], self.request))
+            moved = list(self.collection.refine([deepcopy(c.parameters) for c in found], self.request))
             if len(moved) != len(found):
                 raise PluginError(f"{len(moved)} of {len(found)} mechanisms were refined")
         verified, out = self.verified, list[CollectionCandidate | None]()
@@ -262,7 +263,7 @@ class _Search:
     def candidate(self, number: int, m: Measured) -> CollectionCandidate:
         """Return the answer that a stored specimen is."""
         with self.asked("classified"):
-            tags = self.collection.classify(m.parameters)
+            tags = self.collection.classify(deepcopy(m.parameters))
             for tag in (tags.family, tags.series, tags.configuration, *tags.special):
                 checked_text("a tag", tag, 100)
         metrics = {name: float(m.metrics[name]) for name in self.collection.metrics}

@@ -15,3 +15,10 @@ Complexes = npt.NDArray[np.complex128]
 Mask = npt.NDArray[np.bool_]
 #: Numbers of rows, as `numpy.flatnonzero` gives them.
 Indices = npt.NDArray[np.intp]
+
+
+def read_only(given: npt.ArrayLike) -> Array:
+    """Return a copy that nobody writes to: what is lent to a plugin."""
+    found = np.array(given)
+    found.setflags(write=False)
+    return found

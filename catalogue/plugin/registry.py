@@ -114,8 +114,7 @@ class Registry:
         return _named(code, self.series, "series")
 
     def _modules(self) -> list[tuple[Record, ModuleType | None]]:
-        found: list[tuple[Record, ModuleType | None]] = []
-        seen: set[Path] = set()
+        paths: dict[Path, Path] = {}  # all, before any is imported, which may change what a path means
         try:
             places = plugin_folders(self.folders)
         except OSError as error:
@@ -124,9 +123,8 @@ class Registry:
             if not is_folder(place):
                 raise PluginError(f"plugin folder {place} does not exist; correct --plugins or CATALOGUE_PLUGINS")
             for path in sorted([*place.glob("[!_]*.py"), *place.glob("[!_]*/__init__.py")]):
-                if path.resolve() not in seen:
-                    seen.add(path.resolve())
-                    found.append(_load(path))
+                paths.setdefault(path.resolve(), path)
+        found = [_load(path) for path in paths.values()]
         for entry in sorted(entry_points(group="catalogue"), key=lambda e: e.name):
             record, module = Record(entry.name, entry.dist.name if entry.dist else entry.value), None
             try:
@@ -141,7 +139,7 @@ class Registry:
     def _register(self, record: Record, module: ModuleType) -> None:
         name = f"{record.name} of {record.origin}"
         try:
-            with foreign():
+            with foreign(f"plugin {name}"):
                 self._manager.register(module, name)
                 self._manager.check_pending()
         except PluginError as error:

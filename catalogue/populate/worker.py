@@ -36,12 +36,15 @@ def main() -> None:
     warnings.simplefilter("ignore")  # the calling process has said it already
     tasks: SimpleQueue[Any] = SimpleQueue()
     threading.Thread(target=_listen, args=(source, tasks), daemon=True).start()
-    registry = Registry(sys.argv[1:])
+    registry, process = Registry(sys.argv[1:]), os.getpid()
     with Path(os.devnull).open("w") as nowhere:
         while True:
             code, *rest = tasks.get()
             faulthandler.dump_traceback_later(LIMIT + GRACE, exit=True, file=nowhere)
-            view = memoryview(pickle.dumps(_answer(registry, code, *rest)))
+            answer = _answer(registry, code, *rest)
+            if os.getpid() != process:  # a plugin has forked it
+                os._exit(0)
+            view = memoryview(pickle.dumps(answer))
             while view:  # an unbuffered pipe may take a part only
                 view = view[sink.write(view) :]
             faulthandler.cancel_dump_traceback_later()

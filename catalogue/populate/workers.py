@@ -73,7 +73,7 @@ class Workers:
                 raise WorkerKilled(f"no process can be started ({error.strerror})") from error
             self._processes.append(process)
             if self._over:
-                process.kill()
+                _kill(process)
         return process
 
     def _made(self, task: tuple[Any, ...]) -> Block:
@@ -81,7 +81,7 @@ class Workers:
 
         def end() -> None:
             late.set()
-            process.kill()
+            _kill(process)
 
         alarm = threading.Timer(LIMIT, end)
         alarm.daemon = True
@@ -112,7 +112,7 @@ class Workers:
         if kind is not None:
             self._over = True
             for process in self._processes:
-                process.kill()
+                _kill(process)
         self._threads.shutdown(wait=True)
         for process in self._processes:
             for pipe in filter(None, (process.stdin, process.stdout)):
@@ -121,12 +121,21 @@ class Workers:
             process.wait()
 
 
+def _kill(process: subprocess.Popen[bytes]) -> None:
+    """End a process with those that a plugin has forked there, which would keep its pipes open."""
+    if process.returncode is None and hasattr(os, "killpg"):
+        with suppress(ProcessLookupError):
+            os.killpg(process.pid, signal.SIGKILL)
+    else:
+        process.kill()
+
+
 def _end(process: subprocess.Popen[bytes]) -> tuple[type[PluginError], str]:
     """Say how a process ended that closed its pipe, and whose doing that is."""
     try:
         code = process.wait(GRACE)
     except subprocess.TimeoutExpired:
-        process.kill()
+        _kill(process)
         return PluginError, "closed its channel"
     if code >= 0:
         return PluginError, f"ended with exit code {code}"

@@ -15,7 +15,7 @@ import numpy as np
 
 from ..kinematics.linkage import homogeneous
 from ..kinematics.plane_vectors import dot
-from ..kinematics.types import Array, Complexes, Floats, Mask
+from ..kinematics.types import Array, Complexes, Floats, Mask, read_only
 
 #: What may be given: both fixed pivots, both moving ones, or the fixed and the moving pivot of one crank.
 GIVEN = ("fixed", "moving", "crank")
@@ -25,7 +25,7 @@ AT_POLE = 1e-9
 
 @dataclass(frozen=True)
 class Posed:
-    """n problems of one kind: guide a coupler point, in one position, along a line or circle.
+    """n problems of one kind: guide a coupler point, in one position, along a line or circle.  Nobody writes to them.
 
     Attributes
     ----------
@@ -44,6 +44,10 @@ class Posed:
     point: Complexes
     centre: Complexes
     axis: Complexes
+
+    def __post_init__(self) -> None:
+        for name in ("pivots", "point", "centre", "axis"):
+            object.__setattr__(self, name, read_only(getattr(self, name)))
 
     @property
     def path(self) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats, Mask
-from .series import Member, Series
+from .series import Member, Parameters, Series, lent
 
 #: Samples per block, a power of two as the sequence wants.
 BLOCK = 1024
@@ -28,7 +28,7 @@ class Drawn:
 
     linkage: Linkage
     free: dict[str, Floats]
-    complete: dict[str, Floats]
+    complete: Parameters
 
 
 def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
@@ -48,7 +48,7 @@ def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
     kept = np.flatnonzero(valid)
     good = in_proportion(linkage)
     kept, linkage = kept[good], linkage[good]
-    return Drawn(linkage, {k: v[kept] for k, v in free.items()}, {k: v[kept] for k, v in complete.items()})
+    return Drawn(linkage, {k: v[kept] for k, v in free.items()}, lent({k: v[kept] for k, v in complete.items()}))
 
 
 def in_proportion(linkage: Linkage) -> Mask:

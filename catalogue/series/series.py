@@ -18,6 +18,7 @@ import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
+from types import MappingProxyType
 
 import numpy as np
 
@@ -25,11 +26,16 @@ from ..curvature_theory.instant import Instant
 from ..errors import PluginError, quoted
 from ..foreign_code import checked_text, foreign
 from ..kinematics.linkage import FAMILIES, Linkage
-from ..kinematics.types import Array, Floats, Mask
+from ..kinematics.types import Array, Floats, Mask, read_only
 from .pairs import half_turn
 from .posed import Posed, Solve, dual
 
 Parameters = Mapping[str, Array]
+
+
+def lent(parameters: Parameters) -> Parameters:
+    """Return parameters as a plugin is given them: copies, to which it cannot write."""
+    return MappingProxyType({name: read_only(values) for name, values in parameters.items()})
 
 
 @dataclass(frozen=True)
@@ -97,17 +103,17 @@ class Member:
         """Name that is unique within the series."""
         return f"{self.family} {self.name}"
 
-    def complete(self, free: Parameters) -> dict[str, Array]:
+    def complete(self, free: Parameters) -> Parameters:
         """Return the free parameters, in order, with the derived ones added; raise `PluginError` if one is missing."""
         missing = [p.name for p in self.parameters if p.name not in free]
         if missing:
             raise PluginError(f"{self.key}: parameter {', '.join(missing)} is missing")
-        arrays = {p.name: np.atleast_1d(np.asarray(free[p.name], dtype=float)) for p in self.parameters}
+        arrays = lent({p.name: np.atleast_1d(np.asarray(free[p.name], dtype=float)) for p in self.parameters})
         complete = {**arrays, **self.derive(arrays)} if self.derive else arrays
         if len({np.shape(values) for values in complete.values()}) > 1:
             shapes = ", ".join(f"{name} {np.shape(values)}" for name, values in complete.items())
             raise PluginError(f"{self.key}: the shapes of its parameters differ: {shapes}")
-        return complete
+        return lent(complete)
 
     def synthesise(self, free: Parameters) -> Array:
         """Return pivots (n, 2, 2, 3) in the canonical frame."""

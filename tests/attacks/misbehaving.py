@@ -1,4 +1,4 @@
-"""A hundred plugins that misbehave, each beside one that does not: found, named, contained.
+"""Plugins that misbehave, each beside one that does not: found, named, contained.
 
     python tests/attacks/misbehaving.py [--write] [NAME ...]
 
@@ -108,6 +108,9 @@ _IMPORT = {
     "version with escape sequences": "__version__ = '\\x1b[2J'",
     "version that is a list": "__version__ = [1, 2]",
     "names cannot be listed": "def __dir__(): raise RuntimeError('no names')",
+    "forks and raises": "os.fork()\n1 / 0",
+    "goes to another folder and raises": "os.chdir('/')\n1 / 0",
+    "swallows the first Ctrl-C": "try: time.sleep(60)\nexcept BaseException: time.sleep(60)",
 }  # fmt: skip
 _HOOKS = {
     "hook raises": "@hookimpl\ndef catalogue_series(): raise RuntimeError('in a hook')",
@@ -173,6 +176,8 @@ _CLASSIFY = {
     "classify gives too many": "def classify(i): return np.zeros(99), np.ones(99)",
     "classify gives texts": "def classify(i): return np.array(['a'] * len(i.linkage)), np.ones(len(i.linkage))",
     "classify changes the linkage": "def classify(i): i.linkage.pivots[:] = 0",
+    "classify changes the curvature": "def classify(i): i.curvature.kappa[:] = 0",
+    "classify forks and raises": "def classify(i):\n    os.fork()\n    1 / 0",
     "classify is none": "classify = None",
 }  # fmt: skip
 _TOLD = {
@@ -186,12 +191,31 @@ _TOLD = {
     "warns with escape sequences": "warnings.warn('\\x1b[2J')",
     "prints at the end": "atexit.register(say)",
     "thread that prints": "threading.Thread(target=lambda: [time.sleep(0.2) or say() for _ in range(9)]).start()",
+    "forks": "os.fork()",
+    "forks and waits": "if os.fork() == 0: time.sleep(3)",
+    "classify forks": "Real = classify\ndef classify(i): os.fork(); return Real(i)",
+    "goes to another folder": "os.chdir('/')",
+    "classify goes to another folder": "Real = classify\ndef classify(i): os.chdir('/'); return Real(i)",
     "ignores Ctrl-C": "signal.signal(signal.SIGINT, signal.SIG_IGN)",
     "classify prints": "def classify(i):\n    say()\n    return np.ones(len(i.linkage)), np.ones(len(i.linkage))",
     "classify gives NaN": "def classify(i): return np.full((2, len(i.linkage)), np.nan)",
     "title with markup": "SERIES = {'title': '[bold]title[/nothing]'}",
 }  # fmt: skip
+#: What goes on whatever is raised in it.
+_ENDLESS = {
+    "imported without end": "while True:\n    try: time.sleep(0.1)\n    except BaseException: pass",
+    "imported without end, deaf": "signal.signal(signal.SIGINT, signal.SIG_IGN)\nwhile True: pass",
+    "classify without end": "def classify(i):\n    while True:\n        try: time.sleep(0.1)\n"
+    "        except BaseException: pass",
+}  # fmt: skip
 _BLOCK = {
+    "pivots write into parameters": "Real = pivots\ndef pivots(p): r = Real(p); p['kappa'][:] = 9; return r",
+    "pivots replace parameters": "Real = pivots\ndef pivots(p): r = Real(p); p['kappa'] = 2 * p['kappa']; return r",
+    "derive writes into parameters": "Real = derive\ndef derive(p): p['kappa'][:] *= 2; return Real(p)",
+    "guided writes into parameters": "Real = guided\ndef guided(p): p['phi2'][:] += 1; return Real(p)",
+    "pivots without end": "def pivots(p):\n    while True:\n        try: time.sleep(0.1)\n"
+    "        except BaseException: pass",
+    "pivots fork and do not end": "def pivots(p):\n    os.fork()\n    while True: time.sleep(1)",
     "pivots raise": "def pivots(p): 1 / 0",
     "pivots exit": "def pivots(p): sys.exit()",
     "pivots raise KeyboardInterrupt": "def pivots(p): raise KeyboardInterrupt",
@@ -219,6 +243,8 @@ _BLOCK = {
     "label without end": "def guided(p): return [Guided('a' * 10**6, normal_pair(0 * p['kappa']), 4)]",
 }  # fmt: skip
 _BLOCK_TOLD = {
+    "pivots fork": "Real = pivots\ndef pivots(p): os.fork(); return Real(p)",
+    "pivots go to another folder": "Real = pivots\ndef pivots(p): os.chdir('/'); return Real(p)",
     "pivots print and read": "Real = pivots\ndef pivots(p):\n    say(sys.stdin.read())\n    return Real(p)",
     "pivots are NaN": "Real = pivots\ndef pivots(p): return Real(p) * np.nan",
     "pivots are infinite": "Real = pivots\ndef pivots(p): return Real(p) * np.inf",
@@ -264,6 +290,7 @@ def kinds() -> Iterator[Kind]:
     yield from (Kind(name, "classify", HARMLESS, text) for name, text in _TOLD.items())
     yield Kind("KeyboardInterrupt", "classify", INTERRUPTED, "raise KeyboardInterrupt")
     yield Kind("code of another plugin", "classify", REFUSED, "CODE = 'II.xy'")
+    yield from (Kind(name, "classify", REFUSED, text) for name, text in _ENDLESS.items())
     yield from (Kind(name, "block", LEFT_OUT, text) for name, text in _BLOCK.items())
     yield from (Kind(name, "block", HARMLESS, text) for name, text in _BLOCK_TOLD.items())
     yield from (Kind(name, "collection", REFUSED, "", COLLECTION.format(x)) for name, x in _COLLECTION.items())
@@ -311,17 +338,19 @@ if __name__ == "__main__":
 _WATT = "[[[[-1, 0.6], [0, 0.6]], [[1, -0.6], [0, -0.6]]]]"
 
 
-def _run(words: list[str], stdin: str = "") -> subprocess.CompletedProcess[str]:
+def _run(words: list[str], stdin: str = "", folder: Path | None = None) -> subprocess.CompletedProcess[str]:
     environment = {k: v for k, v in os.environ.items() if not k.startswith("CATALOGUE_")}
     environment |= {"PYTHONPATH": str(ROOT), "PYTHONFAULTHANDLER": ""}
     return subprocess.run(
         [sys.executable, *words], input=stdin, capture_output=True, text=True, errors="backslashreplace", timeout=60,
-        check=False, env=environment,
+        check=False, env=environment, cwd=folder,
     )  # fmt: skip
 
 
 def _classified(folder: Path) -> subprocess.CompletedProcess[str]:
-    return _run(["-c", _CLASSIFIER, "classify", "-", "--format", "json", "--plugins", str(folder)], _WATT)
+    return _run(
+        ["-c", _CLASSIFIER, "classify", "-", "--format", "json", "--plugins", folder.name], _WATT, folder.parent
+    )
 
 
 def _blocked(folder: Path) -> subprocess.CompletedProcess[str]:

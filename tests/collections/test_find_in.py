@@ -295,3 +295,23 @@ def test_plugins_lists_collections_without_a_database(run: Run, tmp_path: Path) 
     assert done.returncode == 0
     assert "swings (0 specimens)" in done.stdout.replace("\n", " ")
     assert not (tmp_path / "none.db").exists()
+
+
+def test_a_collection_changes_nothing_of_what_it_is_given(swings: Catalogue) -> None:
+    """What a function does to the parameters that it is given is done to a copy."""
+    sound = swings.find_in("swings", LINE, limit=3)
+    own = swings.registry.collection("swings")
+
+    def spoilt(function: Any) -> Any:
+        def spoils(first: Any, *rest: Any) -> Any:
+            answer = function(first, *rest)
+            for one in first if isinstance(first, list) else [first]:
+                (one if isinstance(one, dict) else one.parameters).clear()
+            return answer
+
+        return spoils
+
+    bad = replace(own, **{name: spoilt(getattr(own, name)) for name in ("measure", "classify", "plot")})
+    found = find_in(swings.database, bad, LINE, limit=3)
+    found[0].plot()
+    assert [one.to_dict() for one in found] == [one.to_dict() for one in sound]

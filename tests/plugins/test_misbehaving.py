@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
+import re
 import runpy
 import signal
 import sys
 import threading
 import time
 from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -26,11 +29,13 @@ KINDS = {kind.name: kind for kind in ALL.kinds()}
 SAMPLE = [
     "error whose text exits", "error with markup", "BaseException", "KeyboardInterrupt", "prints when imported",
     "code of another plugin", "classify exits", "classify loops", "pivots close all files", "measure exits",
+    "forks", "goes to another folder", "classify without end", "classify changes the curvature",
+    "pivots write into parameters", "pivots fork and do not end",
 ]  # fmt: skip
 #: What fails while it is loaded, asked or checked: that needs no process of its own.
 LOADED = [
     kind for kind in KINDS.values()
-    if kind.how == "classify" and kind.ends == ALL.LEFT_OUT and "classify" not in kind.name and "loop" not in kind.name
+    if kind.how == "classify" and kind.ends == ALL.LEFT_OUT and not re.search("classify|loop|fork|Ctrl-C", kind.name)
 ]  # fmt: skip
 
 
@@ -60,13 +65,44 @@ def test_what_cannot_be_taken_from_a_plugin_is_a_record(kind: Any, tmp_path: Pat
 
 def test_whatever_is_raised_is_an_error_of_one_line(capsys: pytest.CaptureFixture[str]) -> None:
     for error in (GeneratorExit(), SystemExit(0), StopIteration(), ValueError("\x1b[2J\nmore")):
-        with pytest.raises(PluginError, match=f"^{type(error).__name__}") as caught, foreign():  # noqa: PT012
+        with pytest.raises(PluginError, match=f"^{type(error).__name__}") as caught, foreign("a plugin"):  # noqa: PT012
             print("aside")
             raise error
         assert str(caught.value).isprintable()
     assert capsys.readouterr().out == ""
     with pytest.raises(KeyboardInterrupt, match="plugin mine"), foreign("plugin mine"):
         raise KeyboardInterrupt
+
+
+def test_the_current_folder_and_the_handler_of_ctrl_c_are_what_they_were(ctrl_c: Any) -> None:
+    before = Path.cwd()
+    with foreign("a plugin"):
+        os.chdir("/")
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+    assert Path.cwd() == before
+    assert signal.getsignal(signal.SIGINT) is ctrl_c
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("swallowed", [1, 3])
+@pytest.mark.usefixtures("ctrl_c")
+def test_ctrl_c_is_repeated_until_it_is_heard(monkeypatch: pytest.MonkeyPatch, swallowed: int) -> None:
+    monkeypatch.setattr("catalogue.foreign_code.LIMIT", 2.0)
+    monkeypatch.setattr("catalogue.foreign_code.PAUSE", 0.2)
+    with pytest.raises(PluginError, match=r"^it takes longer than 2 s$"), foreign("a plugin"):  # noqa: PT012
+        for _ in range(swallowed):
+            with suppress(KeyboardInterrupt):
+                time.sleep(60)
+        time.sleep(60)
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="nothing forks here")
+def test_a_process_that_a_plugin_forks_ends_at_the_door() -> None:
+    with foreign("a plugin"):
+        child = os.fork()
+    if not child:
+        os._exit(3)
+    assert os.waitpid(child, 0)[1] == 0
 
 
 @pytest.fixture
@@ -92,7 +128,7 @@ def test_what_takes_too_long_is_interrupted(monkeypatch: pytest.MonkeyPatch, ctr
 
     monkeypatch.setattr("catalogue.foreign_code.LIMIT", 0.3)
     start = time.monotonic()
-    with pytest.raises(PluginError, match=r"^it takes longer than 0.3 s$"), foreign():
+    with pytest.raises(PluginError, match=r"^it takes longer than 0.3 s$"), foreign("a plugin"):
         endless()
     assert 0.3 <= time.monotonic() - start < 5
     assert signal.getsignal(signal.SIGINT) is ctrl_c

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from catalogue.curvature_theory.leading_error import EXACT
 from catalogue.errors import PluginError
 from catalogue.kinematics.linkage import FAMILIES
 from catalogue.series.pairs import linkage_of, normal_pair, slider_pair
+from catalogue.series.sampling import draw
 from catalogue.series.series import Guided, Member, Parameter, Series, angles, inverse_family, linkages
 
 A = Parameter("a", ((0.0, 1.0),), "a number")
@@ -102,6 +104,25 @@ def test_derived_parameters_are_added_to_the_free_ones() -> None:
     np.testing.assert_array_equal(
         twice.synthesise({"a": np.array([0.5])}), MEMBER.synthesise({"a": np.array([0.5]), "q": np.array([1.0])})
     )
+
+
+def test_a_plugin_changes_nothing_of_what_it_is_given() -> None:
+    def writes(p: Any) -> Any:
+        p["q"][:] = 9
+        return pivots(p)
+
+    def replaces(p: Any) -> Any:
+        p["q"] = 9 * p["q"]
+        return pivots(p)
+
+    free = {"a": np.array([0.5]), "q": np.array([1.0])}
+    for bad in (replace(MEMBER, pivots=writes), replace(MEMBER, pivots=replaces), replace(MEMBER, derive=writes)):
+        with pytest.raises((ValueError, TypeError), match=r"read-only|item assignment"):
+            bad.synthesise(free)
+    drawn = draw(SERIES, MEMBER, 0, 0)
+    assert isinstance(drawn.complete, MappingProxyType)
+    assert not any(values.flags.writeable for values in drawn.complete.values())
+    assert free == {"a": 0.5, "q": 1.0}
 
 
 def test_a_missing_parameter_is_named() -> None:
