@@ -9,7 +9,9 @@ Names are loaded when they are first used; see README.md.
 
 from __future__ import annotations
 
-import sys
+from .interrupt import IS_COMMAND  # before what takes time
+
+# isort: split
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -17,8 +19,7 @@ from .folders import other_distribution
 
 __version__ = "0.1.0"
 
-_is_command = (getattr(sys, "argv", None) or [""])[0].endswith(("catalogue", "-m"))  # which says it itself
-if not _is_command and (_other := other_distribution()):
+if not IS_COMMAND and (_other := other_distribution()):  # the command says it itself
     import warnings
 
     warnings.warn(_other, stacklevel=2)

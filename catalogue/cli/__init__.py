@@ -7,31 +7,52 @@ the command is called for, or listed; it imports `api` and what lies below, late
 
 from __future__ import annotations
 
+import logging
 import os
+import signal
 import sys
 import threading
 import warnings
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 import click
 
+from .. import interrupt
 from ..errors import CatalogueError, InvalidRequest, PluginError, printable, quoted, shortened
 from ..folders import other_distribution
 
 #: Not there where another package has put its own `__init__` in the place of ours, which `main` tells of.
 VERSION = getattr(sys.modules[__name__.rpartition(".")[0]], "__version__", "unknown")
-#: Exit codes after Ctrl-C, and where the reader of our output has gone.
-INTERRUPTED, UNREAD = 130, 141
+#: Exit code where the reader of our output has gone.
+UNREAD = 141
 #: Letters of an error, at most: a name that is too long for a file is too long for a line.
 LINE = 1000
 
 
 def main() -> None:
     """Run the command line; every expected error is one line on standard error and a documented exit code."""
+    guarded = signal.getsignal(signal.SIGINT) is interrupt.end
+    try:
+        code = _outcome(guarded)
+    except KeyboardInterrupt:  # once more, while the first was told of
+        code = interrupt.INTERRUPTED
+    if guarded:
+        signal.signal(signal.SIGINT, interrupt.end)
+        if code == interrupt.INTERRUPTED:  # at once: of a Ctrl-C in `exec` Python remembers to die at its end
+            with suppress(OSError, ValueError):
+                sys.stdout.flush()
+            os._exit(code)
+    if "catalogue.plugin.registry" in sys.modules and sys.stdout is not sys.__stdout__ and _is_file(sys.stdout):
+        sys.stdout = sys.stderr  # what a plugin prints at the very end is no answer
+    sys.exit(code)
+
+
+def _outcome(guarded: bool) -> int:
+    """Run the command, tell what went wrong, and return the exit code; what is `guarded` ends at once until then."""
     _keep_standard_output()
     # The matrices are small: more threads of linear algebra cost more than they bring.  NumPy reads this when imported.
     for name in ("OMP", "OPENBLAS", "MKL"):
@@ -39,7 +60,12 @@ def main() -> None:
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:  # closed by who called us
             setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115  # for good
+    sys.unraisablehook = _interrupt_again
+    assert logging.lastResort is not None  # of Python's own
+    logging.lastResort.addFilter(_is_no_interrupt)
     try:
+        if guarded:
+            signal.signal(signal.SIGINT, signal.default_int_handler)
         other = other_distribution()
         if other and (VERSION == "unknown" or sys.argv[1:2] != ["doctor"]):  # which says it among the rest
             raise PluginError(other)
@@ -50,7 +76,7 @@ def main() -> None:
         code = _told(str(error), error.exit_code)
     except (KeyboardInterrupt, click.Abort) as error:
         where = f" in {error}" if str(error) else ""
-        code = _told(f"interrupted{where}; what was finished is kept", INTERRUPTED)
+        code = _told(interrupt.TOLD.replace(";", f"{where};"), interrupt.INTERRUPTED)
     except BrokenPipeError:
         code = _unwritten(UNREAD)
     except OSError as error:
@@ -60,9 +86,7 @@ def main() -> None:
         code = _told(f"{quoted(error.object)} is no text that can be read or written here", InvalidRequest.exit_code)
     except MemoryError:
         code = _told("there is not enough memory: ask for less at once", InvalidRequest.exit_code)
-    if "catalogue.plugin.registry" in sys.modules and sys.stdout is not sys.__stdout__ and _is_file(sys.stdout):
-        sys.stdout = sys.stderr  # what a plugin prints at the very end is no answer
-    sys.exit(code)
+    return code
 
 
 def _told(text: str, code: int) -> int:
@@ -124,12 +148,22 @@ class Commands(click.Group):
             told = f"{error.format_message()} It may be one of a command that has to be named first: {named}."
             raise click.UsageError(told, ctx) from None
 
+    def make_context(self, *args: Any, **more: Any) -> click.Context:
+        with _without_an_empty_line():
+            return super().make_context(*args, **more)
+
     def invoke(self, ctx: click.Context) -> Any:
-        """Run the command; `main` tells of Ctrl-C, without the empty line that click would print before."""
-        try:
+        with _without_an_empty_line():
             return super().invoke(ctx)
-        except KeyboardInterrupt as error:
-            raise click.Abort(*error.args) from None
+
+
+@contextmanager
+def _without_an_empty_line() -> Iterator[None]:
+    """Let `main` tell of Ctrl-C, before which click would print one."""
+    try:
+        yield
+    except KeyboardInterrupt as error:
+        raise click.Abort(*error.args) from None
 
 
 FIND = Commands(
@@ -165,7 +199,6 @@ def app() -> None:
 def run() -> int:
     """Run the command of `sys.argv`; warnings of plugins become lines on standard error."""
     warnings.showwarning = lambda message, *_, **__: print(printable(f"catalogue: {message}"), file=sys.stderr)
-    sys.unraisablehook = _interrupt_again
     try:
         return app.main(prog_name="catalogue", standalone_mode=False) or 0
     except click.ClickException as error:
@@ -189,6 +222,12 @@ def _is_file(stream: Any) -> bool:
         return bool(stream.fileno() >= 0)
     except (AttributeError, OSError, ValueError):
         return False
+
+
+def _is_no_interrupt(record: logging.LogRecord) -> bool:
+    """Return whether what is logged, where nobody asked for a log, is not a Ctrl-C that came while a connection was
+    closed: it is raised as well."""
+    return not (record.exc_info and isinstance(record.exc_info[1], KeyboardInterrupt))
 
 
 def _interrupt_again(unraisable: Any, told: Callable[[Any], object] = sys.unraisablehook) -> None:

@@ -1,0 +1,32 @@
+"""Ctrl-C while the command is being imported, or ends: one line, and the documented exit code.
+
+What comes before `cli.main` takes half a second, in which Python would show where it was.  So this module is imported
+before all others, and imports nothing that takes time.
+"""
+
+import sys
+from _signal import SIG_IGN, SIGINT, default_int_handler, getsignal, signal  # type: ignore[import-not-found]  # `signal` itself takes time
+from atexit import register
+from os import _exit, write
+
+#: Exit code after Ctrl-C.
+INTERRUPTED = 130
+TOLD = "interrupted; what was finished is kept"
+_CALLED = (getattr(sys, "argv", None) or [""])[0].replace("\\", "/").rpartition("/")[2]
+#: Whether this process is the command ``catalogue``, or ``python -m catalogue``.
+IS_COMMAND = _CALLED.removesuffix(".exe") == "catalogue" or (
+    _CALLED == "-m" and any(word.endswith("catalogue") for word in sys.orig_argv)
+)
+
+
+def end(*_: object) -> None:
+    """End this process at once."""
+    try:
+        write(2, f"catalogue: {TOLD}\n".encode())
+    finally:
+        _exit(INTERRUPTED)
+
+
+if IS_COMMAND and getsignal(SIGINT) is default_int_handler:  # not where a shell lets Ctrl-C be ignored
+    signal(SIGINT, end)
+    register(signal, SIGINT, SIG_IGN)  # the last that is called: of an answered command nothing is left to interrupt
