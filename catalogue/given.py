@@ -71,22 +71,35 @@ def switch(name: str, value: Any) -> bool:
     return bool(value)
 
 
+def listed(given: Any) -> list[Any] | None:
+    """Return the parts of a sequence, or of anything else that has parts; None of one thing: a number, a text, a
+    mapping, an array without a dimension."""
+    if isinstance(given, str | bytes | Mapping):
+        return None
+    try:
+        return list(given)
+    except TypeError:
+        return None
+
+
 def names(name: str, given: Any) -> tuple[str, ...]:
     """Return one name, of a folder too, or several as a tuple; `InvalidRequest` for anything else."""
-    found = []
-    for one in _each(given) if not isinstance(given, str | Mapping) else (given,):
-        if not isinstance(one, str | PathLike):
-            raise InvalidRequest(f"{name} must be a name or a sequence of names, not {quoted(one)}")
-        found.append(str(one))
-    return tuple(found)
+    several = listed(given)
+    found = [given] if several is None else several
+    if wrong := [one for one in found if not isinstance(one, str | PathLike)]:
+        raise InvalidRequest(f"{name} must be a name or a sequence of names, not {quoted(wrong[0])}")
+    return tuple(str(one) for one in found)
 
 
-def _each(given: Any) -> Iterable[Any]:
-    """Return what something holds, or itself if it holds nothing."""
+def complexes(name: str, given: Any) -> npt.NDArray[np.complex128]:
+    """Return one point x + iy or an array of them; `InvalidRequest` unless their coordinates are finite numbers."""
     try:
-        return iter(given)
-    except TypeError:
-        return (given,)
+        found = np.asarray(given, dtype=complex)
+    except (TypeError, ValueError, OverflowError):
+        found = np.full((), np.nan, complex)
+    if not np.isfinite(found).all():
+        raise InvalidRequest(f"{name} must be x + iy with finite coordinates, or an array of such, not {quoted(given)}")
+    return found
 
 
 def doubles(given: Any) -> npt.NDArray[np.float64]:

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidRequest
+from ..errors import InvalidRequest, quoted
+from ..given import switch
 from ..paper import FORMATS, kind_of, write, write_bytes
 from .moving_file import moving_file
 
@@ -42,7 +43,10 @@ def draw(
     unit: str = "mm", scale: str | None = None, code: str = "",
 ) -> Any:  # fmt: skip
     """Draw a guide; see `catalogue.Candidate.plot`."""
+    moving = switch("moving", moving)
     if ax is not None:
+        if not hasattr(ax, "set_xlim"):
+            raise InvalidRequest(f"ax must be axes of matplotlib, not {quoted(ax)}")
         from .sheet import onto
 
         if file is not None or moving:

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidRequest
-from ..given import switch
+from ..errors import InvalidRequest, quoted
+from ..given import complexes, switch
 from ..guidance.sensitivity import sensitivity
 from ..kinematics.types import Complexes, Floats
 from ..problem.request import CircularArc, Request, StraightLine
@@ -145,7 +145,7 @@ class Candidate(PlacedGuide):
     def drawn_motion(
         self, samples: int, *, whole: bool = False, points: Mapping[str, Any] | None = None
     ) -> tuple[GuideMotion, bool]:
-        if whole:
+        if switch("whole", whole):
             return super().drawn_motion(samples, whole=True, points=points)
         from ..kinematics.circuits import circuits
 
@@ -174,9 +174,18 @@ class Candidate(PlacedGuide):
 
     def off_nominal(self, z: Complexes) -> Floats:
         """Return the distances of places of the guided point (m,), from the start to the end of its stroke, from the
-        nominal, positive to the left."""
+        nominal, positive to the left.
+
+        Raises
+        ------
+        InvalidRequest
+            If they are no such row of finite places.
+        """
         from ..guidance.deviation_curve import from_circle
 
+        z = complexes("z", z)
+        if z.ndim != 1 or not len(z):
+            raise InvalidRequest(f"z must be places in a row, not {quoted(z)}")
         _, traced = self._trace
         fit = traced.fit
         if self.radius is None:

@@ -131,6 +131,8 @@ def measure(
     linkage = Linkage([one.pivots for one in every])
     point = np.array([complex(*one.guided) for one in every])
     limit = whole("limit", limit, 1)
+    if series is not None and not callable(series):
+        raise InvalidRequest(f"series must be a function that returns the series by code, not {quoted(series)}")
     if stroke is None and deviation is None:
         raise InvalidRequest("say over which stroke it is to be measured, or within which deviation")
     tolerance = None if deviation is None else positive("deviation", deviation)

@@ -18,7 +18,7 @@ from ..collections.results import CollectionCandidate
 from ..collections.spec import COLUMNS, Collection, Measured
 from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
-from ..given import names, whole
+from ..given import names, positive, whole
 from ..problem.request import CircularArc, Request, StraightLine
 from ..store import Database
 from ..store import SpecimenRow as Row
@@ -98,7 +98,7 @@ def find_in(
 
 def specimen(database: Database, collection: Collection, number: int, stroke: float) -> CollectionCandidate:
     """Return a stored specimen by its id, laid along a line or an arc; see `catalogue.Catalogue.specimen`."""
-    number = whole("id", number, 1)
+    number, stroke = whole("id", number, 1), positive("stroke", stroke)
     of = and_(Row.collection == collection.name, Row.id == number)
     rows = database.read(select(Row.kind, Row.parameters).where(of))
     if not len(rows["kind"]):

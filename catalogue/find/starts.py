@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin, measured
 from ..errors import InvalidRequest, quoted
+from ..given import listed
 from ..kinematics.linkage import SLIDING, Linkage
 from ..kinematics.types import Array
 from ..problem.constraints import Constraints
@@ -25,9 +26,9 @@ def start_batch(problem: Problem, guides: Iterable[Candidate]) -> CandidateBatch
         If one is no guide with a path, or pivots are given, which leave nothing to start from, or slots or returning
         points are asked for.
     """
-    if not isinstance(guides, Iterable) or isinstance(guides, str | bytes | Mapping):
+    every = listed(guides)
+    if every is None:
         raise InvalidRequest(f"starts are several guides, not {quoted(guides)}")
-    every = list(guides)
     if wrong := [one for one in every if not isinstance(one, Candidate)]:
         raise InvalidRequest(f"a search starts from answers, as find and measure give them, not {quoted(wrong[0])}")
     wanted = problem.constraints

@@ -10,7 +10,7 @@ from typing import Any, TypeAlias, TypedDict
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..given import doubles, names, number, positive, switch, whole
+from ..given import doubles, listed, names, number, positive, switch, whole
 from ..kinematics.types import Complexes, Floats, Mask
 from .request import digits
 
@@ -99,9 +99,9 @@ def zones(name: str, given: Any) -> tuple[Region, ...]:
     """Return regions given as a sequence of them, or one of them; `InvalidRequest` if they are none."""
     if isinstance(given, Region):
         return (given,)
-    if not isinstance(given, Iterable) or isinstance(given, str | bytes | Mapping):
+    found = listed(given)
+    if found is None:
         raise InvalidRequest(f"{name} must be a sequence of regions: x0, y0, x1, y1 or points of each")
-    found = list(given)
     if found and not any(isinstance(part, Region | Iterable) for part in found):  # numbers
         found = [found]
     return tuple(Region.of(name, z) for z in found)

@@ -80,7 +80,7 @@ def ends(start: Any, end: Any) -> dict[str, Any]:
         stroke = abs(way)
     except OverflowError:
         stroke = math.inf
-    return {"stroke": stroke, "start": here, "along": math.degrees(cmath.phase(way))}
+    return {"stroke": stroke, "start": here, "along": math.degrees(math.atan2(way.imag, way.real))}
 
 
 def point(name: str, value: Any) -> tuple[float, float]:

@@ -15,7 +15,7 @@ from ..curvature_theory.guided_elements import GuidedElements, guided_elements
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import path_singularity
 from ..errors import InvalidRequest, PluginError, PluginWarning, quoted
-from ..given import number, positive
+from ..given import complexes, number, positive
 from ..kinematics.linkage import FAMILIES, Linkage, LinkageLike
 from ..kinematics.types import Array, Floats, Mask
 from .membership import Membership, Memberships
@@ -134,14 +134,9 @@ class Classification(Sequence[Memberships]):
         InvalidRequest
             If a coordinate is NaN or infinite.
         """
-        try:
-            z = np.asarray(point, dtype=complex)
-        except (TypeError, ValueError, OverflowError):
-            z = np.full((), np.nan, complex)
-        if z.shape not in ((), (len(self),)) or not np.isfinite(z).all():
-            raise InvalidRequest(
-                f"point must be x + iy, or {len(self)} of them, with finite coordinates, not {quoted(point)}"
-            )
+        z = complexes("point", point)
+        if z.shape not in ((), (len(self),)):
+            raise InvalidRequest(f"point must be x + iy, or {len(self)} of them, not {quoted(point)}")
         return path_singularity(self.instant.linkage, z, pole=self.instant.pole)
 
     def to_pandas(self) -> pd.DataFrame:

@@ -92,7 +92,8 @@ WORDS = st.one_of(
 SCALARS = st.one_of(NUMBERS, WORDS, st.none(), st.booleans(), st.binary(max_size=4), st.complex_numbers())
 ARRAYS = st.sampled_from(
     [np.zeros(0), np.zeros((3, 3)), np.array(["a"]), np.array([1j]), np.ones((1, 2, 2, 3)), np.full((2, 2, 2), np.nan),
-     np.array([None]), np.zeros((0, 2, 2, 3)), np.arange(4), np.array(7), np.zeros((2, 2, 2, 2, 3))]
+     np.array([None]), np.zeros((0, 2, 2, 3)), np.arange(4), np.array(7), np.zeros((2, 2, 2, 2, 3)), np.array("x"), np.array(None),
+     np.ma.masked, np.ma.masked_less(np.arange(4.0), 2)]
 )  # fmt: skip
 ANYTHING = st.recursive(
     st.one_of(SCALARS, ARRAYS, st.sampled_from([object(), int, LINE])),
@@ -175,7 +176,7 @@ def _keywords(names: Any) -> Any:
 
 
 FIND = (*ConstraintArguments.__annotations__, "limit", "rank_by", "per_series", "distinct", "effort", "refine",
-        "cognates", "round_to", "desires")  # fmt: skip
+        "cognates", "round_to", "desires", "starts")  # fmt: skip
 Target = Callable[[catalogue.Catalogue, Any], Any]
 
 
@@ -205,7 +206,7 @@ TARGETS: dict[str, tuple[Any, Target]] = {
     "guide": (st.tuples(LINKAGES, ANYTHING | PAIR | st.none()), lambda _, k: _all_of(catalogue.guide(*k))),
     "guide name": (ANYTHING | WORDS, lambda _, k: repr(catalogue.guide(OWN, name=k))),
     "motion": (_keywords(("samples", "points", "driver")), lambda _, k: MINE.motion(**{"samples": 5} | k)),
-    "measure": (st.tuples(ANYTHING | st.just(MINE), _keywords(("stroke", "deviation", "arc", "radius", "limit"))),
+    "measure": (st.tuples(ANYTHING | st.just(MINE), _keywords(("stroke", "deviation", "arc", "radius", "limit", "series"))),
                 lambda _, k: catalogue.measure(k[0], **{"stroke": 120} | k[1])),
     "improve": (st.tuples(ANYTHING | st.just(LINE), _keywords(("hold", "rank_by", "effort", "within", "in_place", *FIND))),
                 lambda _, k: catalogue.improve(MINE, k[0], **k[1])),
@@ -214,6 +215,8 @@ TARGETS: dict[str, tuple[Any, Target]] = {
                     lambda opened, k: opened.find_dwells(StandStill(40, 1, 20), **k)),
     "find in": (_keywords(("name", "request", "limit", "rank_by", "families", "series", "where", "quiet")),
                 lambda opened, k: opened.find_in(**{"name": "spatial-guidance", "request": LINE} | k)),
+    "specimen": (_keywords(("name", "number", "stroke")),
+                 lambda opened, k: opened.specimen(**{"name": "spatial-guidance", "number": 1} | k)),
     "build": (_keywords(("count", "seed", "processes", "series", "report")), lambda opened, k: opened.build(**k)),
     "build collection": (_keywords(("name", "count", "seed", "report")),
                          lambda opened, k: opened.build_collection(**{"name": "spatial-guidance"} | k)),
@@ -225,6 +228,9 @@ TARGETS: dict[str, tuple[Any, Target]] = {
     "Candidate.path": (ANYTHING | NUMBERS | st.integers(2, 200), lambda opened, k: _first(opened).path(k)),
     "Candidate.motion": (_keywords(("samples", "points", "driver", "whole")), lambda opened, k: _first(opened).motion(**{"samples": 5} | k)),
     "Candidate.plot": (ANYTHING | WORDS | WORDS.map("{}.svg".format), lambda opened, k: _first(opened).plot(k)),
+    "Candidate.plot by keyword": (_keywords(("file", "ax", "moving", "unit", "scale")), lambda opened, k: _first(opened).plot(**k)),
+    "Candidate.off_nominal": (ANYTHING | NUMBERS | PAIR, lambda opened, k: _first(opened).off_nominal(k)),
+    "Candidate.drawn_motion": (_keywords(("samples", "points", "whole")), lambda opened, k: _first(opened).drawn_motion(**{"samples": 5} | k)),
     "open": (_keywords(("path", "plugins", "build", "quiet")), lambda opened, k: _opened(opened, k)),
 }  # fmt: skip
 
