@@ -194,6 +194,7 @@ def test_returning_guides_are_found_and_are_what_they_say(
     for c in found:
         assert c.deviation <= 0.4
         assert c.radius == radius
+        assert c.gap is c.alternations is None  # what is not refined is not certified
         rest = complex(*c.guided)
         assert min(abs(rest), abs(rest - 30)) < 1e-9
         assert measured(naive, c) == pytest.approx(c.deviation, rel=2e-2)

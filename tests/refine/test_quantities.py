@@ -19,8 +19,9 @@ from catalogue.guidance.minimum_zone import grid
 from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian
 from catalogue.kinematics.linkage import RR, Linkage
 from catalogue.kinematics.types import Array
+from catalogue.problem.constraints import Region
 from catalogue.problem.problem import Problem
-from catalogue.refine.quantities import NONE, Pieces, Quantities
+from catalogue.refine.quantities import NONE, Pieces, Quantities, outside
 from tests.refine.starts import problem_of, started
 
 STEP = 1e-6
@@ -139,15 +140,28 @@ def test_the_largest_piece_is_the_measure(small: Catalogue, wish: dict[str, Any]
     np.testing.assert_allclose(-at.pieces("transmission", told).value.max(1), told / 90, rtol=1e-12, atol=1e-15)
 
 
+def test_a_region_is_the_same_whichever_way_round_it_is_given() -> None:
+    """Of a convex one all sides are said, of a bent one the nearest alone."""
+    x, y = np.random.default_rng(0).uniform(-2, 2, (2, 50))
+    z = x + 1j * y
+    for corners, rows in (([(-1, -1), (1, -1), (1.5, 0.5), (0, 1)], 4), (POLYGON, 1)):
+        ways = (outside(Region.of("a", c), z, 0) for c in (corners, corners[::-1]))
+        one, other = (sorted(way, key=lambda row: float(row[0][0])) for way in ways)
+        assert len(one) == len(other) == rows
+        for (far, by), (too, slope) in zip(one, other, strict=True):
+            np.testing.assert_allclose(far, too, rtol=1e-12, atol=1e-14)
+            np.testing.assert_allclose(by, slope, rtol=1e-12, atol=1e-14)
+
+
 @pytest.mark.parametrize("inside", [(-0.5, -0.5, 1.6, 0.5), POLYGON], ids=["box", "polygon"])
 def test_pivots_stand_outside_as_far_as_the_pieces_say(small: Catalogue, inside: Any) -> None:
     problem = problem_of(LINE, pivots_in=inside)
     found = started(small, problem_of(LINE), 20)
-    outside = np.maximum(Stations(problem, found).pieces("pivots_in").value, 0).max(1)
+    far = np.maximum(Stations(problem, found).pieces("pivots_in").value, 0).max(1)
     amount = feasibility(problem, found).amounts["pivots_in"]
-    np.testing.assert_array_equal(outside > 1e-12, amount > 1e-12)
-    assert (outside <= amount + 1e-12).all(), "one side of one pivot is no more than all of them"
-    assert (outside > 0).any()
+    np.testing.assert_array_equal(far > 1e-12, amount > 1e-12)
+    assert (far <= amount + 1e-12).all(), "one side of one pivot is no more than all of them"
+    assert (far > 0).any()
 
 
 @pytest.mark.parametrize("slots", [False, True])

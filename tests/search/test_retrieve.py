@@ -88,15 +88,18 @@ def test_a_guide_that_meets_the_constraint_has_no_penalty(
     assert (merit[~holds] > free[~holds]).all()
 
 
+@pytest.mark.parametrize("name", ["fixed_pivots_in", "pivots_in"])
 @pytest.mark.parametrize(("request_", "ways"), [(LINE, 4), (ARC, 2)], ids=["line", "arc"])
-def test_a_box_is_no_penalty_if_the_pivots_stand_in_it_in_some_way(small: Catalogue, request_: Any, ways: int) -> None:
-    """The stored box of the fixed pivots, turned round and mirrored by hand."""
-    region = (-0.3, 0.1, 1.5, 1.4)
-    plain, wanted = asked(request_), asked(request_, fixed_pivots_in=region)
+def test_a_box_is_no_penalty_if_the_pivots_stand_in_it_in_some_way(
+    small: Catalogue, request_: Any, ways: int, name: str
+) -> None:
+    """The stored box of the fixed pivots, or of all, turned round and mirrored by hand."""
+    plain, wanted = asked(request_), asked(request_, **{name: (-0.3, 0.1, 1.5, 1.4)})
     found = stored_reaches(plain, small.database)
     free, stretch = estimate(plain, found)
     merit, _ = estimate(wanted, found)
-    x0, y0, x1, y1 = (found.fixed_box / stretch[:, None]).T
+    stored = found.fixed_box if name == "fixed_pivots_in" else found.box
+    x0, y0, x1, y1 = (stored / stretch[:, None]).T
     holds = np.zeros(len(found), bool)
     for right, up in ((1, 1), (-1, 1), (1, -1), (-1, -1))[:ways]:
         x, y = 0.5 + right * np.array([x0, x1]), up * np.array([y0, y1])

@@ -108,8 +108,8 @@ def test_same_batch_is_not_written_twice(database: Database, connection: Connect
         ({"size": 0.0}, sqlite3.IntegrityError),
         ({"sweep": [0.0]}, ValueError),
         ({"length": 1.0}, KeyError),
-        ({"guide": np.full(24, 8)}, ValueError),
-        ({"guide": np.full(24, -1)}, ValueError),
+        ({"guide": np.r_[8, np.arange(23) % 8]}, ValueError),
+        ({"guide": np.r_[np.arange(23) % 8, -1]}, ValueError),
     ],
     ids=["broken rule", "short column", "unknown column", "guide past the end", "guide before the start"],
 )
