@@ -189,10 +189,11 @@ def pair(name: str, given: Any, parts: str) -> tuple[Any, Any]:
 
 
 def text(name: str, given: Any) -> str:
-    """Return a text that can be shown; `InvalidRequest` for anything else, and for half a character."""
+    """Return a text; `InvalidRequest` for anything else, and unless it is one line without control characters, which a
+    terminal would obey, and without half a character, which nothing can show."""
     found: str = instance(name, given, str)
-    if not found.isascii() and any("\ud800" <= c <= "\udfff" for c in found):
-        raise InvalidRequest(f"{name} has half a character, which nothing can show: {quoted(found)}")
+    if not found.isprintable():
+        raise InvalidRequest(f"{name} must be one line of printable text, not {quoted(found)}")
     return found
 
 

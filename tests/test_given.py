@@ -86,7 +86,7 @@ def test_objects_are_taken_by_their_type() -> None:
         (lambda: several("x", [5], str), "each of x must be of type str, not 5"),
         (lambda: pair("x", 5, "a point and a name"), "x must be a point and a name, not 5"),
         (lambda: choice("x", ["a"], ("a", "b")), "x must be one of 'a', 'b', not ['a']"),
-        (lambda: text("x", "\ud800"), "x has half a character, which nothing can show: '\\ud800'"),
+        (lambda: text("x", "\ud800"), "x must be one line of printable text, not '\\ud800'"),
         (lambda: whole("x", 5, 0, 4), "x must be at most 4, not 5"),
         (lambda: Stake(5), "Stake.name must be of type str, not 5"),  # type: ignore[arg-type]  # what is tried
         (lambda: Stake("a", "b"), "Stake.height must be a number, not 'b'"),  # type: ignore[arg-type]

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import sqlite3
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import closing, contextmanager
@@ -20,7 +21,8 @@ from typing import TYPE_CHECKING, Any
 from .. import __version__
 from ..errors import InvalidRequest, quoted
 from ..folders import answers_file, replacing
-from ..given import number, positive
+from ..given import number, positive, switch, whole
+from ..given import text as printable
 from ..kinematics.linkage import Linkage
 from ..problem.request import point
 from .candidate import Candidate
@@ -54,7 +56,7 @@ def remember(answers: Sequence[Answer]) -> list[str]:
     InvalidRequest
         If the file of answers cannot be written; nothing else is lost by that.
     """
-    records = [json.dumps(record(one), sort_keys=True, allow_nan=False) for one in answers]
+    records = [text_of(record(one)) for one in answers]
     codes = []
     with _opened(write=True) as file, file:
         for text in records:
@@ -113,7 +115,7 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
         held = json.loads(found[0])
     except (TypeError, ValueError, RecursionError):
         raise InvalidRequest(f"the answer {code} is damaged: what is kept of it is no JSON") from None
-    return answer(held, collection)
+    return answer({**held, "code": code} if isinstance(held, dict) else held, collection)
 
 
 def save(answers: Sequence[Answer], path: str | Path) -> None:
@@ -124,7 +126,9 @@ def save(answers: Sequence[Answer], path: str | Path) -> None:
     InvalidRequest
         If the file cannot be written.
     """
-    held = {"format": FORMAT, "version": __version__, "answers": [record(one) for one in answers]}
+    every = [record(one) for one in answers]
+    every = [{"code": code_of(text_of(one)), **one} for one in every]
+    held = {"format": FORMAT, "version": __version__, "answers": every}
     path = Path(path)
     try:
         with replacing(path) as part:
@@ -165,20 +169,37 @@ def record(one: Answer) -> dict[str, Any]:
     return {"kind": type(one).__name__, **held}
 
 
+def text_of(held: dict[str, Any]) -> str:
+    """Return a record as text, of which its code is a digest."""
+    return json.dumps(held, sort_keys=True, allow_nan=False)
+
+
 def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None = None) -> Answer:
-    """Return the answer that a record is of."""
+    """Return the answer that a record is of.
+
+    Raises
+    ------
+    InvalidRequest
+        If it is of none, is not what its code was made of, or says what a measurement of its mechanism does not give.
+    """
+    from . import measured_again
     from .measure import Stretch
 
     kinds: dict[str, Any] = {c.__name__: c for c in (Candidate, Stretch, OwnGuide, DwellCandidate)}
     try:
         values = dict(held)
+        code = values.pop("code", None)
+        if code is not None and code != code_of(text_of(values), len(str(code))):
+            raise InvalidRequest(f"it is not that of its code {quoted(code)}: it was changed")
         kind = values.pop("kind", None)
         if kind == "CollectionCandidate":
             return _of_collection(values, collection)
         if "_window" in values:
             values["_window"] = tuple(values["_window"])
-        return _sound(kinds[str(kind)](**values))
-    except (KeyError, TypeError, ValueError) as error:
+        one = _sound(kinds[str(kind)](**values))
+        measured_again.check(one)
+        return one
+    except (LookupError, TypeError, ValueError, ArithmeticError) as error:
         raise InvalidRequest(f"an answer is damaged, or of another version than {__version__}: {error}") from None
 
 
@@ -188,12 +209,17 @@ def _sound(one: Answer) -> Answer:
         value = getattr(one, f.name)
         if value is None and "None" in str(f.type):
             continue
-        if f.name == "stroke":
+        if f.name in ("stroke", "radius"):
             positive(f.name, value)
-        elif str(f.type).startswith(("float", "int")):
-            number(f.name, value)
-        elif f.type == "str" and not isinstance(value, str):
-            raise InvalidRequest(f"{f.name} must be a text, not {quoted(value)}")
+        elif str(f.type).startswith("int"):
+            whole(f.name, value, 0)
+        elif str(f.type).startswith("float"):
+            if not math.isfinite(number(f.name, value)):
+                raise InvalidRequest(f"{f.name} must be finite, not {quoted(value)}")
+        elif str(f.type).startswith("str"):
+            printable(f.name, value)
+        elif f.type == "bool":
+            switch(f.name, value)
         elif f.name in ("guided", "pole", "start", "joint", "pivot"):
             point(f.name, value)
         elif str(f.type).startswith("list") and not isinstance(value, list):
@@ -205,12 +231,15 @@ def _sound(one: Answer) -> Answer:
 
 def _of_collection(values: dict[str, Any], collection: Callable[[str], Collection] | None) -> CollectionCandidate:
     from ..collections.results import CollectionCandidate
+    from .specimens import check
 
     if collection is None:
         raise InvalidRequest("this answer is of a collection: ask an open catalogue for it")
     named = {f.name: values[f.name] for f in fields(CollectionCandidate)}
     named |= {"collection": collection(values["collection"]), "special": tuple(values["special"])}
-    return CollectionCandidate(**named)
+    one = CollectionCandidate(**named)
+    check(one)
+    return one
 
 
 @contextmanager

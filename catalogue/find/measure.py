@@ -308,11 +308,7 @@ def _rows(
         "nearest_series": codes,
         "residual": residual,
     }
-    driver = np.nan_to_num(columns["driver"]).astype(int)
-    z = ends(curve, traced).points.reshape(2, n, 2, 2)[:, np.arange(n), np.maximum(driver - 1, 0)]
-    turned = np.degrees(np.angle((z[..., 1] - z[..., 0]) * at.frames.direction))
-    turned = np.where(driver > 0, turned, np.nan)
-    columns |= {"drive_from": turned[0], "drive_to": turned[1]}
+    columns |= driven(curve, traced, columns["driver"], at.frames)
     window = np.stack([traced.low, traced.high], axis=1).tolist()
     more = [{"_window": (low, high)} for low, high in window]
     rows = listed(Stretch, curve.linkage, curve.point, nothing + 0j, at.frames, columns, more)
@@ -320,6 +316,15 @@ def _rows(
     for i, one in enumerate(rows):
         one.__dict__["lengths"] = {name: float(v[i]) for name, v in lengths.items() if not np.isnan(v[i])}
     return rows
+
+
+def driven(curve: CircuitCurve, traced: Traced, driver: Floats, frames: Frames) -> dict[str, Floats]:
+    """Return the angles of the driving cranks, NaN for none, at the start and the end of the path, by name [deg]."""
+    n, number = len(curve), np.nan_to_num(driver).astype(int)
+    z = ends(curve, traced).points.reshape(2, n, 2, 2)[:, np.arange(n), np.maximum(number - 1, 0)]
+    turned = np.degrees(np.angle((z[..., 1] - z[..., 0]) * frames.direction))
+    turned = np.where(number > 0, turned, np.nan)
+    return {"drive_from": turned[0], "drive_to": turned[1]}
 
 
 def _nearest(at: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tuple[Array, Floats]:

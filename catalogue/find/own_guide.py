@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from ..errors import InvalidLinkage, InvalidRequest, quoted
+from ..errors import InvalidLinkage, InvalidRequest
+from ..given import text
 from ..kinematics.linkage import Linkage
 from ..problem.request import point as two_numbers
 from .placed import PlacedGuide
@@ -60,8 +61,7 @@ def guide(linkage: Any, point: Any = None, *, name: str = "") -> OwnGuide:
     """
     from ..kinematics.from_lengths import guide_from_lengths
 
-    if not isinstance(name, str):
-        raise InvalidRequest(f"name must be a text, not {quoted(name)}")
+    name = text("name", name)
     if isinstance(linkage, Mapping):
         one, at = guide_from_lengths(linkage)
     else:

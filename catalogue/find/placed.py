@@ -285,11 +285,9 @@ class PlacedGuide:
     def code(self) -> str:
         """Letters and digits that tell this guide from all others; by them it is picked up again once it has been
         remembered, see `Results.remember`."""
-        import json
+        from .answers import code_of, record, text_of
 
-        from .answers import code_of, record
-
-        return code_of(json.dumps(record(self), sort_keys=True, allow_nan=False))
+        return code_of(text_of(record(self)))
 
     def measure(self, **asked: Any) -> Measured:
         """Return where the guided point runs straightest, or nearest to a circle; see `catalogue.measure`."""

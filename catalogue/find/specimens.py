@@ -19,6 +19,7 @@ from ..collections.spec import COLUMNS, Collection, Measured
 from ..errors import InvalidRequest, PluginError, quoted
 from ..foreign_code import checked_text, foreign
 from ..given import names, positive, whole
+from ..given import number as a_number
 from ..problem.request import CircularArc, Request, StraightLine
 from ..store import Database
 from ..store import SpecimenRow as Row
@@ -96,19 +97,71 @@ def find_in(
     return CollectionResults(found, search, collection=collection)
 
 
-def specimen(database: Database, collection: Collection, number: int, stroke: float) -> CollectionCandidate:
+def specimen(database: Database, collection: Collection, id: int, stroke: float) -> CollectionCandidate:
     """Return a stored specimen by its id, laid along a line or an arc; see `catalogue.Catalogue.specimen`."""
-    number, stroke = whole("id", number, 1), positive("stroke", stroke)
-    of = and_(Row.collection == collection.name, Row.id == number)
+    id, stroke = whole("id", id, 1), positive("stroke", stroke)
+    of = and_(Row.collection == collection.name, Row.id == id)
     rows = database.read(select(Row.kind, Row.parameters).where(of))
     if not len(rows["kind"]):
-        raise InvalidRequest(f"{collection.name} has no specimen {number}; `find --collection` lists ids")
+        raise InvalidRequest(f"{collection.name} has no specimen {id}; `find --collection` lists ids")
     nominal = StraightLine if rows["kind"][0] == "line" else CircularArc
-    search = _Search(database, collection, nominal(stroke, deviation=0.1 * stroke), [], {})
-    [measured] = search.measured([*database.objects(rows["parameters"])])
-    if measured.reason:
-        raise InvalidRequest(f"specimen {number} of {collection.name} cannot be laid there: {measured.reason}")
-    return search.candidate(number, measured)
+    [found] = measured(collection, database.objects(rows["parameters"]), nominal(stroke, deviation=0.1 * stroke))
+    if found.reason:
+        raise InvalidRequest(f"specimen {id} of {collection.name} cannot be laid there: {found.reason}")
+    return _candidate(collection, id, stroke, found)
+
+
+def check(one: CollectionCandidate) -> None:
+    """Raise `InvalidRequest` if an answer says what a measurement of its mechanism does not give."""
+    stroke, arc, _ = positive("stroke", one.stroke), one.radius is not None, whole("id", one.id, 0)
+    request = CircularArc(stroke, 0.1 * stroke, one.radius) if arc else StraightLine(stroke, 0.1 * stroke)
+    try:
+        [found] = measured(one.collection, [one.parameters], request)
+        again = one if found.reason else _candidate(one.collection, one.id, stroke, found)
+    except PluginError as error:  # of parameters that are none
+        raise InvalidRequest(str(error)) from None
+    told, numbers = ({"deviation": c.deviation, **c.metrics} for c in (one, again))
+    tags, known = ((c.family, c.series, c.configuration, c.special) for c in (one, again))
+    wrong = [
+        k for k, v in numbers.items() if not abs(a_number(k, told.get(k)) - v) <= 2 * SLACK * abs(v) + 1e-9 * stroke
+    ]
+    if found.reason or tags != known or told.keys() != numbers.keys() or wrong:
+        what = f"its {wrong[0]} is {told[wrong[0]]:g}, measured again {numbers[wrong[0]]:g}" if wrong else found.reason
+        raise InvalidRequest(what or f"it is {known}, not {tags}")
+
+
+@contextmanager
+def asked(collection: Collection, what: str) -> Iterator[None]:
+    """Run a function of a collection; what is wrong with it names the collection and its file."""
+    try:
+        with foreign(f"collection {collection.name}"):
+            yield
+    except PluginError as error:
+        raise PluginError(f"collection {collection.name} cannot be {what}: {error} ({collection.origin})") from error
+
+
+def measured(collection: Collection, stored: Sequence[Any], request: Request) -> list[Measured]:
+    """Return what mechanisms, given by their parameters, do on their finite motion."""
+    with asked(collection, "measured"):
+        found = list(collection.measure(deepcopy(stored), request))
+        for one in found:
+            collection.measures(one)
+        if len(found) != len(stored):
+            raise PluginError(f"{len(found)} of {len(stored)} mechanisms were measured")
+    return found
+
+
+def _candidate(collection: Collection, number: int, stroke: float, m: Measured) -> CollectionCandidate:
+    """Return the answer that a measured mechanism is."""
+    with asked(collection, "classified"):
+        tags = collection.classify(deepcopy(m.parameters))
+        for tag in (tags.family, tags.series, tags.configuration, *tags.special):
+            checked_text("a tag", tag, 100)
+    metrics = {name: float(m.metrics[name]) for name in collection.metrics}
+    return CollectionCandidate(
+        number, collection, tags.family, tags.series, tags.configuration, tuple(tags.special), stroke,
+        float(m.deviation), m.radius, metrics, m.parameters,
+    )  # fmt: skip
 
 
 def _stored(name: str) -> ColumnElement[float]:
@@ -186,38 +239,21 @@ class _Search:
         """Return whether a specimen is one of the well-known cases that are asked for; count those that are not."""
         if not self.special:
             return True
-        with self.asked("classified"):
+        with asked(self.collection, "classified"):
             good = not set(self.special).isdisjoint(self.collection.classify(deepcopy(parameters)).special)
         self.others += not good
         return good
 
     def measured(self, stored: list[Any]) -> list[Measured]:
         """Return what a batch of specimens does on its finite motion."""
-        if not stored:
-            return []
-        with self.asked("measured"):
-            found = list(self.collection.measure(deepcopy(stored), self.request))
-            for one in found:
-                self.collection.measures(one)
-            if len(found) != len(stored):
-                raise PluginError(f"{len(found)} of {len(stored)} mechanisms were measured")
+        found = measured(self.collection, stored, self.request) if stored else []
         self.verified += len(found)
         return found
-
-    @contextmanager
-    def asked(self, what: str) -> Iterator[None]:
-        """Run a function of the collection; what is wrong with it names the collection and its file."""
-        try:
-            with foreign(f"collection {self.collection.name}"):
-                yield
-        except PluginError as error:
-            name, origin = self.collection.name, self.collection.origin
-            raise PluginError(f"collection {name} cannot be {what}: {error} ({origin})") from error
 
     def refined(self, found: list[CollectionCandidate]) -> list[CollectionCandidate | None]:
         """Return answers near those found that deviate less and are what was asked for too; None where none is."""
         assert self.collection.refine is not None  # who calls has looked
-        with self.asked("refined"):
+        with asked(self.collection, "refined"):
             moved = list(self.collection.refine([deepcopy(c.parameters) for c in found], self.request))
             if len(moved) != len(found):
                 raise PluginError(f"{len(moved)} of {len(found)} mechanisms were refined")
@@ -262,15 +298,7 @@ class _Search:
 
     def candidate(self, number: int, m: Measured) -> CollectionCandidate:
         """Return the answer that a stored specimen is."""
-        with self.asked("classified"):
-            tags = self.collection.classify(deepcopy(m.parameters))
-            for tag in (tags.family, tags.series, tags.configuration, *tags.special):
-                checked_text("a tag", tag, 100)
-        metrics = {name: float(m.metrics[name]) for name in self.collection.metrics}
-        return CollectionCandidate(
-            number, self.collection, tags.family, tags.series, tags.configuration, tuple(tags.special),
-            float(self.request.stroke), float(m.deviation), m.radius, metrics, m.parameters,
-        )  # fmt: skip
+        return _candidate(self.collection, number, float(self.request.stroke), m)
 
     def __str__(self) -> str:
         """Return what each bound excludes, what was verified, and for an empty answer the nearest miss."""

@@ -73,6 +73,34 @@ def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing:
     D stands at `centre`, (n,).  Tried are rockers about fixed pivots E, (n, m).  They are said to stand still within a
     band of the width `residual`; those that do not swing by `swing` are of no interest [deg].
     """
+    transmission, which, angle = _rocking(path, centre, pivot)
+    found = np.full((3, *pivot.shape), np.nan)
+    range_ = np.ptp(angle, axis=0)
+    full = np.abs(angle[-1] - angle[0]) > 180  # over a turn that ends where it began
+    range_[full] = np.nan
+    some = range_ >= swing
+    found[0][which] = range_
+    to = tuple(w[some] for w in which)
+    found[1][to], found[2][to] = _standing(angle[:, some], residual)
+    return Dwell(found[1], found[2], found[0], np.where(np.isnan(found[0]), np.nan, transmission))
+
+
+def strays(path: Array, centre: Complexes, pivot: Complexes, angle: float) -> Floats:
+    """Return the ranges [deg] of the angles of one rocker, arrays as of `dwells` with n = 1 and pivot (1,), over each
+    part of the turn that is so long [deg] and begins, ends or goes on about the reference position; NaN if none is."""
+    _, _, angles = _rocking(path, centre, pivot[:, None])
+    count, middle = len(path), len(path) // 2
+    steps = round(count * angle / 360)
+    if not 1 <= steps < count or not angles.shape[1]:
+        return np.full(1, np.nan)
+    near = angles[max(middle - steps - 1, 0) : middle + steps + 1, 0]
+    parts = np.lib.stride_tricks.sliding_window_view(near, steps + 1)
+    return np.asarray(np.ptp(parts, axis=1))
+
+
+def _rocking(path: Array, centre: Complexes, pivot: Array) -> tuple[Floats, tuple[Array, ...], Floats]:
+    """Return the least transmission angles (n, m), which rockers reach all the way round, and the angles (f, k) of
+    these; see `dwells`."""
     middle = len(path) // 2
     start = 0.5 * (path[middle - 1] + path[middle])
     rod, rocker = np.abs(start - centre)[:, None], np.abs(centre[:, None] - pivot)
@@ -88,15 +116,7 @@ def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing:
         foot = 0.5 * (square + rocker_**2 - rod_**2)
         joint = arm * (foot + 1j * side[which] * np.sqrt(square * rocker_**2 - foot**2)) / square
         angle = np.degrees(np.unwrap(np.angle(joint * place.conj()), axis=0))
-    found = np.full((3, *pivot.shape), np.nan)
-    range_ = np.ptp(angle, axis=0)
-    full = np.abs(angle[-1] - angle[0]) > 180  # over a turn that ends where it began
-    range_[full] = np.nan
-    some = range_ >= swing
-    found[0][which] = range_
-    to = tuple(w[some] for w in which)
-    found[1][to], found[2][to] = _standing(angle[:, some], residual)
-    return Dwell(found[1], found[2], found[0], np.where(np.isnan(found[0]), np.nan, transmission))
+    return transmission, which, angle
 
 
 def _standing(angle: Floats, residual: float) -> tuple[Floats, Floats]:

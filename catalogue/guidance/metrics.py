@@ -186,14 +186,16 @@ def measure(
     in_middle: bool = False,
     turning: bool = False,
     inverse: bool = False,
+    driver: Array | None = None,
 ) -> Measures:
     """Return the measures of traced guides.
 
     `in_middle`: the reference position is that of mid-stroke; else the pivots are interpolated there between the poses,
     which leaves a few thousandths of the size open.  `turning`: a crank must turn fully; it is the driver, where there
-    is one.  `inverse`: the guides are inversions of machines whose coupler carries a slot over a fixed point;
-    everything is that of these machines, along the same motion.  `max_arm` is then the distance of the middle of the
-    slot from the nearer moving pivot, and the boxes are those of the frame in which the slot stands in mid-stroke.
+    is one.  `driver`: numbers of the cranks that drive, 0 where the better one does.  `inverse`: the guides are
+    inversions of machines whose coupler carries a slot over a fixed point; everything is that of these machines, along
+    the same motion.  `max_arm` is then the distance of the middle of the slot from the nearer moving pivot, and the
+    boxes are those of the frame in which the slot stands in mid-stroke.
     """
     linkage, moving = guides.linkage, guides.motion
     point = guides.point + traced.shift
@@ -209,8 +211,9 @@ def measure(
             machine, pose = of_machine(linkage, pose)
             carried = [pose.point(z[:, i, 0]) for i in (0, 1)]
         turns = rotates(machine)
-        angle, driver, missed = transmission(machine, carried, pose.x, turns if turning else None)
-        drive_angle, rotation = _turned(machine, carried, pose.x, driver)
+        # the bit of a crank is its number
+        angle, drives, missed = transmission(machine, carried, pose.x, turns if turning else driver)
+        drive_angle, rotation = _turned(machine, carried, pose.x, drives)
         middle = _middle(path, traced)
         fixed = _finite(linkage, 0)
         now = np.stack([_at(m, middle) for m in at], axis=-1)
@@ -229,14 +232,17 @@ def measure(
         centre = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
         fixed, now = ((p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, now))
     found = Measures(
-        size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, driver, drive_angle, rotation,
+        size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, drives, drive_angle, rotation,
         turns, _box(fixed), _box(np.concatenate([fixed, now], axis=1)),
     )  # fmt: skip
     rough = np.flatnonzero(missed > MISSED)
     if not len(rough) or poses >= MOST:
         return found
     more = 4 * (poses - 1) + 1
-    finer = measure(guides[rough], traced[rough], more, in_middle=in_middle, turning=turning, inverse=inverse)
+    finer = measure(
+        guides[rough], traced[rough], more, in_middle=in_middle, turning=turning, inverse=inverse,
+        driver=None if driver is None else driver[rough],
+    )  # fmt: skip
     return put(found, rough, finer)
 
 

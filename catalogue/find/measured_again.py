@@ -1,0 +1,145 @@
+"""Answers that are read measured again: what a record says of its mechanism and a measurement does not is refused.
+
+Measured are the path, all numbers of its table and of its drive; of a dwell all of its numbers.  A record does not say
+whether its deviation is that from the best-placed line or arc or from the one that is named, nor whether its coupler
+carries a slot: it holds if one of these measurements gives all of its numbers.  What depends on a request (scores,
+allowances, gaps) or on where an answer comes from cannot be measured: a code tells of changes of these, see `answers`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ..candidates.batch import SHOWN
+from ..errors import InvalidRequest, quoted
+from ..guidance.circuit_curve import CircuitCurve, laid
+from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.dwell import dwells, strays, turned
+from ..guidance.fixed_nominal import Nominal, in_place
+from ..guidance.metrics import measure
+from ..guidance.placement import at_stroke
+from ..guidance.trace import Traced
+from ..problem.request import StraightLine
+from .candidate import Candidate
+from .columns import DWELL, LENGTH, STRETCH
+from .dwell_results import DwellCandidate
+from .measure import Stretch, driven
+from .results import Frames, measured_columns
+
+Numbers = Mapping[str, Any]
+
+#: By which part a number may be another than that which is measured again, on another grid than in the search.
+PART = 2e-3
+#: The same of numbers near zero: of lengths, in strokes and in parts of the largest coordinate; of others.
+OF_STROKE, OF_PLACES, OF_OTHERS = 1e-11, 1e-14, 1e-6
+#: Angles from the x axis: a full turn is nothing.
+DIRECTIONS = ("along", "drive_from", "drive_to")
+
+
+def check(one: Any) -> None:
+    """Raise `InvalidRequest` if an answer of planar guides says what a measurement of it does not give."""
+    ways: Iterator[Numbers] = iter(())
+    if isinstance(one, DwellCandidate):
+        ways = _of_dwell(one)
+    elif isinstance(one, Candidate):
+        ways = _of_candidate(one)
+    wrong = []
+    with np.errstate(all="ignore"):
+        for found in ways:
+            wrong.append(_difference(one, found))
+            if not wrong[-1]:
+                return
+    if wrong:
+        raise InvalidRequest(wrong[0])
+
+
+def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
+    """Return what of an answer is not as it was measured, in words; an empty text if all is."""
+    told = vars(one)
+    stroke, deviation = told.get("stroke", 1.0), told.get("deviation", 0.0)
+    far = max(np.abs(np.ravel(told[name])).max() for name in ("pivots", "guided", "start", "joint") if name in told)
+    close = OF_STROKE * stroke + OF_PLACES * float(far)
+    for name, value in found.items():
+        said = told[name]
+        if said is None:
+            continue  # it says nothing
+        if isinstance(value, str | list):
+            good = said == value
+        elif name == "start":
+            good = abs(complex(*said) - complex(*value)) <= close + deviation
+        elif name in DIRECTIONS:
+            off = (said - value + 180) % 360 - 180
+            good = abs(off) <= PART + np.degrees(2 * deviation / stroke)
+        else:
+            least = close if (STRETCH.get(name) or DWELL[name]).unit == LENGTH else OF_OTHERS
+            good = abs(said - value) <= least + PART * abs(value)
+        if not good:
+            again = "cannot be measured again" if value != value else f"measured again {quoted(value)}"
+            return f"its {name.replace('_', ' ')} is {quoted(said)}, {again}"
+    return ""
+
+
+def _of_candidate(one: Candidate) -> Iterator[Numbers]:
+    """Yield what may have been measured of a candidate: of the linkage, or of the machine with a slot of which it is
+    the inversion; the crank drives that the record names."""
+    driver = np.array([one.driver if one.driver in (1, 2) else 0])
+    for curve, traced, frames in _of_stretch(one) if isinstance(one, Stretch) else _of_path(one):
+        start = float(frames.start[0].real), float(frames.start[0].imag)
+        for slots in (False, True):
+            found = measure(curve, traced, in_middle=True, inverse=slots, driver=driver)
+            columns = measured_columns(curve, traced, found, frames, slots=slots)
+            if isinstance(curve, CircuitCurve):
+                columns |= driven(curve, traced, columns["driver"], frames)
+            turning, machine = columns.pop("rotates")[0], curve.linkage.inverted() if slots else curve.linkage
+            told = {name: float(values[0]) for name, values in columns.items()}
+            yield {"family": str(machine.family[0]), **told, "rotates": turning, "start": start}
+
+
+def _of_path(one: Candidate) -> Iterator[tuple[CouplerCurve, Traced, Frames]]:
+    """Yield a candidate laid from 0 to 1, traced along its best-placed line or arc, and along the one that it names."""
+    frame = StraightLine(one.stroke, 0.05 * one.stroke, (one.start[0], one.start[1]), one.along)
+    scale = frame.stroke * frame.direction
+    linkage = one.linkage.moved(1 / scale, -frame.origin / scale)
+    point, pole = (
+        np.array([(complex(*(place or (np.nan, np.nan))) - frame.origin) / scale]) for place in (one.guided, one.pole)
+    )
+    curve, arc = coupler_curve(linkage, point, pole=pole), one.radius is not None
+    radius = np.inf if one.radius is None else one.radius / one.stroke
+    bend = np.array([-1 / radius]) if arc else None
+    for best in (True, False):
+        if best:
+            traced = at_stroke(curve, 1.0, circle=arc, nodes=SHOWN, curvature=bend, exact=arc)
+        else:
+            traced = in_place(curve, Nominal(1.0, radius), SHOWN)
+        fit, back = traced.fit, traced.fit.along.real < 0
+        start, along = np.where(back, fit.start + fit.stroke * fit.along, fit.start), np.where(back, -1, 1) * fit.along
+        way, stroke = along * frame.direction, np.array([one.stroke])
+        yield curve, traced, Frames(stroke, scale * start + frame.origin, np.degrees(np.angle(way)), way)
+
+
+def _of_stretch(one: Stretch) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:
+    """Yield a stretch traced where it stands, laid from 0 to 1."""
+    curve, traced = one._traced()
+    fit = traced.fit
+    yield *laid(curve, traced), Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
+
+
+def _of_dwell(one: DwellCandidate) -> Iterator[Numbers]:
+    """Yield what is measured of a dwell over the turn of its crank; of the parts of the turn that are as long as the
+    dwell that in which the rocker strays as it says."""
+    from .dwells import FINE, diameter
+
+    linkage = one.linkage
+    point, joint, pivot = (np.array([complex(*place)]) for place in (one.guided, one.joint, one.pivot))
+    path, driving = turned(coupler_curve(linkage, point), np.array([one.driver]), FINE)
+    found, stray = dwells(path, joint, pivot[:, None], 1.0), strays(path, joint, pivot, one.angle)
+    yield {
+        "family": str(linkage.family[0]),
+        "residual": float(stray[np.abs(stray - one.residual).argmin()]),
+        "swing": float(found.swing[0, 0]),
+        "min_transmission": float(np.fmin(found.transmission[0, 0], driving[0])),
+        "size": diameter(np.array([*linkage.points[linkage.finite], *joint, *pivot]), path[:, 0]),
+    }
