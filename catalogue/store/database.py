@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import json
 import sqlite3
+import subprocess  # nosec B404
+import sys
 import weakref
-import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from decimal import Decimal
@@ -21,6 +22,7 @@ from ..folders import expanded
 from ..kinematics.linkage import Linkage, faults
 from ..kinematics.types import Array, Floats
 from . import engine as files
+from . import seal
 from .engine import IMPOSSIBLE, bring_up_to_date, database_errors, engine_for
 
 if TYPE_CHECKING:
@@ -232,8 +234,8 @@ class Database:
             if self._checked in ((*stamp, True), (*stamp, rules)):
                 return
             with closing(self._connect()) as connection:
-                sealed, digest = _seal(connection)
-                if sealed and sealed != digest:
+                (sealed,) = connection.execute("PRAGMA user_version").fetchone()
+                if sealed and sealed != _digest(connection, self.path):
                     raise sqlite3.DataError(f"{IMPOSSIBLE}it is not as it was written")
                 if not sealed and rules:
                     [(said,)] = connection.execute("PRAGMA integrity_check(1)").fetchall()
@@ -246,7 +248,7 @@ class Database:
         """Keep a digest of the file in it, by which `check` sees any change; who writes takes it away."""
         with database_errors(self.path), closing(files.connect(self.path)) as connection:
             connection.execute("BEGIN IMMEDIATE")
-            connection.execute(f"PRAGMA user_version = {_seal(connection)[1]}")
+            connection.execute(f"PRAGMA user_version = {_digest(connection, self.path)}")
             connection.execute("COMMIT")
 
     @contextmanager
@@ -305,19 +307,20 @@ class Database:
 
 #: What every transaction that writes begins with.
 UNSEALED = "PRAGMA user_version = 0"
-#: Bytes of a file that change though nothing is changed: journal mode, counters, and the seal itself.
-_COUNTERS = ((18, 20), (24, 28), (60, 64), (92, 100))
+#: Files that are larger are read by a process of their own, see `seal`.
+LARGE = 1 << 27
 
 
-def _seal(connection: sqlite3.Connection) -> tuple[int, int]:
-    """Return the seal of a file, 0 if it has none, and the one that it should have."""
-    content = connection.serialize()
-    head = bytearray(content[:100])
-    sealed = int.from_bytes(head[60:64], "big", signed=True)
-    for start, end in _COUNTERS:
-        head[start:end] = bytes(end - start)
-    digest = zlib.crc32(memoryview(content)[100:], zlib.crc32(head)) - 2**31
-    return sealed, digest or 1
+def _digest(connection: sqlite3.Connection, path: Path) -> int:
+    """Return the digest of a file as a connection sees it."""
+    (mode,) = connection.execute("PRAGMA journal_mode").fetchone()
+    if path.stat().st_size <= LARGE or mode == "wal":  # what is in a log is not yet in the file
+        return seal.digest([connection.serialize()])
+    command = [sys.executable, "-I", seal.__file__, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # nosec B603  # this Python, our file
+    if done.returncode:
+        raise sqlite3.OperationalError((done.stderr.strip().splitlines() or ["its digest cannot be told"])[-1])
+    return int(done.stdout)
 
 
 def stacked_pivots(rows: Mapping[str, Array]) -> Floats:

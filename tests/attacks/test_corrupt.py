@@ -16,6 +16,7 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, DatabaseError, InvalidRequest, StraightLine
+from catalogue.store import database
 
 LINE = StraightLine(100, 0.5)
 QUESTIONS = ("find", "show", "export")
@@ -112,6 +113,17 @@ def test_one_bit_is_noticed_by_whoever_quotes_the_file(copied: Path, attack: Sim
     copied.write_bytes(content)
     for question in ("show", "census", "export", "find"):
         assert "not as it was written" in str(attack.ask(copied, question))
+
+
+def test_a_large_file_is_read_in_blocks_with_the_same_digest(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(database, "LARGE", 0)
+    with catalogue.open(copied, build=False) as opened:
+        opened.database.check()
+    content = bytearray(copied.read_bytes())
+    content[-1] ^= 1
+    copied.write_bytes(content)
+    with catalogue.open(copied, build=False) as opened, pytest.raises(DatabaseError, match="not as it was written"):
+        opened.database.check()
 
 
 def test_a_file_that_is_edited_and_says_so_is_read(copied: Path, small: Catalogue) -> None:
