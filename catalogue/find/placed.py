@@ -80,8 +80,13 @@ class PlacedGuide:
         What is `ROUNDING` of the longest is 0."""
         from ..kinematics.link_lengths import link_lengths
 
-        found = link_lengths(self.linkage, np.array([complex(*self.guided)]))
-        told = {name: float(value[0]) for name, value in found.items()}
+        pivots = np.asarray(self.pivots, float)
+        finite = pivots[..., 2] == 1
+        _, power = np.frexp(np.abs(pivots[finite][:, :2]).max())
+        unit = np.ldexp(1.0, min(int(power), 1022))  # in which squares are numbers, of strokes of 1e300 too
+        pivots[finite, :2] /= unit
+        found = link_lengths(Linkage(pivots), np.array([complex(*self.guided) / unit]))
+        told = {name: float(unit * value[0]) for name, value in found.items()}
         least = ROUNDING * max(map(abs, told.values()))
         return {name: 0.0 if abs(value) <= least else value for name, value in told.items()}
 

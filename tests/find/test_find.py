@@ -214,6 +214,8 @@ def same(one: Found, other: Found) -> None:
             assert (here is None) == (there is None)
             assert here is None or there / b.stroke == pytest.approx(here / a.stroke, rel=1e-9)
         assert b.score == pytest.approx(a.score, rel=1e-9)
+        here, there = ({k: abs(v) / c.stroke for k, v in c.lengths.items()} for c in (a, b))
+        assert there == pytest.approx(here, rel=1e-9, abs=1e-9)
         z, z_ = (np.array(at_home(c)[0]) / [c.stroke, c.stroke, 1] for c in (a, b))
         np.testing.assert_allclose(z_, z, atol=1e-9)
 
