@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import fields
 from decimal import Decimal
 from functools import cache
@@ -84,11 +84,20 @@ def listed(given: Any) -> list[Any] | None:
 
 def names(name: str, given: Any) -> tuple[str, ...]:
     """Return one name, of a folder too, or several as a tuple; `InvalidRequest` for anything else."""
-    several = listed(given)
-    found = [given] if several is None else several
-    if wrong := [one for one in found if not isinstance(one, str | PathLike)]:
-        raise InvalidRequest(f"{name} must be a name or a sequence of names, not {quoted(wrong[0])}")
-    return tuple(str(one) for one in found)
+    found = []
+    for one in (given,) if isinstance(given, str | Mapping) else _each(given):  # maybe without end
+        if not isinstance(one, str | PathLike):
+            raise InvalidRequest(f"{name} must be a name or a sequence of names, not {quoted(one)}")
+        found.append(str(one))
+    return tuple(found)
+
+
+def _each(given: Any) -> Iterator[Any]:
+    """Yield what something holds, or itself if it holds nothing."""
+    try:
+        yield from given
+    except TypeError:
+        yield given
 
 
 def complexes(name: str, given: Any) -> npt.NDArray[np.complex128]:

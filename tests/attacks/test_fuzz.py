@@ -95,6 +95,7 @@ FELL: list[tuple[str, Any]] = [
     ("space", ("Guides", {"parameters": 5.0})),
     ("space", ("Guides", {"origin": np.zeros((3, 3))})),
     ("space", ("Mechanisms", {"drivers": [5]})),
+    ("space", ("Mechanisms", {"guides": [], "body": np.zeros((0, 3))})),
     ("space", ("sweep", {"drive": "x"})),
     ("space", ("sweep", {"hold": 5})),
     ("space", ("assemblies", {"value": "x"})),

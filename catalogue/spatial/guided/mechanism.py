@@ -76,7 +76,7 @@ class Mechanisms:
         object.__setattr__(self, "guides", several("guides", self.guides, Guides))
         p = len(self.guides)
         body = array("body", self.body, (p, 3), (None, p, 3), wrong=InvalidLinkage)
-        n = max(body.shape[0] if body.ndim == 3 else 1, *map(len, self.guides))
+        n = max([body.shape[0] if body.ndim == 3 else 1, *map(len, self.guides)])
         sets = {len(body)} if body.ndim == 3 else set()
         if (sets | set(map(len, self.guides))) - {1, n}:
             raise InvalidLinkage("body and guides are of different numbers of mechanisms")
