@@ -10,6 +10,7 @@ from pathlib import Path
 
 import click
 
+from ..errors import printable
 from ..folders import answers_file, default_database, folder
 
 Complete = Callable[[click.Context, click.Parameter, str], list[str]]
@@ -41,7 +42,7 @@ def _column(file: Path, query: str, *values: int) -> list[str]:
         suppress(sqlite3.Error, OSError),
         closing(sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)) as one,
     ):
-        return [str(row[0]) for row in one.execute(query, values)]
+        return [printable(str(row[0])) for row in one.execute(query, values)]
     return []
 
 

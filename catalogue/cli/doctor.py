@@ -88,6 +88,7 @@ def _installed() -> Iterator[Finding]:
 
 
 def _database(file: Path) -> Iterator[Finding]:
+    from ..store import Database
     from ..store.engine import connect, database_errors, revision, revisions
 
     if not file.exists():
@@ -117,6 +118,10 @@ def _database(file: Path) -> Iterator[Finding]:
             remedy = "put it elsewhere and run `catalogue build`"
             yield Finding("integrity", str(state) if state != "ok" else "rows without the row they refer to", remedy, 4)
         else:
+            if now == newest:
+                with Database.open(file, writable=False) as opened:
+                    opened.check(rules=False)
+                    opened.check_values()
             yield Finding("integrity", "ok")
         counted = ", ".join(f"{number} {table.removesuffix('s')}s" for table, number in held.items())
         whole = done == ("yes",)

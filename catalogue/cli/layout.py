@@ -59,8 +59,7 @@ class Heading:
 
 def cell(value: Any) -> str:
     """Return what stands in a cell: a dash for None, no letter that a terminal would obey."""
-    text = "-" if value is None else str(value)
-    return text if text.isprintable() else printable(text)
+    return "-" if value is None else printable(str(value))
 
 
 def console() -> Console:
@@ -75,11 +74,11 @@ def console() -> Console:
 
 
 def write(console: Console, text: str, style: str = "") -> None:
-    """Print lines of text, broken between words where they are too long."""
+    """Print lines of text, broken between words where they are too long; no letter that a terminal would obey."""
     from rich.text import Text
 
     for line in text.splitlines():
-        for part in Text(line, style).wrap(console, console.width):
+        for part in Text(printable(line), style).wrap(console, console.width):
             part.rstrip()
             console.print(part, soft_wrap=True)
 

@@ -15,7 +15,7 @@ import click
 from click.exceptions import Exit
 
 from ..errors import InvalidRequest, printable
-from ..folders import is_folder
+from ..folders import answers_file, default_database, is_folder
 
 if TYPE_CHECKING:
     from ..find.columns import Column
@@ -25,13 +25,17 @@ T = TypeVar("T", bound="Results[Any]")
 
 
 class _Output(click.Path):
-    """A file to be written: one that is there, or a link, only with --force."""
+    """A file to be written: one that is there, or a link, only with --force; never the database or the answers kept."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         file = Path(os.fsdecode(super().convert(value, param, ctx)))
         flag = param.opts[0] if param else "the option"
         if not (ctx and ctx.meta.get(FORCE_KEY)):
             refuse_existing(file, flag)
+        db = ctx.params.get("db") if ctx else None
+        for used in (db if isinstance(db, Path) else default_database(), answers_file()):
+            if file.exists() and used.exists() and file.samefile(used):
+                raise InvalidRequest(f"{file} is a database in use: name another file with {flag}")
         return file
 
 

@@ -42,7 +42,7 @@ def guides_frame(
     texts = found.pop("parameters")
     database.pivots(found)
     guides = pd.DataFrame(found)
-    parameters = pd.DataFrame(database.objects(texts), index=guides.index)
+    parameters = pd.DataFrame(database.objects(texts, numbers=True), index=guides.index)
     guides = guides.join(parameters.astype(float).add_prefix("parameter_"))
     if not reaches:
         return guides

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 
 #: A deviation below this part of the stroke is rounding: nothing can be straighter.
 EXACT_DEVIATION = 1e-14
+#: By which part, and by which part of the stroke, what is measured of a guide may differ from what is stored.
+AGREE, ROUNDING = 0.05, 1e-11
 SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
 
 
@@ -82,7 +84,7 @@ class StoredGuide:
         InvalidRequest
             If the guide has no reach of that level.
         DatabaseError
-            If its point runs along no path, as its pivots have been replaced.
+            If its deviation or size is another than is stored.
         """
         levels = sorted(self.rows)
         if level is None:
@@ -98,11 +100,12 @@ class StoredGuide:
 
         def placed(problem: Problem) -> CandidateBatch:
             found = as_stored(problem, row)
-            if not np.isfinite(found.deviation).all():
-                raise DatabaseError(
-                    f"guide {self.id} has other pivots than it was stored with, its point runs along no path: "
-                    "build the database anew"
-                )
+            for name, value in (("deviation", found.deviation), ("size", found.measures.size)):
+                if not (np.abs(value - row[name]) <= ROUNDING + AGREE * np.maximum(value, row[name])).all():
+                    raise DatabaseError(
+                        f"guide {self.id} measured again has another {name} than is stored: ask for another one, or, "
+                        "if the file was changed, build it anew"
+                    )
             return found
 
         return laid(request, placed)
@@ -142,7 +145,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
         **{k: one[k] for k in same},
         **curvature,
         order=one["contact_order"],
-        parameters=database.objects([one["parameters"]])[0],
+        parameters=database.objects([one["parameters"]], numbers=True)[0],
         linkage=linkages(database.pivots(found)[:1], found["kind"][:1]),
         point=complex(one["x"], one["y"]),
         provenance={k: one[k] for k in batch} if one["plugin"] is not None else {},

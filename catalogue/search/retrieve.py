@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any
 from weakref import WeakKeyDictionary
 
@@ -88,11 +87,11 @@ class ChangedError(DatabaseError):
 def stored_reaches(problem: Problem, database: Database) -> Reaches:
     """Return the stored reaches that may serve a problem; kept in memory until the file changes."""
     what = (tuple(kinds(problem)), levels(problem), COVER * problem.effort)
-    stamp = tuple(path.stat().st_mtime_ns for path in (database.path, _log(database)) if path.exists())
+    size, *_ = stamp = database.stamp()
     kept = _KEPT.setdefault(database, {})
     if kept.get("stamp") != stamp:
         kept.clear()
-        if database.path.stat().st_size <= WHOLE:
+        if size <= WHOLE:
             database.check(rules=False)
         kept["stamp"] = stamp
     if what not in kept:
@@ -103,11 +102,6 @@ def stored_reaches(problem: Problem, database: Database) -> Reaches:
 
 #: What was read of each open database, by what was asked.
 _KEPT: WeakKeyDictionary[Database, dict[Any, Any]] = WeakKeyDictionary()
-
-
-def _log(database: Database) -> Path:
-    """Return where SQLite writes what is not yet in the file."""
-    return database.path.with_name(database.path.name + "-wal")
 
 
 def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cover: int) -> Reaches:

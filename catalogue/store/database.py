@@ -29,6 +29,8 @@ if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine, Select
 
 _CHUNK = 50_000  # rows held as Python objects at a time
+#: Largest number that is stored.
+LARGEST = 1.7e308
 #: Least and most of what is stored, by column; all other numbers are finite.
 _RANGES = {
     **dict.fromkeys(("stroke", "half", "size", "smallest", "max_link", "min_link", "rho0"), (5e-324, 1e300)),
@@ -40,7 +42,8 @@ _RANGES = {
     **dict.fromkeys(("inflections", "cover", "seed", "number"), (0, 2**53)),
 }
 #: Columns in which NULL is a value.
-_NULL = {"max_link", "min_link", "max_ground", "rho0", "drive_angle", "rotation"}
+_NULL = {"max_link", "min_link", "max_ground", "rho0", "drive_angle", "rotation", "name", "plugin", "plugin_version",
+         "plan"}  # fmt: skip
 _DTYPES = {bool: np.bool_, int: np.int64, float: np.float64, Decimal: np.float64}
 #: Columns of the pivots of a mechanism in the order of its array (dyad, (fixed, moving), (x, y, w)).
 PIVOT_NAMES = tuple(f"{joint}_{dyad}_{part}" for dyad in (1, 2) for joint in ("fixed", "moving") for part in "xyw")
@@ -64,7 +67,7 @@ def read_columns(
     -------
     dict of ndarray, shape (n,)
         REAL as float64 with NaN for NULL, INTEGER as int64, comparisons as bool, TEXT as str objects (None for
-        NULL).
+        NULL, where it may be).
 
     Raises
     ------
@@ -102,10 +105,10 @@ def _read(name: str, kind: type, values: Sequence[Any]) -> Array:
     except (TypeError, ValueError, OverflowError):
         raise sqlite3.DataError(f"{IMPOSSIBLE}{name} is no column of numbers") from None
     if found.dtype == object:
-        text = kind is str and not {*map(type, values)} <= {str, type(None)}
-        wrong = [v for v in values if not isinstance(v, str | None)] if text else []
+        distinct = {*values} - ({None} if name in _NULL else set()) if kind is str else set()
+        wrong = [v for v in distinct if not isinstance(v, str) or not v.isprintable()]  # what a terminal would obey
     elif found.dtype.kind == "f" or name in _RANGES:
-        low, high = _RANGES.get(name, (-1.7e308, 1.7e308))
+        low, high = _RANGES.get(name, (-LARGEST, LARGEST))
         good = (found >= low) & (found <= high)
         wrong = found[~good & ~np.isnan(found) if name in _NULL or name not in _RANGES else ~good].tolist()
     else:
@@ -195,8 +198,9 @@ class Database:
             cursor = connection.execute(f"SELECT {', '.join(columns)} {rest}", tuple(values))
             return as_columns(cursor, {name.rpartition(".")[2]: kind for name, kind in columns.items()})
 
-    def objects(self, texts: Iterable[str]) -> list[dict[str, Any]]:
-        """Return the JSON objects that stored texts are; `DatabaseError` if one is none."""
+    def objects(self, texts: Iterable[str], *, numbers: bool = False) -> list[dict[str, Any]]:
+        """Return the JSON objects that stored texts are; `DatabaseError` if one is none, or, of `numbers`, has another
+        value than a finite number or a name that is not printable."""
         with database_errors(self.path):
             try:
                 found = [json.loads(text) for text in texts]
@@ -204,6 +208,9 @@ class Database:
                 found = [None]
             if not all(isinstance(one, dict) for one in found):
                 raise sqlite3.DataError(f"{IMPOSSIBLE}a text is no JSON object")
+            for name, value in (item for one in found for item in one.items() if numbers):
+                if not name.isprintable() or type(value) not in (int, float) or not abs(value) <= LARGEST:
+                    raise sqlite3.DataError(f"{IMPOSSIBLE}parameter {quoted(name)} is {quoted(value)}")
             return found
 
     def pivots(self, rows: Mapping[str, Array]) -> Floats:
@@ -243,6 +250,42 @@ class Database:
                     if said != "ok" or orphan:
                         raise sqlite3.DataError(IMPOSSIBLE + (said if said != "ok" else f"orphans in {orphan[0]}"))
             self._checked = (*stamp, rules)
+
+    def check_values(self) -> None:
+        """Read all that tables and views hold, each value checked as where it is asked for.
+
+        Raises
+        ------
+        DatabaseError
+            If one cannot be, or a table or view is missing.
+        """
+        from sqlalchemy import select
+
+        from .models import Base
+        from .schema import VIEWS
+
+        for name, table in Base.metadata.tables.items():
+            # an INTEGER that may be NULL is the number of a row that is not there
+            columns = [c for c in table.columns if not (c.nullable and c.type.python_type is int)]
+            rows = self.read(select(*columns))
+            if name == "mechanism":
+                self.pivots(rows)
+            for text in ("parameters", "metrics"):
+                self.objects(rows.get(text, ()), numbers=name == "mechanism")
+        for view in VIEWS:
+            self.plain({"count(*)": int}, f"FROM {view}")
+
+    def stamp(self) -> tuple[int, ...]:
+        """Return the size of the file, and when it and the log of what is not yet in it were last written.
+
+        Raises
+        ------
+        DatabaseError
+            If it is gone.
+        """
+        with database_errors(self.path):
+            found, log = self.path.stat(), self.path.with_name(f"{self.path.name}-wal")
+            return found.st_size, found.st_mtime_ns, *(path.stat().st_mtime_ns for path in (log,) if path.exists())
 
     def seal(self) -> None:
         """Keep a digest of the file in it, by which `check` sees any change; who writes takes it away."""

@@ -152,10 +152,10 @@ def revision(path: Path) -> str | None:
     Raises
     ------
     DatabaseError
-        If the file is a folder, not a database, or a database of something else.
+        If the file is a folder or a device, not a database, or a database of something else.
     """
-    if path.is_dir():
-        raise DatabaseError(f"{path} is a folder: name a file with --db")
+    if path.exists() and not path.is_file():
+        raise DatabaseError(f"{path} is a {'folder' if path.is_dir() else 'device'}: name a file with --db")
     if not path.exists() or path.stat().st_size == 0:
         return None
     with closing(connect(path)) as connection:

@@ -51,7 +51,7 @@ _PIVOTS = union_all(
         for joint in ("fixed", "moving")
     )
 )
-_VIEWS: dict[str, tuple[SelectBase, str]] = {
+VIEWS: dict[str, tuple[SelectBase, str]] = {
     "guides": (GUIDES, "A guide with its mechanism in one row, in the canonical frame."),
     "pivots": (_PIVOTS, "A pivot of a mechanism in one row, in the canonical frame."),
 }
@@ -74,20 +74,20 @@ def described() -> Iterator[Described]:
     for name, table in sorted(Base.metadata.tables.items()):
         yield Described(name, "", "table", "", _sentence(models[name].__doc__ or ""))
         yield from (_column(name, column) for column in table.columns)
-    for name, (query, meaning) in _VIEWS.items():
+    for name, (query, meaning) in VIEWS.items():
         yield Described(name, "", "view", "", meaning)
         yield from (_column(name, column) for column in query.selected_columns)
 
 
 def drop_views(connection: Connection) -> None:
     """Drop the views, before tables change under them."""
-    for name in _VIEWS:
+    for name in VIEWS:
         connection.exec_driver_sql(f"DROP VIEW IF EXISTS {name}")
 
 
 def describe(connection: Connection) -> None:
     """Make the views and fill the table of descriptions."""
-    for name, (query, _) in _VIEWS.items():
+    for name, (query, _) in VIEWS.items():
         text = query.compile(dialect=sqlite.dialect(), compile_kwargs={"literal_binds": True})
         connection.exec_driver_sql(f"CREATE VIEW {name} AS {text}")
     connection.execute(delete(Description))

@@ -1,14 +1,16 @@
 """What becomes of answers when the file they come from is damaged, or values in it are replaced.
 
 ``python tests/attacks/corrupt.py DATABASE [--count 1000] [--values 0.25] [--seed 0] [--write]`` damages so many copies
-of a small database, replaces such a part of its columns by what they cannot be, asks each copy and prints what came of
-it; ``--write`` writes it to ``data/reports/corrupt.md``.  Some thousand guides are enough: each copy takes seconds.
+of a small database, replaces such a part of its columns by what they cannot be, asks each copy, reads saved answers of
+which a value is false, and prints what came of it; ``--write`` writes it to ``data/reports/corrupt.md``. Some thousand
+guides are enough: each copy takes seconds.
 """
 
 from __future__ import annotations
 
 import contextlib
 import io
+import json
 import shutil
 import sqlite3
 import sys
@@ -24,17 +26,36 @@ import numpy as np
 
 import catalogue
 from catalogue import Catalogue, CatalogueError, CircularArc, StraightLine
-from catalogue.find import census
+from catalogue.find import answers, census
+from catalogue.find.dwell_results import StandStill
 from catalogue.plugin.registry import Registry
 
 ASKED = StraightLine(100, 0.5), CircularArc(100, 0.5)
 PAGE = 4096
+
+
+def _moved(value: Any) -> Any:
+    """Return the pivots of a linkage with the first moved, or a place moved."""
+    if isinstance(value[0], list):
+        return [_moved(value[0]), *value[1:]]
+    return [value[0] + 99.0, *value[1:]]
+
+
 #: What a stored value is replaced by.  NULL is what SQLite makes of NaN.
 VALUES: dict[str, Any] = {
     "NULL": None, "infinity": float("inf"), "minus infinity": float("-inf"), "-7": -7, "1e306": 1e306, "1e-320": 1e-320,
     "2**62": 2**62, "a word": "word", "no text": b"\xff\xfe\xfd", "broken UTF-8": "CAST(x'fffe41' AS TEXT)",
     "no JSON": '{"a": [', "a list": "[1]", "NaN in JSON": '{"a": NaN}', "a long text": "x" * 100_000,
+    "a word in JSON": '{"a1": "x"}', "a list in JSON": '{"a1": [1, {}]}',
+    "control characters": "A\x1b[2J\x1b]0;t\x07[red]",
 }  # fmt: skip
+#: What a value of a saved answer is replaced by, besides those of `VALUES` that JSON can hold.
+FALSE: dict[str, Callable[[Any], Any]] = {
+    "twice as much": lambda value: 2 * value + 1, "a hundredth more": lambda value: 1.01 * value, "moved": _moved,
+}  # fmt: skip
+#: What of an answer depends on the request, or on where it comes from: a measurement tells nothing of it.
+UNMEASURED = {"id", "series", "configuration", "order", "allowance", "expected", "score", "front", "nearest", "gap",
+              "alternations", "cognate", "number", "circuit", "given", "nearest_series", "residual"}  # fmt: skip
 TABLES = ("mechanism", "guide", "reach", "batch", "setting")
 
 Damage = Callable[[bytearray, np.random.Generator], None]
@@ -192,12 +213,50 @@ def right(answer: Any, question: str) -> bool:
     return True
 
 
+def records(opened: Catalogue) -> list[dict[str, Any]]:
+    """Return saved answers: of a line, an arc, a dwell, and a stretch of a linkage of one's own."""
+    found = [opened.find(one, limit=1)[0] for one in ASKED]
+    dwell = opened.find_dwells(StandStill(60, 1, 20), limit=1)
+    return [answers.record(one) for one in (*found, *dwell, found[0].measure(stroke=80.0)[0])]
+
+
+def falsified(held: dict[str, Any]) -> Iterator[tuple[str, str, dict[str, Any]]]:
+    """Yield each name with each value that it can be replaced by, and what is then read."""
+    for name, old in held.items():
+        kept = {k: v for k, v in VALUES.items() if isinstance(v, str | int | float | None)}
+        for value, new in kept.items():
+            yield name, value, held | {name: new}
+        for value, make in FALSE.items():
+            with contextlib.suppress(TypeError, IndexError):  # of what it cannot be made
+                yield name, value, held | {name: make(old)}
+
+
+def read(name: str, held: dict[str, Any], sound: Any) -> str:
+    """Return what came of reading an answer of which a value is another; what a measurement tells nothing of, and what
+    is said no longer, may be believed."""
+    try:
+        answer = answers.answer(json.loads(json.dumps(held)))
+    except CatalogueError as error:
+        return (
+            "error" if len(str(error)) < 1000 and str(error).isprintable() else "traceback: an error is no short line"
+        )
+    except Exception as error:
+        return f"traceback: {type(error).__name__}: {error}"[:150]
+    if answer == sound or answers.record(answer) == answers.record(sound):
+        return "same"
+    if "\\x1b" in repr(answer.to_dict()):
+        return "traceback: a control character"
+    return "other" if name in UNMEASURED or getattr(answer, name) is None else "traceback: a false number is believed"
+
+
 def outcome(path: Path, question: str, sound: Any) -> str:
     """Return what came of a question: error, same, right (another answer, which is right), other, or a traceback."""
     try:
         answer = ask(path, question)
         if isinstance(answer, CatalogueError):
             return "error"
+        if "\\x1b" in repr(answer):
+            return "traceback: a control character"
         return "same" if answer == sound else "right" if right(answer, question) else "other"
     except Exception as error:
         return f"traceback: {type(error).__name__}: {error}"[:150]
@@ -227,6 +286,13 @@ def run(path: Path, count: int, seed: int, *, values: float = 1.0, questions: An
                     what = "a value that cannot be, no seal"
                     yield what, question, outcome(copy, question, sound[question]), f"{table}.{column} = {value}"
             copy.unlink()
+    with catalogue.open(path, build=False) as opened:
+        every = [(held, answers.answer(held)) for held in records(opened)]
+    for held, right_one in every:
+        for name, value, false in falsified(held):
+            if draw.random() < values:
+                case = f"{held['kind']}.{name} = {value}"
+                yield "a saved answer with a false value", "read", read(name, false, right_one), case
 
 
 def main() -> None:
@@ -257,7 +323,8 @@ def main() -> None:
             f"Each copy of a database was asked {len(QUESTIONS)} questions: {', '.join(QUESTIONS)}.\n"
             "Error: one line, a documented class.  Same: the answer of the sound file.  Right: another answer, which\n"
             "keeps to what was asked when it is measured again from its pivots.  Other: another answer, of stored\n"
-            "values that may be.  No seal: the file had been written to by somebody since it was built.\n"
+            "values that may be: see below.  No seal: the file had been written to by somebody since it was built.\n"
+            "Saved answers are read as from a file without their codes; a code tells of any change.\n"
         )
         table(["damage", "copies", *kinds], [[w, len(copies[w]), *(n[k] for k in kinds)] for w, n in rows.items()])
     print(out.getvalue())

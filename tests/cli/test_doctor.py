@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import shutil
 import sqlite3
 from collections.abc import Callable
@@ -59,6 +60,23 @@ def test_what_is_wrong_is_named_with_its_remedy(run: Run, file: Path, tmp_path: 
     assert "integrity" in done.out or "damaged" in done.out
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "change",
+    ["DROP TABLE reach", "DROP TABLE description", "DROP TABLE specimens", "DROP VIEW guides",
+     """UPDATE mechanism SET parameters = '{"a1": "x"}'""", "UPDATE guide SET label = CAST(x'fffe41' AS TEXT)",
+     "UPDATE guide SET label = char(27) || '[2J' WHERE id = 7"],
+)  # fmt: skip
+def test_a_file_that_was_changed_is_not_called_sound(run: Run, file: Path, change: str) -> None:
+    with closing(sqlite3.connect(file, isolation_level=None)) as connection:
+        connection.executescript(f"PRAGMA user_version = 0; {change}")
+    done = run("doctor", "--db", file)
+    assert done.code == 4
+    assert "is damaged" in " ".join(done.out.split())
+    assert "nothing is wrong" not in done.out
+    assert "\x1b[2J" not in done.out
+
+
 def test_an_older_file_is_not_upgraded(run: Run, tmp_path: Path, at_revision: Callable[[Path, str], Path]) -> None:
     old = at_revision(tmp_path / "old.db", "0002")
     done = run("doctor", "--db", old, "--format", "json")
@@ -67,6 +85,12 @@ def test_an_older_file_is_not_upgraded(run: Run, tmp_path: Path, at_revision: Ca
     }  # fmt: skip
     with closing(sqlite3.connect(old)) as connection:
         assert connection.execute("SELECT version_num FROM alembic_version").fetchone() == ("0002",)
+
+
+@pytest.mark.skipif(not Path(os.devnull).is_char_device(), reason="only here it is a file")
+def test_a_device_is_no_database(run: Run) -> None:
+    done = run("doctor", "--db", os.devnull)
+    assert (done.code, "is a device: name a file with --db" in done.out) == (4, True)
 
 
 @pytest.mark.parametrize("content", [b"", b"some text that is no database" * 9])

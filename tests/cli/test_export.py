@@ -6,6 +6,7 @@ import csv
 import io
 import json
 import math
+import shutil
 import sqlite3
 import sys
 from collections.abc import Callable
@@ -105,6 +106,19 @@ def test_export_refuses(run: Run, small_db: Path, tmp_path: Path, options: tuple
     done = run("export", *(text.format(tmp=tmp_path) for text in options), "--db", small_db)
     assert done.code == 2
     assert message in done.line
+
+
+@pytest.mark.parametrize("how", [("--format", "csv", "--out"), ("7", "--format", "json", "--out")])
+def test_the_database_in_use_is_not_written_over(
+    run: Run, small_db: Path, tmp_path: Path, how: tuple[str, ...]
+) -> None:
+    file, link = tmp_path / "a.db", tmp_path / "link.db"
+    shutil.copy(small_db, file)
+    link.symlink_to(file)
+    for out, db in ((file, file), (link, file), (file, link)):
+        done = run("export", *how, out, "--force", "--db", db)
+        assert (done.code, done.line) == (2, f"catalogue: {out} is a database in use: name another file with --out")
+    assert file.read_bytes() == small_db.read_bytes()
 
 
 def test_schema_says_what_the_file_says(run: Run, small_db: Path) -> None:

@@ -12,6 +12,7 @@ import pytest
 
 from catalogue.cli import layout, tables
 from catalogue.cli.layout import Heading
+from catalogue.cli.tables import print_table, tell
 from catalogue.find.candidate import COLUMNS, Candidate
 from catalogue.find.columns import CANDIDATE, DWELL, STRETCH
 from catalogue.find.dwell_results import DwellCandidate
@@ -186,3 +187,12 @@ def test_a_pipe_has_a_fixed_width(monkeypatch: pytest.MonkeyPatch) -> None:
     assert layout.console().width == layout.PIPED
     monkeypatch.setenv("COLUMNS", "7")
     assert layout.console().width == layout.LEAST
+
+
+def test_no_text_reaches_the_terminal_as_a_command(capsys: pytest.CaptureFixture[str]) -> None:
+    bad = "A\x1b[2J\x1b]0;t\x07[red]\x9b\r"
+    tell(bad)
+    print_table(bad, ["", "~words"], [["", bad]], bad)
+    out = capsys.readouterr().out
+    assert all(c.isprintable() or c == "\n" for c in out), out
+    assert out.count("[red]") == 4
