@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from decimal import Decimal
 from functools import cached_property, partial
+from itertools import count
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
@@ -267,11 +268,14 @@ class Database:
         for name, table in Base.metadata.tables.items():
             # an INTEGER that may be NULL is the number of a row that is not there
             columns = [c for c in table.columns if not (c.nullable and c.type.python_type is int)]
-            rows = self.read(select(*columns))
-            if name == "mechanism":
-                self.pivots(rows)
-            for text in ("parameters", "metrics"):
-                self.objects(rows.get(text, ()), numbers=name == "mechanism")
+            for start in count(0, _CHUNK):
+                rows = self.read(select(*columns).limit(_CHUNK).offset(start))
+                if name == "mechanism":
+                    self.pivots(rows)
+                for text in ("parameters", "metrics"):
+                    self.objects(rows.get(text, ()), numbers=name == "mechanism")
+                if len(next(iter(rows.values()))) < _CHUNK:
+                    break
         for view in VIEWS:
             self.plain({"count(*)": int}, f"FROM {view}")
 
