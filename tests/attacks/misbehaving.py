@@ -394,7 +394,7 @@ def main() -> None:
             continue
         with tempfile.TemporaryDirectory() as folder:
             good, line = seen(kind, Path(folder) / "mine")
-        told = line.removeprefix("catalogue: ").replace("|", "/")
+        told = line.removeprefix("catalogue: ").replace("|", "/").replace(f"{ROOT}/", "")
         rows.append((number + 1, kind.name, kind.ends if good else "GETS THROUGH", told[:150]))
         print(*rows[-1], sep="  ", file=sys.stderr, flush=True)
     bad = sum(row[2] == "GETS THROUGH" for row in rows)
