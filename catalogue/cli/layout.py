@@ -59,7 +59,8 @@ class Heading:
 
 def cell(value: Any) -> str:
     """Return what stands in a cell: a dash for None, no letter that a terminal would obey."""
-    return "-" if value is None else printable(str(value))
+    text = "-" if value is None else str(value)
+    return text if text.isprintable() else printable(text)
 
 
 def console() -> Console:
@@ -78,7 +79,7 @@ def write(console: Console, text: str, style: str = "") -> None:
     from rich.text import Text
 
     for line in text.splitlines():
-        for part in Text(printable(line), style).wrap(console, console.width):
+        for part in Text(line if line.isprintable() else printable(line), style).wrap(console, console.width):
             part.rstrip()
             console.print(part, soft_wrap=True)
 

@@ -283,7 +283,7 @@ def test_wrong_boxes_are_one_line(boxes: list[Box], match: str) -> None:
 def test_what_cannot_be_meant_is_refused() -> None:
     box = [Box("tie rod.to", 1)]
     toe = column("toe [deg]")
-    with pytest.raises(InvalidRequest, match="tolerance must be above 0"):
+    with pytest.raises(InvalidRequest, match="tolerance must be a finite number above zero"):
         Target("toe", toe, BUMP, tolerance=0)
     with pytest.raises(InvalidRequest, match="values of a Sweep must be finite"):
         Sweep(BUMP.drive, [0, np.nan])
