@@ -50,8 +50,11 @@ def grid(count: int, kind: Any = float) -> Grid:
     j = np.arange(count + 1)
     weight = np.where((j == 0) | (j == count), 0.5, 1.0)
     to = 2 * weight[:, None] * np.cos(pi * np.outer(j, count - j) / count) * weight / count
-    angle = pi * (1 - np.arange(4 * count + 1) / np.longdouble(4 * count))
-    fine = np.cos(np.outer(angle, j)) @ to
+    i, n = np.arange(4 * count + 1)[:, None], 4 * j
+    sine = np.sin(pi * np.arange(8 * count + 1) / (8 * count))
+    with np.errstate(divide="ignore", invalid="ignore"):  # barycentric, by differences of cosines
+        fine = (-1.0) ** j * weight / (sine[i + n] * np.sign(i - n) * sine[np.abs(i - n)])
+        fine /= fine.sum(1, keepdims=True)
     fine[::4] = np.eye(count + 1)
     return Grid(*(matrix.astype(kind) for matrix in (np.sin(pi * (2 * j - count) / (2 * count)), fine, to)))
 

@@ -350,3 +350,15 @@ def test_the_largest_error_is_least_wherever_its_extremes_are_sought_first(size:
         assert error[k] == pytest.approx(best.fun, rel=1e-9)
         assert np.abs(values[:, k] - terms @ c[:, k]).max() == pytest.approx(best.fun, rel=1e-9)
         assert (np.diff(index[:, k]) > 0).all()
+
+
+@pytest.mark.parametrize("count", [1, 2, 8, 32, 128])
+def test_the_grid_interpolates_polynomials(count: int) -> None:
+    """Of degree `count` at most, given at the nodes, exactly; by values at the fine points and as Chebyshev series."""
+    points = grid(count)
+    fine = np.cos(np.pi * np.arange(4 * count, -1, -1) / (4 * count))
+    for degree in {0, 1, count // 2, count}:
+        series = np.eye(count + 1)[degree]
+        values = chebyshev.chebval(points.nodes, series)
+        np.testing.assert_allclose(points.fine @ values, chebyshev.chebval(fine, series), rtol=0, atol=1e-13)
+        np.testing.assert_allclose(points.coefficients @ values, series, rtol=0, atol=1e-14)
