@@ -12,8 +12,11 @@ from ..candidates.feasibility import EXACT, weight
 from ..kinematics.types import Array, Floats
 from .subproblem import Subproblem
 
-#: Most iterations, and what is left of complementarity, rows and gradient at which they stop.
-ITERATIONS, CLOSE = 50, 1e-6
+#: Most iterations; what is left of complementarity, rows and gradient at which they stop; and of complementarity alone,
+#: below which the others, if they do not fall by half, are rounding, that of large multipliers, and would but grow.
+ITERATIONS, CLOSE, CLOSEST = 50, 1e-6, 1e-9
+#: Programmes solved together at most.
+BLOCK = 128
 #: Multipliers start at this power of the largest cost, which is what penalties bring them to in the end.
 FIRST = 0.6
 #: Part of the way to the border of the positive orthant that a step goes.
@@ -42,8 +45,12 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
         Of the rows, all positive.
     """
     n, k, p = rows.shape
+    if n > BLOCK:  # what a processor has at hand: else its memory is what takes time
+        each = [slice(i, i + BLOCK) for i in range(0, n, BLOCK)]
+        parts = [solve(weight[s], cost[s], rows[s], right[s]) for s in each]
+        return np.concatenate([x for x, _ in parts]), np.concatenate([y for _, y in parts])
     solution, multipliers = np.zeros((n, p)), np.ones((n, k))
-    x, slack, active = np.zeros((n, p)), np.maximum(right, 1.0), np.arange(n)
+    x, slack, active, before = np.zeros((n, p)), np.maximum(right, 1.0), np.arange(n), np.full(n, np.inf)
     dual = np.ones((n, k)) * np.maximum(np.abs(cost).max(1, keepdims=True), 1.0) ** FIRST
     turned = np.ascontiguousarray(np.swapaxes(rows, 1, 2))
     for _ in range(ITERATIONS):
@@ -51,7 +58,9 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
         outside = (rows @ x[..., None])[..., 0] + slack - right
         uphill = weight * x + cost + (turned @ dual[..., None])[..., 0]
         gap = (slack * dual).mean(1, keepdims=True)
-        left = np.maximum(np.maximum(gap[:, 0], np.abs(uphill).max(1)), np.abs(outside).max(1)) > CLOSE
+        residual = np.maximum(np.abs(uphill).max(1), np.abs(outside).max(1))
+        left = (gap[:, 0] > CLOSE) | ((residual > CLOSE) & ((gap[:, 0] > CLOSEST) | (residual < 0.5 * before)))
+        before = residual[left]
         if not left.all():
             solution[active], multipliers[active] = x, dual
             active, x, slack, dual, ratio = active[left], x[left], slack[left], dual[left], ratio[left]
@@ -82,8 +91,8 @@ def solve(weight: Floats, cost: Floats, rows: Floats, right: Floats) -> tuple[Fl
         after = ((slack + _far(slack, ds) * ds) * (dual + _far(dual, dy) * dy)).mean(1, keepdims=True)
         centring = (after / gap) ** 3
         dx, ds, dy = newton(centring * gap - slack * dual - ds * dy)
-        length = np.minimum(INSIDE * _far(slack, ds), INSIDE * _far(dual, dy))  # a quadratic term couples them
-        x, slack, dual = x + length * dx, slack + length * ds, dual + length * dy
+        length = INSIDE * _far(slack, ds)  # the quadratic term, which would have both go as far, is of little weight
+        x, slack, dual = x + length * dx, slack + length * ds, dual + INSIDE * _far(dual, dy) * dy
     solution[active], multipliers[active] = x, dual
     return solution, multipliers
 

@@ -10,6 +10,7 @@ import pytest
 from scipy.optimize import linprog, minimize
 
 from catalogue.kinematics.types import Array
+from catalogue.refine import step
 from catalogue.refine.quantities import Pieces
 from catalogue.refine.step import CLOSE, PULL, SLIGHT, solve, take_step
 from catalogue.refine.subproblem import Subproblem
@@ -161,6 +162,39 @@ def test_some_problems_are_solved_as_in_the_whole_batch() -> None:
     assert isinstance(problem[some], Subproblem)
     part = take_step(problem[some], np.full(3, 0.1), np.full(3, 10.0)).step
     np.testing.assert_allclose(part, every[some], rtol=1e-6, atol=1e-9)
+
+
+def test_programmes_solved_in_blocks_are_those_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    draw = np.random.default_rng(3)
+    rows, right, cost = draw.normal(size=(N, 40, P)), draw.uniform(0.1, 2, (N, 40)), draw.normal(size=(N, P))
+    whole = solve(np.full((N, P), 0.1), cost, rows, right)
+    monkeypatch.setattr(step, "BLOCK", 5)
+    assert N % 5, "the last block is a shorter one"
+    for part, one in zip(solve(np.full((N, P), 0.1), cost, rows, right), whole, strict=True):
+        np.testing.assert_allclose(part, one, rtol=1e-9)
+
+
+def test_large_multipliers_leave_no_more_than_rounding_in_the_gradient(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Where rounding alone is left iterations end; further ones end in noise, up to 1e2."""
+    draw = np.random.default_rng(5)
+    n, price = 400, 1e4
+    rows = draw.normal(size=(n, 60, P)) * 10 ** draw.uniform(-4, 0, (n, 1, P))
+    right = draw.uniform(0.1, 2, (n, 60))
+    right[:, ::2] -= 0.5  # those that may be broken
+    rows = np.concatenate([rows, np.tile(np.concatenate([np.eye(P), -np.eye(P)]), (n, 1, 1))], axis=1)
+    slack = np.zeros((n, 60 + 2 * P, 1))
+    slack[:, :60:2] = -1.0
+    last = np.zeros((n, 1, P + 1))
+    last[..., -1] = -1.0
+    every = np.concatenate([np.concatenate([rows, slack], axis=2), last], axis=1)
+    bounds = np.concatenate([right, np.ones((n, 2 * P)), np.zeros((n, 1))], axis=1)
+    prices = np.concatenate([draw.normal(size=(n, P)), np.full((n, 1), price)], axis=1)
+    weight = np.full((n, P + 1), 1e-3)
+    x, dual = solve(weight, prices, every, bounds)
+    gradient = weight * x + prices + (np.swapaxes(every, 1, 2) @ dual[..., None])[..., 0]
+    assert np.abs(gradient).max() < 1e-7 * price
+    monkeypatch.setattr(step, "ITERATIONS", 40)
+    assert np.array_equal(x, solve(weight, prices, every, bounds)[0]), "none of them needs so many"
 
 
 def test_a_programme_that_is_not_determined_spoils_no_other() -> None:
