@@ -155,7 +155,8 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
         if wanted.min_transmission_turn:
             turn = min_transmission_turn(machine(problem, found), m.driver)
             amounts["min_transmission_turn"] = over(np.radians(wanted.min_transmission_turn - np.nan_to_num(turn)))
-        amounts |= _drive(problem, found) | _standing(problem, found)
+        amounts |= _drive(problem, found) | standing(problem, found.linkage.points, found.linkage.finite)
+        amounts |= sweeping(problem, found)
         for name, amount in amounts.items():
             amounts[name] = np.where(reached, amount if signed else np.maximum(amount, 0.0), np.inf)
     return Feasibility(amounts, problem.relaxed)
@@ -189,10 +190,9 @@ def _drive(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     return amounts
 
 
-def _standing(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
-    """Return how far pivots stand outside their regions, links outside the room or inside what is to be kept free."""
-    wanted, linkage = problem.constraints, found.linkage
-    amounts = standing(problem, linkage.points, linkage.finite)
+def sweeping(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
+    """Return how far links reach out of the room or into what is to be kept free, negative where they do not."""
+    wanted, amounts = problem.constraints, {}
     if wanted.swept_in is not None or wanted.keep_out:
         poses = SampledPoses.of(found.curve, found.traced, SWEPT, inverse=wanted.slots)
         swept = link_segments(machine(problem, found), poses)

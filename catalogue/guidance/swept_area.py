@@ -22,10 +22,13 @@ STATIONS, GRAZED = 5, 1e-3
 
 
 class Area(Protocol):
-    """A polygon: its corners (k, 2), and how far points lie outside, negative inside."""
+    """A polygon: its corners (k, 2), whether it is convex, and how far points lie outside, negative inside."""
 
     @property
     def corners(self) -> Floats: ...
+
+    @property
+    def is_convex(self) -> bool: ...
 
     def outside(self, z: Complexes) -> Floats: ...
 
@@ -53,10 +56,7 @@ def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
 
 def protrusion(area: Area, swept: Complexes) -> Floats:
     """Return how far linkages reach out of an area at most, negative inside, shape (n,), from segments (f, n, k, 2)."""
-    corners = area.corners[:, 0] + 1j * area.corners[:, 1]
-    side = np.roll(corners, -1) - corners
-    turn = _area(side, np.roll(side, -1))
-    if (turn >= 0).all() or (turn <= 0).all():  # convex: nothing of a segment is farther out than an end of it
+    if area.is_convex:  # nothing of a segment is farther out than an end of it
         return largest(area.outside(swept).max(axis=(2, 3)))
     return _farthest(area, swept, 1)
 

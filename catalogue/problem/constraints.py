@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
-from functools import partial
+from functools import cached_property, partial
 from typing import Any, TypeAlias, TypedDict
 
 import numpy as np
@@ -64,13 +64,30 @@ class Region:
         x0, y0, x1, y1 = (round(x, 12) for x in self.box)
         return Region(self.corners.round(12), (x0, y0, x1, y1), self.is_box)
 
+    @cached_property
+    def sides(self) -> tuple[Complexes, Complexes]:
+        """Where the sides begin, and unit vectors out of the region across them, complex, shape (k,) each."""
+        corner = self.corners[:, 0] + 1j * self.corners[:, 1]
+        side = np.roll(corner, -1) - corner
+        corner, side = corner[side != 0], side[side != 0]
+        turn = (np.roll(side, -1) * side.conj()).imag
+        return corner, side / np.abs(side) * (-1j if turn.sum() > 0 else 1j)
+
+    @cached_property
+    def is_convex(self) -> bool:
+        """Whether the way around it turns to one side only."""
+        out = self.sides[1]
+        turn = (np.roll(out, -1) * out.conj()).imag
+        return bool((turn >= 0).all() or (turn <= 0).all())
+
     def outside(self, z: Complexes) -> Floats:
         """Return how far points z, complex, any shape, lie outside the region; negative inside, to the nearest side."""
         if self.is_box:
             x0, y0, x1, y1 = self.box
             x, y = np.maximum(x0 - z.real, z.real - x1), np.maximum(y0 - z.imag, z.imag - y1)
-            away = np.hypot(np.maximum(x, 0.0), np.maximum(y, 0.0))
-            return np.asarray(np.where(away > 0, away, np.maximum(x, y)))
+            distance, corner = np.maximum(x, y), (x > 0) & (y > 0)
+            distance[corner] = np.hypot(x[corner], y[corner])
+            return distance
         least = np.full(z.shape, np.inf)
         for (x, y), (p, q) in zip(self.corners, np.roll(self.corners, -1, axis=0) - self.corners, strict=True):
             if p or q:

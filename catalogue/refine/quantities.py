@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from ..guidance.coupler_curve import CouplerCurve
 from ..guidance.metrics import LEAST_ARM, rotation_margin
 from ..guidance.sensitivity import COUNT, PoseJacobian
 from ..kinematics.linkage import PR, RP, RR
+from ..kinematics.motion import Pose
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..problem.constraints import Region
 from ..problem.problem import Problem
@@ -39,6 +41,10 @@ class Pieces(NamedTuple):
         value, slope = (np.stack(list(part), axis=1) for part in zip(*rows, strict=True))
         good = np.isfinite(value) & np.isfinite(slope).all(-1)
         return cls(np.where(good, sign * value, NONE), np.where(good[..., None], sign * slope, 0.0))
+
+    def raised(self, to: Floats) -> Pieces:
+        """Return the pieces, all changed by as much as makes the largest of each guide (n,) what it is between them."""
+        return self.less(np.nan_to_num(self.value.max(1) - to))
 
     def less(self, bound: Floats | float) -> Pieces:
         """Return the pieces less a bound, shape () or (n,)."""
@@ -73,6 +79,7 @@ class Quantities:
             "transmission": self._transmission,
             "transmission_turn": lambda: Pieces.of(self._over_the_turn(), -1.0),
             "full_rotation": self._turning,
+            "swept_in": self._swept,
         }
         return made[name]()
 
@@ -144,7 +151,7 @@ class Quantities:
         angle, by = np.arcsin(np.clip(sine, -1, 1)), slope / cosine[..., None]
         pieces = Pieces.of(zip(-angle / (np.pi / 2), -by / (np.pi / 2), strict=True))
         if self.least is not None:
-            pieces = pieces.less(np.nan_to_num(self.least / 90 + pieces.value.max(1)))
+            pieces = pieces.raised(-self.least / 90)
         if not self.problem.constraints.full_rotation:
             return pieces
         both = zip(pieces, self("transmission_turn"), strict=True)
@@ -192,16 +199,41 @@ class Quantities:
         return sine, slope
 
     def _at(self, i: int, j: int) -> Row:
-        """Return where pivot j of dyad i is at the stations, its direction if it is at infinity, with derivatives."""
-        z, finite = self.found.linkage.points[:, i, j], self.found.linkage.finite[:, i, j]
+        """Return where pivot j of dyad i is at the stations, its direction if it is at infinity, with derivatives; as
+        moving pivot of a third dyad the guided point."""
         if j == 0:
-            still = np.ones(self.t.shape)
+            z, still = self.found.linkage.points[:, i, 0], np.ones(self.t.shape)
             return still * z, _own(i, 0, still)
-        moving = self.guides.motion
-        pose = moving.pose(self.t)
+        if i == 2:
+            z, finite = self.found.point, np.ones(len(self.found), bool)
+        else:
+            z, finite = self.found.linkage.points[:, i, 1], self.found.linkage.finite[:, i, 1]
+        pose = self._pose
         arm = pose.direction(np.where(finite, z - pose.origin, z))
-        slope = _own(i, 1, 1 + pose.x) + 1j * arm[..., None] * self.by.angle
-        return pose.pivot(self.found.linkage, i), slope + np.where(finite[:, None], self.by.shift, 0)
+        slope = (_own(2, 0, 1 + pose.x) if i == 2 else _own(i, 1, 1 + pose.x)) + 1j * arm[..., None] * self.by.angle
+        there = np.where(finite, pose.point(z), pose.direction(z))
+        return there, slope + np.where(finite[:, None], self.by.shift, 0)
+
+    @cached_property
+    def _pose(self) -> Pose:
+        """The poses at the stations."""
+        return self.guides.motion.pose(self.t)
+
+    # -- room ---------------------------------------------------------------------------------------------------
+    def _swept(self) -> Pieces:
+        """How far pivots and the guided point reach out of each side of a convex region at the station where most."""
+        wanted, n = self.problem.constraints, np.arange(len(self.found))
+        region = wanted.swept_in
+        assert region is not None
+        rows: list[Row] = []
+        for i, j in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 1)):
+            finite = self.found.linkage.finite[:, i, j] if i < 2 else np.ones(len(n), bool)
+            place, slope = self._at(i, j)
+            for corner, out in zip(*region.sides, strict=True):
+                value = ((place - corner) * out.conj()).real
+                most = np.argmax(np.where(np.isnan(value), -np.inf, value), axis=0)
+                rows.append((np.where(finite, value[most, n], np.nan), (slope[most, n] * out.conj()).real))
+        return Pieces.of(rows)
 
     def _turning(self) -> Pieces:
         """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guidance.metrics`."""
@@ -287,17 +319,14 @@ def apart(one: Complexes, i: int, other: Complexes, j: int) -> Row:
 
 def outside(region: Region, z: Complexes, k: int) -> Iterable[Row]:
     """How far pivot k lies outside each side of a convex region; of another one outside the nearest side alone."""
-    corner = region.corners[:, 0] + 1j * region.corners[:, 1]
-    side = np.roll(corner, -1) - corner
-    side, corner = side[side != 0], corner[side != 0]
-    turn = (np.roll(side, -1) * side.conj()).imag
-    out = side / np.abs(side) * (-1j if turn.sum() > 0 else 1j)
-    if (turn >= 0).all() or (turn <= 0).all():
+    corner, out = region.sides
+    if region.is_convex:
         for c, normal in zip(corner, out, strict=True):
             by = np.zeros((len(z), COUNT))
             by[:, 2 * k], by[:, 2 * k + 1] = normal.real, normal.imag
             yield ((z - c) * normal.conj()).real, by
         return
+    side = np.roll(corner, -1) - corner
     along = np.clip(((z[:, None] - corner) * side.conj()).real / np.abs(side) ** 2, 0, 1)
     away = z[:, None] - corner - along * side
     away = away[np.arange(len(z)), np.argmin(np.where(np.isnan(away), np.inf, np.abs(away)), axis=1)]

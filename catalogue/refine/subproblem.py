@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, near_path
-from ..candidates.feasibility import LARGEST, STANDING, feasibility, values
+from ..candidates.feasibility import LARGEST, STANDING, feasibility, sweeping, values
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.metrics import LEAST_ARM
@@ -79,9 +79,11 @@ BEND_STEP, PIVOT_STEP, WORSE = 1e-6, 1e-5, 0.02
 #: How near a constraint must be for its derivatives to be differenced [strokes, radians].
 NEAR = 0.05
 #: Constraints whose derivatives are differenced, since none is written down.
-DIFFERENCED = (*DRIVE, "min_transmission_turn", "swept_in", "keep_out")
+DIFFERENCED = (*DRIVE, "keep_out")
 #: Bounds with the pieces that they bound, in the units of these.
-BOUNDS = {**LARGEST, "min_link": "min_link", "min_transmission": "transmission"}
+BOUNDS = {
+    **LARGEST, "min_link": "min_link", "min_transmission": "transmission", "min_transmission_turn": "transmission_turn",
+}  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -139,6 +141,11 @@ def linearise(
     rough = [name for name in DIFFERENCED if getattr(problem.constraints, name)]
     if problem.constraints.slots and "max_arm" in limits:  # written down for points only
         rough.append("max_arm")
+    if (room := problem.constraints.swept_in) is not None:
+        if room.is_convex and not problem.constraints.slots:
+            limits["swept_in"] = read("swept_in").raised(sweeping(problem, found)["swept_in"])
+        else:
+            rough.append("swept_in")
     if rough:
         limits |= differences(problem, found, guides.motion.chart, rough, basis, nominal)
     rms, rms_slope = np.full(len(found), np.nan), np.zeros((len(found), COUNT))
@@ -202,10 +209,10 @@ def _limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
     limits["distance from the moving pivots"] = read("least_arm").less(-LEAST_ARM)
     for name, measure in BOUNDS.items():
         bound = getattr(wanted, name)
-        if bound is None or (name == "min_transmission" and not bound):
+        if bound is None or (name.startswith("min_transmission") and not bound):
             continue
         sign = 1.0 if name in LARGEST else -1.0
-        limits[name] = read(measure).less(sign * bound / (90.0 if measure == "transmission" else 1.0))
+        limits[name] = read(measure).less(sign * bound / (90.0 if measure.startswith("transmission") else 1.0))
     if wanted.full_rotation:
         limits["full_rotation"] = read("full_rotation")
     for name in STANDING:

@@ -12,7 +12,7 @@ import pytest
 
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch
-from catalogue.candidates.feasibility import feasibility, nearer_arm, values
+from catalogue.candidates.feasibility import feasibility, nearer_arm, sweeping, values
 from catalogue.guidance.fixed_nominal import Nominal
 from catalogue.guidance.metrics import min_transmission_turn, rotates, rotation_margin
 from catalogue.guidance.minimum_zone import grid
@@ -27,6 +27,7 @@ from tests.refine.starts import problem_of, started
 STEP = 1e-6
 LINE, ARC = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1)
 POLYGON = [(-0.4, -0.3), (1.5, -0.3), (1.5, 0.3), (0.5, 0.2), (-0.4, 0.9)]
+CONVEX = [(-0.8, -1.6), (1.9, -1.6), (1.7, 1.2), (-0.8, 1.8)]
 NAMES = ("size", "max_link", "min_link", "max_ground", "max_arm", "least_arm", "transmission", "full_rotation")
 CRANKS = ("four-bar", "slider-crank", "inverted-slider-crank")
 INVERTED = {"families": ["inverted-slider-crank"]}  # of all families the one that is compared fastest
@@ -36,6 +37,7 @@ WISHES: list[tuple[Any, dict[str, Any], tuple[str, ...]]] = [
     (LINE, {"families": ["elliptic-trammel"]}, NAMES[:-1]),
     (ARC, {"families": ["four-bar"]}, NAMES),
     (LINE, {"fixed_pivots_in": (-0.5, -0.5, 1.6, 0.5), "pivots_in": POLYGON}, ("fixed_pivots_in", "pivots_in")),
+    *((LINE, {"families": [f], "swept_in": CONVEX}, ("swept_in",)) for f in CRANKS),
 ]
 
 
@@ -91,7 +93,7 @@ def test_slopes_are_central_differences(
     small: Catalogue, request_: Any, wish: dict[str, Any], names: tuple[str, ...]
 ) -> None:
     problem = problem_of(request_, **wish)
-    at = Stations(problem, started(small, problem, 6))
+    at = Stations(problem, started(small, problem.with_constraints(swept_in=None), 6))
     far = ~np.repeat(at.found.linkage.finite.reshape(-1, 4), 2, axis=1)
     for name in names:
         value, slope = at.pieces(name)
@@ -113,6 +115,10 @@ def test_slopes_are_central_differences(
             bound = 2e-5 * (1 + np.abs(want).max())
             free = ~kink & (~far[:, k] if k < 8 else True)
             free = free[:, None] & ((name != "transmission") | (np.abs(value) < 0.98))  # an arc sine has a kink at 90
+            if name == "swept_in":  # another station may be as far out
+                bent = np.abs(ends[0] + ends[1] - 2 * value) > 1e-3 * STEP
+                assert bent.mean() < 0.1
+                free &= ~bent
             np.testing.assert_allclose(got[free], want[free], atol=bound, err_msg=f"{name} by coordinate {k}")
             some += int((got != 0).any())
         assert some or (value == NONE).all(), f"{name} depends on nothing"
@@ -138,6 +144,19 @@ def test_the_largest_piece_is_the_measure(small: Catalogue, wish: dict[str, Any]
     np.testing.assert_allclose(least, here["transmission"], atol=0.02)
     told = found.measures.min_transmission
     np.testing.assert_allclose(-at.pieces("transmission", told).value.max(1), told / 90, rtol=1e-12, atol=1e-15)
+
+
+@pytest.mark.parametrize("family", CRANKS)
+def test_the_largest_piece_of_a_room_is_how_far_a_linkage_reaches_out_of_it(small: Catalogue, family: str) -> None:
+    """Read at 9 places of the stroke: no more than that, and hardly less; lifted to it."""
+    problem = problem_of(LINE, families=[family], swept_in=(-0.3, -0.4, 1.2, 0.5))
+    found = started(small, problem.with_constraints(swept_in=None), 20)
+    pieces = Stations(problem, found).pieces("swept_in")
+    here = sweeping(problem, found)["swept_in"]
+    one_side = np.abs(here - pieces.value.max(1)) < 0.05  # else it is a corner that is left, farther than its sides
+    assert one_side.sum() > 5
+    assert (pieces.value.max(1) <= here + 1e-9).all()
+    np.testing.assert_allclose(pieces.raised(here).value.max(1), here, rtol=0, atol=1e-12)
 
 
 def test_a_region_is_the_same_whichever_way_round_it_is_given() -> None:
@@ -236,7 +255,7 @@ class _Bare:
 
 def test_what_does_not_exist_concerns_nobody(small: Catalogue) -> None:
     problem = problem_of(LINE, families=["slider-crank"])
-    at = Stations(problem, started(small, problem, 6))
+    at = Stations(problem, started(small, problem.with_constraints(swept_in=None), 6))
     value, slope = at.pieces("max_ground")
     assert (value == NONE).all()
     assert not slope.any()
