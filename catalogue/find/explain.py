@@ -145,7 +145,7 @@ class Explanation:
         one = found[np.array([best])]
         for room in ROOMS if amount[best] > ROUNDING else ():
             bounds = {name: self._value(name, one, room) for name in names}
-            if (answers := self._answers(bounds)) is not None:
+            if (answers := self._answers(bounds, one)) is not None:
                 if len(names) == 1 and amount[best] > FAR_OFF and not self.problem.constraints.given:
                     bounds = self._closer(names[0], bounds, amount[best], answers)
                 return " with ".join(self._option(name, bound) for name, bound in bounds.items())
@@ -161,17 +161,19 @@ class Explanation:
             best = int(np.argmin(less))
             if not ROUNDING < less[best] < amount - FAR_OFF:
                 break
-            nearer = {name: self._value(name, found[np.array([best])], ROOMS[0])}
-            again = self._answers(nearer)
+            one = found[np.array([best])]
+            nearer = {name: self._value(name, one, ROOMS[0])}
+            again = self._answers(nearer, one)
             if again is None:
                 break
             bounds, amount, answers = nearer, less[best], again
         return bounds
 
-    def _answers(self, bounds: dict[str, Any]) -> CandidateBatch | None:
-        """Return what the first stage of a search finds with constraints relaxed to these bounds, None if no answer.
+    def _answers(self, bounds: dict[str, Any], one: CandidateBatch) -> CandidateBatch | None:
+        """Return what a search finds with constraints relaxed to these bounds, None if no answer.
 
-        Later ones seldom find what that does not, and take longest where there is nothing.
+        Of the starts that it would have those are tried from which a candidate that meets them is likely to be found:
+        others seldom find what these do not, and take longest where there is nothing.
         """
         problem = self.problem
         if problem.constraints.given:  # the candidates came of the very steps that would be taken
@@ -188,7 +190,7 @@ class Explanation:
             else:
                 changes[name] = value / stroke if name in LARGEST or name in LEAST else value
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
-        search = Search(looser, self.database, enough=1)
+        search = Search(looser, self.database, enough=1, near=one)
         search.step()
         found = np.flatnonzero(np.isfinite(search.cost))
         return None if search.found is None or not len(found) else search.found[found]

@@ -70,6 +70,8 @@ EXACT_GUIDES = 200
 #: Stages at most, and how many answers are enough to look no farther.  Fewer would make the first answer worse where
 #: fewer are shown.
 STAGES, AMPLE = 10, 6
+#: How many starts are most like a candidate, and most promising, where an answer is likely to be near it.
+LIKELY = 16
 #: Constraints that choose among sorts of guides.
 SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
 #: How many of the best points are perturbed, how often each, and by what, as powers of ten of the stroke; how many of
@@ -113,6 +115,7 @@ class Search:
     stage: int = 0
     refines: bool = True  #: whether starts are refined; else they are given as they are stored
     enough: int = AMPLE  #: how many answers end the search
+    near: CandidateBatch | None = None  #: where an answer is likely: starts like it are refined, and few others
     given: CandidateBatch | None = None  #: starts from elsewhere
     taken: Indices = field(default_factory=lambda: np.zeros(0, int))  #: stored guides that were starts
 
@@ -151,21 +154,26 @@ class Search:
                 return
 
     def step(self) -> None:
-        """Refine the starts of one more stage, or of two together, as rounds of many cost little more than of few."""
+        """Refine the starts of one more stage, or of some together, as rounds of many cost little more than of few."""
         parts, together = [], 2 if self.stage or self._narrow else 1
+        if self.near is not None and together == 1:
+            together = 3  # those of a search that is in vain
         with self.report.timed("starts"):
             for _ in range(together):
                 parts.append(self._starts())
                 self.stage += 1
         parts = [part for part in parts if part is not None and len(part)]
         starts = join(*parts) if parts else None
+        if starts is not None and self.near is not None:
+            starts = starts[self._likely(starts, self.near)]
         if starts is not None:
             self._refine(starts, together)
         feasible, (first, refined) = int(np.isfinite(self.cost).sum()), self._begun
         stages, points = self.stage - first, self.report.refined - refined
         least = 1 if self.enough == 1 else 1 + self._narrow  # few designs are left: the next stage differs
         ample = self._sound >= self.enough and stages >= least
-        spent = points > (self._extent.points if feasible else self._extent.in_vain) or stages >= STAGES
+        most = self._extent.points if feasible else self._extent.in_vain
+        spent = (stages > 1 and points > most) or stages >= STAGES
         if ample or spent or self._hopeless or starts is None:
             self.status = "found" if feasible else "exhausted"
 
@@ -300,6 +308,12 @@ class Search:
                 like |= distances(designs[i : i + 1], designs, mirror=self.problem.curvature == 0)[0] < 0.03
         return found[order[kept]]
 
+    def _likely(self, starts: CandidateBatch, near: CandidateBatch) -> Indices:
+        """Return the starts that are most like one candidate, and the most promising."""
+        given, designs = (normal_form(some.linkage.pivots, 1.0) for some in (near, starts))
+        away = distances(given, designs, mirror=self.problem.curvature == 0)[0]
+        return np.unique([np.argsort(by, kind="stable")[:LIKELY] for by in (away, self._merits(starts))])
+
     def _refine(self, starts: CandidateBatch, together: int) -> None:
         """Refine all starts of so many stages for some rounds, the best of them farther."""
         if not self.refines:
@@ -329,28 +343,32 @@ class Search:
             parts.append((rest.best, rest.best_cost))
             self.report.refined += refinement.evaluated
             refinement = refinement[order[:keep]]
+            if self._one_suffices(refinement):
+                break
         for _ in range(MORE_ROUNDS):
             left = np.flatnonzero(refinement.active)
             few = len(left) <= FEW and np.argmin(refinement.merit) not in left
-            if few or (self.enough == 1 and np.isfinite(refinement.best_cost).any()):
+            if few or self._one_suffices(refinement):
                 break
             refinement.step()
         self.report.refined += refinement.evaluated
-        if np.isfinite(refinement.best_cost).sum() < self.enough:
-            self._lead_in(refinement)
         parts.append((refinement.best, refinement.best_cost))
+        near = np.flatnonzero(~np.isfinite(refinement.best_cost) & (refinement.nearest < NEAR))
+        if len(near) and np.isfinite(refinement.best_cost).sum() < self.enough:
+            parts.append(self._led_in(refinement.best[near], refinement.hasty))
         return join(*(found for found, _ in parts)), np.concatenate([value for _, value in parts])
 
-    def _lead_in(self, refinement: Refinement) -> None:
-        """Lead those that are hardly outside the constraints in, whatever they cost, and refine them from there."""
-        near = np.flatnonzero(~np.isfinite(refinement.best_cost) & (refinement.nearest < NEAR))
-        if not len(near):
-            return
+    def _one_suffices(self, refinement: Refinement) -> bool:
+        """Whether no more than one answer is wanted, and it is there."""
+        return self.enough == 1 and bool(np.isfinite(refinement.best_cost).any())
+
+    def _led_in(self, near: CandidateBatch, hasty: bool) -> tuple[CandidateBatch, Floats]:
+        """Return what comes of candidates hardly outside the constraints that are led in, whatever they cost, and then
+        refined; and what it costs."""
         inward = replace(self.problem, relaxed="ranking")
-        led = Refinement.of(inward, refinement.best[near], penalty=LEADING).run(MORE_ROUNDS)
-        back = Refinement.of(self.problem, led.best, hasty=refinement.hasty)
+        led = Refinement.of(inward, near, penalty=LEADING).run(MORE_ROUNDS)
+        back = Refinement.of(self.problem, led.best, hasty=hasty)
         back.active &= np.isfinite(led.best_cost)
         back.run(MORE_ROUNDS)
         self.report.refined += led.evaluated + back.evaluated
-        refinement.best = refinement.best.replaced(near, back.best)
-        refinement.best_cost[near] = back.best_cost
+        return back.best, back.best_cost
