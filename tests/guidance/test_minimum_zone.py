@@ -360,5 +360,6 @@ def test_the_grid_interpolates_polynomials(count: int) -> None:
     for degree in {0, 1, count // 2, count}:
         series = np.eye(count + 1)[degree]
         values = chebyshev.chebval(points.nodes, series)
-        np.testing.assert_allclose(points.fine @ values, chebyshev.chebval(fine, series), rtol=0, atol=1e-13)
-        np.testing.assert_allclose(points.coefficients @ values, series, rtol=0, atol=1e-14)
+        rounding = 1e-15 + 1e-16 * degree**2  # of the places, times the slope there
+        np.testing.assert_allclose(points.fine @ values, chebyshev.chebval(fine, series), rtol=0, atol=4 * rounding)
+        np.testing.assert_allclose(points.coefficients @ values, series, rtol=0, atol=4 * rounding)
