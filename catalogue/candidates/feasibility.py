@@ -10,7 +10,7 @@ import numpy as np
 
 from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import LEAST_ARM, min_transmission_turn, rotation_margin
-from ..guidance.swept_area import intrusion, link_segments, protrusion
+from ..guidance.swept_area import intrusion, link_ends, link_segments, protrusion
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes, Floats, Indices, Mask
 from ..problem.constraints import DRIVE
@@ -194,11 +194,12 @@ def sweeping(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     """Return how far links reach out of the room or into what is to be kept free, negative where they do not."""
     wanted, amounts = problem.constraints, {}
     if wanted.swept_in is not None or wanted.keep_out:
-        poses = SampledPoses.of(found.curve, found.traced, SWEPT, inverse=wanted.slots)
-        swept = link_segments(machine(problem, found), poses)
-        if wanted.swept_in is not None:
-            amounts["swept_in"] = protrusion(wanted.swept_in, swept)
+        poses, built = SampledPoses.of(found.curve, found.traced, SWEPT, inverse=wanted.slots), machine(problem, found)
+        if (room := wanted.swept_in) is not None:
+            swept = link_ends(built, poses)[..., None] if room.is_convex else link_segments(built, poses)
+            amounts["swept_in"] = protrusion(room, swept)
         if wanted.keep_out:
+            swept = link_segments(built, poses)
             amounts["keep_out"] = np.max([intrusion(zone, swept) for zone in wanted.keep_out], axis=0)
     return amounts
 

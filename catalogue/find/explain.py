@@ -43,6 +43,8 @@ ROOMS = (0.05, 0.2)
 #: Amount above which a relaxation is far from what was asked, and is tried to be made less, by that much each time, so
 #: often at most: e-folds of the deviation, strokes, radians, parts of a bound.
 FAR_OFF, CLOSER = 0.2, 3
+#: Points measured by refinement after which no more is tried than the wider one.
+PATIENT = 2000
 #: The tolerance inside which a search stays, of the one asked: what the grid of the search leaves open.
 INSIDE = 1 - 2e-4
 
@@ -119,7 +121,7 @@ class Explanation:
     def relaxations(self, nearest: CandidateBatch) -> list[str]:
         """Return what each constraint alone, else each pair of them, would have to be for an answer to be found, as
         options of the command in the user's unit; each was tried."""
-        refined = {}
+        refined, tally = {}, SearchReport()
         implied = {"full_rotation"} if self.problem.constraints.min_transmission_turn else set()
         for name, amount in feasibility(self.problem, nearest).amounts.items():
             if (amount > ROUNDING).any() and not name.startswith("distance ") and name not in implied:
@@ -129,13 +131,16 @@ class Explanation:
             offered: list[str] = []
             for names in combinations(refined, count):
                 tried = refined.values() if count > 1 else [refined[names[0]]]
-                offered += islice(filter(None, (self._best(*one, names) for one in tried)), 1)
+                offered += islice(filter(None, (self._best(*one, names, tally) for one in tried)), 1)
             if offered:
                 return offered
         return []
 
-    def _best(self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...]) -> str | None:
-        """Return the least relaxation of some constraints for which one of the candidates is an answer."""
+    def _best(
+        self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...], tally: SearchReport
+    ) -> str | None:
+        """Return the least relaxation of some constraints for which one of the candidates is an answer, or one that is
+        sure to help where others took long already."""
         others = np.sum([a for n, a in broken.amounts.items() if n not in names] or [np.zeros(len(found))], axis=0)
         amount = np.sum([broken.amounts[n] for n in names], axis=0)
         amount = np.where(others <= ROUNDING, amount, np.inf)
@@ -143,15 +148,18 @@ class Explanation:
         if not np.isfinite(amount[best]):
             return None
         one = found[np.array([best])]
-        for room in ROOMS if amount[best] > ROUNDING else ():
+        rooms = ROOMS if tally.refined < PATIENT else ROOMS[-1:]
+        for room in rooms if amount[best] > ROUNDING else ():
             bounds = {name: self._value(name, one, room) for name in names}
-            if (answers := self._answers(bounds, one)) is not None:
+            if (answers := self._answers(bounds, one, tally)) is not None:
                 if len(names) == 1 and amount[best] > FAR_OFF and not self.problem.constraints.given:
-                    bounds = self._closer(names[0], bounds, amount[best], answers)
+                    bounds = self._closer(names[0], bounds, amount[best], answers, tally)
                 return " with ".join(self._option(name, bound) for name, bound in bounds.items())
         return None
 
-    def _closer(self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch) -> dict[str, Any]:
+    def _closer(
+        self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch, tally: SearchReport
+    ) -> dict[str, Any]:
         """Return the least relaxation of one constraint that helps, sought from the answers to the one given."""
         for _ in range(CLOSER):
             found = relaxed(self.problem, answers, name)
@@ -163,13 +171,13 @@ class Explanation:
                 break
             one = found[np.array([best])]
             nearer = {name: self._value(name, one, ROOMS[0])}
-            again = self._answers(nearer, one)
+            again = self._answers(nearer, one, tally)
             if again is None:
                 break
             bounds, amount, answers = nearer, less[best], again
         return bounds
 
-    def _answers(self, bounds: dict[str, Any], one: CandidateBatch) -> CandidateBatch | None:
+    def _answers(self, bounds: dict[str, Any], one: CandidateBatch, tally: SearchReport) -> CandidateBatch | None:
         """Return what a search finds with constraints relaxed to these bounds, None if no answer.
 
         Of the starts that it would have those are tried from which a candidate that meets them is likely to be found:
@@ -190,7 +198,7 @@ class Explanation:
             else:
                 changes[name] = value / stroke if name in LARGEST or name in LEAST else value
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
-        search = Search(looser, self.database, enough=1, near=one)
+        search = Search(looser, self.database, tally, enough=1, near=one)
         search.step()
         found = np.flatnonzero(np.isfinite(search.cost))
         return None if search.found is None or not len(found) else search.found[found]

@@ -21,6 +21,11 @@ from .minimum_zone import largest
 STATIONS, GRAZED = 5, 1e-3
 
 
+#: Which of the ends of its links the segments of a linkage connect, and those of a machine with a slot.
+SEGMENTS = np.array([(0, 2), (1, 3), (2, 3), (2, 4), (3, 4)])
+SLOTTED = np.array([(0, 2), (1, 3), (2, 3), (4, 5), (2, 4), (2, 5), (3, 4), (3, 5)])
+
+
 class Area(Protocol):
     """A polygon: its corners (k, 2), whether it is convex, and how far points lie outside, negative inside."""
 
@@ -33,9 +38,9 @@ class Area(Protocol):
     def outside(self, z: Complexes) -> Floats: ...
 
 
-def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
-    """Return both ends of the k segments of n linkages at f positions, complex, shape (f, n, k, 2); what is no link is
-    a point of another one.
+def link_ends(linkage: Linkage, moves: SampledPoses) -> Complexes:
+    """Return the ends of the links of n linkages at f positions, complex, shape (f, n, k): both pivots that stand, both
+    that move, the guided point or both ends of the slot.
 
     Parameters
     ----------
@@ -44,18 +49,19 @@ def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
     """
     fixed = np.broadcast_to(linkage.points[None, :, :, 0], moves.pins.shape)
     pivots = np.where(linkage.dyads == RR, fixed, moves.pins)
-    one, two, point = moves.pins[..., 0], moves.pins[..., 1], moves.point
-    ends = [(pivots[..., 0], one), (pivots[..., 1], two), (one, two)]
-    if moves.slot is None:
-        ends += [(one, point), (two, point)]
-    else:
-        first, last = moves.slot[..., 0], moves.slot[..., 1]
-        ends += [(first, last), (one, first), (one, last), (two, first), (two, last)]
-    return np.stack([np.stack(pair, axis=-1) for pair in ends], axis=-2)
+    last = moves.point[..., None] if moves.slot is None else moves.slot
+    return np.concatenate([pivots, moves.pins, last], axis=-1)
+
+
+def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
+    """Return both ends of the k segments of n linkages at f positions, complex, shape (f, n, k, 2); what is no link is
+    a point of another one; see `link_ends`."""
+    return link_ends(linkage, moves)[..., SEGMENTS if moves.slot is None else SLOTTED]
 
 
 def protrusion(area: Area, swept: Complexes) -> Floats:
-    """Return how far linkages reach out of an area at most, negative inside, shape (n,), from segments (f, n, k, 2)."""
+    """Return how far linkages reach out of an area at most, negative inside, shape (n,), from segments (f, n, k, 2); of
+    a convex one from the ends of links, (f, n, k, 1), too."""
     if area.is_convex:  # nothing of a segment is farther out than an end of it
         return largest(area.outside(swept).max(axis=(2, 3)))
     return _farthest(area, swept, 1)

@@ -71,7 +71,7 @@ EXACT_GUIDES = 200
 #: fewer are shown.
 STAGES, AMPLE = 10, 6
 #: How many starts are most like a candidate, and most promising, where an answer is likely to be near it.
-LIKELY = 16
+LIKELY = 12
 #: Constraints that choose among sorts of guides.
 SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
 #: How many of the best points are perturbed, how often each, and by what, as powers of ten of the stroke; how many of
@@ -175,7 +175,24 @@ class Search:
         most = self._extent.points if feasible else self._extent.in_vain
         spent = (stages > 1 and points > most) or stages >= STAGES
         if ample or spent or self._hopeless or starts is None:
+            if not feasible and self.refines and self.found is not None:
+                self._insist()
+                feasible = int(np.isfinite(self.cost).sum())
             self.status = "found" if feasible else "exhausted"
+
+    def _insist(self) -> None:
+        """Refine those that came nearest to the constraints farther, once more."""
+        assert self.found is not None
+        violation = feasibility(self.problem, self.found).total
+        nearest = np.argsort(violation, kind="stable")[:BEST]
+        nearest = nearest[violation[nearest] < FAR]
+        if not len(nearest):
+            return
+        with self.report.timed("refine"):
+            farther = Refinement.of(self.problem, self.found[nearest]).run(MORE_ROUNDS)
+        self.report.refined += farther.evaluated
+        self.found = join(self.found, farther.best)
+        self.cost = np.concatenate([self.cost, farther.best_cost])
 
     @property
     def _sound(self) -> int:
@@ -206,7 +223,8 @@ class Search:
 
     @cached_property
     def _extent(self) -> Extent:
-        return CONSTRAINED if self._constrained else FREE
+        extent = CONSTRAINED if self._constrained else FREE
+        return extent if self.near is None else replace(extent, kept=(LIKELY, LIKELY, LIKELY))
 
     @property
     def _exact(self) -> bool:
