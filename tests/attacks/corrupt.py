@@ -310,9 +310,13 @@ def main() -> None:
     warnings.simplefilter("ignore")
     rows: dict[str, Counter[str]] = {}
     copies: dict[str, set[Any]] = {}
+    others: dict[tuple[str, str], set[str]] = {}
     for what, question, came, case in run(given.database, given.count, given.seed, values=given.values):
         rows.setdefault(what, Counter())[came.partition(":")[0]] += 1
         copies.setdefault(what, set()).add(case)
+        if came == "other":
+            column, _, value = str(case).partition(" = ")
+            others.setdefault((column, question), set()).add(value)
         if came not in ("error", "same", "right"):
             print(what, question, case, came, file=sys.stderr, flush=True)
     out = io.StringIO()
@@ -323,10 +327,12 @@ def main() -> None:
             f"Each copy of a database was asked {len(QUESTIONS)} questions: {', '.join(QUESTIONS)}.\n"
             "Error: one line, a documented class.  Same: the answer of the sound file.  Right: another answer, which\n"
             "keeps to what was asked when it is measured again from its pivots.  Other: another answer, of stored\n"
-            "values that may be: see below.  No seal: the file had been written to by somebody since it was built.\n"
+            "values that may be, listed below.  No seal: the file had been written to by somebody since it was built.\n"
             "Saved answers are read as from a file without their codes; a code tells of any change.\n"
         )
         table(["damage", "copies", *kinds], [[w, len(copies[w]), *(n[k] for k in kinds)] for w, n in rows.items()])
+        print("\nOther answers, by what was replaced:\n")
+        table(["replaced", "asked", "by"], [[*at, ", ".join(sorted(by))] for at, by in sorted(others.items())])
     print(out.getvalue())
     if given.write:
         (Path(__file__).parents[2] / "data" / "reports" / "corrupt.md").write_text(out.getvalue(), "utf-8")
