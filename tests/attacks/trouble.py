@@ -3,7 +3,8 @@
     python tests/attacks/trouble.py [--write] [--seconds 60]
 
 Prints a table; ``--write`` writes ``data/reports/trouble.md``; ends with exit code 1 if anything was lost, or said
-otherwise than in one line.  POSIX only: the disk is filled by a limit on the size of files.
+otherwise than in one line.  POSIX only: the disk is filled by a limit on the size of files, and root gives up its
+rights by `setpriv`.
 """
 
 from __future__ import annotations
@@ -18,7 +19,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import closing, redirect_stdout
 from pathlib import Path
 from typing import Any
@@ -29,14 +30,19 @@ REPORT = ROOT / "data" / "reports" / "trouble.md"
 COUNT = 300
 BUILD = ["build", "--count", str(COUNT), "--series", "T.few", "--series", "T.less", "--processes", "1"]
 COLLECT = ["build", "--collection", "swings", "--count", "1200"]
+MORE = [*BUILD[:2], str(2 * COUNT), *BUILD[3:]]
 FIND = ["find", "straight-line", "--stroke", "1", "--deviation", "0.05", "--no-refine", "--limit", "3"]
 
 
-def start(words: list[str], path: Path, **options: Any) -> subprocess.Popen[str]:
+#: What runs a command without the right to write where nobody may, which root has.
+BOUND = ["setpriv", "--bounding-set=-all", "--inh-caps=-all"] if os.geteuid() == 0 else []
+
+
+def start(words: list[str], path: Path, bound: Sequence[str] = (), **options: Any) -> subprocess.Popen[str]:
     """Start the command on a file."""
     folders = (POPULATE / "dropin", ROOT / "tests" / "collections" / "dropin")
     return subprocess.Popen(
-        [sys.executable, "-m", "catalogue", *words, "--db", str(path)],
+        [*bound, sys.executable, "-m", "catalogue", *words, "--db", str(path)],
         env={**os.environ, "PYTHONPATH": str(ROOT), "CATALOGUE_PLUGINS": os.pathsep.join(map(str, folders)),
              "CATALOGUE_ANSWERS": str(path.with_name("answers.db"))},
         stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, **options,
@@ -116,6 +122,28 @@ def locked(path: Path, whole: list[str]) -> tuple[bool, str]:
         connection.execute("BEGIN EXCLUSIVE")
         code, line = ended(start(BUILD, path))
     return code == 4 and finished(path, whole), line
+
+
+def read_only_file(path: Path, whole: list[str]) -> tuple[bool, str]:
+    """Nobody may write to a finished file: it is read, and not built on."""
+    assert ended(start(BUILD, path))[0] == 0
+    path.chmod(0o444)
+    found = ended(start(FIND, path, BOUND))[0]
+    code, line = ended(start(MORE, path, BOUND))
+    same = dump(path) == whole
+    path.chmod(0o644)
+    return (found, code) == (0, 4) and same and finished(path, whole), line
+
+
+def read_only_folder(path: Path, whole: list[str]) -> tuple[bool, str]:
+    """Nobody may write to the folder of a finished file: it is read, and no other one is begun."""
+    assert ended(start(BUILD, path))[0] == 0
+    path.parent.chmod(0o555)
+    found = ended(start(FIND, path, BOUND))[0]
+    code, line = ended(start(BUILD, path.with_name("new.db"), BOUND))
+    same, left = dump(path) == whole, sorted(file.name for file in path.parent.iterdir())
+    path.parent.chmod(0o755)
+    return (found, code) == (0, 4) and same and left == [path.name] and finished(path, whole), line
 
 
 def two_builders(path: Path, whole: list[str]) -> tuple[bool, str]:
@@ -209,7 +237,8 @@ def main() -> None:
         assert ended(start(BUILD, path))[0] == 0
         whole = dump(path)
     tried: list[Callable[[Path, list[str]], tuple[bool, str]]] = [
-        full_disk, removed, replaced, truncated, locked, two_builders, two_collectors, upgrade_beside_reader,
+        full_disk, read_only_file, read_only_folder, removed, replaced, truncated, locked, two_builders, two_collectors,
+        upgrade_beside_reader,
         lambda path, _: readers(path, given.seconds),
     ]  # fmt: skip
     for one in tried:
