@@ -1,6 +1,6 @@
 """Peak of resident memory of each process of the commands, on files of different size, and its growth per guide.
 
-    python tests/benchmarks/memory.py DATABASE [LARGER_DATABASE] [--build 12000] [--write]
+    python tests/benchmarks/memory.py DATABASE [LARGER_DATABASE] [--build 12000,1000000] [--write]
 
 Each command runs in a process of its own; it and its worker processes are watched in /proc (Linux).  Without a larger
 file there is no growth.  `--write`: the table goes to ``data/reports/memory.md`` too.
@@ -78,10 +78,10 @@ def guides(database: Path) -> int:
 def main() -> None:
     parser = arguments()
     parser.add_argument("databases", nargs="+", type=Path)
-    parser.add_argument("--build", type=int, default=12000)
+    parser.add_argument("--build", default="12000", help="how many guides to build, beside each database")
     parser.add_argument("--write", action="store_true")
     asked = parser.parse_args()
-    counts = [guides(database) for database in asked.databases]
+    counts, builds = [guides(database) for database in asked.databases], [int(n) for n in asked.build.split(",")]
     rows = []
     with tempfile.TemporaryDirectory() as folder:
         (mine := Path(folder) / "mine.json").write_text(json.dumps(MINE), "utf-8")
@@ -97,13 +97,17 @@ def main() -> None:
         for name, words in ALONE.items():
             own, workers = run(words)
             rows.append([name, f"{own:.0f}", *[""] * len(counts[1:]), _told(workers), ""])
-        for name, words in READING.items():
-            found = [run(words, "--db", str(database)) for database in asked.databases]
+
+        def row(name: str, found: list[tuple[float, list[float]]], guides: list[int]) -> None:
             each = [one for one, _ in found]
-            growth = f"{1024**2 * (each[-1] - each[0]) / (counts[-1] - counts[0]):.0f}" if len(each) > 1 else ""
-            rows.append([name, *(f"{one:.0f}" for one in each), _told([w for _, ws in found for w in ws]), growth])
-        own, workers = run(f"build --count {asked.build}", "--db", str(Path(folder) / "built.db"))
-        rows.append([f"build of {asked.build:,}", f"{own:.0f}", *[""] * len(counts[1:]), _told(workers), ""])
+            growth = f"{1024**2 * (each[-1] - each[0]) / (guides[-1] - guides[0]):.0f}" if len(each) > 1 else ""
+            cells = [f"{one:.0f}" for one in each] + [""] * (len(counts) - len(each))
+            rows.append([name, *cells, _told([w for _, ws in found for w in ws]), growth])
+
+        for name, words in READING.items():
+            row(name, [run(words, "--db", str(database)) for database in asked.databases], counts)
+        built = [run(f"build --count {n}", "--db", str(Path(folder) / f"{n}.db")) for n in builds[: len(counts)]]
+        row(f"build --count {', '.join(map(str, builds))}", built, builds)
     with contextlib.redirect_stdout(io.StringIO()) as report:
         title("Memory")
         print("Peak of resident memory [MB] of the command's process, by how many guides its file holds; of the\n"
