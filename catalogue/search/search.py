@@ -155,43 +155,44 @@ class Search:
 
     def step(self) -> None:
         """Refine the starts of one more stage, or of some together, as rounds of many cost little more than of few."""
-        parts, together = [], 2 if self.stage or self._narrow else 1
+        together = 2 if self.stage or self._narrow else 1
         if self.near is not None and together == 1:
             together = 3  # those of a search that is in vain
         with self.report.timed("starts"):
-            for _ in range(together):
-                parts.append(self._starts())
-                self.stage += 1
-        parts = [part for part in parts if part is not None and len(part)]
-        starts = join(*parts) if parts else None
-        if starts is not None and self.near is not None:
-            starts = starts[self._likely(starts, self.near)]
+            starts = self._gathered(together)
         if starts is not None:
             self._refine(starts, together)
-        feasible, (first, refined) = int(np.isfinite(self.cost).sum()), self._begun
+        if starts is None or self._over:
+            if not self._feasible and self.refines and self.found is not None:
+                self._insist(self.found)
+            self.status = "found" if self._feasible else "exhausted"
+
+    @property
+    def _over(self) -> bool:
+        """Whether enough was found, or too little to go on."""
+        first, refined = self._begun
         stages, points = self.stage - first, self.report.refined - refined
         least = 1 if self.enough == 1 else 1 + self._narrow  # few designs are left: the next stage differs
+        most = self._extent.points if self._feasible else self._extent.in_vain
         ample = self._sound >= self.enough and stages >= least
-        most = self._extent.points if feasible else self._extent.in_vain
-        spent = (stages > 1 and points > most) or stages >= STAGES
-        if ample or spent or self._hopeless or starts is None:
-            if not feasible and self.refines and self.found is not None:
-                self._insist()
-                feasible = int(np.isfinite(self.cost).sum())
-            self.status = "found" if feasible else "exhausted"
+        return ample or (stages > 1 and points > most) or stages >= STAGES or self._hopeless
 
-    def _insist(self) -> None:
-        """Refine those that came nearest to the constraints farther, once more."""
-        assert self.found is not None
-        violation = feasibility(self.problem, self.found).total
+    @property
+    def _feasible(self) -> bool:
+        """Whether anything was found that meets the constraints."""
+        return bool(np.isfinite(self.cost).any())
+
+    def _insist(self, found: CandidateBatch) -> None:
+        """Refine those that came nearest to the constraints once more."""
+        violation = feasibility(self.problem, found).total
         nearest = np.argsort(violation, kind="stable")[:BEST]
         nearest = nearest[violation[nearest] < FAR]
         if not len(nearest):
             return
         with self.report.timed("refine"):
-            farther = Refinement.of(self.problem, self.found[nearest]).run(MORE_ROUNDS)
+            farther = Refinement.of(self.problem, found[nearest]).run(MORE_ROUNDS)
         self.report.refined += farther.evaluated
-        self.found = join(self.found, farther.best)
+        self.found = join(found, farther.best)
         self.cost = np.concatenate([self.cost, farther.best_cost])
 
     @property
@@ -241,6 +242,16 @@ class Search:
     def _made(self) -> list[str]:
         """Families of which starts are made to measure."""
         return synthesis.allowed(self.problem)
+
+    def _gathered(self, stages: int) -> CandidateBatch | None:
+        """Return the starts of so many stages."""
+        parts = []
+        for _ in range(stages):
+            parts.append(self._starts())
+            self.stage += 1
+        parts = [part for part in parts if part is not None and len(part)]
+        starts = join(*parts) if parts else None
+        return starts if starts is None or self.near is None else starts[self._likely(starts, self.near)]
 
     def _starts(self) -> CandidateBatch | None:
         """Return measured starts of the present stage, the most promising first."""
