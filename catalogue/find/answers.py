@@ -196,7 +196,9 @@ def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None 
             return _of_collection(values, collection)
         if "_window" in values:
             values["_window"] = tuple(values["_window"])
-        one = _sound(kinds[str(kind)](**values))
+        if kind not in kinds:
+            raise InvalidRequest(f"{quoted(kind)} is no kind of answer")
+        one = _sound(kinds[kind](**values))
         measured_again.check(one)
         return one
     except (LookupError, TypeError, ValueError, ArithmeticError) as error:

@@ -246,7 +246,16 @@ def read(name: str, held: dict[str, Any], sound: Any) -> str:
         return "same"
     if "\\x1b" in repr(answer.to_dict()):
         return "traceback: a control character"
+    if _alike(name, getattr(answer, name), getattr(sound, name)):
+        return "right"
     return "other" if name in UNMEASURED or getattr(answer, name) is None else "traceback: a false number is believed"
+
+
+def _alike(name: str, said: Any, was: Any) -> bool:
+    """Return whether two numbers are one but for rounding; an arc as good as straight has a radius."""
+    if name == "radius":
+        said, was = (0.0 if radius is None else 1 / radius for radius in (said, was))
+    return isinstance(said, int | float) and abs(said - was) <= 1e-12 * max(1.0, abs(was))
 
 
 def outcome(path: Path, question: str, sound: Any) -> str:

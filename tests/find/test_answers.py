@@ -238,3 +238,10 @@ def test_a_record_that_is_not_what_its_code_was_made_of_is_told(
         opened.execute("UPDATE answer SET record = replace(record, '\"order\": ', '\"order\": 1')")
     with pytest.raises(InvalidRequest, match=f"is not that of its code '{code}'"):
         answers.recall(code)
+
+
+@pytest.mark.parametrize("kind", [None, "", "x" * 100_000, ["Candidate"], "os.system"])
+def test_a_kind_that_is_none_is_said_in_one_short_line(kind: Any) -> None:
+    with pytest.raises(InvalidRequest, match=r"is no kind of answer|damaged") as told:
+        answers.answer({"kind": kind})
+    assert len(str(told.value)) < 300
