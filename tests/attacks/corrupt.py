@@ -255,7 +255,8 @@ def _alike(name: str, said: Any, was: Any) -> bool:
     """Return whether two numbers are one but for rounding; an arc as good as straight has a radius."""
     if name == "radius":
         said, was = (0.0 if radius is None else 1 / radius for radius in (said, was))
-    return isinstance(said, int | float) and abs(said - was) <= 1e-12 * max(1.0, abs(was))
+    numbers = isinstance(said, int | float) and isinstance(was, int | float)
+    return numbers and abs(said - was) <= 1e-12 * max(1.0, abs(was))
 
 
 def outcome(path: Path, question: str, sound: Any) -> str:

@@ -114,6 +114,38 @@ def test_a_search_ends_when_its_points_are_spent(small: Catalogue, monkeypatch: 
     assert done.stage == 3, "starts made to measure are tried in any case"
 
 
+@pytest.mark.slow
+def test_what_came_nearest_is_refined_once_more(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It comes nearer, or meets the constraints, and nothing that was found is lost."""
+    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, in_vain=1))
+    problem = asked(StraightLine(1, 1e-4), families=["four-bar"], swept_in=(-0.6, -0.6, 1.6, 0.6))
+    less = []
+    for insists in (False, True):
+        with monkeypatch.context() as patched:
+            if not insists:
+                patched.setattr(Search, "_insist", lambda *_: None)
+            done = Search(problem, small.database).run()
+        assert done.found is not None
+        assert len(done.cost) == len(done.found)
+        less.append((len(done.cost), float(np.nanmin(feasibility(problem, done.found).total))))
+    assert 0 < less[1][0] - less[0][0] <= search.BEST
+    assert less[1][1] < less[0][1] - 1e-6
+
+
+@pytest.mark.slow
+def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Catalogue) -> None:
+    """Those that are most like it lead to it: to an answer of its cost, with a tenth of the points."""
+    problem = asked(LINE, "size", families=["four-bar"], fixed_pivots_in=(-0.5, 0.1, 1.5, 1.5), min_transmission=40)
+    whole = Search(problem, small.database)
+    whole.step()
+    assert whole.found is not None
+    best = int(np.argmin(whole.cost))
+    near = Search(problem, small.database, near=whole.found[np.array([best])])
+    near.step()
+    assert near.report.refined < 0.3 * whole.report.refined
+    assert near.cost.min() <= 1.1 * whole.cost[best]
+
+
 @pytest.mark.parametrize("times", [1, READS])
 def test_what_a_build_replaces_meanwhile_is_read_again(
     small_db: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int
