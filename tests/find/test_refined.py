@@ -57,8 +57,9 @@ def test_the_tolerance_is_kept_whatever_is_ranked(ask: Ask, again: Any, request_
     for c in found:
         check(c, request_, again)
         assert c.deviation <= request_.deviation
-    if rank_by == "size":
-        assert max(c.deviation for c in found) > 0.5 * request_.deviation
+    if rank_by == "size":  # none is smaller than its path
+        used = max(c.deviation for c in found) > 0.5 * request_.deviation
+        assert used or max(c.size for c in found) <= request_.stroke * (1 + 1e-9)
 
 
 @pytest.mark.slow

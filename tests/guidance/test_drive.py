@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 import catalogue
-from catalogue.guidance.drive import SampledPoses, _slopes
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.drive import SampledPoses, _slopes, drive_metrics
 from catalogue.guidance.fixed_nominal import Nominal, in_place
+from catalogue.guidance.metrics import measure
 from catalogue.guidance.minimum_zone import grid
 from catalogue.guidance.placement import at_stroke
 from catalogue.guidance.swept_area import intrusion, link_segments, protrusion
+from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Region
 
@@ -160,3 +163,28 @@ def test_what_is_refused_does_leave_the_box_or_enter_the_zone(found: list[catalo
         seen[clear] += 1
         assert clear == (not zone.holds(every).any())
     assert min(seen.values()) > 0
+
+
+def test_speeds_near_a_dead_point_are_those_of_circles_that_meet() -> None:
+    """Crank 2 drives, from near a dead point: read at 32 intervals its least speed is 0.7 % too large."""
+    pivots = [[[45.51706464137149, -119.9842651637159, 1.0], [44.92222941381095, 12.694519104789602, 1.0]],
+              [[179.92883856915586, 82.75547596265118, 1.0], [173.88930467340958, 8.458083226738655, 1.0]]]  # fmt: skip
+    a1, b1, a2, b2 = (complex(x, y) for x, y, _ in np.reshape(pivots, (4, 3)))
+    point, coupler, crank = 50.0 + 8.343733694599381j, abs(b2 - b1), abs(b1 - a1)
+    turn = np.linspace(-0.98, 0.69, 200_001)
+    moving = a2 + (b2 - a2) * np.exp(1j * turn)
+    ray = a1 - moving
+    along = (coupler**2 - crank**2 + np.abs(ray) ** 2) / (2 * np.abs(ray))
+    with np.errstate(invalid="ignore"):
+        across = np.sqrt(coupler**2 - along**2)
+    sides = [moving + ray / np.abs(ray) * (along + side * across * 1j) for side in (1, -1)]
+    other = min(sides, key=lambda z: float(np.abs(z[np.abs(turn).argmin()] - b1)))
+    path = other + (moving - other) / (b2 - b1) * (point - b1)
+    speed = np.abs(np.gradient(path, turn))
+    there = np.isfinite(speed) & (path.real >= 0) & (path.real <= 100)
+    curve = coupler_curve(Linkage(pivots), np.array([point]))
+    traced = in_place(curve, Nominal(100.0, 156.34191195146116), 96)
+    works = drive_metrics(curve, traced, measure(curve, traced, driver=np.array([2])))
+    assert works.uniformity[0] == pytest.approx(speed[there].min() / speed[there].max(), rel=2e-4)
+    assert works.advantage[0] == pytest.approx(abs(b2 - a2) / speed[there].max(), rel=2e-4)
+    assert works.drive_angle[0] == pytest.approx(np.degrees(np.ptp(turn[there])), rel=1e-4)
