@@ -20,8 +20,8 @@ from .trace import Traced
 if TYPE_CHECKING:
     from .circuit_curve import CircuitCurve
 
-#: Intervals between the Chebyshev points of the stroke at which motions are read and differentiated; most of them, where
-#: fewer miss more than such a part of the speed of a crank, as they do near a dead point.
+#: Intervals between the Chebyshev points of the stroke at which motions are read and differentiated; most of them where
+#: fewer miss more than such a part of the speed of a crank, as near a dead point.
 NODES, MOST, MISSED = 32, 256, 1e-4
 
 
@@ -58,7 +58,11 @@ class DriveMetrics(Rows):
 
 
 def drive_metrics(
-    guides: CouplerCurve | CircuitCurve, traced: Traced, measures: Measures, *, inverse: bool = False,
+    guides: CouplerCurve | CircuitCurve,
+    traced: Traced,
+    measures: Measures,
+    *,
+    inverse: bool = False,
     nodes: int = NODES,
 ) -> DriveMetrics:
     """Return how traced guides, their points as they are, work over the stroke; the measures tell the driver.
