@@ -91,8 +91,8 @@ def drive_metrics(
             np.where(steady, radius * least, np.nan),
             np.degrees(moves.turn.max(0) - moves.turn.min(0)),
         )
-    rough = np.flatnonzero((driver > 0) & (moves.missed[of_driver] > MISSED)) if nodes < MOST else ()
-    if not len(rough):
+    rough = np.flatnonzero((driver > 0) & (moves.missed[of_driver] > MISSED))
+    if nodes >= MOST or not len(rough):
         return found
     finer = drive_metrics(guides[rough], traced[rough], measures[rough], inverse=inverse, nodes=2 * nodes)
     return put(found, rough, finer)
