@@ -25,7 +25,7 @@ from ..candidates.feasibility import (
 from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import min_transmission_turn
 from ..guidance.swept_area import link_segments
-from ..kinematics.types import Complexes
+from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import DRIVE, FAR, Constraints, Region
 from ..problem.problem import Problem
 from ..problem.request import Request
@@ -43,8 +43,10 @@ ROOMS = (0.05, 0.2)
 #: Amount above which a relaxation is far from what was asked, and is tried to be made less, by that much each time, so
 #: often at most: e-folds of the deviation, strokes, radians, parts of a bound.
 FAR_OFF, CLOSER = 0.2, 3
+#: Amount that nobody would relax a constraint by if another may be relaxed instead: of the deviation twenty times.
+ABSURD = 3.0
 #: Points measured by refinement after which no more is tried than the wider one.
-PATIENT = 2000
+PATIENT = 1000
 #: The tolerance inside which a search stays, of the one asked: what the grid of the search leaves open.
 INSIDE = 1 - 2e-4
 
@@ -127,23 +129,32 @@ class Explanation:
             if (amount > ROUNDING).any() and not name.startswith("distance ") and name not in implied:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
                 refined[name] = found, feasibility(self.problem, found)
+        least = {name: self._least(broken, (name,)).min() for name, (_, broken) in refined.items()}
         for count in (1, 2):
             offered: list[str] = []
-            for names in combinations(refined, count):
+            for names in combinations(sorted(refined, key=lambda name: least[name]), count):
+                if offered and count == 1 and least[names[0]] > ABSURD:
+                    continue
                 tried = refined.values() if count > 1 else [refined[names[0]]]
                 offered += islice(filter(None, (self._best(*one, names, tally) for one in tried)), 1)
             if offered:
                 return offered
         return []
 
+    @staticmethod
+    def _least(broken: Feasibility, names: tuple[str, ...]) -> Floats:
+        """Return by how much candidates break some constraints, infinite where they break others too, shape (n,)."""
+        amount = np.sum([broken.amounts[name] for name in names], axis=0)
+        rest = [broken.amounts[name] for name in broken.amounts if name not in names]
+        others = np.sum([np.zeros_like(amount), *rest], axis=0)
+        return np.where(others <= ROUNDING, amount, np.inf)
+
     def _best(
         self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...], tally: SearchReport
     ) -> str | None:
         """Return the least relaxation of some constraints for which one of the candidates is an answer, or one that is
         sure to help where others took long already."""
-        others = np.sum([a for n, a in broken.amounts.items() if n not in names] or [np.zeros(len(found))], axis=0)
-        amount = np.sum([broken.amounts[n] for n in names], axis=0)
-        amount = np.where(others <= ROUNDING, amount, np.inf)
+        amount = self._least(broken, names)
         best = int(np.argmin(amount))
         if not np.isfinite(amount[best]):
             return None
@@ -164,8 +175,7 @@ class Explanation:
         for _ in range(CLOSER):
             found = relaxed(self.problem, answers, name)
             broken = feasibility(self.problem, found)
-            others = np.sum([a for n, a in broken.amounts.items() if n != name], axis=0)
-            less = np.where(others <= ROUNDING, broken.amounts[name], np.inf)
+            less = self._least(broken, (name,))
             best = int(np.argmin(less))
             if not ROUNDING < less[best] < amount - FAR_OFF:
                 break
