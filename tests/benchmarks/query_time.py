@@ -34,7 +34,7 @@ QUERIES: dict[str, tuple[Any, dict[str, Any]]] = {
 }
 #: Nothing meets these.
 EMPTY: dict[str, tuple[Any, dict[str, Any]]] = {
-    "line, 80 degrees, size below 160": (LINE, {"min_transmission": 80, "max_size": 160}),
+    "line, 88 degrees, size below 151": (LINE, {"min_transmission": 88, "max_size": 151}),
     "line, pivots in a box of 20 x 20": (LINE, {"pivots_in": (60, 40, 80, 60), "min_transmission": 40}),
 }
 TIMES = 5
