@@ -28,7 +28,8 @@ MINE = {"crank": 100, "rocker": 250, "ground": 220, "coupler": 250, "along": 125
 #: What reads a database, and what does not.
 READING = {
     "find straight-line": f"find straight-line {LINE}",
-    "find straight-line, nothing meets it": f"find straight-line {LINE} --min-transmission 85 --max-size 155",
+    "find straight-line, nothing meets it": "find straight-line --stroke 150 --deviation 0.0005 --min-transmission 70"
+    " --max-size 170 --pins-only",
     "find circular-arc": "find circular-arc --stroke 100 --radius 150 --deviation 0.05",
     "find dwell": "find dwell --angle 90 --residual 0.5 --swing 30",
     "census": "census",

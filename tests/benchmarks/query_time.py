@@ -34,7 +34,10 @@ QUERIES: dict[str, tuple[Any, dict[str, Any]]] = {
 }
 #: Nothing meets these.
 EMPTY: dict[str, tuple[Any, dict[str, Any]]] = {
-    "line, 88 degrees, size below 151": (LINE, {"min_transmission": 88, "max_size": 151}),
+    "line within 0.0005, pins only, 70 degrees, size below 170": (
+        StraightLine(150, 0.0005),
+        {"min_transmission": 70, "max_size": 170, "pins_only": True},
+    ),
     "line, pivots in a box of 20 x 20": (LINE, {"pivots_in": (60, 40, 80, 60), "min_transmission": 40}),
 }
 TIMES = 5
