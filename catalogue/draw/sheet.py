@@ -66,7 +66,7 @@ def onto(axes: Axes, guide: PlacedGuide) -> None:
     shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
     x0, y0, x1, y1 = shown.box
     box = axes.get_window_extent()
-    dots = getattr(axes.get_figure(root=True), "dpi", 100.0) / 72
+    dots = getattr(axes.get_figure(), "dpi", 100.0) / 72
     spare = min(0.5 * 72 * BORDER, 0.12 * min(box.width, box.height) / dots)
     scale = max((x1 - x0) / (box.width / dots - 2 * spare), (y1 - y0) / (box.height / dots - 2 * spare))
     half = 0.5 * scale * np.array([box.width, box.height]) / dots
