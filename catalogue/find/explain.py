@@ -38,15 +38,13 @@ from .names import EMPTY, option
 #: Points from which each relaxation is sought, and rounds of refinement.
 STARTS, ROUNDS = 8, 6
 #: By which parts farther than the point found a bound is relaxed, so that a search finds it again, and something
-#: better; the first that helps is offered.
+#: better; the first that helps is offered, and where there is an offer already the wider alone is tried.
 ROOMS = (0.05, 0.2)
 #: Amount above which a relaxation is far from what was asked, and is tried to be made less, by that much each time, so
 #: often at most: e-folds of the deviation, strokes, radians, parts of a bound.
 FAR_OFF, CLOSER = 0.2, 3
 #: Amount that nobody would relax a constraint by if another may be relaxed instead: of the deviation twenty times.
 ABSURD = 3.0
-#: Points measured by refinement after which no more is tried than the wider one.
-PATIENT = 1000
 #: The tolerance inside which a search stays, of the one asked: what the grid of the search leaves open.
 INSIDE = 1 - 2e-4
 
@@ -123,7 +121,7 @@ class Explanation:
     def relaxations(self, nearest: CandidateBatch) -> list[str]:
         """Return what each constraint alone, else each pair of them, would have to be for an answer to be found, as
         options of the command in the user's unit; each was tried."""
-        refined, tally = {}, SearchReport()
+        refined = {}
         implied = {"full_rotation"} if self.problem.constraints.min_transmission_turn else set()
         for name, amount in feasibility(self.problem, nearest).amounts.items():
             if (amount > ROUNDING).any() and not name.startswith("distance ") and name not in implied:
@@ -136,7 +134,8 @@ class Explanation:
                 if offered and count == 1 and least[names[0]] > ABSURD:
                     continue
                 tried = refined.values() if count > 1 else [refined[names[0]]]
-                offered += islice(filter(None, (self._best(*one, names, tally) for one in tried)), 1)
+                rooms = ROOMS[-1:] if offered else ROOMS
+                offered += islice(filter(None, (self._best(*one, names, rooms) for one in tried)), 1)
             if offered:
                 return offered
         return []
@@ -150,27 +149,24 @@ class Explanation:
         return np.where(others <= ROUNDING, amount, np.inf)
 
     def _best(
-        self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...], tally: SearchReport
+        self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...], rooms: tuple[float, ...]
     ) -> str | None:
-        """Return the least relaxation of some constraints for which one of the candidates is an answer, or one that is
-        sure to help where others took long already."""
+        """Return the least relaxation of some constraints for which one of the candidates is an answer, farther by the
+        first of some parts that helps."""
         amount = self._least(broken, names)
         best = int(np.argmin(amount))
         if not np.isfinite(amount[best]):
             return None
         one = found[np.array([best])]
-        rooms = ROOMS if tally.refined < PATIENT else ROOMS[-1:]
         for room in rooms if amount[best] > ROUNDING else ():
             bounds = {name: self._value(name, one, room) for name in names}
-            if (answers := self._answers(bounds, one, tally)) is not None:
+            if (answers := self._answers(bounds, one)) is not None:
                 if len(names) == 1 and amount[best] > FAR_OFF and not self.problem.constraints.given:
-                    bounds = self._closer(names[0], bounds, amount[best], answers, tally)
+                    bounds = self._closer(names[0], bounds, amount[best], answers)
                 return " with ".join(self._option(name, bound) for name, bound in bounds.items())
         return None
 
-    def _closer(
-        self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch, tally: SearchReport
-    ) -> dict[str, Any]:
+    def _closer(self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch) -> dict[str, Any]:
         """Return the least relaxation of one constraint that helps, sought from the answers to the one given."""
         for _ in range(CLOSER):
             found = relaxed(self.problem, answers, name)
@@ -181,13 +177,13 @@ class Explanation:
                 break
             one = found[np.array([best])]
             nearer = {name: self._value(name, one, ROOMS[0])}
-            again = self._answers(nearer, one, tally)
+            again = self._answers(nearer, one)
             if again is None:
                 break
             bounds, amount, answers = nearer, less[best], again
         return bounds
 
-    def _answers(self, bounds: dict[str, Any], one: CandidateBatch, tally: SearchReport) -> CandidateBatch | None:
+    def _answers(self, bounds: dict[str, Any], one: CandidateBatch) -> CandidateBatch | None:
         """Return what a search finds with constraints relaxed to these bounds, None if no answer.
 
         Of the starts that it would have those are tried from which a candidate that meets them is likely to be found:
@@ -208,7 +204,7 @@ class Explanation:
             else:
                 changes[name] = value / stroke if name in LARGEST or name in LEAST else value
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
-        search = Search(looser, self.database, tally, enough=1, near=one)
+        search = Search(looser, self.database, enough=1, near=one)
         search.step()
         found = np.flatnonzero(np.isfinite(search.cost))
         return None if search.found is None or not len(found) else search.found[found]

@@ -325,7 +325,7 @@ def main() -> None:
         rows.setdefault(what, Counter())[came.partition(":")[0]] += 1
         copies.setdefault(what, set()).add(case)
         if came == "other":
-            column, _, value = str(case).partition(" = ")
+            column, _, value = (what, "", f"copy {case}") if isinstance(case, int) else case.partition(" = ")
             others.setdefault((column, question), set()).add(value)
         if came not in ("error", "same", "right"):
             print(what, question, case, came, file=sys.stderr, flush=True)

@@ -141,7 +141,8 @@ def test_the_deviation_is_from_an_arc_of_exactly_the_radius_asked_for(ask: Ask, 
         assert c.deviation == pytest.approx(again(c, radius).deviation, rel=1e-2)
         assert c.radius == radius
     # which is no less than the distance from the best arc of any radius
-    assert all(c.deviation >= again(c).deviation * (1 - 1e-2) - 1e-15 for c in found)  # rounding, of exact ones
+    lost = 0.0 if EXTENDED else 1e-15  # of exact guides double tells no more
+    assert all(c.deviation >= again(c).deviation * (1 - 1e-2) - lost for c in found)
 
 
 @pytest.mark.slow
@@ -295,15 +296,14 @@ PRICE: dict[str, Callable[[Candidate], float]] = {
 @pytest.mark.parametrize("criterion", PRICE)
 @pytest.mark.parametrize("request_", [LINE, ARC], ids=["line", "arc"])
 def test_answers_come_in_the_order_asked_for(ask: Ask, request_: Any, criterion: str) -> None:
-    found = ask(request_, rank_by=criterion, limit=10, per_series=0, distinct=0, refine=False, families=["four-bar"])
+    found = ask(request_, rank_by=criterion, limit=60, per_series=0, distinct=0, refine=False, families=["four-bar"])
     price = np.array([PRICE[criterion](c) for c in found])
     assert len(price) >= 6
     # deviation and allowance are measured on a finer grid after that
     fine = criterion in ("deviation", "allowance", "score")
     slack = 2e-3 * np.abs(price).max() if fine else 1e-9 * np.abs(price).max()
     assert np.all(np.diff(price) >= -slack)
-    exact = criterion == "deviation" and price[-1] < 1e-12 * request_.stroke  # all of them, as far as double tells
-    assert exact or price[-1] > price[0] + slack
+    assert price[-1] > price[0] + slack
 
 
 def test_every_criterion_is_one_that_is_tested_here() -> None:

@@ -134,7 +134,7 @@ def test_what_came_nearest_is_refined_once_more(small: Catalogue, monkeypatch: p
 
 @pytest.mark.slow
 def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Catalogue) -> None:
-    """Those that are most like it lead to it: to an answer of its cost, with a tenth of the points."""
+    """Those that are most like it lead to an answer hardly dearer, with less than a third of the points."""
     problem = asked(LINE, "size", families=["four-bar"], fixed_pivots_in=(-0.5, 0.1, 1.5, 1.5), min_transmission=40)
     whole = Search(problem, small.database)
     whole.step()
