@@ -155,9 +155,7 @@ class Search:
 
     def step(self) -> None:
         """Refine the starts of one more stage, or of some together, as rounds of many cost little more than of few."""
-        together = 2 if self.stage or self._narrow else 1
-        if self.near is not None and together == 1:
-            together = 3  # those of a search that is in vain
+        together = 2 if self.stage or self._narrow or self.near is not None else 1
         with self.report.timed("starts"):
             starts = self._gathered(together)
         if starts is not None:
