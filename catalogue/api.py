@@ -87,7 +87,7 @@ class Catalogue:
             sequence, ``["size", "deviation"]``, weighs nothing: the Pareto front of these criteria comes first, spread
             over all of it, then the second front; `Candidate.front` says which.
         per_series : int, optional
-            At most so many of one series as long as there are others; a third of the limit if not given (no bound
+            At most so many of one series as long as there are others; a quarter of the limit if not given (no bound
             for a front), 0: no bound.
         distinct : float
             No two answers are nearer to each other than this, 0 to 1; of such only the best is given.  About the part
@@ -104,8 +104,9 @@ class Catalogue:
             Make the lengths of links, and the place of the guided point in the coupler, multiples of this; see
             `Candidate.lengths`.
         desires : mapping of str to (best, worst) or (best, worst, weight), optional
-            What makes the score: a size, transmission angle, allowance or shortest link (``min_link``) is desired fully
-            from `best` on and not at all from `worst` on; lengths in the user's unit.
+            What makes the score: a size, transmission angle, allowance, shortest link (``min_link``) or distance of the
+            fixed pivots (``min_ground``) is desired fully from `best` on and not at all from `worst` on; lengths in the
+            user's unit.
         starts : iterable of Candidate
             Answers of an earlier request, or stretches of linkages of your own, to start from too: where they meet the
             constraints the best answer is none worse, so that a looser request has no worse answer than a tighter one.

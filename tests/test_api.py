@@ -71,7 +71,9 @@ NONE, NOTHING, SWITCH = frozenset[str](), frozenset({"None"}), frozenset({"True"
 EMPTY = frozenset({"empty list", "empty array"})
 MANY = EMPTY | {"three"}
 FIND = {
-    **dict.fromkeys(("max_size", "max_link", "min_link", "max_ground", "max_arm", "min_allowance"), NOTHING),
+    **dict.fromkeys(
+        ("max_size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "min_allowance"), NOTHING
+    ),
     **dict.fromkeys(("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage"), NOTHING),
     **dict.fromkeys(("fixed_pivots_in", "pivots_in", "swept_in", "fixed_pivots", "moving_pivots", "crank"), NOTHING),
     **dict.fromkeys(("round_to", "per_series"), NOTHING),

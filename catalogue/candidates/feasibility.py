@@ -19,7 +19,7 @@ from .batch import CandidateBatch
 
 #: Bounds by the value that they bound; each is the largest allowed, or the least.
 LARGEST = {"max_size": "size", "max_link": "max_link", "max_ground": "max_ground", "max_arm": "max_arm"}
-LEAST = {"min_link": "min_link", "min_allowance": "allowance"}
+LEAST = {"min_link": "min_link", "min_ground": "max_ground", "min_allowance": "allowance"}
 #: Regions with the pivots, 0 fixed and 1 moving, that must stand in them.
 STANDING = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
 #: What the logarithm of the deviation counts for beside lengths in strokes and angles in radians, so that a guide may
@@ -89,6 +89,7 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
         return {
             **{name: getattr(m, name) for name in ("size", "max_link", "max_ground", "max_arm")},
             "min_link": np.nan_to_num(m.min_link, nan=np.inf),
+            "min_ground": np.nan_to_num(m.max_ground, nan=np.inf),
             "transmission": transmission(problem, found) / 90,
             "deviation": (found.deviation + play_deviation(problem, found) + EXACT) / problem.deviation,
             "allowance": np.where(np.isfinite(found.allowance), found.allowance, 0.0) / problem.deviation,
@@ -170,7 +171,8 @@ def farthest(problem: Problem) -> float:
     regions = (r.box for r in (wanted.fixed_pivots_in, wanted.pivots_in, wanted.swept_in) if r is not None)
     places = (z for z in (wanted.fixed_pivots, wanted.moving_pivots, wanted.crank) if z is not None)
     bend = problem.fixed_curvature
-    lengths = [*np.ravel([*regions]), *np.abs(np.ravel([*places])), wanted.min_link or 0.0, 1 / bend if bend else 0.0]
+    least = (wanted.min_link or 0.0, wanted.min_ground or 0.0)
+    lengths = [*np.ravel([*regions]), *np.abs(np.ravel([*places])), *least, 1 / bend if bend else 0.0]
     finite = [float(abs(v)) for v in lengths if abs(v) < FARTHEST[1]]
     return min(max(FARTHEST[0], *(10 * v for v in finite)), FARTHEST[1])
 

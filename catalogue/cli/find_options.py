@@ -44,6 +44,7 @@ OPTIONS = (
     length("--max-link", "L", "Longest crank or coupler."),
     length("--min-link", "L", "Shortest crank or coupler."),
     length("--max-ground", "L", "Largest distance of the fixed pivots."),
+    length("--min-ground", "L", "Shortest distance of the fixed pivots."),
     length("--max-arm", "L", "Largest distance of the guided point from the nearer moving pivot."),
     angle("--min-transmission", "DEG", "Least transmission angle over the stroke, the better crank driving.",
            default=0.0),
@@ -64,14 +65,15 @@ OPTIONS = (
     option("--rank-by", "NAME[=W],...", f"What to rank by: {', '.join(CRITERIA)}; several with weights.",
            default="score"),
     several("--desire desires", "NAME=BEST:WORST[:WEIGHT]",
-            "What makes the score, 1 from BEST, 0 from WORST on: size, transmission, allowance, min_link. Repeatable.",
+            "What makes the score, 1 from BEST, 0 from WORST on: size, transmission, allowance, min_link, min_ground. "
+            "Repeatable.",
             DESIRE),
     option("--pareto", "NAME,NAME,...", "The Pareto front of these criteria instead, none weighed."),
     number("--distinct", "D",
            "No two guides nearer as designs than D, 0 to 1: 0.05 is a pivot moved by a twentieth of the stroke; of "
            "such only the best is listed.", default=DISTINCT),
     option("--per-series", "N", "At most N of one series while there are others; 0: no bound.", int,
-           show_default="a third of the limit"),
+           show_default="a quarter of the limit"),
     EFFORT,
     switch("--refine/--no-refine",
            "Move the pivots until what is ranked is best within the deviation and all constraints.", default=True),
@@ -97,8 +99,8 @@ OPTIONS = (
 )  # fmt: skip
 #: Those that say what an improved linkage must satisfy, and how it is ranked.
 IMPROVE = tuple(one for one in OPTIONS if one.name in {
-    "pins_only", "fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "max_arm",
-    "min_transmission", "min_transmission_turn", "min_allowance", "full_rotation", "swept_in", "keep_out",
+    "pins_only", "fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "min_ground",
+    "max_arm", "min_transmission", "min_transmission_turn", "min_allowance", "full_rotation", "swept_in", "keep_out",
     "min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage", "play", "rank_by",
     "effort", "plot", "unit", "format", "db", "plugins",
 })  # fmt: skip

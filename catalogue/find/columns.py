@@ -81,7 +81,7 @@ CANDIDATE: Mapping[str, Column] = dict([
             "still stays within the deviation asked", "allow\u00adance"),
     _column("sensitivity_rms", "", "standard deviation of the path across its way per scatter of the pivots"),
     _column("expected", LENGTH, "deviation and two standard deviations of the path for the play asked"),
-    _column("score", "", "joint desirability of size, transmission, allowance and shortest link, 0 to 100"),
+    _column("score", "", "joint desirability of size, transmission, allowance, shortest link and ground, 0 to 100"),
     _column("front", "", "number of its Pareto front; 1: no other answer is better by all criteria"),
     _column("nearest", "", "how near the nearest other answer is as a design, 0 to 1"),
     _column("gap", "", "what moves of the pivots by a hundredth could still take away from what is ranked by; 0: none"),

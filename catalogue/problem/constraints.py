@@ -158,6 +158,7 @@ class ConstraintArguments(DwellArguments, total=False):
     max_link: float | None
     min_link: float | None
     max_ground: float | None
+    min_ground: float | None
     max_arm: float | None
     min_allowance: float | None
     min_transmission_turn: float
@@ -171,7 +172,7 @@ class ConstraintArguments(DwellArguments, total=False):
 
 
 #: Bounds on lengths, and on what `catalogue.guidance.drive` knows.
-LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "max_arm", "min_allowance")
+LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "min_allowance")
 REGIONS = ("fixed_pivots_in", "pivots_in", "swept_in")
 DRIVE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")
 #: Constraints that say where pivots stand, and what that gives.
@@ -211,9 +212,10 @@ class Constraints:
         Within which the whole linkage stays over the stroke; see `catalogue.guidance.swept_area`.
     keep_out : sequence of regions
         Into which no part of it may come over the stroke.
-    max_size, max_link, min_link, max_ground, max_arm : float, optional
-        See `catalogue.guidance.metrics.Measures`.  Without a `max_size` answers are at most 100 strokes large, or ten
-        times as large as regions, places, `min_link` and the radius reach, but never more than 1,000.
+    max_size, max_link, min_link, max_ground, min_ground, max_arm : float, optional
+        See `catalogue.guidance.metrics.Measures`; largest and least ground bound the same measure.  Without a
+        `max_size` answers are at most 100 strokes large, or ten times as large as regions, places, `min_link`,
+        `min_ground` and the radius reach, but never more than 1,000.
     min_transmission : float
         Least transmission angle over the stroke, the better crank driving [deg].
     min_transmission_turn : float
@@ -248,6 +250,7 @@ class Constraints:
     max_link: float | None = None
     min_link: float | None = None
     max_ground: float | None = None
+    min_ground: float | None = None
     max_arm: float | None = None
     min_allowance: float | None = None
     min_transmission: float = 0.0
@@ -290,9 +293,10 @@ class Constraints:
         if self.returns and (self.min_allowance or self.play):
             name = "min_allowance" if self.min_allowance else "play"
             raise InvalidRequest(f"{name} does not go with returns: what play does to a point at rest is not known")
-        least, largest = self.min_link, self.max_link
-        if least is not None and largest is not None and least > largest:
-            raise InvalidRequest(f"min_link {least:g} is above max_link {largest:g}: nothing can be between")
+        for what in ("link", "ground"):
+            least, largest = (getattr(self, f"{side}_{what}") for side in ("min", "max"))
+            if least is not None and largest is not None and least > largest:
+                raise InvalidRequest(f"min_{what} {least:g} is above max_{what} {largest:g}: nothing can be between")
 
     @classmethod
     def of(cls, given: Mapping[str, Any], options: Iterable[str] = ()) -> Constraints:

@@ -62,14 +62,15 @@ class Desire:
         return np.asarray(short - np.log(np.maximum(share, WORTHLESS)))
 
 
-#: Size and shortest link in strokes, transmission in right angles, allowance in parts of the deviation asked.  A
-#: guide is as large as its stroke at least; textbooks ask for 40 to 50 degrees and accept 30; a path that uses none of
-#: its tolerance allows about 0.4 of it at the sensitivities of sound guides.
+#: Lengths in strokes, transmission in right angles, allowance in parts of the deviation asked.  A guide is as large as
+#: its stroke at least; textbooks ask for 40 to 50 degrees and accept 30; a path that uses none of its tolerance allows
+#: about 0.4 of it at the sensitivities of sound guides.
 DESIRES: Mapping[str, Desire] = {
     "size": Desire(1.0, 6.0),
     "transmission": Desire(60 / 90, 15 / 90),
     "allowance": Desire(0.25, 0.0),
     "min_link": Desire(0.25, 0.05),
+    "min_ground": Desire(0.25, 0.05),
 }
 
 
@@ -135,7 +136,7 @@ class Ranking:
             if len(front) < 2:
                 raise InvalidRequest("a front needs two criteria or more: rank by one with its name")
             rank_by = dict.fromkeys(front, 1.0)
-        share = (0 if front else -(-limit // 3)) if per_series is None else whole("per_series", per_series, 0)
+        share = (0 if front else -(-limit // 4)) if per_series is None else whole("per_series", per_series, 0)
         least = number("distinct", distinct, "a number from 0 to below 1")
         if not 0 <= least < 1:
             raise InvalidRequest(f"distinct must be a number from 0 to below 1, not {quoted(distinct)}")
@@ -144,6 +145,7 @@ class Ranking:
         units = {
             "size": request.stroke,
             "min_link": request.stroke,
+            "min_ground": request.stroke,
             "allowance": request.deviation,
             "transmission": 90.0,
         }

@@ -74,6 +74,7 @@ class Quantities:
             "max_link": lambda: Pieces.of(self._links()),
             "min_link": lambda: Pieces.of(self._links(), -1.0),
             "max_ground": lambda: Pieces.of([self._length(*self._frame)]),
+            "min_ground": lambda: Pieces.of([self._length(*self._frame)], -1.0),
             "max_arm": lambda: Pieces.of([self._nearer_arm()]),
             "least_arm": lambda: Pieces.of(self._arms(), -1.0),
             "transmission": self._transmission,

@@ -82,7 +82,8 @@ NEAR = 0.05
 DIFFERENCED = (*DRIVE, "keep_out")
 #: Bounds with the pieces that they bound, in the units of these.
 BOUNDS = {
-    **LARGEST, "min_link": "min_link", "min_transmission": "transmission", "min_transmission_turn": "transmission_turn",
+    **LARGEST, "min_link": "min_link", "min_ground": "min_ground",
+    "min_transmission": "transmission", "min_transmission_turn": "transmission_turn",
 }  # fmt: skip
 
 
@@ -261,7 +262,7 @@ def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
         return {"deviation": 1 / np.maximum(here["deviation"], 1e-300)}
     base, out = ranking.cost(here), {}
     for name in sorted(ranking.quantities):
-        better_up = name in ("transmission", "min_link", "allowance")
+        better_up = name in ("transmission", "min_link", "min_ground", "allowance")
         worse = here[name] + (-WORSE if better_up else WORSE)
         with np.errstate(invalid="ignore"):
             rise = (ranking.cost({**here, name: worse}) - base) / WORSE

@@ -182,6 +182,7 @@ def estimate(problem: Problem, found: Reaches) -> tuple[Floats, Floats]:
             "size": size,
             **lengths,
             "min_link": np.nan_to_num(lengths["min_link"], nan=np.inf),
+            "min_ground": np.nan_to_num(lengths["max_ground"], nan=np.inf),
             "transmission": found.min_transmission / 90,
             "deviation": deviation,
             "allowance": TYPICAL_ALLOWANCE * np.maximum(1 - np.minimum(deviation, 0.7), 0.0),

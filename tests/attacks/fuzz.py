@@ -158,7 +158,7 @@ KEYWORDS: dict[str, Any] = {
     "within": st.floats(0, 9), "per_series": st.integers(1, 9), "distinct": st.floats(0, 0.5), "refine": st.booleans(), "cognates": st.booleans(),
     "round_to": st.sampled_from([0.1, 1.0, None]), "desires": st.just({"size": (100, 300)}), "families": st.just(["four-bar"]),
     "series": st.sampled_from(["II.xy", ["II.xy", "I.GG"]]), "configurations": st.just(["++"]), "order": st.integers(3, 6), "pins_only": st.booleans(),
-    "min_transmission": st.floats(0, 60), "max_size": st.floats(100, 1e4), "max_link": st.floats(100, 1e4), "min_link": st.floats(0.1, 30),
+    "min_transmission": st.floats(0, 60), "max_size": st.floats(100, 1e4), "max_link": st.floats(100, 1e4), "min_link": st.floats(0.1, 30), "min_ground": st.floats(0.1, 30),
     "fixed_pivots_in": st.tuples(st.floats(-999, -9), st.floats(-999, -9), st.floats(9, 999), st.floats(9, 999)),
     "fixed_pivots": st.just([(0, 100), (200, 100)]), "keep_out": st.just([(0, 0, 10, 10)]), "full_rotation": st.booleans(),
     "count": st.integers(1, 9999), "seed": st.integers(0, 99), "processes": st.integers(1, 4), "kind": st.sampled_from(["line", "arc"]),

@@ -49,8 +49,8 @@ COLUMNS = ("size", "transmission", "allowance", "shortest")
 EXPLAINED = """\
 The first ten answers to each request in its standard ranking: how many there are, the median of their sizes over the
 stroke, of their least transmission angles, of their allowances (the scatter of the pivots that the path forgives, over
-the deviation asked for), and the shortest crank, coupler or frame among them, over the stroke.  *Before* is revision
-18e2582 with its catalogue of 226,789 guides.
+the deviation asked for), the shortest crank, coupler or frame among them, over the stroke, and of how many series and
+families they are.  *Before* is revision 18e2582 with its catalogue of 226,789 guides; it was not asked for series.
 """
 
 
@@ -67,10 +67,12 @@ def measured(candidate: Any, deviation: float) -> dict[str, Any]:
         "transmission": candidate.min_transmission,
         "allowance": (deviation - candidate.deviation) / (2 * rms) / deviation,
         "shortest": min(links) / s if links else None,
+        "series": candidate.series,
+        "family": candidate.family,
     }
 
 
-def found(database: str) -> dict[str, list[dict[str, float]]]:
+def found(database: str) -> dict[str, list[dict[str, Any]]]:
     """Return what the first ten answers to every request are like."""
     with catalogue.open(database, build=False) as cat:
         return {
@@ -79,10 +81,12 @@ def found(database: str) -> dict[str, list[dict[str, float]]]:
         }
 
 
-def summary(answers: list[dict[str, float]]) -> list[str]:
-    """Return the cells of a row: number, medians, the shortest link of all."""
+def summary(answers: list[dict[str, Any]]) -> list[str]:
+    """Return the cells of a row: number, medians, the shortest link of all, numbers of series and families."""
+    sorts = [{a[name] for a in answers if name in a} for name in ("series", "family")]
+    kinds = [str(len(sort)) if sort else "-" for sort in sorts]
     if not answers:
-        return ["0", *("-" for _ in COLUMNS)]
+        return ["0", *("-" for _ in COLUMNS), *kinds]
     size, angle, allowance = (median(a[name] for a in answers) for name in COLUMNS[:3])
     return [
         str(len(answers)),
@@ -90,6 +94,7 @@ def summary(answers: list[dict[str, float]]) -> list[str]:
         f"{angle:.0f}",
         f"{allowance:.3f}",
         f"{min(a['shortest'] or INF for a in answers):.2f}",
+        *kinds,
     ]
 
 
@@ -131,7 +136,7 @@ def main() -> None:
         rows = []
         for name in REQUESTS:
             rows += [[name, "before", *summary(before[name])], ["", "now", *summary(after[name])]]
-        table(["request", "", "answers", "size", "degrees", "allowance", "shortest link"], rows)
+        table(["request", "", "answers", "size", "degrees", "allowance", "shortest link", "series", "families"], rows)
         print("![Size, transmission angle and allowance of each answer](practical.svg)")
     REPORT.with_suffix(".md").write_text(text.getvalue(), "utf-8")
     draw(before, after, REPORT.with_suffix(".svg"))

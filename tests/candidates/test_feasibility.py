@@ -23,8 +23,8 @@ from tests.find.conftest import at_home, coupler_paths
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 BOX = (-0.4, -0.3, 1.2, 0.9)
 BOUNDS: dict[str, Any] = {
-    "max_size": 1.6, "max_link": 1.1, "min_link": 0.6, "max_ground": 1.0, "max_arm": 0.8, "min_transmission": 50,
-    "fixed_pivots_in": BOX, "pivots_in": BOX,
+    "max_size": 1.6, "max_link": 1.1, "min_link": 0.6, "max_ground": 1.0, "min_ground": 0.9, "max_arm": 0.8,
+    "min_transmission": 50, "fixed_pivots_in": BOX, "pivots_in": BOX,
 }  # fmt: skip
 
 
@@ -54,6 +54,7 @@ def test_amounts_are_those_of_the_second_measurement(batch: Any, shown: Any, aga
             "max_link": short_of(a.max_link, 1.1),
             "min_link": short_of(0.6, a.min_link),
             "max_ground": short_of(a.max_ground, 1.0),
+            "min_ground": short_of(0.9, a.max_ground),
             "max_arm": short_of(a.max_arm, 0.8),
             "min_transmission": math.radians(short_of(50, a.min_transmission)),
             "fixed_pivots_in": sum(map(beyond, a.fixed)),
@@ -178,15 +179,16 @@ def test_cost_and_values_are_those_of_the_candidate(batch: Any, shown: Any) -> N
         assert here["transmission"][i] == pytest.approx(c.min_transmission / 90)
         assert here["deviation"][i] == pytest.approx((c.deviation + EXACT) / 1e-3)
         assert here["min_link"][i] == c.min_link or c.min_link is None
+        assert here["min_ground"][i] == c.max_ground or c.max_ground is None
         shares = [
             (6 - c.size) / 5, (c.min_transmission - 15) / 45, 4 * here["allowance"][i],
-            (here["min_link"][i] - 0.05) / 0.2,
+            (here["min_link"][i] - 0.05) / 0.2, (here["min_ground"][i] - 0.05) / 0.2,
         ]  # fmt: skip
         shares = [min(s, 1.0) for s in shares]
         if min(shares) > 0.02:
             assert price[i] == pytest.approx(-np.mean(np.log(shares)))
         else:
-            assert price[i] > -np.log(0.02) / 4
+            assert price[i] > -np.log(0.02) / 5
     relaxed = problem.with_constraints(max_size=2.0)
     assert not cost(type(problem)(**{**vars(relaxed), "relaxed": "max_size"}), found).any()
 

@@ -58,14 +58,16 @@ def test_every_option_reaches_the_library(run: Run, small_db: Path, small: Catal
         *LINE, "--family", "four-bar", "--family", "slider-crank", "--series", "I.GG", "--series", "II*.xy",
         "--configuration", "XX", "--configuration", "NN", "--order", 3, "--fixed-pivots-in", -900, -900, 900, 900,
         "--pivots-in", -1000, -1000, 1000, 1000, "--max-size", 2000, "--max-link", 900, "--min-link", 5,
-        "--max-ground", 900, "--max-arm", 800, "--min-transmission", 11, "--rank-by", "size=2,deviation=1",
-        "--per-series", 3, "--effort", 2, "--limit", 5, "--pins-only", "--format", "json", "--db", small_db,
+        "--max-ground", 900, "--min-ground", 4, "--max-arm", 800, "--min-transmission", 11,
+        "--rank-by", "size=2,deviation=1", "--per-series", 3, "--effort", 2, "--limit", 5, "--pins-only",
+        "--format", "json", "--db", small_db,
     )  # fmt: skip
     found = small.find(
         StraightLine(150, 0.05), families=["four-bar", "slider-crank"], series=["I.GG", "II*.xy"],
         configurations=["XX", "NN"], order=3, fixed_pivots_in=(-900, -900, 900, 900),
-        pivots_in=(-1000, -1000, 1000, 1000), max_size=2000, max_link=900, min_link=5, max_ground=900, max_arm=800,
-        min_transmission=11, rank_by={"size": 2, "deviation": 1}, per_series=3, effort=2, limit=5, pins_only=True,
+        pivots_in=(-1000, -1000, 1000, 1000), max_size=2000, max_link=900, min_link=5, max_ground=900, min_ground=4,
+        max_arm=800, min_transmission=11, rank_by={"size": 2, "deviation": 1}, per_series=3, effort=2, limit=5,
+        pins_only=True,
     )  # fmt: skip
     assert len(found) == 5
     assert uncoded(done.out) == json.loads(found.to_json())
@@ -195,6 +197,7 @@ BAD: list[tuple[tuple[Any, ...], str]] = [
     (("--min-transmission", 95), "min_transmission must be between 0 and 90 degrees, not 95"),
     (("--max-size", 0), "max_size must be a finite number above zero, not 0"),
     (("--min-link", 9, "--max-link", 3), "min_link 9 is above max_link 3"),
+    (("--min-ground", 9, "--max-ground", 3), "min_ground 9 is above max_ground 3"),
     (("--rank-by", "beauty"), "cannot rank by beauty; choose from score, balance, size"),
     (("--desire", "beauty=1:2"), "no desirability is made of 'beauty'"),
     (("--desire", "size=8:1"), "the best size must lie below the worst"),

@@ -242,8 +242,9 @@ def test_points_that_return_are_scored_without_an_allowance(held: Catalogue) -> 
     found = held.find(CircularArc(30, 0.3), returns=True, limit=5)
     assert all(c.allowance is None for c in found)
     for c in found:
-        shares = [(180 - c.size) / 150, (c.min_transmission - 15) / 45, ((c.min_link or np.inf) - 1.5) / 6]
-        assert c.score == pytest.approx(100 * np.prod(np.clip(shares, 0, 1)) ** (1 / 3), rel=1e-6)
+        short = [(length - 1.5) / 6 for length in (c.min_link or np.inf, c.max_ground or np.inf)]
+        shares = [(180 - c.size) / 150, (c.min_transmission - 15) / 45, *short]
+        assert c.score == pytest.approx(100 * np.prod(np.clip(shares, 0, 1)) ** (1 / 4), rel=1e-6)
     assert (found[0].score or 0) > 0
 
 

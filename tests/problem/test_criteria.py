@@ -54,6 +54,7 @@ def test_weights_refuse(given: Any, message: str) -> None:
         ("transmission", 10 / 90, 0), ("transmission", 37.5 / 90, 0.5), ("transmission", 60 / 90, 1),
         ("transmission", 1, 1), ("allowance", -1, 0), ("allowance", 0.1, 0.4), ("allowance", 0.3, 1),
         ("min_link", 0.05, 0), ("min_link", 0.1, 0.25), ("min_link", math.inf, 1),
+        ("min_ground", 0.05, 0), ("min_ground", 0.2, 0.75),
     ],
 )  # fmt: skip
 def test_desirability_rises_in_proportion_from_the_worst_to_the_best(name: str, value: float, share: float) -> None:
@@ -92,7 +93,11 @@ def test_desires_are_read_in_the_unit_of_the_user() -> None:
 @pytest.mark.parametrize(
     ("name", "given", "message"),
     [
-        ("beauty", (1, 2), "no desirability is made of 'beauty'; there are size, transmission, allowance, min_link"),
+        (
+            "beauty",
+            (1, 2),
+            "no desirability is made of 'beauty'; there are size, transmission, allowance, min_link, min_ground",
+        ),
         ("size", (1,), "the desire for size must be BEST, WORST or BEST, WORST, WEIGHT"),
         ("size", 3, "the desire for size must be"),
         ("size", ("150", "900"), "the desire for size must be"),

@@ -28,7 +28,9 @@ STEP = 1e-6
 LINE, ARC = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1)
 POLYGON = [(-0.4, -0.3), (1.5, -0.3), (1.5, 0.3), (0.5, 0.2), (-0.4, 0.9)]
 CONVEX = [(-0.8, -1.6), (1.9, -1.6), (1.7, 1.2), (-0.8, 1.8)]
-NAMES = ("size", "max_link", "min_link", "max_ground", "max_arm", "least_arm", "transmission", "full_rotation")
+NAMES = (
+    "size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "least_arm", "transmission", "full_rotation",
+)  # fmt: skip
 CRANKS = ("four-bar", "slider-crank", "inverted-slider-crank")
 INVERTED = {"families": ["inverted-slider-crank"]}  # of all families the one that is compared fastest
 WISHES: list[tuple[Any, dict[str, Any], tuple[str, ...]]] = [

@@ -57,7 +57,7 @@ def test_what_is_not_eligible_is_not_listed(small: Catalogue) -> None:
 
 
 BOUNDS: list[dict[str, Any]] = [
-    {"max_size": 2.0}, {"max_link": 1.5}, {"min_link": 0.4}, {"max_ground": 1.2}, {"max_arm": 1.0},
+    {"max_size": 2.0}, {"max_link": 1.5}, {"min_link": 0.4}, {"max_ground": 1.2}, {"min_ground": 0.8}, {"max_arm": 1.0},
     {"min_transmission": 45.0}, {"full_rotation": True},
 ]  # fmt: skip
 
@@ -81,7 +81,7 @@ def test_a_guide_that_meets_the_constraint_has_no_penalty(
     elif name == "max_size":
         holds = np.maximum(found.size / stretch, 1.0) <= value
     else:
-        length = getattr(found, name) / stretch
+        length = getattr(found, name.replace("min_ground", "max_ground")) / stretch
         holds = np.isnan(length) | (length <= value if name.startswith("max") else length >= value)
     assert 0 < holds.sum() < len(holds)
     assert (merit[holds] == free[holds]).all()
