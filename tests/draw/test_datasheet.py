@@ -17,7 +17,7 @@ import pytest
 from catalogue.draw.curves import curves
 from catalogue.draw.datasheet import PAPERS, content
 from catalogue.draw.datasheet_html import sheet_html
-from catalogue.draw.datasheet_pdf import sheet_figure
+from catalogue.draw.datasheet_pdf import MARGIN, sheet_figure
 from catalogue.draw.units import Scale
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.find.placed import PlacedGuide
@@ -50,6 +50,19 @@ def test_drawing_is_true_to_its_scale_on_the_page(paper: str, unit: str, scale: 
     run = np.ptp(axes.transData.transform(bar.get_xydata())[:, 0]) / figure.dpi * 25.4
     step = float(said.split()[0])
     assert run == pytest.approx(step * MILLIMETRES[unit] * Scale.named(told).ratio)
+
+
+@pytest.mark.parametrize("made", [ARC, MADE["oldham"], OWN], ids=["arc", "oldham", "own"])
+def test_the_linkage_is_drawn_between_the_margins(made: PlacedGuide) -> None:
+    figure = sheet_figure(made)
+    axes, width = figure.axes[0], PAPERS["a4"][0]
+    place = axes.get_position()
+    for x in (place.x0, 1 - place.x1):
+        assert x * width == pytest.approx(MARGIN)
+    for line in axes.lines:
+        at = axes.transAxes.inverted().transform(axes.transData.transform(line.get_xydata()))
+        assert np.nanmin(at) >= 0
+        assert np.nanmax(at) <= 1
 
 
 @pytest.mark.slow

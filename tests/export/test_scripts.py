@@ -98,6 +98,22 @@ def test_pylinkage_agrees_with_the_deviation(six: Six, arc: catalogue.Stretch, t
     assert "AssertionError" in run(wrong, tmp_path).stderr
 
 
+@pytest.mark.parametrize("shift", [0, 1000 + 1000j, 1000 - 1000j, -1000 + 1000j, -1000 - 1000j])
+def test_the_arc_of_a_script_is_where_the_guide_is(arc: catalogue.Stretch, shift: complex) -> None:
+    def moved(x: float, y: float, w: float = 1.0) -> list[float]:
+        z = complex(x, y) + shift * w
+        return [z.real, z.imag, w]
+
+    pivots = [[moved(*pivot) for pivot in pair] for pair in arc.pivots]
+    own = catalogue.guide(pivots, moved(*arc.guided)[:2])
+    (guide,) = own.measure(stroke=arc.stroke, radius=arc.radius, limit=1)
+    told = re.search(r"np\.abs\(z - \((.*)\)\) - ([\d.]+)\)", str(guide.export(format="pylinkage")))
+    assert told
+    off = np.abs(guide.motion(721).points["guided"] - complex(told[1])) - float(told[2])
+    assert float(told[2]) == guide.radius
+    assert np.abs(off).max() == pytest.approx(guide.deviation, rel=1e-3)
+
+
 @pytest.mark.parametrize("family", FAMILIES[2:])
 def test_families_that_pylinkage_cannot_move_are_refused(six: Six, family: str) -> None:
     with pytest.raises(InvalidRequest, match=f"no dyads for a guide of family {family}"):

@@ -81,6 +81,25 @@ def test_no_series_takes_linkages_of_a_family_that_it_does_not_have(family: str)
         assert family in series.families or not taken.any(), series.code
 
 
+@pytest.mark.parametrize(("series", "member"), MEMBERS, ids=[f"{s.code}-{m.key}" for s, m in MEMBERS])
+def test_undulations_run_straight_and_cuspidations_are_slots_at_the_points_of_curvature_theory(
+    series: Series, member: Member
+) -> None:
+    sample = even(series, member, size=24).valid
+    n = len(sample.linkage)
+    curvature = Instant(sample.linkage, np.zeros(n, complex)).curvature
+    for g in sample.guided:
+        if g.label not in ("undulation", "cuspidation"):
+            continue
+        point, centre = (1, 0) if g.label == "undulation" else (0, 1)
+        pairs = np.broadcast_to(g.pairs, (n, 2, 3))
+        there = ~np.isnan(pairs).any(axis=(1, 2))
+        assert (pairs[there, centre, 2] == 0).all()
+        at, known = pairs[there, point, :2] / pairs[there, point, 2:], getattr(curvature, g.label)[there]
+        found = ~np.isnan(known).any(1)  # where not all points of the circle are such points
+        np.testing.assert_allclose(at[found], known[found], rtol=1e-9, atol=1e-9)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(("series", "member"), MEMBERS, ids=[f"{s.code}-{m.key}" for s, m in MEMBERS])
 def test_deviation_follows_the_order_and_the_coefficient(series: Series, member: Member) -> None:

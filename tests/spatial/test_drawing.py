@@ -131,6 +131,23 @@ def test_dots_stand_at_the_ends_of_what_there_is_of_a_path(rssr: Motion) -> None
     np.testing.assert_array_equal(np.concatenate(ends), seen.paths["pin"][[1, -1]])
 
 
+@pytest.mark.parametrize(("name", "drive"), [("rssr", "crank"), ("cardan", "input")])
+def test_ghosts_are_thinner_than_what_is_drawn_in_full(name: str, drive: str) -> None:
+    from catalogue.paper import blank
+
+    mechanism = load(FOLDER / f"{name}.toml").mechanism
+    seen = scene(mechanism, mechanism.sweep(Joint(drive), [-0.2, 0, 0.2]))
+    for body in seen.bodies:
+        full, ghost = Sheet(blank(4, 4), seen), Sheet(blank(4, 4), seen)
+        full.body(body, 0)
+        ghost.body(body, 1)
+        one, other = (
+            [line.get_linewidth() for line in sheet.ax.lines if line.get_color() == sheet.colours[body.name]]
+            for sheet in (full, ghost)
+        )
+        assert max(one) > max(other)
+
+
 def test_borders_of_flat_and_solid_bodies() -> None:
     square = np.array([(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0), (0.5, 0.5, 0)], float)
     edges, faces = hull(square)
