@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from catalogue import CircularArc, InvalidRequest, StraightLine
+
 Run = Callable[..., Any]
 MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
 
@@ -125,6 +127,26 @@ def test_answers_without_a_home_have_no_codes(
     done = run("measure", mine, "--stroke", 120)
     assert done.code == 0
     assert "answers have no codes" in done.err
+
+
+@pytest.mark.parametrize(
+    ("options", "request_"),
+    [
+        ((), StraightLine(120, 0.4)),
+        (("--arc",), CircularArc(120, 0.4)),
+        (("--radius", 400), CircularArc(120, 0.4, 400)),
+    ],
+    ids=str,
+)
+def test_improve_is_along_an_arc_if_that_or_a_radius_is_given(
+    run: Run, mine: Path, monkeypatch: pytest.MonkeyPatch, options: Any, request_: Any
+) -> None:
+    def refused(_: Any, request: Any, **__: Any) -> None:
+        raise InvalidRequest(repr(request))
+
+    monkeypatch.setattr("catalogue.find.improve.improve", refused)
+    asked = ("improve", mine, "--stroke", 120, "--deviation", 0.4, "--no-catalogue", *options)
+    assert run(*asked).line.endswith(repr(request_))
 
 
 @pytest.mark.slow

@@ -68,21 +68,38 @@ def test_who_follows_the_advice_finds_an_answer(ask: Ask, request_: Any, wanted:
         assert ask(asked, limit=1, **relaxed), (told, changes)
 
 
+def parallelogram(small: Catalogue, request_: StraightLine, cranks: float, point: complex) -> Explanation:
+    """Return what is told of a search in which a parallelogram came nearest; its cranks and point in strokes."""
+    problem = Problem.of(request_, Constraints(pins_only=True), Ranking())
+    pivots = np.ones((1, 2, 2, 3))
+    pivots[0, :, :, :2] = [[[0.0, -cranks], [0.0, 0.0]], [[1.0, -cranks], [1.0, 0.0]]]
+    linkage = Linkage(pivots)
+    nothing = np.full(1, complex(np.nan, np.nan))
+    nearest = measured(problem, Origin.made(linkage, "parallel"), linkage, np.array([point]), nothing, np.zeros(1))
+    return Explanation(small.database, problem, request_, SearchReport(nearest=nearest), 0)
+
+
 def test_what_is_too_large_though_no_size_was_asked_for_is_said(small: Catalogue) -> None:
     """The nearest is a parallelogram with cranks of 200 strokes: straight enough, but larger than is looked for."""
     request_ = StraightLine(10, 1e-2)
-    problem = Problem.of(request_, Constraints(pins_only=True), Ranking())
-    pivots = np.ones((1, 2, 2, 3))
-    pivots[0, :, :, :2] = [[[0.0, -200.0], [0.0, 0.0]], [[1.0, -200.0], [1.0, 0.0]]]
-    linkage = Linkage(pivots)
-    nothing = np.full(1, complex(np.nan, np.nan))
-    nearest = measured(problem, Origin.made(linkage, "parallel"), linkage, np.array([0.5 + 1j]), nothing, np.zeros(1))
-    told = Explanation(small.database, problem, request_, SearchReport(nearest=nearest), 0).advice()
+    told = parallelogram(small, request_, 200.0, 0.5 + 1j).advice()
     ((name, size),) = advised(told)[0].items()
     assert name == "max_size"
     assert 2000 < size < 2500
     assert told.endswith("(asked none: 1000 at most)")
     assert small.find(request_, pins_only=True, limit=1, max_size=size)
+
+
+@pytest.mark.parametrize("stroke", [0.15, 150.0])
+def test_what_a_deviation_that_is_tried_gives_is_within_it_and_makes_use_of_it(small: Catalogue, stroke: float) -> None:
+    told = parallelogram(small, StraightLine(stroke, 1e-9 * stroke), 1.0, 0.5 + 0j)
+    nearest = told.report.nearest
+    assert nearest is not None
+    bound = 0.01 * stroke * nearest.deviation[0]
+    answers = told._answers({"deviation": bound}, nearest)
+    assert answers is not None
+    assert (stroke * answers.deviation <= bound).all()
+    assert stroke * answers.deviation.max() > 0.1 * bound
 
 
 @pytest.mark.slow

@@ -150,6 +150,14 @@ def test_window_is_exact(many: Callable[..., CouplerCurve], family: str) -> None
 
 
 @pytest.mark.parametrize("family", FAMILY_NAMES)
+def test_the_widest_window_ends_where_the_path_does(many: Callable[..., CouplerCurve], family: str) -> None:
+    guides = many(family, 400)
+    for t, side, to in zip(guides.window(*(guides.extent * [[-1], [1]])), (-1, 1), guides.extent, strict=True):
+        u, _ = guides.path(t[None])
+        np.testing.assert_allclose(side * u[0], to, rtol=1e-12)
+
+
+@pytest.mark.parametrize("family", FAMILY_NAMES)
 def test_extent_ends_where_path_or_linkage_turns(many: Callable[..., CouplerCurve], family: str) -> None:
     """Beyond the extent the path comes back, the chart ends or the point is far away: one step of the table tells."""
     guides = many(family, 300)

@@ -288,6 +288,18 @@ def test_a_stored_design_has_its_curvature_and_no_batch(small: catalogue.Catalog
     assert drawn.name is not None or set(drawn.provenance) == {"plugin", "plugin_version", "plan", "seed", "number"}
 
 
+def test_a_guide_has_the_reaches_that_are_stored_of_it_be_it_one_alone(small: catalogue.Catalogue) -> None:
+    stored = small.database.plain({"guide_id": int, "level": int}, "FROM reach ORDER BY guide_id, level DESC")
+    number, first, count = np.unique(stored["guide_id"], return_index=True, return_counts=True)
+    assert count.min() == 1
+    for many in np.unique(count):
+        k = int(np.argmax(count == many))
+        guide = small.guide(int(number[k]))
+        levels = stored["level"][first[k] : first[k] + many]
+        assert sorted(guide.reaches["level"]) == sorted(levels)
+        assert guide.at(1.0, int(levels[0])).deviation <= 1.05 * 10.0 ** levels[0]
+
+
 def test_names_that_are_near_are_named(small: catalogue.Catalogue) -> None:
     with pytest.raises(InvalidRequest, match=r"near names are .*watt"):
         small.guide("wat")

@@ -368,6 +368,15 @@ def test_planar_and_spherical_ones_move_like_that(modules: SimpleNamespace) -> N
     assert seen["spherical"] > 10
 
 
+@pytest.mark.parametrize("family", ["II", "V"])
+def test_few_mechanisms_guide_many_points(family: str) -> None:
+    drawn = COLLECTION.draw(family, np.random.default_rng(1), 2)
+    assert len(drawn) >= 2
+    for s in drawn:
+        assert s.family == family
+        assert 0 < s.deviation <= 0.05
+
+
 @pytest.mark.slow
 def test_series_are_drawn_as_declared(cat: Catalogue) -> None:
     row = SpecimenRow
