@@ -83,6 +83,21 @@ def test_guides_are_the_same(kind: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["I", "II", "III", "IV", "V", "VI"])
+def test_positions_are_measured_the_same(
+    spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, name: str
+) -> None:
+    """What they are conditioned like, which the whole Jacobian tells, where nothing has moved yet."""
+    m, start = make(name, 40, kinds=tuple(k for k in KINDS if k not in ("hyperboloid", "circle", "helix", "line")))
+    q = tools.driven(m, start)
+    at, fast = spatial.solve_positions(m, q, start), compiled.fast(m)
+    assert fast
+    found = compiled.measured(fast, q[:, None], at.state.numbers.T[:, None].copy(), at.success.astype(int))
+    assert at.success.sum() > 30
+    np.testing.assert_allclose(found.condition[at.success], at.condition[at.success], rtol=1e-6)
+    np.testing.assert_allclose(found.points[at.success], at.points[at.success], atol=1e-12)
+
+
+@pytest.mark.parametrize("name", ["I", "II", "III", "IV", "V", "VI"])
 def test_a_batch_moves_the_same(
     spatial: SimpleNamespace, make: Make, tools: SimpleNamespace, name: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -71,6 +71,27 @@ def test_the_drive_of_a_crank_bears_the_virtual_work() -> None:
         transmission(motion, "rocker", "rope")
 
 
+def test_what_is_held_bears_the_moment_about_its_joint() -> None:
+    """An arm of three joints, of which the middle one drives: what is held in the order in which it was given."""
+    arm: list[Any] = [
+        Revolute("a", (0, 0, 0), axis=(0, 0, 1)),
+        Revolute("b", (2, 0, 0), axis=(0, 1, 0), on="a"),
+        Revolute("c", (3, 1, 0), axis=(0, 0, 1), on="b"),
+    ]
+    motion = Mechanism(arm).sweep(Joint("b"), [0.0, 0.3, 0.7], hold=(Joint("c"), Joint("a")))
+    tip, force = (4, 1.5, 1), np.array([1.0, 2, 3])
+    table = reactions(motion, [Load("c", force, tip)])
+    at, elbow = motion.point("c", tip), motion.point("b", (3, 1, 0))
+    moments = {
+        "held 1": ((at - elbow), motion.point("b", (3, 1, 1)) - elbow),
+        "held 2": (at, np.array([0, 0, 1])),
+        "drive": (at - (2, 0, 0), np.array([0, 1, 0])),
+    }
+    assert set(table.columns) == {"drive [deg]", *(f"{name} [N mm]" for name in moments)}
+    for name, (lever, axis) in moments.items():
+        assert np.abs(table[f"{name} [N mm]"] + (np.cross(lever, force) * axis).sum(1)).max() < 1e-12
+
+
 def test_sensitivities_are_differences_of_designs() -> None:
     """Of toe, by each coordinate of two hard points, against mechanisms that are made with them displaced."""
 

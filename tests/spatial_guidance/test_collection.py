@@ -421,6 +421,24 @@ def test_curves_are_drawn_as_far_as_points_of_the_body_run_on_them(modules: Simp
         assert off.max() <= 0.51 * step
 
 
+@pytest.mark.parametrize("arc", [False, True])
+def test_the_nominal_that_is_drawn_runs_along_the_path(modules: SimpleNamespace, arc: bool) -> None:
+    """It holds the whole path, and is somewhat longer, along an oblique line or arc of which the path is a wave off."""
+    s, turn, wave = np.linspace(-1, 1, 41), rotation([1, 2, 3, 4]), 1e-3
+    bent = (1 + wave * np.cos(9 * s)) * np.exp(0.6j * s) if arc else s + 1j * wave * np.cos(9 * s)
+    path = np.stack([bent.real, bent.imag, wave * np.sin(7 * s)], axis=1) @ turn.T + [3, 4, 5]
+    drawn: list[Any] = []
+    ax = SimpleNamespace(plot=lambda *x, **_: drawn.append(np.transpose(x)))
+    modules.picture._nominal(ax, path, arc)
+    (nominal,) = drawn
+    one, along = nominal[:-1], np.diff(nominal, axis=0)
+    share = ((path[:, None] - one) * along).sum(2) / (along**2).sum(1)
+    foot = one + np.clip(share, 0, 1)[..., None] * along
+    assert np.linalg.norm(path[:, None] - foot, axis=2).min(1).max() < 4 * wave
+    way = path[-1] - path[0]
+    assert ((nominal[0] - path[0]) @ way) < 0 < ((nominal[-1] - path[-1]) @ way)
+
+
 @pytest.fixture(scope="module")
 def environment(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
     """Return an environment in which a new process imports the catalogue that is tested here."""
