@@ -50,6 +50,17 @@ def test_no_better_one_is_missed(swings: Catalogue) -> None:
     assert [p.id for p in small] == [p.id for p in sorted(every, key=lambda p: p.metrics["size"])][:3]
 
 
+@pytest.mark.parametrize("metric", ["size", "swing"])
+def test_a_bound_leaves_out_only_what_breaks_it(swings: Catalogue, metric: str) -> None:
+    """Bounds are numbers of answers, which are within them."""
+    every = swings.find_in("swings", LINE, limit=2000)
+    ordered = sorted(p.metrics[metric] for p in every)
+    for low, high in ((ordered[20], ordered[-20]), (None, ordered[40]), (ordered[-40], None)):
+        within = (-math.inf if low is None else low), (math.inf if high is None else high)
+        found = swings.find_in("swings", LINE, where={metric: (low, high)}, limit=2000)
+        assert {p.id for p in found} == {p.id for p in every if within[0] <= p.metrics[metric] <= within[1]}
+
+
 def test_the_stroke_only_scales(swings: Catalogue) -> None:
     one = swings.find_in("swings", StraightLine(1, 0.02), limit=5)
     far = swings.find_in("swings", StraightLine(1e4, 200), limit=5)

@@ -10,10 +10,13 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, OwnGuide, StraightLine
+from catalogue.find.improve import Task
+from catalogue.problem.constraints import Constraints
 from tests.find.conftest import at_home
 
 MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
 SLIDER = {"crank": 60, "coupler": 200, "offset": 10, "along": 260, "across": 30}
+TRAMMEL = OwnGuide([[[1, 0, 0], [0, 60, 1]], [[0, 1, 0], [80, 0, 1]]], [100, -20])
 
 
 @pytest.fixture(scope="module")
@@ -97,6 +100,36 @@ def test_the_catalogue_stands_beside_under_the_same_conditions(mine: OwnGuide, s
     assert found.catalogue.lengths["frame"] == pytest.approx(220, rel=1e-12)
     assert found.catalogue.deviation <= 0.3
     assert found.to_pandas().shape[0] == len(found)
+
+
+@pytest.mark.parametrize("bearing", [0.0, 0.7, 2.2])
+@pytest.mark.parametrize("guide", [catalogue.guide(MINE), catalogue.guide(SLIDER), TRAMMEL])
+def test_what_is_shown_first_is_the_guide_where_it_stands(guide: OwnGuide, bearing: float) -> None:
+    """Wherever its slides point to: as it is measured in its own frame."""
+    turn, shift = np.exp(1j * bearing), 30 - 20j
+    moved = guide.linkage.moved(turn, shift).pivots[0]
+    z = turn * complex(*guide.guided) + shift
+    turned = OwnGuide(moved.tolist(), [z.real, z.imag])
+    task = Task.of(turned, StraightLine(50, 1), Constraints.of({}), (), False, 0.0, "score", 1)
+    shown = task.shown(task.start()[[0]])
+    seen = min(turned.measure(stroke=50), key=lambda one: np.abs(np.subtract(one.guided, shown.guided)).max())
+    np.testing.assert_allclose(shown.start, seen.start, atol=1e-6)
+    np.testing.assert_allclose(shown.guided, seen.guided, atol=1e-6)
+    np.testing.assert_allclose(shown.pivots, seen.pivots, atol=1e-6)
+
+
+def test_copies_have_the_pivots_that_are_held(mine: OwnGuide) -> None:
+    at = mine.measure(stroke=120)[0]
+    request = StraightLine(120, 0.3, (at.start[0], at.start[1]), at.along)
+    for hold, still in (("fixed-pivots", True), ((), False)):
+        task = Task.of(mine, request, Constraints.of({}), hold, True, 0.0, "score", 1)
+        start = task.start()
+        copies = task.scattered(start).linkage.points
+        spread = np.ptp(copies.real, axis=0) + np.ptp(copies.imag, axis=0)
+        assert len(copies) > 2 * len(start)
+        assert (spread[:, 1] > 0.1).all()
+        assert (spread[:, 0] == 0).all() if still else (spread[:, 0] > 0.1).all()
+        assert (np.abs(copies - start.linkage.points[0])[0] == 0).all()  # the first is as it was
 
 
 @pytest.mark.parametrize(

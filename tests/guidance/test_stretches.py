@@ -221,6 +221,22 @@ def test_a_curve_is_as_long_as_its_path(random_linkages: Maker) -> None:
     assert np.abs(curves.length / np.abs(np.diff(found.pose(s).point(point), axis=0)).sum(0) - 1).max() < 5e-3
 
 
+@pytest.mark.parametrize("quick", [False, True])
+def test_a_window_is_moved_to_where_those_about_it_are_no_straighter(random_linkages: Maker, quick: bool) -> None:
+    """Against 161 windows on either side, as far as it may go."""
+    found, point = drawn(random_linkages("four-bar", 10, 95), 5)
+    seek = Search(Curves.of(found, point, np.arange(len(found))), False, None, quick)
+    start, by = seek.about(seek.places(0.2 * seek.curves.across, 3))
+    at, _ = seek.moved(start, by)
+    least = np.full(len(by), np.inf)
+    for way in np.linspace(-1, 1, 323):
+        beside = seek.measured(replace(start, low=start.low + way * by, high=start.high + way * by))
+        least = np.fmin(least, beside.deviation)
+    there = np.isfinite(least)
+    assert there.sum() > 25
+    assert (at.deviation[there] <= 1.001 * least[there]).all()
+
+
 def test_windows_are_sought_in_different_parts_of_a_path(random_linkages: Maker) -> None:
     found, point = drawn(random_linkages("four-bar", 20, 95), 5)
     curves = Curves.of(found, point, np.arange(len(found)))
