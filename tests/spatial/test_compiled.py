@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import inspect
 import subprocess
 import sys
 import time
 from importlib.util import find_spec
+from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
@@ -212,6 +214,28 @@ def test_one_set_of_types_is_compiled() -> None:
         assert len(entry.signatures) <= 1
 
 
+@needs_numba
+def test_what_numba_has_kept_of_another_version_is_not_taken(tmp_path: Path) -> None:
+    """It looks at the file of a kept function alone: the version of all files is among the types of each."""
+    from catalogue.spatial.guided import kernel as guided
+    from catalogue.spatial.jointed import kernel as jointed
+    from catalogue.spatial.native.compiling import version
+
+    kept = [value for room in (guided, jointed) for value in vars(room).values() if hasattr(value, "py_func")]
+    assert len(kept) == 6
+    for function in kept:
+        assert list(inspect.signature(function.py_func).parameters.values())[-1].default > 0
+        assert all("omitted" in str(types[-1]) for types in function.signatures)
+    (tmp_path / "one.py").write_text("1")
+    first = version(str(tmp_path / "one.py"))
+    assert version(str(tmp_path / "one.py")) == first
+    assert version(str(tmp_path / "one.py"), "torus") != first
+    (tmp_path / "two.py").write_text("2")
+    second = version(str(tmp_path / "one.py"))
+    (tmp_path / "two.py").write_text("3")
+    assert len({first, second, version(str(tmp_path / "one.py"))}) == 3
+
+
 def test_who_waits_for_the_compiler_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     class Waiting:
         """As a function of numba, which is compiled when it is called first."""
@@ -258,7 +282,9 @@ def test_numba_that_cannot_be_imported_is_told_of_once(monkeypatch: pytest.Monke
     with monkeypatch.context() as patch:
         patch.setattr(loading, "find_spec", lambda _: True)
         patch.setitem(sys.modules, "numba", None)
-        patch.delitem(sys.modules, "catalogue.spatial.jointed.kernel", raising=False)
+        for name in [name for name in sys.modules if name.startswith("catalogue.spatial.jointed.kernel")]:
+            patch.delitem(sys.modules, name)
+        patch.delitem(sys.modules, "catalogue.spatial.native.compiling", raising=False)
         patch.delattr("catalogue.spatial.jointed.kernel", raising=False)
         with pytest.warns(RuntimeWarning, match="sweeps go by numpy"):
             motion = rssr(*RSSR).sweep(Joint("crank"), [0.0, 0.1])

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from .guides import compiled, inlined
+from ...native.compiling import compiled, inlined
 
 
 @compiled

@@ -3,26 +3,14 @@
 from __future__ import annotations
 
 from math import atan2, cos, cosh, hypot, inf, nan, sin, sinh, sqrt, tan
-from pathlib import Path
-from typing import Any
-from zlib import crc32
 
 import numpy as np
-from numba import njit
 
 from ...geometry.guides import KINDS
+from ...native.compiling import inlined, version
 
-_OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
-compiled = njit(**_OPTIONS)
-#: The same for what is called at every position: calls with many arrays take longer than what they do.
-inlined = njit(forceinline=True, **_OPTIONS)
-#: The same for what is called from outside: numba keeps it, and with it what it calls.
-kept = njit(cache=True, **_OPTIONS)
-#: What kept functions are made from.  As a default of theirs it is part of their types, so that numba does not take for
-#: them what it has kept of another version: that depends to it on the file of each alone.
-VERSION = crc32(
-    b"".join(file.read_bytes() for file in sorted(Path(__file__).parent.glob("*.py"))), crc32(repr([*KINDS]).encode())
-)
+#: Of these kernels, and of the numbers of the guides.
+VERSION = version(__file__, repr([*KINDS]))
 
 _NUMBER = {name: i for i, name in enumerate(KINDS)}
 CYLINDER, CONE, SINH, AXIAL, HALF, RULED = (

@@ -7,8 +7,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...native.compiling import compiled, inlined, kept
 from .elimination import eliminate, substitute
-from .guides import HALF, VERSION, apex, compiled, inlined, kept, locate
+from .guides import HALF, VERSION, apex, locate
 from .pose import (
     distance,
     evaluate,

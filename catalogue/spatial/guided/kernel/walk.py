@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from .guides import compiled, inlined
+from ...native.compiling import compiled, inlined
 from .pose import correct, moved, off_edge, velocity
 
 #: Why a walk ended, in the order of `compiled.REASONS`.

@@ -1,0 +1,172 @@
+"""Newton's method on the equations of one pose, where the drive is to have a value."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...native.compiling import compiled
+from .pose import ANGLE, CYLINDRICAL, FREE, evaluate
+
+#: A matrix is factored anew where the step by an old one is larger than this part of the step before.
+SLOW = 0.05
+#: Predicted error of a pose at which its correction ends.
+NONE_LEFT = 1e-15
+
+
+class Accuracy(NamedTuple):
+    """Of a pose: the constants of `newton`."""
+
+    last: Any
+    near: Any
+    enough: Any
+
+
+@compiled
+def around(angle):
+    """Return an angle between -pi and pi."""
+    return (angle + pi) % (2 * pi) - pi
+
+
+@compiled
+def lacking(plan, held, w):
+    """Put what the conditions of the curve lack, its sign changed, where a step is solved for."""
+    rows = len(plan.moves) - len(plan.scalars)
+    for i in range(len(plan.keep)):
+        row = plan.keep[i]
+        off = w.value[row]
+        if row >= rows:
+            off -= held[row - rows]
+            if plan.scalars[row - rows, 0] == ANGLE:
+                off = around(off)
+        w.step[i] = -off
+
+
+@compiled
+def factored(plan, last, w):
+    """Factor the Jacobian of the curve with one more row; return the sign of the determinant, 0 of a singular one."""
+    a, order, m = w.matrix, w.order, len(last)
+    for i in range(m - 1):
+        row = plan.keep[i]
+        for j in range(m):
+            a[i, j] = w.jacobian[row, j]
+    for j in range(m):
+        a[m - 1, j] = last[j]
+    sign = 1
+    for k in range(m):
+        p, most = k, abs(a[k, k])
+        for i in range(k + 1, m):
+            if abs(a[i, k]) > most:
+                p, most = i, abs(a[i, k])
+        order[k] = p
+        if p != k:
+            sign = -sign
+            for j in range(m):
+                a[k, j], a[p, j] = a[p, j], a[k, j]
+        if most == 0:
+            return 0
+        if a[k, k] < 0:
+            sign = -sign
+        inverse = 1 / a[k, k]
+        a[k, k] = inverse
+        for i in range(k + 1, m):
+            if a[i, k] != 0:
+                share = a[i, k] * inverse
+                a[i, k] = share
+                for j in range(k + 1, m):
+                    a[i, j] -= share * a[k, j]
+    return sign
+
+
+@compiled
+def solve(w, b):
+    """Solve by a factored matrix, in place."""
+    a, m = w.matrix, len(b)
+    for k in range(m):
+        p = w.order[k]
+        if p != k:
+            b[k], b[p] = b[p], b[k]
+    for i in range(m):
+        v = b[i]
+        for j in range(i):
+            v -= a[i, j] * b[j]
+        b[i] = v
+    for i in range(m - 1, -1, -1):
+        v = b[i]
+        for j in range(i + 1, m):
+            v -= a[i, j] * b[j]
+        b[i] = v * a[i, i]
+
+
+@compiled
+def moved(plan, y, step):
+    """Move a state by a step of all unknowns, in place."""
+    for j in range(len(plan.joints)):
+        sort, u, n = plan.joints[j, 0], plan.joints[j, 3], plan.joints[j, 4]
+        if sort == FREE:
+            hx, hy, hz = step[u] / 2, step[u + 1] / 2, step[u + 2] / 2
+            s, vx, vy, vz = y[n], y[n + 1], y[n + 2], y[n + 3]
+            y[n] = s - (hx * vx + hy * vy + hz * vz)
+            y[n + 1] = vx + s * hx + (hy * vz - hz * vy)
+            y[n + 2] = vy + s * hy + (hz * vx - hx * vz)
+            y[n + 3] = vz + s * hz + (hx * vy - hy * vx)
+            for i in range(3):
+                y[n + 4 + i] += step[u + 3 + i]
+        else:
+            y[n] += step[u]
+            if sort == CYLINDRICAL:
+                y[n + 1] += step[u + 1]
+    unitary(plan, y)
+
+
+@compiled
+def unitary(plan, y):
+    """Give quaternions the length 1, in place."""
+    for j in range(len(plan.joints)):
+        if plan.joints[j, 0] == FREE:
+            n = plan.joints[j, 4]
+            size = sqrt(y[n] * y[n] + y[n + 1] * y[n + 1] + y[n + 2] * y[n + 2] + y[n + 3] * y[n + 3])
+            for i in range(4):
+                y[n + i] /= size
+
+
+@compiled
+def largest(v):
+    """Return the largest size of a component; NaN if one is."""
+    most = 0.0
+    for i in range(len(v)):
+        if not abs(v[i]) <= most:
+            most = abs(v[i])
+    return most
+
+
+@compiled
+def corrected(plan, geometry, g, held, y, target, w, accuracy):
+    """Correct a state, in place, so that the drive has a value: 1 if that was possible, 0 if not, -1 if singular.
+
+    Newton's method, at first; then with the Jacobian of the step before, as long as that contracts well.
+    """
+    m, drive = plan.moves.shape[1], len(plan.moves) - 1
+    periodic = plan.scalars[-1, 0] == ANGLE
+    unitary(plan, y)
+    anew, near, size = True, True, 0.0
+    for k in range(12):
+        evaluate(plan, geometry, g, y, w, anew)
+        lacking(plan, held, w)
+        off = w.value[drive] - target
+        w.step[m - 1] = -(around(off) if periodic else off)
+        if anew and factored(plan, w.jacobian[drive], w) == 0:
+            return -1
+        solve(w, w.step)
+        before, size = size, largest(w.step)
+        moved(plan, y, w.step)
+        if k == 0:
+            near = size <= accuracy.near
+        if not size > accuracy.last and (anew or size * size <= NONE_LEFT * before):
+            break
+        anew = k > 0 and not size <= SLOW * before
+        if not size < np.inf:
+            break
+    return 1 if size <= accuracy.enough and near else 0

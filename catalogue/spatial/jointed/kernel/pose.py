@@ -1,0 +1,277 @@
+"""The equations of one pose: where bodies, ends and ways are, what is lacking, and the Jacobian of that."""
+
+from __future__ import annotations
+
+from math import atan2, cos, sin, sqrt
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...native.compiling import compiled
+
+REVOLUTE, PRISMATIC, CYLINDRICAL, FREE = 0, 1, 2, 5
+UNKNOWN, TRAVEL, LENGTH, ANGLE = range(4)
+
+
+class Plan(NamedTuple):
+    """A system but for its geometry: joints by rows of integers, rows of conditions, scalars."""
+
+    joints: Any  # (joints, 7): sort, body, body it hangs on, unknown, number, point, direction
+    lead: Any  # (joints,)
+    ends: Any  # (2, e): body, point
+    ways: Any  # (2, v): body, direction
+    distances: Any
+    offsets: Any
+    angles: Any
+    idle: Any
+    moves: Any  # (rows and scalars, unknowns)
+    scalars: Any  # (scalars, 4): sort and its integers
+    keep: Any  # rows of the conditions of the curve: those in use, and of what is held
+    weight: Any  # (numbers,)
+
+
+class Geometry(NamedTuple):
+    """Hard points, directions and constants of a batch of mechanisms, the first axis theirs."""
+
+    points: Any
+    directions: Any
+    lengths: Any
+    components: Any
+    cosines: Any
+
+
+class Work(NamedTuple):
+    """What an evaluation and a step leave behind."""
+
+    rotation: Any  # (bodies, 3, 3)
+    shift: Any  # (bodies, 3)
+    axis: Any  # (joints, 3): axes, where they are
+    arm: Any  # (joints, 3): velocity of the origin about an axis; of a free body where its point is
+    ends: Any  # (e, 3)
+    ways: Any  # (v, 3)
+    wrench: Any  # (rows and scalars, 6)
+    value: Any  # (rows and scalars,)
+    jacobian: Any  # (rows and scalars, unknowns)
+    matrix: Any  # (unknowns, unknowns): factored
+    order: Any  # (unknowns,)
+    step: Any  # (unknowns,)
+    along: Any  # (unknowns,)
+    tangent: Any  # (unknowns,)
+    y: Any  # (numbers,)
+    rate: Any  # (numbers,)
+    off: Any  # (numbers,)
+
+
+def work(plan: Plan, numbers: int) -> Work:
+    """Return room for one pose."""
+    bodies, rows, m = len(plan.joints) + 1, len(plan.moves), plan.moves.shape[1]
+    rotation = np.zeros((bodies, 3, 3))
+    rotation[0] = np.eye(3)
+    vectors = (bodies, bodies, bodies, plan.ends.shape[1], plan.ways.shape[1])
+    return Work._make([
+        rotation, *(np.zeros((n, 3)) for n in vectors), np.zeros((rows, 6)), np.zeros(rows), np.zeros((rows, m)),
+        np.zeros((m, m)), np.zeros(m, np.int64), *(np.zeros(n) for n in (m, m, m, numbers, numbers, numbers)),
+    ])  # fmt: skip
+
+
+@compiled
+def placed(plan, points, directions, y, w):
+    """Put bodies where their joints have them, with the screws of the joints."""
+    r, t = w.rotation, w.shift
+    for j in range(len(plan.joints)):
+        sort, b, on, n = plan.joints[j, 0], plan.joints[j, 1], plan.joints[j, 2], plan.joints[j, 4]
+        p, d = plan.joints[j, 5], plan.joints[j, 6]
+        px, py, pz = points[p, 0], points[p, 1], points[p, 2]
+        if sort == FREE:
+            s, u, v, o = y[n], y[n + 1], y[n + 2], y[n + 3]
+            q = 2 * s * s - 1
+            r[b, 0, 0], r[b, 0, 1], r[b, 0, 2] = 2 * u * u + q, 2 * (u * v - s * o), 2 * (u * o + s * v)
+            r[b, 1, 0], r[b, 1, 1], r[b, 1, 2] = 2 * (u * v + s * o), 2 * v * v + q, 2 * (v * o - s * u)
+            r[b, 2, 0], r[b, 2, 1], r[b, 2, 2] = 2 * (u * o - s * v), 2 * (v * o + s * u), 2 * o * o + q
+            w.arm[j, 0], w.arm[j, 1], w.arm[j, 2] = px + y[n + 4], py + y[n + 5], pz + y[n + 6]
+            for i in range(3):
+                t[b, i] = w.arm[j, i] - (r[b, i, 0] * px + r[b, i, 1] * py + r[b, i, 2] * pz)
+            continue
+        ax, ay, az = directions[d, 0], directions[d, 1], directions[d, 2]
+        hung(r, t, b, on, sort, y[n], plan.lead[j], y[n + (sort == CYLINDRICAL)], (px, py, pz), (ax, ay, az))
+        if on:
+            ax, ay, az = turned(r, on, ax, ay, az)
+            px, py, pz = turned(r, on, px, py, pz)
+            px, py, pz = px + t[on, 0], py + t[on, 1], pz + t[on, 2]
+        w.axis[j, 0], w.axis[j, 1], w.axis[j, 2] = ax, ay, az
+        advance = plan.lead[j]
+        w.arm[j, 0] = py * az - pz * ay + advance * ax
+        w.arm[j, 1] = pz * ax - px * az + advance * ay
+        w.arm[j, 2] = px * ay - py * ax + advance * az
+
+
+@compiled
+def turned(r, b, x, y, z):
+    """Return a vector as a body has turned it."""
+    return (
+        r[b, 0, 0] * x + r[b, 0, 1] * y + r[b, 0, 2] * z,
+        r[b, 1, 0] * x + r[b, 1, 1] * y + r[b, 1, 2] * z,
+        r[b, 2, 0] * x + r[b, 2, 1] * y + r[b, 2, 2] * z,
+    )
+
+
+@compiled
+def hung(r, t, b, on, sort, angle, lead, slide, p, a):
+    """Put one body where its joint has it: turned by an angle about an axis, and moved along it."""
+    s, c, far = 0.0, 1.0, slide
+    if sort != PRISMATIC:
+        s, c = sin(angle), cos(angle)
+        far = lead * angle + (slide if sort == CYLINDRICAL else 0.0)
+    k = 1 - c
+    (x, y, z), (px, py, pz) = a, p
+    m = (
+        (c + k * x * x, k * x * y - s * z, k * x * z + s * y),
+        (k * x * y + s * z, c + k * y * y, k * y * z - s * x),
+        (k * x * z - s * y, k * y * z + s * x, c + k * z * z),
+    )
+    tx = px - (m[0][0] * px + m[0][1] * py + m[0][2] * pz) + far * x
+    ty = py - (m[1][0] * px + m[1][1] * py + m[1][2] * pz) + far * y
+    tz = pz - (m[2][0] * px + m[2][1] * py + m[2][2] * pz) + far * z
+    if on:
+        (r[b, 0, 0], r[b, 1, 0], r[b, 2, 0]) = turned(r, on, m[0][0], m[1][0], m[2][0])
+        (r[b, 0, 1], r[b, 1, 1], r[b, 2, 1]) = turned(r, on, m[0][1], m[1][1], m[2][1])
+        (r[b, 0, 2], r[b, 1, 2], r[b, 2, 2]) = turned(r, on, m[0][2], m[1][2], m[2][2])
+        tx, ty, tz = turned(r, on, tx, ty, tz)
+        tx, ty, tz = tx + t[on, 0], ty + t[on, 1], tz + t[on, 2]
+    else:
+        (r[b, 0, 0], r[b, 0, 1], r[b, 0, 2]) = m[0]
+        (r[b, 1, 0], r[b, 1, 1], r[b, 1, 2]) = m[1]
+        (r[b, 2, 0], r[b, 2, 1], r[b, 2, 2]) = m[2]
+    t[b, 0], t[b, 1], t[b, 2] = tx, ty, tz
+
+
+@compiled
+def attached(plan, points, directions, w):
+    """Find where all ends and all ways are."""
+    for e in range(plan.ends.shape[1]):
+        b, p = plan.ends[0, e], plan.ends[1, e]
+        x, y, z = points[p, 0], points[p, 1], points[p, 2]
+        if b:
+            x, y, z = turned(w.rotation, b, x, y, z)
+            x, y, z = x + w.shift[b, 0], y + w.shift[b, 1], z + w.shift[b, 2]
+        w.ends[e, 0], w.ends[e, 1], w.ends[e, 2] = x, y, z
+    for v in range(plan.ways.shape[1]):
+        b, d = plan.ways[0, v], plan.ways[1, v]
+        x, y, z = directions[d, 0], directions[d, 1], directions[d, 2]
+        if b:
+            x, y, z = turned(w.rotation, b, x, y, z)
+        w.ways[v, 0], w.ways[v, 1], w.ways[v, 2] = x, y, z
+
+
+@compiled
+def push(w, row, end, x, y, z):
+    """Note the wrench of a force at an end."""
+    e, f = w.ends, w.wrench
+    f[row, 0], f[row, 1], f[row, 2] = x, y, z
+    f[row, 3] = e[end, 1] * z - e[end, 2] * y
+    f[row, 4] = e[end, 2] * x - e[end, 0] * z
+    f[row, 5] = e[end, 0] * y - e[end, 1] * x
+
+
+@compiled
+def closed(plan, geometry, g, w):
+    """Find what each loop lacks, and the wrench of each."""
+    x, d, row = w.ends, w.ways, 0
+    for k in range(plan.distances.shape[1]):
+        a, b, length = plan.distances[0, k], plan.distances[1, k], geometry.lengths[g, k]
+        ex, ey, ez = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+        w.value[row] = (ex * ex + ey * ey + ez * ez) / (2 * length) - length / 2
+        push(w, row, b, ex / length, ey / length, ez / length)
+        row += 1
+    for k in range(plan.offsets.shape[1]):
+        a, b, v = plan.offsets[0, k], plan.offsets[1, k], plan.offsets[2, k]
+        far = (x[b, 0] - x[a, 0]) * d[v, 0] + (x[b, 1] - x[a, 1]) * d[v, 1] + (x[b, 2] - x[a, 2]) * d[v, 2]
+        w.value[row] = far - geometry.components[g, k]
+        push(w, row, b, d[v, 0], d[v, 1], d[v, 2])
+        row += 1
+    for k in range(plan.angles.shape[1]):
+        a, b = plan.angles[0, k], plan.angles[1, k]
+        w.value[row] = d[a, 0] * d[b, 0] + d[a, 1] * d[b, 1] + d[a, 2] * d[b, 2] - geometry.cosines[g, k]
+        w.wrench[row, 3] = d[b, 1] * d[a, 2] - d[b, 2] * d[a, 1]
+        w.wrench[row, 4] = d[b, 2] * d[a, 0] - d[b, 0] * d[a, 2]
+        w.wrench[row, 5] = d[b, 0] * d[a, 1] - d[b, 1] * d[a, 0]
+        row += 1
+    for k in range(plan.idle.shape[1]):
+        for i in range(3):
+            w.wrench[row, 3 + i] = d[plan.idle[0, k], i]
+        row += 1
+    return row
+
+
+@compiled
+def read(plan, y, w, row):
+    """Find the values of the scalars, and the wrench of each."""
+    x, d = w.ends, w.ways
+    for k in range(len(plan.scalars)):
+        sort, a, b, c = plan.scalars[k, 0], plan.scalars[k, 1], plan.scalars[k, 2], plan.scalars[k, 3]
+        if sort == UNKNOWN:
+            w.value[row] = y[a]
+        elif sort == TRAVEL:
+            fx, fy, fz = d[c, 0], d[c, 1], d[c, 2]
+            w.value[row] = (x[a, 0] - x[b, 0]) * fx + (x[a, 1] - x[b, 1]) * fy + (x[a, 2] - x[b, 2]) * fz
+            push(w, row, a, fx, fy, fz)
+        elif sort == LENGTH:
+            ex, ey, ez = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
+            length = sqrt(ex * ex + ey * ey + ez * ez)
+            w.value[row] = length
+            push(w, row, b, ex / length, ey / length, ez / length)
+        else:
+            px, py, pz = d[a, 0], d[a, 1], d[a, 2]
+            one = px * d[b, 0] + py * d[b, 1] + pz * d[b, 2]
+            other = px * d[c, 0] + py * d[c, 1] + pz * d[c, 2]
+            w.value[row] = atan2(other, one)
+            over = one * one + other * other
+            vx, vy, vz = (
+                one * d[c, 0] - other * d[b, 0],
+                one * d[c, 1] - other * d[b, 1],
+                one * d[c, 2] - other * d[b, 2],
+            )
+            w.wrench[row, 3] = (py * vz - pz * vy) / over
+            w.wrench[row, 4] = (pz * vx - px * vz) / over
+            w.wrench[row, 5] = (px * vy - py * vx) / over
+        row += 1
+
+
+@compiled
+def paired(plan, w):
+    """Find the Jacobian: the products of wrenches and screws."""
+    f, out = w.wrench, w.jacobian
+    for j in range(len(plan.joints)):
+        sort, u = plan.joints[j, 0], plan.joints[j, 3]
+        ax, ay, az, vx, vy, vz = w.axis[j, 0], w.axis[j, 1], w.axis[j, 2], w.arm[j, 0], w.arm[j, 1], w.arm[j, 2]
+        for row in range(len(f)):
+            sign = plan.moves[row, u]
+            if sign == 0:  # and stays 0
+                continue
+            fx, fy, fz, mx, my, mz = f[row, 0], f[row, 1], f[row, 2], f[row, 3], f[row, 4], f[row, 5]
+            if sort == FREE:
+                out[row, u] = sign * (mx - (vy * fz - vz * fy))
+                out[row, u + 1] = sign * (my - (vz * fx - vx * fz))
+                out[row, u + 2] = sign * (mz - (vx * fy - vy * fx))
+                out[row, u + 3], out[row, u + 4], out[row, u + 5] = sign * fx, sign * fy, sign * fz
+            else:
+                slide = sign * (fx * ax + fy * ay + fz * az)
+                if sort != REVOLUTE:
+                    out[row, u + (sort == CYLINDRICAL)] = slide
+                if sort != PRISMATIC:
+                    out[row, u] = sign * (fx * vx + fy * vy + fz * vz + mx * ax + my * ay + mz * az)
+    first = len(plan.moves) - len(plan.scalars)
+    for k in range(len(plan.scalars)):
+        if plan.scalars[k, 0] == UNKNOWN:
+            out[first + k, plan.scalars[k, 2]] = 1.0
+
+
+@compiled
+def evaluate(plan, geometry, g, y, w, jacobian):
+    """Find what the conditions lack and the values of the scalars in one state; with their Jacobian, if asked for."""
+    placed(plan, geometry.points[g], geometry.directions[g], y, w)
+    attached(plan, geometry.points[g], geometry.directions[g], w)
+    row = closed(plan, geometry, g, w)
+    read(plan, y, w, row)
+    if jacobian:
+        paired(plan, w)

@@ -1,0 +1,167 @@
+"""What is called from outside, for many states, curves or mechanisms one after the other."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from ...native.compiling import compiled, kept, version
+from .curve import TURNING, Nodes, cubic, step, toward, up_to_dead_point
+from .newton import corrected
+from .pose import evaluate
+
+#: How far beyond an end of its way a value of the drive still counts as reached.
+BESIDE = 1e-12
+#: Of a part t of an interval, t^2 (1 - t)^2 from which the error of a cubic is told.
+LEAST_BULGE = 1e-3
+#: Of these kernels.
+VERSION = version(__file__)
+
+
+class Sweep(NamedTuple):
+    """What is asked of a batch, and what is answered.
+
+    Attributes
+    ----------
+    start : Nodes
+        Of each, the pose from which it sets out; its tangent the way on which the drive grows.
+    orientation : ndarray, shape (n,)
+        Sign of the Jacobian bordered by that tangent.
+    target : ndarray, shape (n, 2)
+        How far to go down, and up.
+    goal : ndarray, shape (s,)
+        Values of the drive.
+    states, found : ndarray, shape (n, s, numbers), (n, s)
+        At the goals, and whether there is a pose: -1 where a matrix was singular, 0 where there is none.
+    end, why : ndarray, shape (n, 2)
+        Where the drive came to, and why no farther.
+    """
+
+    start: Any
+    orientation: Any
+    target: Any
+    goal: Any
+    states: Any
+    found: Any
+    end: Any
+    why: Any
+
+
+@kept
+def evaluated(plan, geometry, w, y, value, jacobian, version=VERSION):  # noqa: ARG001  # part of its types
+    """Evaluate many states."""
+    one = len(geometry.points) == 1
+    for i in range(len(y)):
+        evaluate(plan, geometry, 0 if one else i, y[i], w, True)
+        for r in range(len(w.value)):
+            value[i, r] = w.value[r]
+            for c in range(w.jacobian.shape[1]):
+                jacobian[i, r, c] = w.jacobian[r, c]
+
+
+@kept
+def solved(plan, geometry, w, held, y, target, found, accuracy, version=VERSION):  # noqa: ARG001  # part of its types
+    """Correct states, in place, so that the drive has given values; `found` as `corrected` returns it."""
+    for i in range(len(y)):
+        g = 0 if len(geometry.points) == 1 else i
+        found[i] = corrected(plan, geometry, g, held[i], y[i], target[i], w, accuracy)
+
+
+@kept
+def steps(plan, geometry, w, held, h, orientation, nodes, limits, good, crossing, version=VERSION):  # noqa: ARG001  # part of its types
+    """Try a step of many curves: nodes (n, 3) of each are the one before, the last, and room for the next."""
+    for i in range(len(h)):
+        g = 0 if len(geometry.points) == 1 else i
+        own = Nodes(
+            nodes.s[i], nodes.y[i], nodes.rate[i], nodes.drive[i], nodes.slope[i], nodes.tangent[i], nodes.jacobian[i]
+        )
+        h[i], good[i], crossing[i], singular = step(
+            plan, geometry, g, held[i], h[i], orientation[i], own, 1, 0, 2, limits, w
+        )
+        if singular:
+            return False
+    return True
+
+
+@kept
+def swept(plan, geometry, w, held, sweep, nodes, limits, accuracy, version=VERSION):  # noqa: ARG001  # part of its types
+    """Sweep mechanisms from their design poses both ways; `nodes` is room."""
+    for g in range(len(sweep.orientation)):
+        for side in range(2):
+            sign = 2 * side - 1
+            set_out(sweep.start, g, sign, nodes, limits)
+            k, why = toward(
+                plan, geometry, g, held[g], sign * sweep.orientation[g], sweep.target[g, side], nodes, limits, w
+            )
+            if why == TURNING:
+                up_to_dead_point(plan, geometry, g, held[g], nodes, k, limits, w)
+            sweep.end[g, side], sweep.why[g, side] = nodes.drive[k], why
+            i, bulge = 1, 0.0
+            for n in range(len(sweep.goal)):
+                value = sweep.goal[n]
+                if (value >= nodes.drive[1]) == (side == 1) and sign * (value - nodes.drive[k]) <= BESIDE:
+                    i, bulge = between(nodes, i, k, sign, value, bulge, w)
+                    sweep.found[g, n] = corrected(plan, geometry, g, held[g], w.y, value, w, accuracy)
+                    bulge = bulge if sweep.found[g, n] == 1 else 0.0
+                    for j in range(len(w.y)):
+                        sweep.states[g, n, j] = w.y[j]
+                        w.off[j] = w.y[j] - w.off[j]
+
+
+@compiled
+def set_out(start, g, sign, nodes, limits):
+    """Write the pose from which a curve sets out as node 1, and one straight behind it as node 0."""
+    nodes.s[0], nodes.s[1] = -limits.first, 0.0
+    nodes.drive[1], nodes.slope[1] = start.drive[g], sign * start.slope[g]
+    for j in range(nodes.tangent.shape[1]):
+        nodes.tangent[1, j] = sign * start.tangent[g, j]
+    for j in range(nodes.y.shape[1]):
+        rate = sign * start.rate[g, j]
+        nodes.y[1, j], nodes.y[0, j] = start.y[g, j], start.y[g, j] - limits.first * rate
+        nodes.rate[1, j] = nodes.rate[0, j] = rate
+
+
+@compiled
+def where(nodes, i, way, value):
+    """Return the part of the interval from node i at which the drive has a value."""
+    h, low, high = nodes.s[i + 1] - nodes.s[i], 0.0, 1.0
+    a, b, da, db = nodes.drive[i], nodes.drive[i + 1], nodes.slope[i], nodes.slope[i + 1]
+    t = min(max((value - a) / (b - a if b != a else 1.0), 0.0), 1.0)
+    for _ in range(6):
+        off = cubic(t, h, a, b, da, db) - value
+        if way * off < 0:
+            low = t
+        else:
+            high = t
+        better = t - off / (6 * t * (1 - t) * (b - a) + h * ((1 - t) * (1 - 3 * t) * da + t * (3 * t - 2) * db))
+        if not low <= better <= high:
+            better = (low + high) / 2
+        gone, t = abs(better - t), better
+        if gone < 1e-9:
+            break
+    return t
+
+
+@compiled
+def between(nodes, i, last, way, value, bulge, w):
+    """Find the pose, on the cubics between nodes 1 to `last`, at a value of the drive, from node i on.
+
+    The cubic is off the curve as t^2 (1 - t)^2, nearly: by so much, of what it was off at the pose before, `off`, where
+    that was `bulge`, it is set right.  Returns the node before the pose, and t^2 (1 - t)^2; `off` is the cubic itself.
+    """
+    drive = nodes.drive
+    if last == 1:
+        for j in range(len(w.y)):
+            w.y[j] = w.off[j] = nodes.y[1, j]
+        return 1, 0.0
+    first = i
+    if way * drive[i] >= way * value:
+        i = 1
+    while i < last - 1 and way * drive[i + 1] < way * value:
+        i += 1
+    t, h = where(nodes, i, way, value), nodes.s[i + 1] - nodes.s[i]
+    new = (t * (1 - t)) ** 2
+    share = new / bulge if i == first and bulge > LEAST_BULGE else 0.0
+    for j in range(len(w.y)):
+        there = cubic(t, h, nodes.y[i, j], nodes.y[i + 1, j], nodes.rate[i, j], nodes.rate[i + 1, j])
+        w.y[j], w.off[j] = there + (share * w.off[j] if share > 0 else 0.0), there
+    return i, new

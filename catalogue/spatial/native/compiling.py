@@ -1,0 +1,27 @@
+"""How kernels are compiled by numba, and kept from one process to the next."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+from zlib import crc32
+
+from numba import njit
+
+#: Arrays come from outside and stay there while a function runs: not to count who uses them makes it four times faster.
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract"}, "_nrt": False}
+compiled = njit(**_OPTIONS)
+#: The same for what is called at every position: calls with many arrays take longer than what they do.
+inlined = njit(forceinline=True, **_OPTIONS)
+#: The same for what is called from outside: numba keeps it, and with it what it calls.
+kept = njit(cache=True, **_OPTIONS)
+
+
+def version(file: str, *more: str) -> int:
+    """Return a number that is another one for another version of a folder of kernels, of this file, or of `more`.
+
+    As a default of kept functions it is part of their types, so that numba does not take for them what it has kept of
+    another version: that depends to it on the file of each alone.
+    """
+    sources = [Path(__file__), *sorted(Path(file).parent.glob("*.py"))]
+    return crc32(b"".join([*(source.read_bytes() for source in sources), *(text.encode() for text in more)]))
