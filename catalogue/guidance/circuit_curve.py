@@ -144,7 +144,7 @@ def on_path(circuits: Circuits, point: Complexes, low: Floats, high: Floats, fit
 
     with np.errstate(all="ignore"):
         ends = off(low), off(high)
-        s = false_position(off, low, high, *ends, np.full(len(low), MIDDLE), steps=60)
+        s, _ = false_position(off, low, high, *ends, np.full(len(low), MIDDLE), steps=60)
     back = ends[0] > 0
     a, b = np.where(back, high, low), np.where(back, low, high)
     moving = CircuitMotion(circuits, s, np.ones(len(s), complex), np.zeros(len(s), complex))

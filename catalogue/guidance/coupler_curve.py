@@ -28,6 +28,8 @@ STEPS = 16
 FARTHEST = 8.0
 #: Part of the extent to which windows are solved.
 EXACT = 1e-13
+#: Steps in which nearly all ends of windows are found, and those at which the others are given up.
+FEW, MANY = 12, 40
 #: Worst conditioning of a chart that is still used.
 SINGULAR = 1e-4
 #: A point slower than this, per turn of its linkage's size, is at rest.
@@ -90,29 +92,35 @@ class CouplerCurve(Columns):
     def window(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Return the parameters at which u is `low` and `high`, each (n,) -> (n,), NaN beyond the extent.
 
-        Bracketed in the table, then solved to `EXACT` of the extent.
+        Bracketed in the table, then solved to `EXACT` of the extent: in few steps, in more where the path turns nearby.
         """
-        wanted = np.stack([low, high])
+        t, near = self._solved(np.stack([low, high]), FEW)
+        far = np.flatnonzero(~near)
+        if len(far):
+            t[:, far] = self[far]._solved(np.stack([low[far], high[far]]), MANY)[0]
+        return t[0], t[1]
+
+    def _solved(self, wanted: Array, steps: int) -> tuple[Array, Mask]:
+        """Return the parameters (2, n) at which u has values (2, n), and where so many steps were enough."""
         k = np.clip((self.u[:, None] < wanted).sum(0), 1, len(self.u) - 1)
         t0, t1 = (np.take_along_axis(self.t, k + j, 0) for j in (-1, 0))
         extent = self.extent
         with np.errstate(all="ignore"):
             outside = (wanted < -extent[0] * (1 + 1e-9)) | (wanted > extent[1] * (1 + 1e-9))
             f0, f1 = (np.take_along_axis(self.u, k + j, 0) - wanted for j in (-1, 0))
-            t = false_position(
+            t, off = false_position(
                 lambda t: np.where(self.cusp & (t < 0), -1, 1) * self.path(t)[0] - wanted,
-                t0, t1, f0, f1, EXACT * extent.sum(0), steps=12,
+                t0, t1, f0, f1, EXACT * extent.sum(0), steps,
             )  # fmt: skip
-        t = np.where(outside | ~np.isfinite(t), np.nan, t)
-        return t[0], t[1]
+        near = outside | ~(np.abs(off) > EXACT * extent.sum(0))
+        return np.where(outside | ~np.isfinite(t), np.nan, t), np.asarray(near.all(0))
 
 
 def false_position(
     function: Callable[[Array], Array], t0: Array, t1: Array, f0: Array, f1: Array, close: Array, steps: int
-) -> Array:
-    """Return where functions vanish between t0 and t1, where they are f0 and f1, by regula falsi (Illinois), until all
-    are within `close` of 0."""
-    t = t1
+) -> tuple[Array, Array]:
+    """Return where functions vanish between t0 and t1, where they are f0 and f1, and what they are there: by regula
+    falsi (Illinois), until all are within `close` of 0."""
     for _ in range(steps):
         t = t1 - f1 * (t1 - t0) / np.where(f1 == f0, 1, f1 - f0)
         f = function(t)
@@ -121,7 +129,7 @@ def false_position(
         t1, f1 = t, f
         if not (np.abs(f) > close).any():
             break
-    return t
+    return t1, f1
 
 
 def coupler_curve(

@@ -328,7 +328,7 @@ def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Mask) -
     with np.errstate(all="ignore"):
         f0, f1 = path(np.stack([start, end]))[0] + offset
         close = 16 * np.finfo(f1.dtype).eps * (traced.fit.stroke + np.abs(offset))
-        t = false_position(lambda t: path(t[None])[0][0] + offset, start, end, f0, f1, close, steps=60)
+        t, _ = false_position(lambda t: path(t[None])[0][0] + offset, start, end, f0, f1, close, steps=60)
     return np.where(cusp, 0.0, t)
 
 
