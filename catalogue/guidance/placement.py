@@ -16,8 +16,8 @@ from .trace import Traced, extended, trace
 
 #: Below this deviation over stroke a guide is measured again in extended precision.
 FINE = 1e-11
-#: Corrections of a window until its chord, or its stroke from a cusp, is the one asked for; the chord from a cusp turns
-#: as it grows.
+#: Corrections of a window until its chord, or its stroke from a cusp, is the one asked for, and of an arc until it lies
+#: about the guided point as seen from its own centre; the chord from a cusp turns as it grows.
 ROUNDS, ROUNDS_AT_CUSP = 3, 10
 #: No correction is made by less than this part.
 REACHED, CORRECTIONS = 1e-11, 2
@@ -103,9 +103,10 @@ def at_stroke(
         if circle and curvature is not None:
             half, centre = _symmetric(guides, _arcs(stroke, curvature), stroke)
         elif circle:
-            half = _of_chord(guides, half, centre, stroke)
-            rough = trace(guides, half, circle=True, split=False, centre=centre, nodes=nodes)
-            half, centre = _symmetric(guides, rough.fit, stroke)
+            for _ in range(ROUNDS):
+                half = _of_chord(guides, half, centre, stroke)
+                rough = trace(guides, half, circle=True, split=False, centre=centre, nodes=nodes)
+                half, centre = _symmetric(guides, rough.fit, stroke)
         half = _of_chord(guides, half, centre, stroke)
     found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
     found, half = _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)

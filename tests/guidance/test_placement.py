@@ -115,6 +115,21 @@ def test_mirroring_chooses_for_each_guide_on_its_own(case: tuple[bool, CouplerCu
 
 
 @pytest.mark.slow
+def test_a_guide_laid_anew_is_the_same(drawn: Drawn) -> None:
+    """The window is about the guided point as seen from the circle that fits it: laid there, it need not move."""
+    guides, _ = drawn(circle=True)
+    guides = guides[(guides.extent.min(0) > 0.5) & ~guides.cusp]
+    first = at_stroke(guides, 0.9, circle=True)
+    linkage, point, _ = placed(guides, first, 0.9)
+    again = at_stroke(coupler_curve(linkage, point), 0.9, circle=True)
+    kept = np.flatnonzero((first.relative < 0.02) & np.isfinite(again.relative))
+    assert len(kept) > 100
+    off = np.abs(again.relative / first.relative - 1)[kept]
+    assert np.quantile(off, 0.99) < 5e-4
+    assert off.max() < 0.02
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("stroke", [1e-6, 0.01, 0.3])
 def test_at_stroke_is_exact(drawn: Drawn, stroke: float) -> None:
     guides, _ = drawn(circle=False)
