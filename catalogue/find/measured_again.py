@@ -71,8 +71,9 @@ def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
         elif name == "start":
             good = abs(complex(*said) - complex(*value)) <= close + deviation
         elif name in DIRECTIONS:
-            off = (said - value + 180) % 360 - 180
-            good = abs(off) <= PART + np.degrees(2 * deviation / stroke)
+            off, wide = (said - value + 180) % 360 - 180, np.degrees(2 * deviation / stroke)
+            own = isinstance(one, Stretch) and name == "along"  # measured where it stands, no other line in question
+            good = abs(off) <= (OF_OTHERS + PART * wide if own else PART + wide)
         else:
             least = close if (STRETCH.get(name) or DWELL[name]).unit == LENGTH else OF_OTHERS
             good = abs(said - value) <= least + PART * abs(value)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 import json
+import math
 import pickle
 import sqlite3
 import subprocess
@@ -219,6 +220,15 @@ def test_no_number_is_believed_that_can_be_measured(records: dict[str, dict[str,
         changed["pivots"][dyad][joint][0] += 99.0
         with pytest.raises(InvalidRequest, match="measured again"):
             answers.answer(changed)
+
+
+@pytest.mark.parametrize("part", [-0.5, 0.01, 0.2])
+def test_the_direction_of_a_stretch_is_that_of_its_own_line(part: float) -> None:
+    """Turned by a part of what its deviation leaves open, twice that over its stroke, it is another one."""
+    record = answers.record(catalogue.guide(MINE).measure(stroke=120.0)[0])
+    turned = record | {"along": record["along"] + part * math.degrees(2 * record["deviation"] / record["stroke"])}
+    with pytest.raises(InvalidRequest, match="its along is"):
+        answers.answer(turned)
 
 
 def test_a_record_that_is_not_what_its_code_was_made_of_is_told(
