@@ -18,10 +18,10 @@ kept = njit(cache=True, **_OPTIONS)
 
 
 def version(file: str, *more: str) -> int:
-    """Return a number that is another one for another version of a folder of kernels, of this file, or of `more`.
+    """Return a number that is another one for another version of a folder of kernels, of this one, or of `more`.
 
     As a default of kept functions it is part of their types, so that numba does not take for them what it has kept of
     another version: that depends to it on the file of each alone.
     """
-    sources = [Path(__file__), *sorted(Path(file).parent.glob("*.py"))]
+    sources = [path for folder in (__file__, file) for path in sorted(Path(folder).parent.glob("*.py"))]
     return crc32(b"".join([*(source.read_bytes() for source in sources), *(text.encode() for text in more)]))

@@ -3,7 +3,7 @@
 One body after the other, by the formulas and with the tests of the functions of the same names there: `guides` are the
 charts of `geometry`, `pose` the equations of `equations` and the corrector of `predictor_corrector`, `walk` the steps
 of `continuation`, `sweep` what `filling`, `follow` and `position` make of them, but that a second correction at a node
-is by the factored matrix of the first (`elimination`); `guided.compiled` calls it.
+is by the factored matrix of the first (`native.elimination`); `guided.compiled` calls it.
 """
 
 from .pose import Bodies, Limits, Plan, work

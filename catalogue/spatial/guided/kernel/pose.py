@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...native.compiling import compiled, inlined
-from .elimination import eliminate
+from ...native.elimination import eliminate
 from .guides import HALF, HELIX, TORUS, chart, function
 
 

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...native.compiling import compiled, inlined, kept
-from .elimination import eliminate, substitute
+from ...native.elimination import eliminate, substitute
 from .guides import HALF, VERSION, apex, locate
 from .pose import (
     distance,
@@ -221,7 +221,9 @@ def corrected(plan, b, i, q, part, sign, limits, x, w):
         if settled or length * first < limits.last * limits.last:
             return not off_edge(plan, b, i, w.trial, q, w)
         evaluate(plan, b, i, w.trial, q, w, False)
-        substitute(a, m, w.interchanged, w.value, w.along)
+        for r in range(m):
+            w.along[r] = -w.value[r]
+        substitute(a, m, w.interchanged, w.along)
         limit, length = limits.second * length, 0.0
         for r in range(m):
             length += w.along[r] * w.along[r]

@@ -8,7 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...native.compiling import compiled
-from .newton import around, factored, lacking, largest, moved, solve, unitary
+from ...native.elimination import substitute
+from .newton import around, factored, lacking, largest, moved, unitary
 from .pose import ANGLE, CYLINDRICAL, FREE, Plan, evaluate
 
 #: Why a curve ended: it was to, or the reasons of `tracing`; a matrix was singular, which numpy solves.
@@ -84,11 +85,11 @@ def across(plan, held, w, border):
         lacking(plan, held, w)
         m = len(border)
         w.step[m - 1] = 0.0
-        solve(w, w.step)
+        substitute(w.matrix, m, w.interchanged, w.step)
         for i in range(m):
             w.along[i] = 0.0
         w.along[m - 1] = 1.0
-        solve(w, w.along)
+        substitute(w.matrix, m, w.interchanged, w.along)
         size = 0.0
         for i in range(m):
             size += w.along[i] * w.along[i]

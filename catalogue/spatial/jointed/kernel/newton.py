@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...native.compiling import compiled
+from ...native.elimination import eliminate, substitute
 from .pose import ANGLE, CYLINDRICAL, FREE, evaluate
 
 #: A matrix is factored anew where the step by an old one is larger than this part of the step before.
@@ -47,57 +48,14 @@ def lacking(plan, held, w):
 @compiled
 def factored(plan, last, w):
     """Factor the Jacobian of the curve with one more row; return the sign of the determinant, 0 of a singular one."""
-    a, order, m = w.matrix, w.order, len(last)
+    a, m = w.matrix, len(last)
     for i in range(m - 1):
         row = plan.keep[i]
         for j in range(m):
             a[i, j] = w.jacobian[row, j]
     for j in range(m):
         a[m - 1, j] = last[j]
-    sign = 1
-    for k in range(m):
-        p, most = k, abs(a[k, k])
-        for i in range(k + 1, m):
-            if abs(a[i, k]) > most:
-                p, most = i, abs(a[i, k])
-        order[k] = p
-        if p != k:
-            sign = -sign
-            for j in range(m):
-                a[k, j], a[p, j] = a[p, j], a[k, j]
-        if most == 0:
-            return 0
-        if a[k, k] < 0:
-            sign = -sign
-        inverse = 1 / a[k, k]
-        a[k, k] = inverse
-        for i in range(k + 1, m):
-            if a[i, k] != 0:
-                share = a[i, k] * inverse
-                a[i, k] = share
-                for j in range(k + 1, m):
-                    a[i, j] -= share * a[k, j]
-    return sign
-
-
-@compiled
-def solve(w, b):
-    """Solve by a factored matrix, in place."""
-    a, m = w.matrix, len(b)
-    for k in range(m):
-        p = w.order[k]
-        if p != k:
-            b[k], b[p] = b[p], b[k]
-    for i in range(m):
-        v = b[i]
-        for j in range(i):
-            v -= a[i, j] * b[j]
-        b[i] = v
-    for i in range(m - 1, -1, -1):
-        v = b[i]
-        for j in range(i + 1, m):
-            v -= a[i, j] * b[j]
-        b[i] = v * a[i, i]
+    return eliminate(a, m, m, w.interchanged)
 
 
 @compiled
@@ -159,7 +117,7 @@ def corrected(plan, geometry, g, held, y, target, w, accuracy):
         w.step[m - 1] = -(around(off) if periodic else off)
         if anew and factored(plan, w.jacobian[drive], w) == 0:
             return -1
-        solve(w, w.step)
+        substitute(w.matrix, m, w.interchanged, w.step)
         before, size = size, largest(w.step)
         moved(plan, y, w.step)
         if k == 0:

@@ -53,7 +53,7 @@ class Work(NamedTuple):
     value: Any  # (rows and scalars,)
     jacobian: Any  # (rows and scalars, unknowns)
     matrix: Any  # (unknowns, unknowns): factored
-    order: Any  # (unknowns,)
+    interchanged: Any  # (unknowns,): rows, on the way
     step: Any  # (unknowns,)
     along: Any  # (unknowns,)
     tangent: Any  # (unknowns,)

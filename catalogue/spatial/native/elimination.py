@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from ...native.compiling import compiled, inlined
+from .compiling import compiled, inlined
 
 
 @compiled
@@ -42,11 +42,8 @@ def eliminate(a, m, columns, interchanged):
 
 
 @inlined
-def substitute(a, m, interchanged, value, out):
-    """Solve a system that has been eliminated for another right side, the negative of a value: forward and back
-    substitution."""
-    for r in range(m):
-        out[r] = -value[r]
+def substitute(a, m, interchanged, out):
+    """Solve a system that has been eliminated for another right side, in place: forward and back substitution."""
     for c in range(m):
         out[c], out[interchanged[c]] = out[interchanged[c]], out[c]
         out[c] /= a[c, c]
