@@ -16,9 +16,12 @@ from .trace import Traced, extended, trace
 
 #: Below this deviation over stroke a guide is measured again in extended precision.
 FINE = 1e-11
-#: Corrections of a window until its chord, or its stroke from a cusp, is the one asked for, and of an arc until it lies
-#: about the guided point as seen from its own centre; the chord from a cusp turns as it grows.
+#: Corrections of a window until its chord, or its stroke from a cusp, is the one asked for; the chord from a cusp turns
+#: as it grows.
 ROUNDS, ROUNDS_AT_CUSP = 3, 10
+#: The same of an arc of any radius until its window lies about the guided point as seen from its own centre; one that
+#: moves by less than such a part of its half is left.
+ROUNDS_OF_ARC, STILL = 20, 1e-7
 #: No correction is made by less than this part.
 REACHED, CORRECTIONS = 1e-11, 2
 
@@ -91,23 +94,17 @@ def at_stroke(
     held = along_path(guides, curvature) if exact and curvature is not None else None
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
     half, centre = np.where(guides.cusp, np.minimum(stroke, guides.extent.min(0)), 0.5 * stroke), np.zeros(len(guides))
-    if guides.cusp.any():
-        for round_ in range(ROUNDS_AT_CUSP):
-            rough = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes)
-            with np.errstate(all="ignore"):
-                half = half * stroke / rough.fit.stroke
-            if circle and round_ == 0:
-                ends = _symmetric(guides, rough.fit, stroke)
-                half, centre = (np.where(guides.cusp, now, end) for now, end in zip((half, centre), ends, strict=True))
-    else:
-        if circle and curvature is not None:
-            half, centre = _symmetric(guides, _arcs(stroke, curvature), stroke)
-        elif circle:
-            for _ in range(ROUNDS):
-                half = _of_chord(guides, half, centre, stroke)
-                rough = trace(guides, half, circle=True, split=False, centre=centre, nodes=nodes)
-                half, centre = _symmetric(guides, rough.fit, stroke)
-        half = _of_chord(guides, half, centre, stroke)
+    at, rest = np.flatnonzero(guides.cusp), np.flatnonzero(~guides.cusp)
+    for _ in range(ROUNDS_AT_CUSP if len(at) else 0):
+        rough = trace(guides[at], half[at], circle=circle, split=False, centre=centre[at], nodes=nodes)
+        with np.errstate(all="ignore"):
+            half[at] *= stroke[at] / rough.fit.stroke
+    if circle and curvature is not None:
+        bend = np.broadcast_to(curvature, len(guides))[rest]
+        half[rest], centre[rest] = _symmetric(guides[rest], _arcs(stroke[rest], bend), stroke[rest])
+    elif circle:
+        half[rest], centre[rest] = _about_the_point(guides[rest], stroke[rest], nodes)
+    half[rest] = _of_chord(guides[rest], half[rest], centre[rest], stroke[rest])
     found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
     found, half = _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)
     fine = (found.relative < FINE) & extend
@@ -118,6 +115,23 @@ def at_stroke(
         )  # fmt: skip
         found = found.replaced(fine, again)
     return found
+
+
+def _about_the_point(guides: CouplerCurve, stroke: Floats, nodes: int) -> tuple[Floats, Floats]:
+    """Return half and centre of windows of such strokes whose ends are equally far from the guided points as seen from
+    the centres of the arcs, of any radius, that fit the paths between them best."""
+    half, centre = 0.5 * stroke, np.zeros(len(guides))
+    left = np.arange(len(guides))
+    for _ in range(ROUNDS_OF_ARC):
+        here, wanted = guides[left], stroke[left]
+        chord = _of_chord(here, half[left], centre[left], wanted)
+        rough = trace(here, chord, circle=True, split=False, centre=centre[left], nodes=nodes)
+        half[left], after = _symmetric(here, rough.fit, wanted)
+        moved, centre[left] = np.abs(after - centre[left]), after
+        left = left[moved > STILL]
+        if not len(left):
+            break
+    return half, centre
 
 
 def along_path(guides: CouplerCurve, curvature: Floats | float) -> Floats:

@@ -20,6 +20,7 @@ from catalogue.errors import InvalidRequest
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
 from catalogue.guidance.cusped_zone import cusped_zone
 from catalogue.guidance.minimum_zone import grid
+from catalogue.guidance.placement import at_stroke
 from catalogue.guidance.trace import trace
 from catalogue.plugin.registry import Registry
 from catalogue.testing.contact import DIGITS, Dyad, pose
@@ -163,6 +164,16 @@ def test_points_that_rest_are_told_from_those_that_run() -> None:
     for i in range(20):
         alone = trace(mixed[i : i + 1], half[i : i + 1], circle=True, split=False)
         np.testing.assert_allclose(found.fit.deviation[i], alone.fit.deviation[0], rtol=1e-9)
+    for bend in (None, 0.5):  # of the nominal, which is laid about points that run
+        together = at_stroke(mixed, 0.3, circle=True, curvature=None if bend is None else np.full(20, bend))
+        assert np.isfinite(together.fit.deviation[::2]).any()
+        assert np.isfinite(together.fit.deviation[1::2]).any()
+        for i in range(20):
+            one = None if bend is None else np.full(1, bend)
+            alone = at_stroke(mixed[i : i + 1], 0.3, circle=True, curvature=one)
+            for name in ("deviation", "stroke", "curvature"):
+                many, single = getattr(together.fit, name)[i], getattr(alone.fit, name)[0]
+                np.testing.assert_allclose(float(many), float(single), rtol=1e-7, atol=1e-15)
 
 
 # -- stored and found -------------------------------------------------------------------------------------------------
