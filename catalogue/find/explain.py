@@ -26,8 +26,9 @@ from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import min_transmission_turn
 from ..guidance.swept_area import link_segments
 from ..kinematics.types import Complexes, Floats
-from ..problem.constraints import DRIVE, FAR, Constraints, Region
+from ..problem.constraints import DRIVE, Constraints
 from ..problem.problem import Problem
+from ..problem.region import FAR, Region
 from ..problem.request import Request
 from ..refine.sqp import Refinement
 from ..search.search import Search, SearchReport

@@ -22,8 +22,8 @@ from ..guidance.sensitivity import COUNT, PoseJacobian
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.motion import Pose
 from ..kinematics.types import Array, Complexes, Floats, Mask
-from ..problem.constraints import Region
 from ..problem.problem import Problem
+from ..problem.region import Region
 
 #: Value of a piece that does not concern a linkage.
 NONE = -1e3

@@ -29,8 +29,8 @@ from ..guidance.metrics import rotation_margin
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import CRANK_1, motion
 from ..kinematics.types import Complexes, Floats
-from ..problem.constraints import Region
 from ..problem.problem import Problem
+from ..problem.region import Region
 
 #: Families that are made, with whether their second dyad is a crank, too.
 PINNED = {"four-bar": True, "slider-crank": False}

@@ -17,7 +17,7 @@ from catalogue.guidance.placement import at_stroke
 from catalogue.guidance.swept_area import intrusion, link_segments, protrusion
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
-from catalogue.problem.constraints import Region
+from catalogue.problem.region import Region
 
 
 @pytest.fixture(scope="module")

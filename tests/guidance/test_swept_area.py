@@ -9,7 +9,7 @@ import pytest
 
 from catalogue.guidance.swept_area import GRAZED, STATIONS, intrusion, protrusion
 from catalogue.kinematics.types import Array
-from catalogue.problem.constraints import Region
+from catalogue.problem.region import Region
 
 REGIONS = {
     "box": (-1.0, -0.5, 1.5, 1.0),

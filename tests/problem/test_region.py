@@ -11,9 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue import InvalidRequest, StraightLine
-from catalogue.problem.constraints import Constraints, Region, zones
+from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
+from catalogue.problem.region import Region, zones
 
 INF = math.inf
 POINTS = st.tuples(st.floats(-10, 10), st.floats(-10, 10))

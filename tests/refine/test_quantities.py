@@ -19,8 +19,8 @@ from catalogue.guidance.minimum_zone import grid
 from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian
 from catalogue.kinematics.linkage import RR, Linkage
 from catalogue.kinematics.types import Array
-from catalogue.problem.constraints import Region
 from catalogue.problem.problem import Problem
+from catalogue.problem.region import Region
 from catalogue.refine.quantities import NONE, Pieces, Quantities, outside
 from tests.refine.starts import problem_of, started
 

@@ -1,0 +1,127 @@
+"""Regions of the plane in which pivots and links may be, or may not: boxes, half planes and polygons."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any, TypeAlias
+
+import numpy as np
+
+from ..errors import InvalidRequest
+from ..given import doubles, listed
+from ..kinematics.types import Complexes, Floats, Mask
+
+#: Where a side at infinity is taken to be, in the lengths that a region is carried to.
+FAR = 1e7
+
+
+@dataclass(frozen=True)
+class Region:
+    """A convex or concave polygon, corners (k, 2); a box is given by its corners x0, y0, x1, y1."""
+
+    corners: Floats
+    box: tuple[float, float, float, float]
+    is_box: bool
+
+    @classmethod
+    def of(cls, name: str, given: Any) -> Region:
+        """Return the region given as one, as (x0, y0, x1, y1) or as a sequence of at least three points."""
+        if isinstance(given, Region):
+            return given
+        try:
+            values = doubles(given)
+        except ValueError:
+            raise InvalidRequest(f"{name} must be x0, y0, x1, y1 or a list of points") from None
+        if values.shape == (4,):
+            (x0, x1), (y0, y1) = values[[0, 2]], values[[1, 3]]
+            if x0 > x1 or y0 > y1:
+                raise InvalidRequest(f"{name} is turned inside out: give the lower left corner first, x0 y0 x1 y1")
+            corners = np.array([(x0, y0), (x1, y0), (x1, y1), (x0, y1)])
+        elif values.ndim == 2 and values.shape[1] == 2 and len(values) >= 3:
+            corners = values
+        else:
+            raise InvalidRequest(f"{name} must be x0, y0, x1, y1 or at least three points")
+        if np.isnan(corners).any() or (values.ndim == 2 and np.isinf(corners).any()):
+            raise InvalidRequest(f"{name} has a coordinate that is not a number; only a box may have sides at infinity")
+        low, high = corners.min(0), corners.max(0)
+        if not (high > low).all():
+            raise InvalidRequest(f"{name} is empty: it has no width or no height")
+        return cls(corners, (low[0], low[1], high[0], high[1]), values.ndim == 1)
+
+    def carried(self, scale: complex, shift: complex) -> Region:
+        """Return the region after z -> scale z + shift; sides at infinity are `FAR` after that."""
+        far = np.where(np.isinf(self.corners), np.sign(self.corners) * FAR / abs(scale), self.corners)
+        z = scale * (far[:, 0] + 1j * far[:, 1]) + shift
+        corners = np.stack([z.real, z.imag], axis=-1)
+        (x0, y0), (x1, y1) = corners.min(0).tolist(), corners.max(0).tolist()
+        return Region(corners, (x0, y0, x1, y1), self.is_box and complex(scale).imag == 0)
+
+    def rounded(self) -> Region:
+        """Return the region with its coordinates rounded to 12 decimals."""
+        x0, y0, x1, y1 = (round(x, 12) for x in self.box)
+        return Region(self.corners.round(12), (x0, y0, x1, y1), self.is_box)
+
+    @cached_property
+    def sides(self) -> tuple[Complexes, Complexes]:
+        """Where the sides begin, and unit vectors out of the region across them, complex, shape (k,) each."""
+        corner = self.corners[:, 0] + 1j * self.corners[:, 1]
+        side = np.roll(corner, -1) - corner
+        corner, side = corner[side != 0], side[side != 0]
+        turn = (np.roll(side, -1) * side.conj()).imag
+        return corner, side / np.abs(side) * (-1j if turn.sum() > 0 else 1j)
+
+    @cached_property
+    def is_convex(self) -> bool:
+        """Whether the way around it turns to one side only."""
+        out = self.sides[1]
+        turn = (np.roll(out, -1) * out.conj()).imag
+        return bool((turn >= 0).all() or (turn <= 0).all())
+
+    def outside(self, z: Complexes) -> Floats:
+        """Return how far points z, complex, any shape, lie outside the region; negative inside, to the nearest side."""
+        if self.is_box:
+            x0, y0, x1, y1 = self.box
+            x, y = np.maximum(x0 - z.real, z.real - x1), np.maximum(y0 - z.imag, z.imag - y1)
+            distance, corner = np.maximum(x, y), (x > 0) & (y > 0)
+            distance[corner] = np.hypot(x[corner], y[corner])
+            return distance
+        least = np.full(z.shape, np.inf)
+        for (x, y), (p, q) in zip(self.corners, np.roll(self.corners, -1, axis=0) - self.corners, strict=True):
+            if p or q:
+                u, v = z.real - x, z.imag - y
+                along = np.clip((u * p + v * q) / (p * p + q * q), 0, 1)
+                least = np.minimum(least, (u - along * p) ** 2 + (v - along * q) ** 2)
+        distance = np.sqrt(least)
+        return np.asarray(np.where(self.holds(z), -distance, distance))
+
+    def holds(self, z: Complexes) -> Mask:
+        """Return which of the points z, complex, any shape, lie inside or on the border of a box."""
+        x, y = z.real, z.imag
+        if self.is_box:
+            x0, y0, x1, y1 = self.box
+            return np.asarray((x >= x0) & (x <= x1) & (y >= y0) & (y <= y1))
+        inside = np.zeros(z.shape, dtype=bool)
+        a = self.corners
+        for (xa, ya), (xb, yb) in zip(a, np.roll(a, -1, axis=0), strict=True):
+            crosses = (ya > y) != (yb > y)
+            with np.errstate(all="ignore"):
+                inside ^= crosses & (x < xa + (y - ya) * (xb - xa) / (yb - ya))
+        return inside
+
+
+def zones(name: str, given: Any) -> tuple[Region, ...]:
+    """Return regions given as a sequence of them, or one of them; `InvalidRequest` if they are none."""
+    if isinstance(given, Region):
+        return (given,)
+    found = listed(given)
+    if found is None:
+        raise InvalidRequest(f"{name} must be a sequence of regions: x0, y0, x1, y1 or points of each")
+    if found and not any(isinstance(part, Region | Iterable) for part in found):  # numbers
+        found = [found]
+    return tuple(Region.of(name, z) for z in found)
+
+
+#: A box (x0, y0, x1, y1), whose sides may be infinite, or the corners of a polygon.
+RegionLike: TypeAlias = Region | Floats | Sequence[float | Sequence[float]]
