@@ -1,12 +1,14 @@
 """Change the program at random places, one at a time, and see whether the tests notice.
 
-    python tests/attacks/mutate.py [--count 100] [--seed 1] [--only catalogue/refine] [--minutes 60] [--write]
+    python tests/attacks/mutate.py [--count 100] [--seed 1] [--only catalogue/refine] [--jobs 2] [--write]
 
 A mutant is a copy of the checkout in which one operator, number or function has become another one: ``<`` is ``>=``, a
-number is a quarter larger, ``min`` is ``max``.  Of the fast part of the tests first those files run that name its
-module; for all mutants that are left then the tests of their rooms, and then all others.  A mutant is killed as soon as
-one test fails, or if they take ten times as long as they may.  Those left are listed: each is equivalent, or a test is
-missing.  After `--minutes` nothing more is begun.  `--write`: the report goes to ``data/reports/mutations.md`` too.
+number is a quarter larger, ``min`` is ``max``.  The fast part of the tests runs once under `coverage <https://coverage.
+readthedocs.io>`_ (``pip install coverage``), which says by which tests a place is run; of each mutant those tests run,
+the quickest first, until one fails.  Where no test is seen to run a place (compiled functions, other processes, what a
+module does as it is imported), those files run that name its module.  Mutants that are left are listed: each is
+equivalent, or a test is missing, or a slow one notices.  After `--minutes` nothing more is begun.  `--record FOLDER`
+keeps what the tests run for the next time.  `--write`: the report goes to ``data/reports/mutations.md`` too.
 """
 
 from __future__ import annotations
@@ -14,7 +16,9 @@ from __future__ import annotations
 import ast
 import contextlib
 import io
+import json
 import os
+import queue
 import random
 import re
 import subprocess
@@ -22,8 +26,12 @@ import sys
 import tempfile
 import time
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
+
+import pytest
 
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT / "tests" / "benchmarks"))
@@ -43,16 +51,17 @@ NAMES = {
 NAMES |= {other: name for name, other in NAMES.items()}
 #: Seconds after which tests that have not ended count as failed.
 PATIENCE = 1200
-#: Which tests run, one stage after the other for all mutants that are left.
-STAGES = ("module", "room", "all")
+#: Seconds that tests of one mutant may take, by what they took when they were recorded.
+BUDGET = 300.0
 
 
 @dataclass(frozen=True)
 class Mutation:
-    """Characters `start` to `end` of a file that become `text`."""
+    """Characters `start` to `end` of a file that become `text`; `lines` are those of its statement."""
 
     path: str
     line: int
+    lines: tuple[int, int]
     start: int
     end: int
     before: str
@@ -68,7 +77,7 @@ def mutations(path: str, source: str) -> Iterator[Mutation]:
     for line in source.encode().splitlines(keepends=True):
         starts.append(starts[-1] + len(line))
     tree = ast.parse(source)
-    skipped = {id(inner) for node in ast.walk(tree) for part in _unread(node) for inner in ast.walk(part)}
+    lines = _lines(tree)
 
     def offset(line: int, column: int) -> int:
         return len(source.encode()[: starts[line - 1] + column].decode())
@@ -86,11 +95,12 @@ def mutations(path: str, source: str) -> Iterator[Mutation]:
         )
         if found is not None:
             at = end(left) + found.start()
-            yield Mutation(path, left.lineno, at, at + len(sign), sign, other)
+            yield Mutation(path, left.lineno, lines[id(left)], at, at + len(sign), sign, other)
 
-    for node in ast.walk(tree):
-        if id(node) in skipped:
-            continue
+    def replaced(node: ast.expr, start: int, stop: int, text: str) -> Mutation:
+        return Mutation(path, node.lineno, lines[id(node)], start, stop, source[start:stop], text)
+
+    for node in _computed(tree):
         if isinstance(node, ast.BinOp):
             yield from between(node.left, node.right, node.op)
         elif isinstance(node, ast.Compare):
@@ -101,13 +111,13 @@ def mutations(path: str, source: str) -> Iterator[Mutation]:
                 yield from between(left, right, node.op)
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub | ast.Not | ast.Invert):
             sign = "not" if isinstance(node.op, ast.Not) else source[begin(node)]
-            yield Mutation(path, node.lineno, begin(node), begin(node) + len(sign), sign, "")
+            yield replaced(node, begin(node), begin(node) + len(sign), "")
         elif isinstance(node, ast.Constant) and (text := _number(node.value)):
-            yield Mutation(path, node.lineno, begin(node), end(node), source[begin(node) : end(node)], text)
-        elif isinstance(node, ast.Attribute) and node.attr in NAMES:
-            yield Mutation(path, node.lineno, end(node) - len(node.attr), end(node), node.attr, NAMES[node.attr])
-        elif isinstance(node, ast.Name) and node.id in NAMES:
-            yield Mutation(path, node.lineno, begin(node), end(node), node.id, NAMES[node.id])
+            yield replaced(node, begin(node), end(node), text)
+        elif isinstance(node, ast.Attribute | ast.Name):
+            name = node.attr if isinstance(node, ast.Attribute) else node.id
+            if name in NAMES:
+                yield replaced(node, end(node) - len(name), end(node), NAMES[name])
 
 
 def _number(value: object) -> str:
@@ -117,18 +127,99 @@ def _number(value: object) -> str:
     return str(value + 1) if isinstance(value, int) and not isinstance(value, bool) else ""
 
 
-def _unread(node: ast.AST) -> Iterator[ast.AST]:
-    """Return what is beneath a node and never computed: annotations, and imports for them alone."""
-    for name in ("annotation", "returns"):
-        part = getattr(node, name, None)
-        if isinstance(part, ast.AST):
-            yield part
+def _computed(node: ast.AST) -> Iterator[ast.AST]:
+    """Return a node and all beneath it that is ever computed: no annotations, nor imports for them alone."""
     if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
-        yield node
+        return
+    yield node
+    for name, field in ast.iter_fields(node):
+        for part in field if isinstance(field, list) else [field]:
+            if isinstance(part, ast.AST) and name not in ("annotation", "returns"):
+                yield from _computed(part)
 
 
-def stages(copy: Path, mutation: Mutation) -> dict[str, list[str]]:
-    """Return which tests are to notice a mutation, in each stage those that were in none before."""
+def _lines(tree: ast.AST) -> dict[int, tuple[int, int]]:
+    """Return the first and last line of the statement of each expression, of a compound one those of its head."""
+    found: dict[int, tuple[int, int]] = {}
+    for statement in ast.walk(tree):
+        if not isinstance(statement, ast.stmt):
+            continue
+        parts = [part for part in ast.iter_child_nodes(statement) if not isinstance(part, ast.stmt)]
+        inner = [node for part in parts for node in ast.walk(part) if isinstance(node, ast.expr)]
+        ends = [statement.lineno, *(node.end_lineno or 0 for node in inner)]
+        found |= {id(node): (statement.lineno, max(ends)) for node in inner}
+    return found
+
+
+# What the tests run: this module is a plugin of pytest as they are recorded.
+
+
+@pytest.hookimpl(wrapper=True)
+def pytest_runtest_protocol(item: pytest.Item) -> Iterator[Any]:
+    """Tell coverage which test runs."""
+    coverage = pytest.importorskip("coverage").Coverage.current()
+    if coverage is not None:
+        coverage.switch_context(item.nodeid)
+    return (yield)
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add what a test takes to the file that the environment names."""
+    if report.when == "call" and report.passed and "MUTATE_TIMES" in os.environ:
+        with Path(os.environ["MUTATE_TIMES"]).open("a", encoding="utf-8") as file:
+            file.write(json.dumps([report.nodeid, report.duration]) + "\n")
+
+
+class Record:
+    """By which of the fast tests the lines of a checkout are run, and what each of these takes.
+
+    Parameters
+    ----------
+    folder : Path
+        Where it is kept: ``lines.db``, by coverage, and ``times.jsonl``.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        from coverage import CoverageData
+
+        self.lines = CoverageData(str(folder / "lines.db"))
+        self.lines.read()
+        self.seconds = dict(map(json.loads, (folder / "times.jsonl").read_text("utf-8").splitlines()))
+
+    @staticmethod
+    def make(copy: Path, folder: Path) -> None:
+        """Run the fast tests of a checkout and write what they run."""
+        settings = folder / "settings"
+        settings.write_text(
+            f"[run]\ndata_file = {folder / 'lines.db'}\nrelative_files = true\nsource = catalogue,plugins\n"
+        )
+        (folder / "times.jsonl").touch()
+        environment = _environment(copy) | {"MUTATE_TIMES": str(folder / "times.jsonl")}
+        command = ["coverage", "run", f"--rcfile={settings}", "-m", "pytest", "-p", "mutate", *QUIET]
+        subprocess.run([sys.executable, "-m", *command], cwd=copy, env=environment, check=True, stdout=sys.stderr)
+
+    def tests(self, mutation: Mutation) -> list[str]:
+        """Return the tests that run a place, as many as the budget allows: of each function one, then the rest, the
+        quickest first."""
+        by_line = self.lines.contexts_by_lineno(mutation.path)
+        first, last = mutation.lines
+        names = {name for line in range(first, last + 1) for name in by_line.get(line, ()) if name in self.seconds}
+        chosen: list[str] = []
+        again: list[str] = []
+        spent, seen = 0.0, set()
+        for name in sorted(names, key=self.seconds.__getitem__):
+            function = name.partition("[")[0]
+            (again if function in seen else chosen).append(name)
+            seen.add(function)
+        for number, name in enumerate(chosen + again):
+            spent += self.seconds[name]
+            if spent > BUDGET:
+                return (chosen + again)[:number]
+        return chosen + again
+
+
+def naming(copy: Path, mutation: Mutation) -> list[str]:
+    """Return the files of tests that name the module of a mutation, those of its room first."""
     path = Path(mutation.path)
     module = ".".join(path.with_suffix("").parts).removesuffix(".__init__")
     names = re.compile(rf"{re.escape(module)}\b|from {re.escape(module.rpartition('.')[0])} import .*\b{path.stem}\b")
@@ -136,22 +227,30 @@ def stages(copy: Path, mutation: Mutation) -> dict[str, list[str]]:
     room = copy / "tests" / path.parts[1].removesuffix(".py")
     if path.parts[0] == "plugins":
         room = copy / "tests" / ("spatial_guidance" if "spatial" in mutation.path else "plugins")
-    naming = [file for file in tests if names.search(file.read_text("utf-8"))]
-    naming.sort(key=lambda file: (path.stem not in file.stem, room not in file.parents))
-    own = [file for file in tests if room in file.parents and file not in naming]
-    rest = [file for file in tests if file not in naming and file not in own]
-    return {name: [str(file) for file in files] for name, files in zip(STAGES, (naming, own, rest), strict=True)}
+    chosen = [file for file in tests if names.search(file.read_text("utf-8"))]
+    return [
+        str(file) for file in sorted(chosen, key=lambda file: (path.stem not in file.stem, room not in file.parents))
+    ]
 
 
-def noticed(copy: Path, mutation: Mutation, files: list[str]) -> bool:
+#: Options of every run of the tests.
+QUIET = ("-q", "-p", "no:cacheprovider", "-m", "not slow")
+
+
+def _environment(copy: Path) -> dict[str, str]:
+    return dict(os.environ) | {"PYTHONPATH": os.pathsep.join([str(copy), str(Path(__file__).parent)])}
+
+
+def noticed(copy: Path, mutation: Mutation, tests: list[str]) -> bool:
     """Return whether tests notice a mutation."""
     path = copy / mutation.path
     source = path.read_text("utf-8")
     path.write_text(source[: mutation.start] + mutation.text + source[mutation.end :], "utf-8")
-    command = [sys.executable, "-m", "pytest", "-q", "-x", "-p", "no:cacheprovider", "-m", "not slow", *files]
-    environment = os.environ | {"PYTHONPATH": str(copy)}
+    wanted = copy / "wanted.txt"
+    wanted.write_text("\n".join(tests), "utf-8")
+    command = [sys.executable, "-m", "pytest", "-x", *QUIET, f"@{wanted}"]
     try:
-        done = subprocess.run(command, cwd=copy, env=environment, capture_output=True, timeout=PATIENCE)
+        done = subprocess.run(command, cwd=copy, env=_environment(copy), capture_output=True, timeout=PATIENCE)
         return done.returncode not in (0, 5)
     except subprocess.TimeoutExpired:
         return True
@@ -165,40 +264,56 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--only", default="")
     parser.add_argument("--minutes", type=float, default=float("inf"))
+    parser.add_argument("--jobs", type=int, default=2)
+    parser.add_argument("--record", type=Path)
     parser.add_argument("--write", action="store_true")
     asked = parser.parse_args()
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "copy"
-        subprocess.run(["git", "clone", "-q", str(ROOT), str(copy)], check=True)
+    with tempfile.TemporaryDirectory() as temporary:
+        copies: queue.Queue[Path] = queue.Queue()
+        for job in range(asked.jobs):
+            copies.put(copy := Path(temporary) / f"copy{job}")
+            subprocess.run(["git", "clone", "-q", str(ROOT), str(copy)], check=True)
+        folder = asked.record or Path(temporary) / "record"
+        if not (folder / "lines.db").exists():
+            folder.mkdir(parents=True, exist_ok=True)
+            Record.make(copy, folder.absolute())
+        record = Record(folder)
         every = [
             mutation
             for part in ("catalogue", "plugins")
             for file in sorted((copy / part).rglob("*.py"))
             for mutation in mutations(file.relative_to(copy).as_posix(), file.read_text("utf-8"))
-            if mutation.path.startswith(asked.only)
         ]
+        every = [mutation for mutation in every if mutation.path.startswith(asked.only)]
         chosen = random.Random(asked.seed).sample(every, min(asked.count, len(every)))
-        alive, begun = dict(enumerate(chosen, 1)), time.perf_counter()
-        tried, dead = dict.fromkeys(STAGES, 0), dict.fromkeys(STAGES, 0)
-        for stage in STAGES:
-            for number, mutation in list(alive.items()):
-                start = time.perf_counter()
-                if start - begun > 60 * asked.minutes:
-                    break
-                tried[stage] += 1
-                files = stages(copy, mutation)[stage]
-                if killed := bool(files) and noticed(copy, mutation, files):
-                    dead[stage] += 1
-                    del alive[number]
-                told, taken = "killed" if killed else "lives", time.perf_counter() - start
-                print(f"{number:4d} {stage:6s} {told} {taken:6.0f} s  {mutation}", file=sys.stderr, flush=True)
-    names = ("that name the module", "of its room", "all others")
-    rows = [[name, tried[k], dead[k], tried[k] - dead[k]] for name, k in zip(names, STAGES, strict=True)]
+        begun = time.perf_counter()
+
+        def fate(number: int) -> str:
+            """Return what becomes of a mutant, or nothing if there is no time left."""
+            mutation, start = chosen[number], time.perf_counter()
+            if start - begun > 60 * asked.minutes:
+                return ""
+            copy = copies.get()
+            try:
+                seen = record.tests(mutation)
+                tests = seen or naming(copy, mutation)
+                killed = bool(tests) and noticed(copy, mutation, tests)
+            finally:
+                copies.put(copy)
+            told = "killed" if killed else "lives" if seen else "unseen"
+            spent = time.perf_counter() - start
+            print(f"{number:4d} {told:6s} {spent:4.0f} s {len(tests):5d}  {mutation}", file=sys.stderr, flush=True)
+            return told
+
+        with ThreadPoolExecutor(asked.jobs) as pool:
+            fates = list(pool.map(fate, range(len(chosen))))
     with contextlib.redirect_stdout(io.StringIO()) as report:
         title("Mutations")
-        print(f"{len(chosen)} of {len(every)} places.\n")
-        table(["tests, of the fast part", "mutants tried", "killed", "left"], rows)
-        print("Left:\n\n" + "\n".join(f"- {number}: {mutation}" for number, mutation in alive.items()))
+        print(f"{len(chosen)} of {len(every)} places, the fast part of the tests.\n")
+        rows = [[fates.count(told)] for told in ("killed", "lives", "unseen")]
+        table(["killed", "left", "left, and no test is seen to run them"], [[value for row in rows for value in row]])
+        left = [mutation for mutation, told in zip(chosen, fates, strict=True) if told in ("lives", "unseen")]
+        print("\nLeft:\n\n" + "\n".join(f"- {mutation}" for mutation in left))
     print(report.getvalue())
     if asked.write:
         (ROOT / "data" / "reports" / "mutations.md").write_text(report.getvalue(), "utf-8")
