@@ -36,7 +36,7 @@ from catalogue.find.explain import Explanation
 from catalogue.folders import folder
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
 from catalogue.kinematics.types import Array
-from catalogue.search.search import SearchReport
+from catalogue.search.report import SearchReport
 from catalogue.store import Base
 from catalogue.store.engine import connect, engine_for
 

@@ -31,7 +31,8 @@ from ..problem.problem import Problem
 from ..problem.region import FAR, Region
 from ..problem.request import Request
 from ..refine.sqp import Refinement
-from ..search.search import Search, SearchReport
+from ..search.report import SearchReport
+from ..search.search import Search
 from ..store import Database
 from .grid_synthesis import reaches
 from .names import EMPTY, option

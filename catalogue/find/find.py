@@ -20,7 +20,8 @@ from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import Request, path_request
 from ..refine.certificate import Certificate, Drifts, certified
-from ..search.search import Search, SearchReport
+from ..search.report import SearchReport
+from ..search.search import Search
 from ..store import Database
 from .explain import INSIDE, Explanation
 from .names import check_names

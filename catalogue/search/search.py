@@ -9,9 +9,6 @@ Chem. A 101 (1997) 5111-5116).  Each further unit of effort is a search anew, fr
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -27,30 +24,7 @@ from ..problem.problem import Problem
 from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..store import Database
 from . import exact_guides, retrieve, synthesis
-
-
-@dataclass
-class SearchReport:
-    """Statistics of a search."""
-
-    seconds: dict[str, float] = field(default_factory=dict)  #: wall time of each step, which do not overlap
-    eligible: int = 0  #: stored reaches that are of a family, series, configuration and order asked for
-    measured: int = 0  #: starts that were laid along the path and measured
-    refined: int = 0  #: trial points that the refinement measured
-    solved: int = 0  #: where pivots are prescribed: linkages that the series have in closed form
-    completed: int = 0  #: there: others, completed along the path
-    #: all that was found, whether it meets the constraints or not
-    nearest: CandidateBatch | None = field(default=None, repr=False)
-
-    @contextmanager
-    def timed(self, step: str) -> Iterator[None]:
-        """Add the wall time of a block to a step."""
-        start = time.perf_counter()
-        try:
-            yield
-        finally:
-            self.seconds[step] = self.seconds.get(step, 0.0) + time.perf_counter() - start
-
+from .report import SearchReport
 
 #: Most rounds of refinement for those that are kept; so many that are left alone, none of them the best, are not worth
 #: a round, which costs nearly as much as one of all of them.

@@ -18,7 +18,7 @@ from catalogue.kinematics.linkage import Linkage
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search.search import SearchReport
+from catalogue.search.report import SearchReport
 
 Ask = Callable[..., Found]
 LEAD = "no guide found; what gives one: "
