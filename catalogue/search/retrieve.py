@@ -51,7 +51,6 @@ class Reaches:
     family: Array
     configuration: Array
     order: Array
-    kind: Array
     sweep: Floats
     deviation: Floats
     size: Floats
@@ -84,9 +83,10 @@ class ChangedError(DatabaseError):
     """Guides of which one read told are gone at the next: a build replaces them, or the file is damaged."""
 
 
-def stored_reaches(problem: Problem, database: Database) -> Reaches:
-    """Return the stored reaches that may serve a problem; kept in memory until the file changes."""
-    what = (tuple(kinds(problem)), levels(problem), COVER * problem.effort)
+def stored_reaches(problem: Problem, database: Database, effort: int = 1) -> Reaches:
+    """Return the stored reaches that may serve a problem, more of them at more effort; kept in memory until the file
+    changes."""
+    what = (tuple(kinds(problem)), levels(problem), COVER * effort)
     size, *_ = stamp = database.stamp()
     kept = _KEPT.setdefault(database, {})
     if kept.get("stamp") != stamp:
@@ -96,8 +96,8 @@ def stored_reaches(problem: Problem, database: Database) -> Reaches:
         kept["stamp"] = stamp
     if what not in kept:
         kept[what] = read(database, *what)
-    found: Reaches = kept[what]
-    return found
+    reaches: Reaches = kept[what]
+    return reaches
 
 
 #: What was read of each open database, by what was asked.
@@ -111,14 +111,14 @@ def read(database: Database, kinds: Sequence[str], levels: tuple[int, int], cove
                "drive_angle", "rotation", *boxes)  # fmt: skip
     columns = {
         **dict.fromkeys(("reach.guide_id", "reach.level", "guide.contact_order", "reach.rotates"), int),
-        **dict.fromkeys(("mechanism.series", "mechanism.family", "mechanism.configuration", "reach.kind"), str),
+        **dict.fromkeys(("mechanism.series", "mechanism.family", "mechanism.configuration"), str),
         **{f"reach.{name}": float for name in lengths},
     }
     wanted = f"reach.kind IN ({_marks(kinds)}) AND reach.level BETWEEN ? AND ? AND reach.cover < ?"
-    found = database.plain(columns, f"{JOINED} WHERE {wanted}", (*kinds, *levels, cover))
-    fixed, every = (np.stack([found.pop(name) for name in boxes[i : i + 4]], axis=1) for i in (0, 4))
-    guide, order = found.pop("guide_id"), found.pop("contact_order")
-    return Reaches(guide=guide, order=order, **found, fixed_box=fixed, box=every)
+    rows = database.plain(columns, f"{JOINED} WHERE {wanted}", (*kinds, *levels, cover))
+    fixed, every = (np.stack([rows.pop(name) for name in boxes[i : i + 4]], axis=1) for i in (0, 4))
+    guide, order = rows.pop("guide_id"), rows.pop("contact_order")
+    return Reaches(guide=guide, order=order, **rows, fixed_box=fixed, box=every)
 
 
 def _marks(values: Sequence[Any]) -> str:
@@ -142,19 +142,20 @@ def levels(problem: Problem) -> tuple[int, int]:
     return max(tightest, min(LEVELS)), min(top + 1, max(LEVELS))
 
 
-def eligible(problem: Problem, found: Reaches) -> Mask:
+def eligible(problem: Problem, reaches: Reaches) -> Mask:
     """Return which reaches are of a family, series, configuration and order that is asked for, shape (n,)."""
     wanted = problem.constraints
-    good = np.ones(len(found), bool)
-    for name, column in (("families", found.family), ("series", found.series), ("configurations", found.configuration)):
+    good = np.ones(len(reaches), bool)
+    sorts = {"families": reaches.family, "series": reaches.series, "configurations": reaches.configuration}
+    for name, column in sorts.items():
         if allowed := getattr(wanted, name):
             good &= np.isin(column.astype(str), allowed)
     if wanted.pins_only:
-        good &= ~np.isin(found.family.astype(str), SLIDING)
-    return good & (found.order >= wanted.order)
+        good &= ~np.isin(reaches.family.astype(str), SLIDING)
+    return good & (reaches.order >= wanted.order)
 
 
-def estimate(problem: Problem, found: Reaches) -> tuple[Floats, Floats]:
+def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
     """Return what stored reaches are likely to cost, plus what they are likely to break, and by which factor their
     strokes are to be stretched, each (n,).
 
@@ -162,28 +163,28 @@ def estimate(problem: Problem, found: Reaches) -> tuple[Floats, Floats]:
     is the one asked for.
     """
     with np.errstate(all="ignore"):
-        relative = np.maximum(found.deviation, 1e-12)
+        relative = np.maximum(reaches.deviation, 1e-12)
         stretch = np.clip((problem.deviation / relative) ** 0.22, *STRETCH)
         if problem.ranking.only == "deviation":
             stretch = np.ones_like(stretch)
-        curved = found.sweep > 0
-        missing = np.zeros(len(found))
+        curved = reaches.sweep > 0
+        missing = np.zeros(len(reaches))
         if problem.fixed_curvature is not None:
             sweep = abs(problem.fixed_curvature)
-            share = sweep / np.where(curved, found.sweep, sweep)
+            share = sweep / np.where(curved, reaches.sweep, sweep)
             missing = np.where(curved, np.maximum(np.log(share), 0.0), sweep / 8 / problem.deviation * 0.02)
             stretch = np.where(curved, np.clip(share, 0.02, 1.5), stretch)
         shorter = 1 / stretch
         deviation = relative * stretch**4.5 / problem.deviation
         broken = np.maximum(np.log(deviation), 0.0) * 0.1 + missing
-        size = np.maximum(1.0, found.size * shorter)
-        lengths = {name: getattr(found, name) * shorter for name in ("max_link", "min_link", "max_ground", "max_arm")}
+        size = np.maximum(1.0, reaches.size * shorter)
+        lengths = {name: getattr(reaches, name) * shorter for name in ("max_link", "min_link", "max_ground", "max_arm")}
         values = {
             "size": size,
             **lengths,
             "min_link": np.nan_to_num(lengths["min_link"], nan=np.inf),
             "min_ground": np.nan_to_num(lengths["max_ground"], nan=np.inf),
-            "transmission": found.min_transmission / 90,
+            "transmission": reaches.min_transmission / 90,
             "deviation": deviation,
             "allowance": TYPICAL_ALLOWANCE * np.maximum(1 - np.minimum(deviation, 0.7), 0.0),
         }
@@ -193,28 +194,28 @@ def estimate(problem: Problem, found: Reaches) -> tuple[Floats, Floats]:
             if (bound := getattr(bounds, name)) is not None and key != "allowance":
                 over = values[key] - bound if name in LARGEST else bound - values[key]
                 broken += np.where(np.isnan(over), 0.0, np.maximum(over, 0.0))
-        broken += np.maximum(np.radians(bounds.min_transmission - found.min_transmission), 0.0)
+        broken += np.maximum(np.radians(bounds.min_transmission - reaches.min_transmission), 0.0)
         if bounds.full_rotation:
-            broken += np.where(found.rotates > 0, 0.0, 0.3)
-        for name, column in (("drive_angle", found.drive_angle), ("rotation", found.rotation)):
+            broken += np.where(reaches.rotates > 0, 0.0, 0.3)
+        for name, column in (("drive_angle", reaches.drive_angle), ("rotation", reaches.rotation)):
             for side, sign in (("min", 1), ("max", -1)):
                 if (bound := getattr(bounds, f"{side}_{name}", None)) is not None:
                     broken += np.where(
                         np.isnan(column), 0.5, np.maximum(np.radians(sign * (bound - column * stretch)), 0)
                     )
-        broken += _outside(problem, found, shorter)
+        broken += _outside(problem, reaches, shorter)
     return cost + BREAKS * broken, stretch
 
 
-def _outside(problem: Problem, found: Reaches, shorter: Floats) -> Floats:
+def _outside(problem: Problem, reaches: Reaches, shorter: Floats) -> Floats:
     """Return how far stored boxes of pivots stand outside their regions, laid in the best way, shape (n,)."""
-    regions = {"fixed_pivots_in": found.fixed_box, "pivots_in": found.box}
+    regions = {"fixed_pivots_in": reaches.fixed_box, "pivots_in": reaches.box}
     regions = {name: box for name, box in regions.items() if getattr(problem.constraints, name) is not None}
     if not regions:
-        return np.zeros(len(found))
-    least = np.full(len(found), np.inf)
+        return np.zeros(len(reaches))
+    least = np.full(len(reaches), np.inf)
     for reverse, over in every_flip(problem, 1):
-        out = np.zeros(len(found))
+        out = np.zeros(len(reaches))
         for name, box in regions.items():
             box = box * shorter[:, None]
             x = -box[:, [2, 0]] if reverse[0] else box[:, [0, 2]]
@@ -226,7 +227,7 @@ def _outside(problem: Problem, found: Reaches, shorter: Floats) -> Floats:
     return least
 
 
-def shortlist(found: Reaches, merit: Floats, count: int, skip: Array | None = None) -> Indices:
+def shortlist(reaches: Reaches, merit: Floats, count: int, skip: Array | None = None) -> Indices:
     """Return the numbers of the most promising reaches, each guide once, in equal shares of the series and unlike each
     other, best first.
 
@@ -239,12 +240,12 @@ def shortlist(found: Reaches, merit: Floats, count: int, skip: Array | None = No
     """
     order = np.argsort(merit, kind="stable")
     order = order[np.isfinite(merit[order])]
-    order = order[np.sort(np.unique(found.guide[order], return_index=True)[1])]
+    order = order[np.sort(np.unique(reaches.guide[order], return_index=True)[1])]
     if skip is not None and len(skip):
-        order = order[~np.isin(found.guide[order], skip)]
-    size = np.floor(np.log(found.size[order]) / CELL[0]).astype(int)
-    angle = np.floor(found.min_transmission[order] / 90 / CELL[1]).astype(int)
-    series, family = found.series_number[order], found.family_number[order]
+        order = order[~np.isin(reaches.guide[order], skip)]
+    size = np.floor(np.log(reaches.size[order]) / CELL[0]).astype(int)
+    angle = np.floor(reaches.min_transmission[order] / 90 / CELL[1]).astype(int)
+    series, family = reaches.series_number[order], reaches.family_number[order]
     repeated = ranks(series, family, size, angle)  # how many alike come before
     by = np.argsort(repeated, kind="stable")
     turn = np.empty(len(order), int)
@@ -252,16 +253,18 @@ def shortlist(found: Reaches, merit: Floats, count: int, skip: Array | None = No
     return order[np.argsort(turn, kind="stable")][:count]
 
 
-def placed(problem: Problem, database: Database, found: Reaches, chosen: Indices, stretch: Floats) -> CandidateBatch:
+def candidates_of(
+    problem: Problem, database: Database, reaches: Reaches, chosen: Indices, stretch: Floats
+) -> CandidateBatch:
     """Return chosen reaches as candidates: laid along the path in the way in which their pivots stand best."""
-    guides, half, centre, origin = _stored(database, found, chosen)
+    guides, half, centre, origin = _read_guides(problem, database, reaches, chosen)
     low, high = guides.extent
     most = USABLE * np.minimum(low / (1 - centre), high / (1 + centre))
-    free = bool((found.sweep[chosen] > 0).any()) if problem.curved else False
+    free = bool((reaches.sweep[chosen] > 0).any()) if problem.curved else False
     traced = trace(guides, np.minimum(half * stretch, most), circle=free, split=True, centre=centre, nodes=16)
     if problem.constraints.returns and problem.fixed_curvature is not None:  # these are not refined to the radius
         sweep = abs(problem.fixed_curvature)
-        traced = at_sweep(guides, half, centre, found.sweep[chosen], sweep)[1]
+        traced = at_sweep(guides, half, centre, reaches.sweep[chosen], sweep)[1]
     linkage, point, pole = place_on_path(problem, guides, traced)
     bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
     best: tuple[Array, ...] | None = None
@@ -280,7 +283,9 @@ def placed(problem: Problem, database: Database, found: Reaches, chosen: Indices
     return measured(problem, origin, Linkage.trusted(best[1].copy()), best[2], best[3], bend)
 
 
-def _stored(database: Database, found: Reaches, chosen: Indices) -> tuple[CouplerCurve, Floats, Floats, Origin]:
+def _read_guides(
+    problem: Problem, database: Database, reaches: Reaches, chosen: Indices
+) -> tuple[CouplerCurve, Floats, Floats, Origin]:
     """Return the guides of chosen reaches in their canonical frame, whose origin is the pole (those of slots in their
     motion), with their half windows, where the middles of these lie, and what they are."""
     columns = {
@@ -288,18 +293,18 @@ def _stored(database: Database, found: Reaches, chosen: Indices) -> tuple[Couple
         **dict.fromkeys(("reach.half", "reach.centre", "guide.x", "guide.y"), float),
         **{f"mechanism.{name}": float for name in PIVOT_NAMES},
     }
-    ids = found.guide[chosen].tolist()
+    ids = reaches.guide[chosen].tolist()
     rows = database.plain(columns, f"{JOINED} WHERE reach.guide_id IN ({_marks(ids)})", ids)
     place = {pair: i for i, pair in enumerate(zip(rows["guide_id"].tolist(), rows["level"].tolist(), strict=True))}
-    wanted = zip(found.guide[chosen].tolist(), found.level[chosen].tolist(), strict=True)
+    wanted = zip(reaches.guide[chosen].tolist(), reaches.level[chosen].tolist(), strict=True)
     at = np.array([place.get(pair, -1) for pair in wanted], int)
     if (at < 0).any():
         _KEPT.pop(database, None)
         raise ChangedError(f"{database.path} has changed while it was read, or is damaged: try again or build it")
-    pivots = database.pivots(rows)[at]
-    slot = np.isin(found.kind[chosen].astype(str), list(SLOTS.values()))[:, None, None, None]
-    linkage = Linkage.trusted(np.where(slot, pivots[:, :, ::-1], pivots))
+    linkage = Linkage.trusted(database.pivots(rows)[at])
+    if problem.constraints.slots:  # then no other kinds were read
+        linkage = linkage.inverted()
     z = rows["x"][at] + 1j * rows["y"][at]
-    part = take(found, chosen)
+    part = take(reaches, chosen)
     origin = Origin(part.guide, part.family, part.series, part.configuration, part.order, np.zeros(len(at), int))
     return coupler_curve(linkage, z, pole=np.zeros_like(z)), rows["half"][at], rows["centre"][at], origin

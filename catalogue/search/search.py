@@ -254,15 +254,14 @@ class Search:
 
     def _shortlisted(self, count: int) -> CandidateBatch | None:
         if self._reaches is None:
-            problem = replace(self.problem, effort=self.effort)
-            self._reaches = retrieve.stored_reaches(problem, self.database)
-            merit, self._stretch = retrieve.estimate(problem, self._reaches)
-            self._merit = np.where(retrieve.eligible(problem, self._reaches), merit, np.inf)
+            self._reaches = retrieve.stored_reaches(self.problem, self.database, self.effort)
+            merit, self._stretch = retrieve.estimate(self.problem, self._reaches)
+            self._merit = np.where(retrieve.eligible(self.problem, self._reaches), merit, np.inf)
             self.report.eligible = int(np.isfinite(self._merit).sum())
         chosen = retrieve.shortlist(self._reaches, self._merit, count, self.taken)
         if not len(chosen):
             return None
-        found = retrieve.placed(self.problem, self.database, self._reaches, chosen, self._stretch[chosen])
+        found = retrieve.candidates_of(self.problem, self.database, self._reaches, chosen, self._stretch[chosen])
         self.taken = np.concatenate([self.taken, self._reaches.guide[chosen]])
         return found
 

@@ -16,7 +16,7 @@ from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from catalogue.problem.request import Request
-from catalogue.search.retrieve import eligible, estimate, placed, shortlist, stored_reaches
+from catalogue.search.retrieve import candidates_of, eligible, estimate, shortlist, stored_reaches
 from tests.find.conftest import again
 
 __all__ = ["again"]
@@ -34,7 +34,7 @@ def batch(small: Catalogue) -> Callable[..., Batch]:
         reaches = stored_reaches(problem, small.database)
         merit, stretch = estimate(problem, reaches)
         chosen = shortlist(reaches, np.where(eligible(problem, reaches), merit, np.inf), count)
-        return problem, placed(problem, small.database, reaches, chosen, stretch[chosen])
+        return problem, candidates_of(problem, small.database, reaches, chosen, stretch[chosen])
 
     return make
 

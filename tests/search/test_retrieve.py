@@ -11,7 +11,7 @@ from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search.retrieve import eligible, estimate, kinds, levels, placed, shortlist, stored_reaches
+from catalogue.search.retrieve import candidates_of, eligible, estimate, kinds, levels, shortlist, stored_reaches
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 
@@ -23,36 +23,36 @@ def asked(request: Any, rank_by: Any = "score", **wanted: Any) -> Problem:
 @pytest.mark.parametrize("request_", [LINE, ARC, CircularArc(1, 1e-3)], ids=["line", "arc", "any arc"])
 def test_the_shortlist_holds_every_series_and_no_guide_twice(small: Catalogue, request_: Any) -> None:
     problem = asked(request_)
-    found = stored_reaches(problem, small.database)
-    merit, _ = estimate(problem, found)
-    first = shortlist(found, merit, 30)
+    reaches = stored_reaches(problem, small.database)
+    merit, _ = estimate(problem, reaches)
+    first = shortlist(reaches, merit, 30)
     assert len(first) == 30
-    assert set(found.series[first]) == set(found.series)
-    assert len(set(found.guide[first])) == 30
-    given = {code: int((found.series[first] == code).sum()) for code in set(found.series)}
-    there = {code: len(set(found.guide[found.series == code])) for code in given}
+    assert set(reaches.series[first]) == set(reaches.series)
+    assert len(set(reaches.guide[first])) == 30
+    given = {code: int((reaches.series[first] == code).sum()) for code in set(reaches.series)}
+    there = {code: len(set(reaches.guide[reaches.series == code])) for code in given}
     for code, count in given.items():
         assert count >= min(there[code], max(given.values()) - 1), "equal shares, of those that have as many"
     # of each series the best is among them, and the best of all comes first
-    for code in set(found.series):
-        of = np.flatnonzero(found.series == code)
+    for code in set(reaches.series):
+        of = np.flatnonzero(reaches.series == code)
         assert of[np.argmin(merit[of])] in first
-    assert found.series[first[0]] == found.series[np.argmin(merit)]
-    second = shortlist(found, merit, 30, found.guide[first])
-    assert not set(found.guide[second]) & set(found.guide[first])
+    assert reaches.series[first[0]] == reaches.series[np.argmin(merit)]
+    second = shortlist(reaches, merit, 30, reaches.guide[first])
+    assert not set(reaches.guide[second]) & set(reaches.guide[first])
 
 
 def test_what_is_not_eligible_is_not_listed(small: Catalogue) -> None:
     problem = asked(LINE, families=["four-bar", "slider-crank"], pins_only=True, series=["II.xy", "IV*.l"], order=3)
-    found = stored_reaches(problem, small.database)
-    good = eligible(problem, found)
+    reaches = stored_reaches(problem, small.database)
+    good = eligible(problem, reaches)
     by_hand = [f == "four-bar" and s in ("II.xy", "IV*.l") and k >= 3 for f, s, k in zip(
-        found.family, found.series, found.order, strict=True)]  # fmt: skip
+        reaches.family, reaches.series, reaches.order, strict=True)]  # fmt: skip
     assert good.tolist() == by_hand
     assert 0 < good.sum() < len(good)
-    merit = np.where(good, estimate(problem, found)[0], np.inf)
-    assert good[shortlist(found, merit, 10_000)].all()
-    nobody = shortlist(found, np.full(len(found), np.inf), 5)
+    merit = np.where(good, estimate(problem, reaches)[0], np.inf)
+    assert good[shortlist(reaches, merit, 10_000)].all()
+    nobody = shortlist(reaches, np.full(len(reaches), np.inf), 5)
     assert len(nobody) == 0
 
 
@@ -69,19 +69,19 @@ def test_a_guide_that_meets_the_constraint_has_no_penalty(
 ) -> None:
     """At the stroke to which it is stretched, by its stored numbers; and one that does not has one."""
     plain, wanted = asked(request_), asked(request_, **bound)
-    found = stored_reaches(plain, small.database)
-    free, stretch = estimate(plain, found)
-    merit, same = estimate(wanted, found)
+    reaches = stored_reaches(plain, small.database)
+    free, stretch = estimate(plain, reaches)
+    merit, same = estimate(wanted, reaches)
     np.testing.assert_array_equal(same, stretch)
     ((name, value),) = bound.items()
     if name == "full_rotation":
-        holds = found.rotates > 0
+        holds = reaches.rotates > 0
     elif name == "min_transmission":
-        holds = found.min_transmission >= value
+        holds = reaches.min_transmission >= value
     elif name == "max_size":
-        holds = np.maximum(found.size / stretch, 1.0) <= value
+        holds = np.maximum(reaches.size / stretch, 1.0) <= value
     else:
-        length = getattr(found, name.replace("min_ground", "max_ground")) / stretch
+        length = getattr(reaches, name.replace("min_ground", "max_ground")) / stretch
         holds = np.isnan(length) | (length <= value if name.startswith("max") else length >= value)
     assert 0 < holds.sum() < len(holds)
     assert (merit[holds] == free[holds]).all()
@@ -95,12 +95,12 @@ def test_a_box_is_no_penalty_if_the_pivots_stand_in_it_in_some_way(
 ) -> None:
     """The stored box of the fixed pivots, or of all, turned round and mirrored by hand."""
     plain, wanted = asked(request_), asked(request_, **{name: (-0.3, 0.1, 1.5, 1.4)})
-    found = stored_reaches(plain, small.database)
-    free, stretch = estimate(plain, found)
-    merit, _ = estimate(wanted, found)
-    stored = found.fixed_box if name == "fixed_pivots_in" else found.box
+    reaches = stored_reaches(plain, small.database)
+    free, stretch = estimate(plain, reaches)
+    merit, _ = estimate(wanted, reaches)
+    stored = reaches.fixed_box if name == "fixed_pivots_in" else reaches.box
     x0, y0, x1, y1 = (stored / stretch[:, None]).T
-    holds = np.zeros(len(found), bool)
+    holds = np.zeros(len(reaches), bool)
     for right, up in ((1, 1), (-1, 1), (1, -1), (-1, -1))[:ways]:
         x, y = 0.5 + right * np.array([x0, x1]), up * np.array([y0, y1])
         inside = (x.min(0) >= -0.3) & (x.max(0) <= 1.5) & (y.min(0) >= 0.1) & (y.max(0) <= 1.4)
@@ -114,16 +114,16 @@ def test_a_box_is_no_penalty_if_the_pivots_stand_in_it_in_some_way(
 def test_an_estimate_is_near_what_is_measured(small: Catalogue, request_: Any) -> None:
     """Of size and transmission angle, which a stretched stroke changes; medians, for estimates err."""
     problem = asked(request_)
-    found = stored_reaches(problem, small.database)
-    merit, stretch = estimate(problem, found)
-    chosen = shortlist(found, merit, 80)
-    laid = placed(problem, small.database, found, chosen, stretch[chosen])
+    reaches = stored_reaches(problem, small.database)
+    merit, stretch = estimate(problem, reaches)
+    chosen = shortlist(reaches, merit, 80)
+    laid = candidates_of(problem, small.database, reaches, chosen, stretch[chosen])
     there = np.isfinite(laid.deviation)
     assert there.mean() > 0.9
-    assert laid.origin.id.tolist() == found.guide[chosen].tolist()
-    size = np.maximum(found.size / stretch, 1)[chosen] / laid.measures.size
+    assert laid.origin.id.tolist() == reaches.guide[chosen].tolist()
+    size = np.maximum(reaches.size / stretch, 1)[chosen] / laid.measures.size
     assert np.median(np.abs(size[there] - 1)) < 0.05
-    angle = found.min_transmission[chosen] - laid.measures.min_transmission
+    angle = reaches.min_transmission[chosen] - laid.measures.min_transmission
     assert np.median(np.abs(angle[there])) < 6
     assert (laid.deviation[there] < 1e-3).mean() > 0.5
 
@@ -131,14 +131,14 @@ def test_an_estimate_is_near_what_is_measured(small: Catalogue, request_: Any) -
 @pytest.mark.parametrize("request_", [LINE, CircularArc(1, 1e-3)], ids=["line", "any arc"])
 def test_what_is_laid_unstretched_is_what_is_stored(small: Catalogue, request_: Any) -> None:
     problem = asked(request_)
-    found = stored_reaches(problem, small.database)
-    some = np.arange(0, len(found), 3)
-    laid = placed(problem, small.database, found, some, np.ones(len(some)))
+    reaches = stored_reaches(problem, small.database)
+    some = np.arange(0, len(reaches), 3)
+    laid = candidates_of(problem, small.database, reaches, some, np.ones(len(some)))
     there = np.isfinite(laid.deviation)
     assert there.mean() > 0.95
-    np.testing.assert_allclose(laid.measures.size[there], found.size[some][there], rtol=0.01)
-    np.testing.assert_allclose(laid.measures.min_transmission[there], found.min_transmission[some][there], atol=0.5)
-    assert (laid.deviation[there] <= 10.0 ** found.level[some][there]).all()
+    np.testing.assert_allclose(laid.measures.size[there], reaches.size[some][there], rtol=0.01)
+    np.testing.assert_allclose(laid.measures.min_transmission[there], reaches.min_transmission[some][there], atol=0.5)
+    assert (laid.deviation[there] <= 10.0 ** reaches.level[some][there]).all()
 
 
 def test_levels_hold_what_is_asked_and_one_looser() -> None:

@@ -156,18 +156,18 @@ def test_what_a_build_replaces_meanwhile_is_read_again(
     small_db: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int
 ) -> None:
     """Between the list of stored guides and their numbers the first of them is gone, once or every time."""
-    path, read = Path(shutil.copy(small_db, tmp_path / "built.db")), retrieve._stored
+    path, read = Path(shutil.copy(small_db, tmp_path / "built.db")), retrieve._read_guides
     gone: list[int] = []
 
-    def replaced(database: Database, found: retrieve.Reaches, chosen: Indices) -> Any:
+    def replaced(problem: Problem, database: Database, reaches: retrieve.Reaches, chosen: Indices) -> Any:
         if len(gone) < times:
-            gone.append(int(found.guide[chosen[0]]))
+            gone.append(int(reaches.guide[chosen[0]]))
             with closing(sqlite3.connect(path)) as other, other:
                 other.execute("DELETE FROM reach WHERE guide_id = ?", (gone[-1],))
                 other.execute("PRAGMA user_version = 0")  # its seal
-        return read(database, found, chosen)
+        return read(problem, database, reaches, chosen)
 
-    monkeypatch.setattr(retrieve, "_stored", replaced)
+    monkeypatch.setattr(retrieve, "_read_guides", replaced)
     with catalogue.open(path, build=False) as opened:
         if times == READS:
             with pytest.raises(DatabaseError, match="has changed while it was read"):
