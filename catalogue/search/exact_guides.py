@@ -10,7 +10,7 @@ import numpy as np
 from ..candidates.batch import CandidateBatch, Origin, measured
 from ..kinematics.linkage import Linkage
 from ..problem.problem import Problem
-from .synthesis import BENT, DISTANCE, LONGEST, SHORTEST, allowed, curvatures, fixed_pivots, region_of, summit
+from .draws import BENT, DISTANCE, LONGEST, SHORTEST, allowed, curvatures, fixed_pivots, region_of, summit
 
 #: Least angle of a parallelogram over the stroke [rad].
 DEAD = 0.35

@@ -23,7 +23,8 @@ from ..kinematics.types import Floats, Indices
 from ..problem.problem import Problem
 from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..store import Database
-from . import exact_guides, retrieve, synthesis
+from . import euler_savary, exact_guides, retrieve, rotating_crank
+from .draws import allowed
 from .report import SearchReport
 
 #: Most rounds of refinement for those that are kept; so many that are left alone, none of them the best, are not worth
@@ -213,7 +214,7 @@ class Search:
     @cached_property
     def _made(self) -> list[str]:
         """Families of which starts are made to measure."""
-        return synthesis.allowed(self.problem)
+        return allowed(self.problem, euler_savary.PINNED)
 
     def _gathered(self, stages: int) -> CandidateBatch | None:
         """Return the starts of so many stages."""
@@ -230,11 +231,11 @@ class Search:
         problem, extent = self.problem, self._extent
         parts = [self._stored(extent.measured // (1 + self.stage % 2))]
         if self.stage or self._narrow or problem.fixed_curvature is not None:
-            parts += [synthesis.starts(problem, name, extent.drawn, self._random) for name in self._made]
+            parts += [euler_savary.starts(problem, name, extent.drawn, self._random) for name in self._made]
         if self.stage == 0 and self._exact:
             parts.append(exact_guides.starts(problem, EXACT_GUIDES, self._random))
         if problem.constraints.full_rotation and "four-bar" in self._made:
-            parts.append(synthesis.driven(problem, extent.drawn, self._random))
+            parts.append(rotating_crank.starts(problem, extent.drawn, self._random))
         if self.stage >= 2:
             parts.append(self._perturbed())
         kept = [self._promising(part, extent.tried) for part in parts if part is not None and len(part)]

@@ -1,0 +1,58 @@
+"""What starts made to measure have in common: which families suit, where fixed pivots and curvatures are drawn."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..kinematics.types import Complexes, Floats
+from ..problem.problem import Problem
+from ..problem.region import Region
+
+#: Longest and shortest link or arm of a start, in strokes.
+LONGEST, SHORTEST = 12.0, 0.06
+#: About which radius arcs of any radius are drawn, log-normally, and the least [strokes].
+RADIUS, BENT, SHARPEST = 1.0, 0.7, 0.55
+#: Where fixed pivots are drawn if nothing is said: log-normally about this distance from mid-stroke [strokes].
+DISTANCE, SPREAD = 1.0, 0.6
+
+
+def allowed(problem: Problem, made: Mapping[str, bool]) -> list[str]:
+    """Return which of the families that can be made, with whether they have pins only, suit a problem."""
+    wanted = problem.constraints
+    if wanted.series or wanted.configurations or wanted.order or wanted.slots or wanted.returns:
+        return []
+    here = [name for name in made if not wanted.families or name in wanted.families]
+    return [name for name in here if made[name] or not wanted.pins_only]
+
+
+def curvatures(problem: Problem, count: int, random: np.random.Generator) -> Floats:
+    """Return the curvatures of the paths that starts are made for [1/stroke]: of an arc of any radius they differ."""
+    if problem.curvature is not None:
+        return np.full(count, float(problem.curvature))
+    return np.asarray(-1 / np.clip(np.exp(random.normal(np.log(RADIUS), BENT, count)), SHARPEST, LONGEST))
+
+
+def summit(curvature: Floats) -> Complexes:
+    """Return where paths of curvatures (n,) [1/stroke] are in mid-stroke."""
+    return np.asarray(0.5 - 0.25j * curvature / (1 + np.sqrt(1 - 0.25 * curvature**2)), complex)
+
+
+def fixed_pivots(problem: Problem, point: Complexes, random: np.random.Generator) -> Complexes:
+    """Return places for a fixed pivot of each: in the region where it must stand, else about the path, (n,)."""
+    wanted, count = problem.constraints, len(point)
+    region = region_of(problem)
+    most = wanted.max_size or LONGEST
+    away = np.minimum(np.exp(random.normal(np.log(DISTANCE), SPREAD, count)), 0.8 * most)
+    about = point + away * np.exp(2j * np.pi * random.random(count))
+    if region is None:
+        return np.asarray(about)
+    x0, y0, x1, y1 = np.clip(region.box, -LONGEST, LONGEST)
+    return np.asarray(random.uniform(x0, x1, count) + 1j * random.uniform(y0, y1, count))
+
+
+def region_of(problem: Problem) -> Region | None:
+    """Return the region in which fixed pivots must stand, None if they may stand anywhere."""
+    wanted = problem.constraints
+    return next((r for r in (wanted.fixed_pivots_in, wanted.pivots_in, wanted.swept_in) if r is not None), None)

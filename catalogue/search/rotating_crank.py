@@ -1,0 +1,105 @@
+"""Starts made to measure whose crank turns fully, each with the point of its coupler that runs straightest meanwhile.
+
+Four-bars are drawn whose crank turns fully; it turns as far as is asked.  In the pose a coupler point z is at F + E z;
+with the unit vector u across the path the distance from a line, Re(conj(u) (F + E z)) up to a constant, is linear in
+the four numbers conj(u) and conj(u) z, and so is the way along it: the scatter across over that along is a quotient of
+two quadratic forms, the point its least eigenvector.
+
+Source: the draws and the quotient are ours.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..candidates.batch import CandidateBatch, Origin, measured
+from ..guidance.metrics import rotation_margin
+from ..kinematics.linkage import Linkage
+from ..kinematics.motion import CRANK_1, motion
+from ..kinematics.types import Complexes, Floats
+from ..problem.problem import Problem
+from .draws import LONGEST, SHORTEST
+
+#: Longest link in cranks, and how many linkages are drawn for one that is kept.
+CRANKS, EACH = 16.0, 25
+#: Positions of a crank that are looked at, and through which angle it turns if nothing is said [rad].
+POSITIONS, TURNED = 17, (0.7, 2.8)
+
+
+def starts(problem: Problem, count: int, random: np.random.Generator) -> CandidateBatch | None:
+    """Return four-bars whose crank turns fully, with the point that runs straightest meanwhile, measured; None unless
+    the path is a straight line.
+
+    Slider-cranks are none of them: their straightest point is the slider.
+
+    Parameters
+    ----------
+    count : int
+        How many are measured at most: those whose links are as long as may be, or shorter, come first, then those
+        whose path scatters least.
+    """
+    if problem.curvature != 0:
+        return None
+    linkage = _rotating(EACH * count, random)
+    wanted, n = problem.constraints, len(linkage)
+    turned = random.uniform(*TURNED, n) if wanted.min_drive_angle is None else np.radians(wanted.min_drive_angle)
+    share = np.cos(np.pi * np.arange(POSITIONS) / (POSITIONS - 1))  # denser towards both ends, where paths bend away
+    with np.errstate(all="ignore"):
+        moving = motion(linkage, CRANK_1)
+        d, x, _ = moving.pose(np.tan(0.25 * share[:, None] * turned))
+        shift, turn = d - x * moving.origin, 1 + x  # z goes to shift + turn z
+    closes = np.flatnonzero(np.isfinite(shift).all(0))
+    linkage, shift, turn = linkage[closes], shift[:, closes], turn[:, closes]
+    scatter, point = straightest(shift, turn)
+    low, high = (shift[i] + turn[i] * point for i in (-1, 0))
+    with np.errstate(all="ignore"):
+        scale = 1 / (high - low)
+    linkage, point = linkage.moved(scale, -scale * low), scale * (point - low)
+    z = linkage.points
+    links = [np.abs(z[:, 1, j] - z[:, 0, j]) for j in (0, 1)]
+    arms = np.abs(z[:, :, 1] - point[:, None])
+    longest = np.maximum(np.max(links, axis=0), arms.min(1))
+    most = min(b for b in (wanted.max_size, wanted.max_link, wanted.max_ground, LONGEST) if b is not None)
+    good = np.flatnonzero((longest < LONGEST) & (arms.min(1) > SHORTEST) & (np.abs(z[:, 0, 1] - z[:, 0, 0]) > SHORTEST))
+    best = good[np.lexsort((scatter[good], longest[good] > most))][:count]
+    if not len(best):
+        return None
+    linkage, nothing = linkage[best], np.full(len(best), complex(np.nan, np.nan))
+    return measured(problem, Origin.made(linkage, "general"), linkage, point[best], nothing, np.zeros(len(best)))
+
+
+def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:
+    """Return the points z of n moving planes that run straightest through m poses z -> shift + turn z.
+
+    Parameters
+    ----------
+    shift, turn : complex ndarray, shape (m, n)
+
+    Returns
+    -------
+    scatter : ndarray, shape (n,)
+        Root mean square distance across the best line over that along it.
+    z : complex ndarray, shape (n,)
+    """
+    parts = [a - a.mean(0) for a in (shift, 1j * shift, turn, 1j * turn)]
+    across, along = (np.stack([take(a) for a in parts], axis=-1) for take in (np.real, np.imag))
+    numerator, denominator = (np.einsum("mni,mnj->nij", a, a) for a in (across, along))
+    small = 1e-9 * np.trace(denominator, axis1=1, axis2=2)[:, None, None] * np.eye(4)
+    half = np.linalg.inv(np.linalg.cholesky(denominator + small))
+    value, vectors = np.linalg.eigh(half @ numerator @ half.swapaxes(1, 2))
+    w = (half.swapaxes(1, 2) @ vectors[..., :1])[..., 0]
+    return np.sqrt(np.maximum(value[:, 0], 0.0)), (w[:, 2] + 1j * w[:, 3]) / (w[:, 0] + 1j * w[:, 1])
+
+
+def _rotating(count: int, random: np.random.Generator) -> Linkage:
+    """Return those of `count` random four-bars whose crank 1, of length 1, turns fully, in a position on its turn."""
+    ground, coupler, other = np.exp(random.uniform(0, np.log(CRANKS), (3, count)))
+    crank = np.exp(2j * np.pi * random.random(count))
+    side = np.where(random.random(count) < 0.5, 1.0, -1.0)
+    ray = ground - crank
+    with np.errstate(all="ignore"):
+        cosine = (coupler**2 + np.abs(ray) ** 2 - other**2) / (2 * coupler * np.abs(ray))
+        moving = crank + coupler * ray / np.abs(ray) * np.exp(1j * side * np.arccos(cosine))
+    z = np.stack([0 * crank, crank, ground, moving], axis=1)[np.isfinite(moving)].reshape(-1, 2, 2)
+    linkage, _ = Linkage.valid(np.stack([z.real, z.imag, np.ones(z.shape)], axis=-1))
+    return linkage[rotation_margin(linkage)[:, 0] > 0]
