@@ -2,27 +2,19 @@
 
 from __future__ import annotations
 
-import shutil
-import sqlite3
-from contextlib import closing
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-import catalogue
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.feasibility import cost, feasibility
-from catalogue.errors import DatabaseError
-from catalogue.kinematics.types import Indices
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
-from catalogue.search import retrieve, search
-from catalogue.search.search import READS, Search
-from catalogue.store import Database
+from catalogue.search import search
+from catalogue.search.search import Search
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 
@@ -125,13 +117,13 @@ def test_what_came_nearest_is_refined_once_more(small: Catalogue, monkeypatch: p
         for insists in (False, True):
             with monkeypatch.context() as patched:
                 if not insists:
-                    patched.setattr(Search, "_insist", lambda *_: None)
+                    patched.setattr(Search, "_refine_nearest", lambda *_: None)
                 done = Search(problem, small.database).run()
             assert done.found is not None
             assert len(done.cost) == len(done.found)
             count.append(len(done.cost))
             least.append(float(np.nanmin(feasibility(problem, done.found).total)))
-        assert 0 < count[1] - count[0] <= search.BEST
+        assert 0 < count[1] - count[0] <= search.NEAREST
         nearer.append(least[0] - least[1])
     assert min(nearer) >= 0
     assert max(nearer) > 1e-6
@@ -149,30 +141,3 @@ def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Ca
     near.step()
     assert near.report.refined < 0.3 * whole.report.refined
     assert near.cost.min() <= 1.1 * whole.cost[best]
-
-
-@pytest.mark.parametrize("times", [1, READS])
-def test_what_a_build_replaces_meanwhile_is_read_again(
-    small_db: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, times: int
-) -> None:
-    """Between the list of stored guides and their numbers the first of them is gone, once or every time."""
-    path, read = Path(shutil.copy(small_db, tmp_path / "built.db")), retrieve._read_guides
-    gone: list[int] = []
-
-    def replaced(problem: Problem, database: Database, reaches: retrieve.Reaches, chosen: Indices) -> Any:
-        if len(gone) < times:
-            gone.append(int(reaches.guide[chosen[0]]))
-            with closing(sqlite3.connect(path)) as other, other:
-                other.execute("DELETE FROM reach WHERE guide_id = ?", (gone[-1],))
-                other.execute("PRAGMA user_version = 0")  # its seal
-        return read(problem, database, reaches, chosen)
-
-    monkeypatch.setattr(retrieve, "_read_guides", replaced)
-    with catalogue.open(path, build=False) as opened:
-        if times == READS:
-            with pytest.raises(DatabaseError, match="has changed while it was read"):
-                opened.find(LINE, refine=False, limit=5)
-            return
-        found = opened.find(LINE, refine=False, limit=5)
-    assert found
-    assert gone[0] not in {c.id for c in found}

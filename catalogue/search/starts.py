@@ -1,0 +1,195 @@
+"""The starts of a stage: stored guides with the least estimated cost and violation, linkages made to measure, and
+perturbed copies of the best that was found; of each kind the most promising that are unlike each other."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from ..candidates.batch import CandidateBatch, measured
+from ..candidates.feasibility import STANDING, cost, feasibility
+from ..candidates.select import distances, normal_form
+from ..kinematics.batch import join, take
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Floats, Indices
+from ..problem.problem import Problem
+from ..store import Database
+from . import euler_savary, exact_guides, retrieve, rotating_crank
+from .draws import allowed
+from .report import SearchReport
+
+#: Constraints that choose among sorts of guides.
+SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
+
+
+def is_constrained(problem: Problem) -> bool:
+    """Return whether more is asked for than sorts of guides."""
+    return any(name not in SORTS for name in problem.constraints.active())
+
+
+def is_narrow(problem: Problem) -> bool:
+    """Return whether few designs are left: pivots are to stand in a region, or a crank is to turn fully."""
+    wanted = problem.constraints
+    return bool(wanted.full_rotation) or any(getattr(wanted, name) is not None for name in STANDING)
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How many starts a stage has."""
+
+    measured: int  #: stored starts that are measured
+    drawn: int  #: linkages drawn to measure, of each kind
+    tried: int  #: starts of each kind that are refined for a round, and of all kinds for another
+
+
+#: Where sorts of guides are asked for, and where there are other constraints: these leave many best places that are no
+#: better than their neighbours, so that it is the number of starts that finds the best of them.
+FREE, CONSTRAINED = Extent(60, 600, 24), Extent(200, 2500, 90)
+#: Exact guides drawn in the first stage.
+EXACT_GUIDES = 200
+#: How often stored guides are read at most while builds replace them.
+READS = 5
+#: How many of the best points are perturbed, how often each, and by what, as powers of ten of the stroke.
+BEST, COPIES, BY = 8, 12, (-2.0, -0.5)
+#: Price of what is broken when starts are compared.
+PENALTY = 4.0
+#: Starts nearer to each other than this, see `candidates.select.distances`, are alike; how many times as many as are
+#: kept are compared.
+ALIKE, COMPARED = 0.03, 4
+#: How many starts are most like a candidate, and most promising, where an answer is likely to be near it.
+LIKELY = 12
+
+
+@dataclass
+class Starts:
+    """Where the starts of a search come from, stage by stage; no stored guide is one twice."""
+
+    problem: Problem
+    database: Database
+    report: SearchReport
+    effort: int = 1  #: which search for the problem this is, from 1: the seed of what is drawn
+    refines: bool = True  #: whether starts are refined; else they must meet the constraints
+    near: CandidateBatch | None = None  #: where an answer is likely: only starts like it, and the most promising
+    given: CandidateBatch | None = None  #: starts from elsewhere
+    taken: Indices = field(default_factory=lambda: np.zeros(0, int))  #: stored guides that were starts
+
+    def __post_init__(self) -> None:
+        self._random = np.random.default_rng(19 + self.effort)
+
+    @cached_property
+    def extent(self) -> Extent:
+        """How many starts a stage has."""
+        return CONSTRAINED if is_constrained(self.problem) else FREE
+
+    def gathered(self, first: int, stages: int, found: CandidateBatch | None) -> CandidateBatch | None:
+        """Return the starts of so many stages from the `first` on, None if there are none; `found` is what was found
+        before."""
+        parts = [self._of_stage(stage, found) for stage in range(first, first + stages)]
+        parts = [part for part in parts if part is not None and len(part)]
+        starts = join(*parts) if parts else None
+        return starts if starts is None or self.near is None else starts[self._likely(starts, self.near)]
+
+    def _of_stage(self, stage: int, found: CandidateBatch | None) -> CandidateBatch | None:
+        """Return measured starts of a stage, of each kind the most promising first."""
+        problem, extent = self.problem, self.extent
+        parts = [self._stored(extent.measured // (1 + stage % 2))]
+        if stage or is_narrow(problem) or problem.fixed_curvature is not None:
+            parts += [euler_savary.starts(problem, name, extent.drawn, self._random) for name in self._families]
+        if stage == 0 and self._exact:
+            parts.append(exact_guides.starts(problem, EXACT_GUIDES, self._random))
+        if problem.constraints.full_rotation and "four-bar" in self._families:
+            parts.append(rotating_crank.starts(problem, extent.drawn, self._random))
+        if stage >= 2:
+            parts.append(self.perturbed(found))
+        kept = [self.promising(part, extent.tried) for part in parts if part is not None and len(part)]
+        if stage == 0 and self.given is not None and len(self.given):
+            kept.append(self.given)
+        return join(*kept) if kept else None
+
+    @cached_property
+    def _families(self) -> list[str]:
+        """Families of which starts are made to measure."""
+        return allowed(self.problem, euler_savary.PINNED)
+
+    @property
+    def _exact(self) -> bool:
+        """Whether exact guides are wanted, be they trivial: of arcs of a given radius, or for the least deviation."""
+        return self.problem.fixed_curvature is not None or self.problem.ranking.only == "deviation"
+
+    def _stored(self, count: int) -> CandidateBatch | None:
+        """Return stored starts; where a build replaces them meanwhile, those that it made."""
+        for _ in range(READS - 1):
+            try:
+                return self._shortlisted(count)
+            except retrieve.ChangedError:
+                del self._ranked  # they are read again
+        return self._shortlisted(count)
+
+    def _shortlisted(self, count: int) -> CandidateBatch | None:
+        """Return the most promising stored guides that were no starts yet."""
+        reaches, merit, stretch = self._ranked
+        chosen = retrieve.shortlist(reaches, merit, count, self.taken)
+        if not len(chosen):
+            return None
+        starts = retrieve.candidates_of(self.problem, self.database, reaches, chosen, stretch[chosen])
+        self.taken = np.concatenate([self.taken, reaches.guide[chosen]])
+        return starts
+
+    @cached_property
+    def _ranked(self) -> tuple[retrieve.Reaches, Floats, Floats]:
+        """Stored reaches with their merits, infinite of those that are not eligible, and stretches, each (n,)."""
+        reaches = retrieve.stored_reaches(self.problem, self.database, self.effort)
+        merit, stretch = retrieve.estimate(self.problem, reaches)
+        merit = np.where(retrieve.eligible(self.problem, reaches), merit, np.inf)
+        self.report.eligible = int(np.isfinite(merit).sum())
+        return reaches, merit, stretch
+
+    def perturbed(self, found: CandidateBatch | None) -> CandidateBatch | None:
+        """Return copies of the best points found, moved at random; None of points that return, which they then do no
+        more, and where guides are given as they are stored."""
+        if found is None or not self.refines or self.problem.constraints.returns:
+            return None
+        merit = self._merits(found)
+        best = np.argsort(merit)[:BEST]
+        best = best[np.isfinite(merit[best])]
+        if not len(best):
+            return None
+        copies = found[np.repeat(best, COPIES)]
+        scale = 10 ** self._random.uniform(*BY, len(copies))
+        pivots = copies.linkage.pivots.copy()
+        pivots[..., :2] += scale[:, None, None, None] * self._random.normal(size=(len(copies), 2, 2, 2))
+        linkage, valid = Linkage.valid(pivots)
+        bend = copies.traced.fit.curvature[valid]
+        return measured(
+            self.problem, take(copies.origin, valid), linkage, copies.point[valid], copies.pole[valid], -np.abs(bend)
+        )
+
+    def promising(self, starts: CandidateBatch, count: int) -> CandidateBatch:
+        """Return the best by cost and violation that are unlike each other."""
+        merit = self._merits(starts)
+        self.report.measured += len(starts)
+        order = np.argsort(merit, kind="stable")
+        order = order[np.isfinite(merit[order])][: COMPARED * count]
+        designs = normal_form(starts.linkage.pivots[order], 1.0)
+        kept: list[int] = []
+        like = np.zeros(len(order), bool)
+        for i in range(len(order)):
+            if not like[i] and len(kept) < count:
+                kept.append(i)
+                like |= distances(designs[i : i + 1], designs, mirror=self.problem.curvature == 0)[0] < ALIKE
+        return starts[order[kept]]
+
+    def _likely(self, starts: CandidateBatch, near: CandidateBatch) -> Indices:
+        """Return the starts that are most like one candidate, and the most promising."""
+        one, designs = (normal_form(batch.linkage.pivots, 1.0) for batch in (near, starts))
+        away = distances(one, designs, mirror=self.problem.curvature == 0)[0]
+        return np.unique([np.argsort(by, kind="stable")[:LIKELY] for by in (away, self._merits(starts))])
+
+    def _merits(self, candidates: CandidateBatch) -> Floats:
+        """Return what candidates cost and break together, shape (n,)."""
+        broken = feasibility(self.problem, candidates)
+        with np.errstate(invalid="ignore"):
+            merit = cost(self.problem, candidates) + PENALTY * broken.total
+        return np.where(np.isnan(merit) | (not self.refines and ~broken.all), np.inf, merit)
