@@ -203,7 +203,7 @@ class Refinement:
         guides = here.curve
         linear = linearise(self.problem, here, guides, self.moves, self.nominal)
         found = take_step(linear[each], radius, penalty[each], share=share)
-        step = np.nan_to_num(found.step[:, :-1] if self.problem.curvature is None else found.step)
+        step = np.nan_to_num(found.displacement[:, :-1] if self.problem.curvature is None else found.displacement)
         many = here[each]
         linkage, point, valid = self.moves.moved(many, step)
         kept = np.flatnonzero(valid)
