@@ -98,13 +98,13 @@ class Sheet:
         return float(15 + 9 * ((np.reshape(x, (-1, 3)).mean(0) - self.middle) @ self.toward) / self.range + above)
 
     # -- symbols ------------------------------------------------------------------------------------------------------
-    def bar(self, ends: Array, width: float, colour: str, edge: bool = True, alpha: float = 1.0) -> None:
+    def bar(self, ends: Array, width: float, colour: str, alpha: float = 1.0) -> None:
         """Draw a bar with a border, in pieces so that others may pass before and behind it."""
-        pieces = 8 if edge and alpha == 1 else 1
+        pieces = 8 if alpha == 1 else 1
         x = ends[0] + np.linspace(0, 1, pieces + 1)[:, None] * (ends[1] - ends[0])
         for a, b in pairwise(x):
             z = self.depth(np.stack([a, b])) if alpha == 1 else 5.0
-            if edge and alpha == 1:
+            if alpha == 1:
                 self.ax.plot(*np.stack([a, b]).T, color=PAPER, lw=width + 2.2, zorder=z - 0.01, solid_capstyle="butt")
             cap = "round" if pieces == 1 else "projecting"
             self.ax.plot(*np.stack([a, b]).T, color=colour, lw=width, zorder=z, solid_capstyle=cap, alpha=alpha)

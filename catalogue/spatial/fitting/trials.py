@@ -24,7 +24,6 @@ from .targets import Bound, Sweep, Target
 STEP = 2.0**-17
 #: Why a trial counts as none.
 OTHER_ASSEMBLY = "its design pose is another assembly"
-NOT_SOLVED = "a displaced pose was not found"
 
 
 @dataclass(frozen=True, eq=False)
