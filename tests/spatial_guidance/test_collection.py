@@ -423,20 +423,45 @@ def test_curves_are_drawn_as_far_as_points_of_the_body_run_on_them(modules: Simp
 
 @pytest.mark.parametrize("arc", [False, True])
 def test_the_nominal_that_is_drawn_runs_along_the_path(modules: SimpleNamespace, arc: bool) -> None:
-    """It holds the whole path, and is somewhat longer, along an oblique line or arc of which the path is a wave off."""
-    s, turn, wave = np.linspace(-1, 1, 41), rotation([1, 2, 3, 4]), 1e-3
+    """Nowhere farther than the deviation, somewhat longer than the path, which is a wave off an oblique line or arc."""
+    s, turn, wave = np.linspace(-1, 1, 41), rotation([1, 2, 3, 4]), 1e-2
     bent = (1 + wave * np.cos(9 * s)) * np.exp(0.6j * s) if arc else s + 1j * wave * np.cos(9 * s)
     path = np.stack([bent.real, bent.imag, wave * np.sin(7 * s)], axis=1) @ turn.T + [3, 4, 5]
     drawn: list[Any] = []
     ax = SimpleNamespace(plot=lambda *x, **_: drawn.append(np.transpose(x)))
-    modules.picture._nominal(ax, path, arc)
+    fit = getattr(modules.minimum_zone, "circle" if arc else "line")(path[None])
+    modules.picture._nominal(ax, fit, path)
     (nominal,) = drawn
     one, along = nominal[:-1], np.diff(nominal, axis=0)
     share = ((path[:, None] - one) * along).sum(2) / (along**2).sum(1)
     foot = one + np.clip(share, 0, 1)[..., None] * along
-    assert np.linalg.norm(path[:, None] - foot, axis=2).min(1).max() < 4 * wave
+    sag = (along**2).sum(1).max() / 8
+    assert np.linalg.norm(path[:, None] - foot, axis=2).min(1).max() < fit.deviation[0] + sag < 1.5 * wave
     way = path[-1] - path[0]
     assert ((nominal[0] - path[0]) @ way) < 0 < ((nominal[-1] - path[-1]) @ way)
+
+
+@pytest.mark.parametrize("family", ["I", "III", "V"])
+@pytest.mark.parametrize("given", [False, True])
+def test_the_arc_that_is_drawn_is_the_one_that_the_deviation_is_measured_from(
+    modules: SimpleNamespace, family: str, given: bool
+) -> None:
+    """Of a radius that is free, or 5 % larger: no point of the path is farther from it than the deviation told."""
+    s = next(s for s in COLLECTION.draw(family, np.random.default_rng(3), 3) if s.kind == "circle")
+    (free,) = COLLECTION.measure([s.parameters], CircularArc(100, 10))
+    assert free.radius
+    (m,) = COLLECTION.measure([s.parameters], CircularArc(100, 10, 1.05 * free.radius)) if given else (free,)
+    where = s.family, s.series, s.configuration, ()
+    piece = CollectionCandidate(1, COLLECTION, *where, 100.0, m.deviation, m.radius, dict(m.metrics), m.parameters)
+    (axes,) = piece.plot().axes
+    (nominal,) = [np.transpose(one.get_data_3d()) for one in axes.lines if one.get_linestyle() == "--"]
+    centre, normal, radius = modules.minimum_zone.through(nominal[0], nominal[40], nominal[-1])
+    assert radius == pytest.approx(m.radius, rel=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(nominal - centre, axis=1), radius, rtol=1e-9)
+    path = modules.measures.run(modules.plain_data.strokes([dict(m.parameters)])).path[0] - centre
+    height = path @ normal
+    off = np.hypot(np.linalg.norm(path - height[:, None] * normal, axis=1) - radius, height)
+    assert off.max() == pytest.approx(m.deviation, rel=2e-3)
 
 
 @pytest.fixture(scope="module")

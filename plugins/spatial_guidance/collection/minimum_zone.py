@@ -43,6 +43,8 @@ class Fit:
         Where the stroke begins: the foot of the first point on the line; that point itself for a circle.
     axes : ndarray, shape (n, 3, 3)
         Rows: along the stroke; to the side to which an arc bulges; the third.
+    centre, normal : ndarray, shape (n, 3)
+        Of a circle and its plane; NaN for a line.
     """
 
     deviation: Array
@@ -51,6 +53,8 @@ class Fit:
     radius: Array
     start: Array
     axes: Array
+    centre: Array
+    normal: Array
 
 
 def line(x: Array, side: Array | None = None) -> Fit:
@@ -68,7 +72,8 @@ def line(x: Array, side: Array | None = None) -> Fit:
     axes = frame(along, across(along) if side is None else side - origin)
     s, y, z = np.moveaxis((x - origin[:, None]) @ np.swapaxes(axes, 1, 2), 2, 0)
     start = origin + s[:, :1] * along
-    return Fit(np.hypot(y, z).max(1), bound, s[:, -1] - s[:, 0], np.full(len(x), np.inf), start, axes)
+    none = np.full((len(x), 3), np.nan)
+    return Fit(np.hypot(y, z).max(1), bound, s[:, -1] - s[:, 0], np.full(len(x), np.inf), start, axes, none, none)
 
 
 def circle(x: Array, radius: Array | None = None) -> Fit:
@@ -106,7 +111,7 @@ def circle(x: Array, radius: Array | None = None) -> Fit:
         along = unit(chord)
         return Fit(
             np.hypot(rho - r[:, None], h).max(1), bound, np.sqrt((chord**2).sum(1)), r, first,
-            frame(along, middle - centre),
+            frame(along, middle - centre), centre, normal,
         )  # fmt: skip
 
 

@@ -10,7 +10,8 @@ import numpy as np
 from catalogue.plugin import PAPER, Array, blank, kind_of, write
 from catalogue.spatial import KINDS, Kind, follow, matrix
 
-from .minimum_zone import circle, line
+from .measures import fitted, run
+from .minimum_zone import Fit, unit
 from .plain_data import Strokes, strokes
 
 if TYPE_CHECKING:
@@ -22,6 +23,8 @@ NODES = 41
 MESH = 25
 #: How far a patch goes beyond what its point passes [rad; diameters of the drawing].
 BEYOND, FURTHER = 0.35, 0.12
+#: How far the nominal goes beyond the ends of the path, in its length.
+LONGER = 0.15
 #: Where it is seen from [deg].
 ELEVATION, AZIMUTHS = 24, range(-100, 101, 5)
 INK, BODY, PATH, CURVE = "#222222", "#2f5d8a", "#b5342b", "#3d7a4e"
@@ -60,7 +63,9 @@ def picture(piece: CollectionCandidate, file: Path | None) -> Any:
     middle = NODES // 2
     for node, alpha in ((0, 0.25), (NODES - 1, 0.25), (middle, 1.0)):
         _body(ax, moved.points[node], guided[node], alpha)
-    _nominal(ax, guided, piece.radius is not None)
+    motion = run(given)
+    fit = fitted(motion, "line") if piece.radius is None else fitted(motion, "circle", np.array([piece.radius]))
+    _nominal(ax, fit, motion.path[0])
     ax.plot(*guided.T, color=PATH, lw=2.4, zorder=8)
     ax.scatter(*guided[[middle]].T, color=PATH, s=34, zorder=9, depthshade=False)
     _frame(ax, low, high, size)
@@ -153,18 +158,19 @@ def _body(ax: Any, points: Array, guided: Array, alpha: float) -> None:
                 ax.text(*point, "  " + " = ".join(f"A{j + 1}" for j in here), fontsize=9, color=INK, zorder=10)
 
 
-def _nominal(ax: Any, guided: Array, arc: bool) -> None:
-    fit = circle(guided[None]) if arc else line(guided[None])
-    along, side = fit.axes[0, 0], fit.axes[0, 1]
-    stroke = fit.stroke[0]
-    s = np.linspace(-0.15, 1.15, 80) * stroke
-    if arc:
-        r, half = fit.radius[0], stroke / 2
-        s = half + r * np.sin(np.linspace(-1.15, 1.15, 80) * np.arcsin(min(half / r, 1)))
-        bulge = np.sqrt(np.maximum(r * r - (s - half) ** 2, 0)) - np.sqrt(r * r - half * half)
+def _nominal(ax: Any, fit: Fit, path: Array) -> None:
+    """Draw the line or the circle that the deviation of a path (f, 3) is measured from, somewhat beyond its ends."""
+    share = np.linspace(-LONGER, 1 + LONGER, 80)[:, None]
+    if np.isfinite(fit.radius[0]):
+        centre, normal, radius = fit.centre[0], fit.normal[0], fit.radius[0]
+        out = path - centre
+        first = unit(out[0] - (out[0] @ normal) * normal)
+        second = np.cross(normal, first)
+        angle = share * np.unwrap(np.arctan2(out @ second, out @ first))[-1]
+        nominal = centre + radius * (np.cos(angle) * first + np.sin(angle) * second)
     else:
-        bulge = np.zeros_like(s)
-    ax.plot(*(fit.start[0][:, None] + np.outer(along, s) + np.outer(side, bulge)), color=INK, lw=0.8, ls="--", zorder=4)
+        nominal = fit.start[0] + share * fit.stroke[0] * fit.axes[0, 0]
+    ax.plot(*nominal.T, color=INK, lw=0.8, ls="--", zorder=4)
 
 
 def _frame(ax: Any, low: Array, high: Array, size: float) -> None:
