@@ -89,9 +89,9 @@ EVERYTHING: list[Any] = [
 )
 def test_screws_and_wrenches_are_the_derivatives(scalar: Any) -> None:
     """Of residuals and scalars by every unknown, in a pose that is not the design pose, all elements together."""
-    from catalogue.spatial.jointed.compiling import Compiler
+    from catalogue.spatial.jointed.formulation import Formulation
 
-    system = Compiler(EVERYTHING, [scalar]).system([scalar])
+    system = Formulation(EVERYTHING, [scalar]).system()
     draw = np.random.default_rng(1)
     y = system.moved(system.design[None], draw.uniform(-0.4, 0.4, (1, system.unknowns)))
     _, _, jacobian = system.evaluate(y)

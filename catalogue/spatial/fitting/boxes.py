@@ -11,8 +11,8 @@ import numpy as np
 from ...errors import InvalidRequest, quoted
 from ...given import Stated, array, choice, names
 from ...kinematics.types import Array
-from ..jointed.compiling import numbers
 from ..jointed.elements import Cylindrical, Element, Link, OnGuide, Revolute, Spherical
+from ..jointed.hard_points import numbers
 from ..jointed.mechanism import Mechanism
 from ..jointed.system import System
 

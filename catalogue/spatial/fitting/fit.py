@@ -11,7 +11,7 @@ from scipy.optimize import least_squares
 from ...errors import InvalidRequest, NotMovable
 from ...given import instance, several, whole
 from ...kinematics.types import Array
-from ..jointed.compiling import FAR
+from ..jointed.hard_points import FAR
 from ..jointed.mechanism import Mechanism
 from .boxes import Box, Variables
 from .outcome import KEPT, Fit

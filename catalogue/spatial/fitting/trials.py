@@ -11,8 +11,8 @@ import numpy as np
 
 from ...errors import InvalidLinkage, InvalidRequest
 from ...kinematics.types import Array
-from ..jointed.compiling import directions, numbers
 from ..jointed.curve import Curve
+from ..jointed.hard_points import directions, numbers
 from ..jointed.mechanism import Mechanism
 from ..jointed.motion import Motion, taken
 from ..jointed.newton import solved

@@ -1,8 +1,11 @@
 """Mechanisms of bodies, joints and links, one or a batch of one kind, from their hard points.
 
-`elements` is what an engineer states, `compiling` makes equations of it: `tree` has the poses and screws of bodies that
-hang on joints, `system` what closes the loops between them.  `mechanism.Mechanism` is the front; `tracing` follows the
-`curve` of all poses, `newton` corrects onto it, `dead_points` finds where its drive turns back; `motion` is what a
-sweep gives, `circuit` the whole of a motion.  `compiled` lets numba do it, by `kernel`, where it is
-installed.  It imports `geometry`.
+`elements` is what an engineer states, `formulation` makes equations of it: `spanning_tree` says which joint carries
+which body, `loop_closure` what closes the loops, `drives` what scalars are, all in terms of `hard_points` and
+`located_guide`.  `tree` has the poses and screws of bodies that hang on joints, `system` the conditions between them
+and the Jacobian.
+
+`mechanism.Mechanism` is the front; `tracing` follows the `curve` of all poses, `newton` corrects onto it, `dead_points`
+finds where its drive turns back; `motion` is what a sweep gives, `circuit` the whole of a motion.  `compiled` lets
+numba do it, by `kernel`, where it is installed.  It imports `geometry`.
 """

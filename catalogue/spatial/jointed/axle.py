@@ -14,9 +14,9 @@ import pandas as pd
 from ...errors import InvalidRequest
 from ...given import Stated, array, instance, number, positive
 from ...kinematics.types import Array
-from .compiling import numbers
 from .elements import Scalar, Vector
 from .frame import framed
+from .hard_points import numbers
 from .motion import Motion
 from .vectors import cross
 

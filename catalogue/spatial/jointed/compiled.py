@@ -13,7 +13,7 @@ import numpy as np
 
 from ...kinematics.types import Array
 from ..native.loading import call, load, plain
-from .scalars import Compiled, CompiledAngle, CompiledLength, CompiledTravel, CompiledUnknown
+from .scalars import AngleFunction, CoordinateFunction, LengthFunction, ScalarFunction, TravelFunction
 
 if TYPE_CHECKING:
     from .system import System
@@ -59,16 +59,16 @@ def fast(system: System) -> Fast | None:
     return k, plan, k.Geometry(*map(plain, given)), k.work(plan, system.numbers)
 
 
-def _scalar(s: Compiled) -> tuple[int, int, int, int]:
+def _scalar(s: ScalarFunction) -> tuple[int, int, int, int]:
     """Return the sort of a scalar and its integers, as `kernel.read` has them."""
-    if isinstance(s, CompiledUnknown):
+    if isinstance(s, CoordinateFunction):
         return 0, s.number, s.unknown, 0
-    if isinstance(s, CompiledTravel):
+    if isinstance(s, TravelFunction):
         return 1, s.end, s.design, s.along
-    if isinstance(s, CompiledLength):
+    if isinstance(s, LengthFunction):
         return 2, s.first, s.second, 0
-    assert isinstance(s, CompiledAngle)  # there is no other
-    return 3, s.way, s.first, s.second
+    assert isinstance(s, AngleFunction)  # there is no other
+    return 3, s.vector, s.first, s.second
 
 
 def evaluate(fast: Fast, y: Array) -> tuple[Array, Array]:

@@ -123,6 +123,11 @@ class KeepAngle(Stated):
 Element = Link | Spherical | Revolute | Prismatic | Cylindrical | OnGuide | KeepAngle
 
 
+def joined(x: Element) -> tuple[str, str]:
+    """Return the two bodies that an element joins."""
+    return (x.a, x.b) if isinstance(x, Link | KeepAngle) else (x.body, x.on)
+
+
 # -- scalars: what drives, is held, or is read off --------------------------------------------------------------------
 @dataclass(frozen=True, eq=False)
 class Joint(Stated):

@@ -14,8 +14,8 @@ from ...errors import InvalidRequest
 from ...given import instance
 from ..geometry.guides import Guides
 from ..geometry.rotation import matrix
-from .compiling import numbers
 from .elements import Cylindrical, Element, Link, OnGuide, Prismatic, Revolute, Screw, Spherical
+from .hard_points import numbers
 
 #: Pairs from the ground to the point, by the kind of guide: of the links of the chain, the last at the point.
 PAIRS: dict[str, tuple[str, ...]] = {

@@ -16,9 +16,9 @@ from ...given import array, instance, number, several, switch, text, whole
 from ...kinematics.types import Array
 from .assemblies import FoundAssemblies, search
 from .circuit import Circuit, circuits
-from .compiling import Compiler
 from .curve import Curve, tangents
 from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar
+from .formulation import Formulation
 from .motion import Motion
 from .sweeping import swept
 from .system import System
@@ -97,8 +97,7 @@ class Mechanism:
         """Return the equations, the rows of the scalars last, without the conditions that others imply."""
         key = tuple(_key(one) for one in scalars)
         if key not in self._systems:
-            compiler = Compiler(self.elements, scalars)
-            made = compiler.system(scalars)
+            made = Formulation(self.elements, scalars).system()
             use, _ = _independent(made)
             self._systems[key] = made if len(use) == made.rows else _using(made, use)
         return self._systems[key]

@@ -13,9 +13,9 @@ import numpy as np
 from ...errors import CatalogueError, InvalidRequest, one_line, quoted
 from ...given import array, instance, pair, switch, text, whole
 from ...kinematics.types import Array
-from .compiling import numbers
 from .curve import Curve
 from .elements import Scalar
+from .hard_points import numbers
 from .tree import UNKNOWNS
 from .vectors import cross, series
 

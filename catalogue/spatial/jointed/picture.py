@@ -11,8 +11,8 @@ from ...kinematics.types import Array
 from ..drawing import scene as seen
 from . import elements as e
 from .axle import Wheel
-from .compiling import numbers
-from .tree import Laid
+from .hard_points import numbers
+from .located_guide import LocatedGuide
 
 if TYPE_CHECKING:
     from .mechanism import Mechanism
@@ -229,40 +229,40 @@ def _guides(mechanism: Mechanism, poses: Poses, size: float) -> tuple[list[tuple
     for x in mechanism.elements:
         if not isinstance(x, e.OnGuide):
             continue
-        laid, passed = _laid(x), poses.point(x.body, x.at)
-        here = passed - poses.point(x.on, laid.origin)
-        axes = np.stack([poses.direction(x.on, v) for v in laid.frame.T], axis=2)  # (p, 3, 3)
+        guide, passed = _in_users_unit(x), poses.point(x.body, x.at)
+        here = passed - poses.point(x.on, guide.origin)
+        axes = np.stack([poses.direction(x.on, v) for v in guide.frame.T], axis=2)  # (p, 3, 3)
         local = (np.swapaxes(axes, 1, 2) @ here[..., None])[..., 0].T
-        shape = np.repeat(laid.shape[:, None], local.shape[1], axis=1)
+        shape = np.repeat(guide.shape[:, None], local.shape[1], axis=1)
         held = _held_line(x)  # drawn from where it is held
         sides = [
             _side(
                 np.append(values, 0.0) if held else values,
-                laid.kind.spans[k] == np.pi and "uw"[k] not in laid.kind.lengths,
+                guide.kind.spans[k] == np.pi and "uw"[k] not in guide.kind.lengths,
                 size,
             )
-            for k, values in enumerate(laid.kind.locate(local, shape)[: 3 - laid.kind.conditions])
+            for k, values in enumerate(guide.kind.locate(local, shape)[: 3 - guide.kind.conditions])
         ]
         mesh = np.meshgrid(*sides, indexing="ij")
         u, w = mesh[0].ravel(), mesh[-1].ravel()
-        shapes = np.repeat(laid.shape[:, None], len(u), axis=1)
-        flat = np.stack(np.broadcast_arrays(*laid.kind.point(u, w, shapes), u)[:3], axis=1)
-        world = np.stack([poses.point(x.on, laid.origin + laid.frame @ q) for q in flat], axis=1)
-        if laid.kind.conditions == 2:
+        shapes = np.repeat(guide.shape[:, None], len(u), axis=1)
+        flat = np.stack(np.broadcast_arrays(*guide.kind.point(u, w, shapes), u)[:3], axis=1)
+        world = np.stack([poses.point(x.on, guide.origin + guide.frame @ q) for q in flat], axis=1)
+        if guide.kind.conditions == 2:
             curves.append((x.name, world))
         else:
             patches.append((x.name, world.reshape(len(world), *mesh[0].shape, 3)))
     return curves, patches
 
 
-def _laid(x: e.OnGuide) -> Laid:
+def _in_users_unit(x: e.OnGuide) -> LocatedGuide:
     """Return a guide in the user's unit."""
     from ..geometry.guides import Guides
     from ..geometry.rotation import matrix
 
     guides = Guides(x.guide, x.parameters, x.origin, x.quaternion)
     kind, _, p = guides.each()[0]
-    return Laid(kind, p[:, 0], matrix(guides.quaternion.T)[:, :, 0], guides.origin[0], ())
+    return LocatedGuide(kind, p[:, 0], matrix(guides.quaternion.T)[:, :, 0], guides.origin[0], ())
 
 
 def _side(values: Array, angle: bool, size: float) -> Array:

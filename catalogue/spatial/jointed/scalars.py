@@ -1,4 +1,4 @@
-"""What drives, is held or is read off, compiled: its value as a series, and the wrench that works on it."""
+"""What drives, is held or is read off, as a function of the pose: its value as a series, and its wrench."""
 
 # ruff: noqa: ARG002  (a scalar need not use every argument of its formulas)
 
@@ -14,7 +14,7 @@ from .vectors import cross, dots
 
 
 @dataclass(frozen=True)
-class Compiled:
+class ScalarFunction:
     """Base of those below.
 
     Attributes
@@ -34,7 +34,7 @@ class Compiled:
     periodic = False
 
     def value(self, x: Array, d: Array, y: Array) -> Array:
-        """Return the value (K + 1, n) from series of ends, ways and numbers of the state."""
+        """Return the value (K + 1, n) from series of ends, vectors and numbers of the state."""
         raise NotImplementedError
 
     def wrench(self, x: Array, d: Array) -> Array:
@@ -43,7 +43,7 @@ class Compiled:
 
 
 @dataclass(frozen=True)
-class CompiledUnknown(Compiled):
+class CoordinateFunction(ScalarFunction):
     """A coordinate of a joint or a guide."""
 
     number: int
@@ -57,8 +57,8 @@ class CompiledUnknown(Compiled):
 
 
 @dataclass(frozen=True)
-class CompiledTravel(Compiled):
-    """A component of a point, an end, from where it is in the design pose, an end of the ground, along a way of it."""
+class TravelFunction(ScalarFunction):
+    """How far a point, an end, is from where the design pose has it, an end of the ground, along a vector of that."""
 
     end: int
     design: int
@@ -73,7 +73,7 @@ class CompiledTravel(Compiled):
 
 
 @dataclass(frozen=True)
-class CompiledLength(Compiled):
+class LengthFunction(ScalarFunction):
     """The distance of two ends."""
 
     first: int
@@ -90,20 +90,20 @@ class CompiledLength(Compiled):
 
 
 @dataclass(frozen=True)
-class CompiledAngle(Compiled):
-    """The angle of a way about an axis, from two ways of the ground across it."""
+class AngleFunction(ScalarFunction):
+    """The angle of a vector about an axis, from two vectors of the ground across it."""
 
-    way: int
+    vector: int
     first: int
     second: int
     periodic = True
 
     def value(self, x: Array, d: Array, y: Array) -> Array:
-        one, other = (Taylor(dots(d[:, :, self.way], d[:, :, k])) for k in (self.first, self.second))
+        one, other = (Taylor(dots(d[:, :, self.vector], d[:, :, k])) for k in (self.first, self.second))
         return np.asarray(np.arctan2(other, one).c)  # type: ignore[call-overload]  # numpy asks a Taylor for it
 
     def wrench(self, x: Array, d: Array) -> Array:
-        p, first, second = d[:, self.way], d[:, self.first], d[:, self.second]
+        p, first, second = d[:, self.vector], d[:, self.first], d[:, self.second]
         one, other = ((p * v).sum(-1, keepdims=True) for v in (first, second))
         moment = cross(p, one * second - other * first) / (one**2 + other**2)
         return np.concatenate([np.zeros_like(moment), moment], axis=1)

@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 
 from ...given import instance
-from .compiling import directions
 from .curve import Curve
 from .frame import framed
+from .hard_points import directions
 from .motion import Motion, taken
 from .newton import solved
 

@@ -17,7 +17,8 @@ import numpy as np
 from ...kinematics.types import Array
 from ..geometry.power_series import Taylor, coefficients
 from . import compiled
-from .tree import Laid, Tree, span
+from .located_guide import LocatedGuide
+from .tree import Tree, span
 from .vectors import cross, dots, series
 
 #: What all mechanisms of a batch have in common, once it was found.
@@ -30,13 +31,13 @@ class OnKind:
 
     end: int
     on: int
-    guide: Laid
+    guide: LocatedGuide
     rows: slice
 
 
 @dataclass(frozen=True)
 class System(Tree):
-    """The tree of a mechanism and what closes its loops, as `Compiler.system` makes it.
+    """The tree of a mechanism and what closes its loops, as `Formulation.system` makes it.
 
     Attributes
     ----------
@@ -52,7 +53,7 @@ class System(Tree):
         Ways about which a body spins idly.
     moves : ndarray, shape (c, m)
         Whether an unknown moves the second body of a row, less whether it moves the first.
-    scalars : tuple of `scalars.Compiled`
+    scalars : tuple of `scalars.ScalarFunction`
         Held ones, and the driven one last; their rows come after the others.
     """
 

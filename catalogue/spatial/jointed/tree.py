@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 from ...kinematics.types import Array
-from ..geometry.kinds import Kind
 from ..geometry.power_series import Taylor, coefficients
+from .located_guide import LocatedGuide
 from .vectors import EYE, cayley, cross, series, skew, turned, waves
 from .vectors import rotation as rotation_of
 
@@ -48,7 +48,7 @@ class Placed:
     number: list[int]
     point: list[int]
     direction: list[int]
-    guide: Laid | None = None
+    guide: LocatedGuide | None = None
     lead: tuple[float, ...] = ()
 
     @cached_property
@@ -67,20 +67,6 @@ class Placed:
     def _spans(self) -> list[tuple[Any, Any]]:
         size = UNKNOWNS[self.sort]
         return [(span([c + k for c in self.number]), span([c + k for c in self.unknown])) for k in range(size)]
-
-
-@dataclass(frozen=True)
-class Laid:
-    """A guide with its shape in units, its frame (3, 3) and its origin; where on it the design pose starts."""
-
-    kind: Kind
-    shape: Array
-    frame: Array
-    origin: Array
-    start: tuple[float, ...]
-
-    def shapes(self, n: int) -> Array:
-        return np.repeat(self.shape[:, None], n, axis=1)
 
 
 @dataclass(frozen=True)

@@ -1,0 +1,97 @@
+"""What drives, is held or is read off, as a function of the pose: each kind of scalar in terms of a formulation."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ...errors import InvalidLinkage, InvalidRequest
+from . import elements as e
+from .loop_closure import AXES
+from .scalars import AngleFunction, CoordinateFunction, LengthFunction, ScalarFunction, TravelFunction
+from .tree import UNKNOWNS
+
+if TYPE_CHECKING:
+    from .formulation import Formulation
+
+
+def scalar_function(s: e.Scalar, f: Formulation) -> ScalarFunction:
+    """Return a scalar as a function of the pose; raise InvalidRequest if the mechanism has none like it."""
+    return FUNCTIONS[type(s)](s, f)
+
+
+def _carrier(body: str, f: Formulation) -> tuple[int, Any]:
+    """Return the number of a body and what it hangs on."""
+    number, x = f.tree.body(body, "drive"), f.tree.carrier[body]
+    if x is None:
+        raise InvalidRequest(f"{body} hangs on no joint that could be driven: drive a Travel or an Angle")
+    return number, x
+
+
+def joint(s: e.Joint, f: Formulation) -> CoordinateFunction:
+    """A coordinate of the joint on which a body hangs."""
+    number, x = _carrier(s.body, f)
+    if not 0 <= s.index < UNKNOWNS[f.placed[number - 1].sort]:
+        raise InvalidRequest(f"the joint of {s.body} has no coordinate {s.index}")
+    angular = not (isinstance(x, e.Prismatic) or s.index)
+    return f.coordinate(number, s.index, 1.0 if angular else f.unit, angular)
+
+
+def guide_coordinate(s: e.GuideCoordinate, f: Formulation) -> CoordinateFunction:
+    """A coordinate, in the chart of a guide, of the point that it carries."""
+    number, x = _carrier(f"{s.guide} (point)", f)
+    guide, index = f.located(x), "uw".find(s.coordinate)
+    if not 0 <= index < len(guide.start):
+        raise InvalidRequest(f"{s.guide} has no coordinate {s.coordinate!r}")
+    unit = float(guide.kind.coordinate_unit(index, np.array([f.unit]))[0])
+    angular = guide.kind.spans[index] == np.pi and "uw"[index] not in guide.kind.lengths
+    return f.coordinate(number, index, unit, angular)
+
+
+def travel(s: e.Travel, f: Formulation) -> TravelFunction:
+    """How far a point of a body has moved along a direction of the ground."""
+    body, points = f.tree.body(s.body, "Travel"), f.points
+    point = points.point(s.point, "Travel.point")
+    along = AXES.get(s.along) if isinstance(s.along, str) else s.along
+    if along is None:
+        raise InvalidRequest(f"Travel along {s.along!r}: give x, y, z or three numbers")
+    vector = points.vector(0, points.direction(along, "Travel.along"))
+    return TravelFunction((0, body), f.unit, False, points.end(body, point), points.end(0, point), vector)
+
+
+def length(s: e.Length, f: Formulation) -> LengthFunction:
+    """The length of a link, or the distance of two points."""
+    if s.link:
+        link = f.loops.free_ends[s.link]
+        return LengthFunction(link.bodies, f.unit, False, *link.parts)
+    a, b = f.tree.body(s.a, "Length"), f.tree.body(s.b, "Length")
+    first = f.points.end(a, f.points.point(s.from_, "Length.from"))
+    second = f.points.end(b, f.points.point(s.to, "Length.to"))
+    return LengthFunction((a, b), f.unit, False, first, second)
+
+
+def angle(s: e.Angle, f: Formulation) -> AngleFunction:
+    """The angle by which a direction of a body has turned about an axis of the ground."""
+    points = f.points
+    about, direction = points.unit_vector(s.about, "Angle.about"), points.unit_vector(s.direction, "Angle.direction")
+    if len({len(about), len(direction)} - {1}) > 1:
+        raise InvalidLinkage("the directions of an Angle are of batches of different sizes")
+    first = direction - (direction * about).sum(-1, keepdims=True) * about
+    if not (np.sqrt((first * first).sum(-1)) > 1e-9).all():
+        raise InvalidRequest("an Angle needs a direction that is not along its axis")
+    body = f.tree.body(s.body, "Angle")
+    across = [points.vector(0, points.direction(v, "Angle")) for v in (first, np.cross(about, first))]
+    vector = points.vector(body, points.direction(direction, "Angle.direction"))
+    return AngleFunction((0, body), 1.0, True, vector, *across)
+
+
+#: By the kind of scalar.
+FUNCTIONS: dict[type, Callable[[Any, Formulation], ScalarFunction]] = {
+    e.Joint: joint,
+    e.GuideCoordinate: guide_coordinate,
+    e.Travel: travel,
+    e.Length: length,
+    e.Angle: angle,
+}

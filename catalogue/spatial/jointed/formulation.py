@@ -1,0 +1,140 @@
+"""From what an engineer states to equations: bodies on their joints, what closes the loops, and scalars."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ...errors import InvalidRequest
+from ...kinematics.types import Array
+from . import elements as e
+from .drives import scalar_function
+from .hard_points import HardPoints, directions, label, numbers, scale
+from .located_guide import LocatedGuide, located
+from .loop_closure import Condition, LoopClosure
+from .scalars import CoordinateFunction
+from .spanning_tree import SpanningTree, grouped
+from .system import OnKind, System
+from .tree import CURVE, CYLINDRICAL, FREE, NUMBERS, PRISMATIC, REVOLUTE, SURFACE, UNKNOWNS, Placed
+
+#: Kinds of the joints that carry bodies.
+KINDS: dict[type, int] = {e.Revolute: REVOLUTE, e.Screw: REVOLUTE, e.Prismatic: PRISMATIC, e.Cylindrical: CYLINDRICAL}
+
+
+class Formulation:
+    """The equations of a mechanism of elements, with scalars as further rows; `system` is what they make.
+
+    Attributes
+    ----------
+    tree : SpanningTree
+    points : HardPoints
+    loops : LoopClosure
+    centre : ndarray, shape (3,)
+    unit : float
+        Lengths are divided by it, points taken about the centre.
+    """
+
+    def __init__(self, elements: Sequence[e.Element], scalars: Sequence[e.Scalar]) -> None:
+        self.elements, self.scalars = elements, scalars
+        links = {s.link for s in scalars if isinstance(s, e.Length) and s.link}
+        guides = {s.guide for s in scalars if isinstance(s, e.GuideCoordinate)}
+        for name, kind in [(n, e.Link) for n in links] + [(n, e.OnGuide) for n in guides]:
+            if name not in {x.name for x in elements if isinstance(x, kind)}:
+                raise InvalidRequest(f"there is no {kind.__name__} named {name!r}")
+        self.tree, self.points = SpanningTree(elements), HardPoints()
+        self.loops = LoopClosure(self.tree, self.points, links, guides)
+        for element in elements:
+            self.loops.add(element)
+        self.centre, self.unit = scale(elements)
+        self.placed: list[Placed] = []
+
+    def located(self, x: e.OnGuide) -> LocatedGuide:
+        """Return a guide in units, about the centre; raise if the design pose is not on it."""
+        return located(x, self.centre, self.unit)
+
+    def coordinate(self, body: int, index: int, unit: float, angular: bool) -> CoordinateFunction:
+        """Return a coordinate of what carries a body."""
+        p = self.placed[body - 1]
+        return CoordinateFunction((0, body), unit, angular, p.number[0] + index, p.unknown[0] + index)
+
+    def system(self) -> System:
+        """Return the equations; once, for it adds to what was stated."""
+        self._place()
+        idle = self.loops.idle(self.placed)
+        scalars = tuple(scalar_function(s, self) for s in self.scalars)
+        conditions = [*self.loops.distances, *self.loops.offsets, *self.loops.angles]
+        guides, on_guides = self._on_guides(len(conditions))
+        conditions += [*on_guides, *(self._idle(v) for v in idle)]
+        rows, moves = len(conditions), self._moves([c.bodies for c in conditions] + [s.bodies for s in scalars])
+        n = self.points.batch()
+        points = np.stack([np.broadcast_to(p, (n, 3)) for p in self.points.points], axis=1)
+        points = (points - self.centre) / self.unit
+        return System(
+            tuple(self.tree.bodies), points, directions(self.points.directions, points), grouped(self.placed),
+            moves.shape[1], sum(NUMBERS[p.sort] for p in self.placed), _columns(self.points.ends),
+            _columns(self.points.vectors), _parts(self.loops.distances, 2), _parts(self.loops.offsets, 3),
+            _parts(self.loops.angles, 2), guides, np.array(idle, int).reshape(1, -1), moves, rows, scalars,
+            np.arange(rows), self.centre, self.unit, tuple(c.name for c in conditions),
+            tuple(self.points.directions), tuple(self.points.labels), tuple(label(x) for x in self.elements),
+        )  # fmt: skip
+
+    def _place(self) -> None:
+        """Put all bodies on what carries them, and number unknowns and the numbers of the state."""
+        unknown, number = 0, 0
+        for i in range(1, len(self.tree.bodies)):
+            kind, on, at, direction, guide, lead = self._joint(i)
+            self.placed.append(Placed(kind, [i], [on], [unknown], [number], [at], [direction], guide, lead))
+            unknown, number = unknown + UNKNOWNS[kind], number + NUMBERS[kind]
+
+    def _joint(self, i: int) -> tuple[int, int, int, int, LocatedGuide | None, tuple[float, ...]]:
+        """Return what carries body i: kind, body on which it hangs, hard point, direction, guide and lead."""
+        name = self.tree.bodies[i]
+        x = self.tree.carrier[name]
+        if x is None:
+            return FREE, 0, next(iter(self.points.of(i)), 0), 0, None, ()
+        if isinstance(x, e.OnGuide):
+            guide = self.located(x)
+            kind = CURVE if guide.kind.conditions == 2 else SURFACE
+            return kind, self.tree.body(x.on, name), self.points.of(i)[0], 0, guide, ()
+        at, direction = self.points.axis(x)
+        turn = numbers((x.lead,), f"{label(x)}.lead", 1).item() if isinstance(x, e.Screw) else 0.0
+        lead = turn / (2 * np.pi * self.unit)
+        return KINDS[type(x)], self.tree.body(x.on, name), at, direction, None, (lead,) if lead else ()
+
+    def _on_guides(self, row: int) -> tuple[tuple[OnKind, ...], list[Condition]]:
+        """Return the points on guides, their rows from a first one on, and the conditions of these rows."""
+        guides, conditions = [], []
+        for end, on, x in self.loops.on_guides:
+            guide = self.located(x)
+            count = guide.kind.conditions
+            guides.append(OnKind(end, on, guide, slice(row, row + count)))
+            conditions += [Condition((end,), (on, self.points.ends[end][0]), label(x))] * count
+            row += count
+        return tuple(guides), conditions
+
+    def _idle(self, vector: int) -> Condition:
+        """Return the condition that a free body does not spin about a vector."""
+        body, _ = self.points.vectors[vector]
+        return Condition((vector,), (0, body), f"idle rotation of {self.tree.bodies[body]}")
+
+    def _moves(self, pairs: Sequence[tuple[int, int]]) -> Array:
+        """Return whether unknowns move the second body of each pair, less whether they move the first."""
+        unknowns = sum(UNKNOWNS[p.sort] for p in self.placed)
+        moved: list[list[int]] = [[]]  # unknowns that move each body
+        for p in self.placed:
+            moved.append([*moved[p.on[0]], *range(p.unknown[0], p.unknown[0] + UNKNOWNS[p.sort])])
+        out = np.zeros((len(pairs), unknowns))
+        for row, (first, second) in zip(out, pairs, strict=True):
+            row[moved[second]] += 1
+            row[moved[first]] -= 1
+        return out
+
+
+def _columns(pairs: Sequence[tuple[int, int]]) -> tuple[list[int], list[int]]:
+    return [first for first, _ in pairs], [second for _, second in pairs]
+
+
+def _parts(conditions: Sequence[Condition], size: int) -> Array:
+    """Return ends and vectors of conditions, shape (size, rows)."""
+    return np.array([c.parts for c in conditions], int).reshape(-1, size).T

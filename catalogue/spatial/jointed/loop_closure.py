@@ -1,0 +1,142 @@
+"""What closes the loops: conditions on pairs of bodies beside the joints on which they hang.
+
+A link keeps a distance, a joint that closes a loop components of a point and angles of directions (`CLOSING`).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from ...errors import InvalidLinkage
+from . import elements as e
+from .hard_points import HardPoints, label
+from .spanning_tree import SpanningTree
+from .tree import FREE, Placed
+
+#: Conditions of a joint that closes a loop: components of its point along the axis and across it, and turns.
+CLOSING = {e.Revolute: ("apq", "pq"), e.Prismatic: ("pq", "pqa"), e.Cylindrical: ("pq", "pq")}
+AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
+#: How far, of their distances, points may be off a line and still count as on it.
+STRAIGHT = 1e-9
+
+
+class Condition(NamedTuple):
+    """Ends and vectors of one equation, the two bodies that it joins, and the element that it is of."""
+
+    parts: tuple[int, ...]
+    bodies: tuple[int, int]
+    name: str
+
+
+class LoopClosure:
+    """Conditions of the elements that carry no body.
+
+    Parameters
+    ----------
+    tree : SpanningTree
+    points : HardPoints
+        What conditions are on is added to it.
+    free_links : set of str
+        Names of links whose length is driven, held or read: they close nothing.
+    charted : set of str
+        Names of guides of which a coordinate is driven, held or read: they carry a point as a body of its own.
+
+    Attributes
+    ----------
+    distances, offsets, angles : list of Condition
+        Two ends that keep their distance; two ends and a vector along which they do not part; two vectors.
+    on_guides : list of (int, int, OnGuide)
+        End, and body that carries the guide.
+    free_ends : dict of str to Condition
+        Of the free links.
+    """
+
+    def __init__(self, tree: SpanningTree, points: HardPoints, free_links: set[str], charted: set[str]) -> None:
+        self.tree, self.points, self.free_links, self.charted = tree, points, free_links, charted
+        self.distances: list[Condition] = []
+        self.offsets: list[Condition] = []
+        self.angles: list[Condition] = []
+        self.on_guides: list[tuple[int, int, e.OnGuide]] = []
+        self.free_ends: dict[str, Condition] = {}
+
+    def add(self, x: e.Element) -> None:
+        """Add the conditions of an element."""
+        if isinstance(x, e.Link):
+            self._add_link(x)
+        elif isinstance(x, e.KeepAngle):
+            a, b = self.tree.pair(x)
+            one, other = self.points.direction(x.axis_a, label(x)), self.points.direction(x.axis_b, label(x))
+            self._keep_angle(label(x), (a, one), (b, other))
+        elif isinstance(x, e.OnGuide):
+            self._add_guide(x)
+        elif isinstance(x, e.Spherical):
+            body, on = self.tree.pair(x)
+            self._coincide(label(x), self.points.point(x.at, f"{label(x)}.at"), on, body, self._world())
+        elif not self.tree.carries(x):
+            self._add_joint(x)
+
+    def _add_link(self, x: e.Link) -> None:
+        a, b = self.tree.pair(x)
+        one, other = self.points.point(x.from_, f"{label(x)}.from"), self.points.point(x.to, f"{label(x)}.to")
+        link = Condition((self.points.end(a, one), self.points.end(b, other)), (a, b), label(x))
+        if x.name and x.name in self.free_links:
+            self.free_ends[x.name] = link
+            return
+        if self.points.coincident(one, other):
+            raise InvalidLinkage(f"{label(x)} has no length: use Spherical")
+        self.distances.append(link)
+
+    def _add_guide(self, x: e.OnGuide) -> None:
+        body, on = self.tree.pair(x)
+        p = self.points.point(x.at, f"{label(x)}.at")
+        if x.name and x.name in self.charted:
+            self._coincide(label(x), p, self.tree.add(f"{x.name} (point)", x), body, self._world())
+        else:
+            self.on_guides.append((self.points.end(body, p), on, x))
+
+    def _add_joint(self, x: e.Revolute | e.Prismatic | e.Cylindrical) -> None:
+        if isinstance(x, e.Screw):
+            raise InvalidLinkage(f"{label(x)} closes a loop: state a screw before the other joints of its body")
+        body, on = self.tree.pair(x)
+        p, axis = self.points.axis(x)
+        components, turns = CLOSING[type(x)]
+        direction = dict(zip("apq", (axis, *self.points.across(axis)), strict=True))
+        self._coincide(label(x), p, on, body, [direction[k] for k in components])
+        for k in turns:
+            other, mine = (direction["p"], direction["q"]) if k == "a" else (axis, direction[k])
+            self._keep_angle(label(x), (on, other), (body, mine))
+
+    def _world(self) -> list[int]:
+        return [self.points.direction(v, k) for k, v in AXES.items()]
+
+    def _coincide(self, name: str, p: int, on: int, body: int, along: Sequence[int]) -> None:
+        """Let a hard point of a body be that of another, along directions of the other."""
+        for d in along:
+            parts = self.points.end(on, p), self.points.end(body, p), self.points.vector(on, d)
+            self.offsets.append(Condition(parts, (on, body), name))
+
+    def _keep_angle(self, name: str, one: tuple[int, int], other: tuple[int, int]) -> None:
+        """Let the directions of two bodies, each a body and a direction, keep their angle."""
+        parts = self.points.vector(*one), self.points.vector(*other)
+        self.angles.append(Condition(parts, (one[0], other[0]), name))
+
+    def idle(self, placed: Sequence[Placed]) -> list[int]:
+        """Return vectors about which free bodies spin idly: all that holds them acts on points of one line."""
+        held = {b for c in self.angles for b in c.bodies} | {on for _, on, _ in self.on_guides}
+        held |= {p.on[0] for p in placed} | {c.bodies[0] for c in self.offsets}
+        out = []
+        for p in placed:
+            body = p.bodies[0]
+            ends = self.points.of(body)
+            if p.sort != FREE or body in held or not ends:
+                continue
+            x = np.stack([self.points.points[q][0] for q in ends])
+            apart = x - x[0]
+            far = int((apart**2).sum(1).argmax())
+            spread = np.linalg.svd(apart, compute_uv=False)[1:2].sum()
+            if apart[far].any() and spread <= STRAIGHT * np.abs(apart).max():
+                out.append(self.points.vector(body, self.points.between(ends[0], ends[far])))
+        return out
