@@ -164,10 +164,10 @@ def test_random_mechanisms_move_the_same(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 @needs_numba
-@pytest.mark.parametrize("sort", ["RSSR", "RSCR", "five links"])
-def test_batches_and_circuits_are_the_same(sort: str, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("kind", ["RSSR", "RSCR", "five links"])
+def test_batches_and_circuits_are_the_same(kind: str, monkeypatch: pytest.MonkeyPatch) -> None:
     def run() -> tuple[Any, list[Circuit]]:
-        mechanism, drive, _ = drawn(sort, 12, np.random.default_rng(5))
+        mechanism, drive, _ = drawn(kind, 12, np.random.default_rng(5))
         return mechanism.sweep(drive, np.linspace(-0.5, 0.5, 21)), mechanism.circuits(drive)
 
     (swept, circuits), (there, others) = both(monkeypatch, run)

@@ -65,10 +65,10 @@ def test_the_file_that_is_written_moves_as_was_told(file: Path, tmp_path: Path) 
     out = tmp_path / "fitted.toml"
     done = run("fit", str(file), "--out", str(out), "--format", "json")
     assert done.return_value == 0, done.output
-    told = json.loads(done.stdout)
-    [target] = told["targets"]
+    answer = json.loads(done.stdout)
+    [target] = answer["targets"]
     assert target["met"]
-    assert told["success"]
+    assert answer["success"]
     assert target["largest after"] <= 2.0 < target["largest before"]
     sweep = run("sweep", str(out), "--drive", "crank", "--from", "-40", "--to", "40", "--steps", "5", "--format", "csv")
     table = pd.read_csv(io.StringIO(sweep.stdout))
@@ -76,7 +76,7 @@ def test_the_file_that_is_written_moves_as_was_told(file: Path, tmp_path: Path) 
     off -= off.mean()
     assert np.abs(off).max() == pytest.approx(target["largest after"], abs=1e-9)
     was, now = (tomllib.loads(f.read_text("utf-8")) for f in (file, out))
-    [moved] = told["points"]
+    [moved] = answer["points"]
     np.testing.assert_allclose(
         np.subtract(now["link"][0]["from"], was["link"][0]["from"]), [moved[f"d{k} [mm]"] for k in "xyz"], atol=1e-12
     )

@@ -392,14 +392,14 @@ def test_a_batch_moves_as_each_alone() -> None:
     assert np.abs(both.joint("rocker", order=2) - np.stack(one)).max() < 1e-11
 
 
-def random_mechanism(draw: np.random.Generator, sort: int) -> tuple[Mechanism, Any, Any]:
+def random_mechanism(draw: np.random.Generator, kind: int) -> tuple[Mechanism, Any, Any]:
     p, axis = draw.uniform(-1, 1, (12, 3)), draw.normal(size=(4, 3))
-    if sort == 0:
+    if kind == 0:
         five = Mechanism([Link("ground", a, "body", b) for a, b in zip(p[:5], p[5:10], strict=True)])
         return five, Travel("body", p[10], axis[0]), np.linspace(-0.6, 0.6, 41)
     first: list[Any] = [Revolute("crank", p[0], axis=axis[0]), Revolute("rocker", p[1], axis=axis[1])]
     loop: list[Any] = [Link("crank", p[2], "rocker", p[3])]
-    if sort == 1:
+    if kind == 1:
         loop = [Cylindrical("coupler", p[2], axis=axis[2], on="rocker"), Spherical("coupler", p[3], on="crank")]
     return Mechanism([*first, *loop]), Joint("crank"), np.linspace(-3, 3, 61)
 

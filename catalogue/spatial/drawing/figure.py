@@ -225,8 +225,8 @@ class Sheet:
         letters.keep_off(self.flat(scene.balls[0]), 6.0)
         for link in scene.links:
             length = float(np.sqrt(((link.ends[0, 1] - link.ends[0, 0]) ** 2).sum()))
-            told = f"{link.name}  {length:.4g}".strip()
-            letters.write(told, self.flat(link.ends[0]), CRANK)
+            text = f"{link.name}  {length:.4g}".strip()
+            letters.write(text, self.flat(link.ends[0]), CRANK)
         for body in scene.bodies:
             tips = body.rods[0].reshape(-1, 3)
             letters.write(

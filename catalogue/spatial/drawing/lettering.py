@@ -61,10 +61,10 @@ class Letters:
             anchors = [(x[0] + t * (x[1] - x[0]), 2 * abs(t - 0.5)) for t in ALONG]
         for p, less in anchors:
             for k in range(12):
-                way = np.array([np.cos(k * np.pi / 6), np.sin(k * np.pi / 6)])
+                direction = np.array([np.cos(k * np.pi / 6), np.sin(k * np.pi / 6)])
                 for away in AWAY:
-                    reach = away * self.scale + min(half[0] * abs(way[0]) + half[1] * abs(way[1]), half[0])
-                    out.append((p + reach * way, less + 0.08 * away))
+                    reach = away * self.scale + min(half[0] * abs(direction[0]) + half[1] * abs(direction[1]), half[0])
+                    out.append((p + reach * direction, less + 0.08 * away))
         return out
 
     def _cost(self, place: Array, half: Array) -> float:

@@ -89,8 +89,8 @@ def fit(
             if search.done(best):
                 break
     if best is None:
-        told = "; ".join(f"{n} trials: {reason}" for reason, n in trials.refused.most_common(3))
-        raise NotMovable(f"no start gets through all sweeps ({told}): shorten a sweep or give other boxes")
+        reasons = "; ".join(f"{n} trials: {reason}" for reason, n in trials.refused.most_common(3))
+        raise NotMovable(f"no start gets through all sweeps ({reasons}): shorten a sweep or give other boxes")
     return Fit(search, given, search.settled(best))
 
 

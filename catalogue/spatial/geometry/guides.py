@@ -81,9 +81,9 @@ class Guides:
             "origin": array("origin", self.origin, (3,), (None, 3), wrong=InvalidLinkage),
             "quaternion": array("quaternion", self.quaternion, (4,), (None, 4), wrong=InvalidLinkage),
         }
-        told = every["parameters"].shape
-        if len(told) not in (1, 2) or not all(told[:-1]) or told[-1] < width:
-            raise InvalidLinkage(f"parameters of these guides must be {width} numbers, not of shape {told}")
+        size = every["parameters"].shape
+        if len(size) not in (1, 2) or not all(size[:-1]) or size[-1] < width:
+            raise InvalidLinkage(f"parameters of these guides must be {width} numbers, not of shape {size}")
         sizes = {len(named), *(len(v) for v in every.values() if v.ndim == 2)} - {1}
         if len(sizes) > 1:
             many = " and ".join(map(str, sorted(sizes)))

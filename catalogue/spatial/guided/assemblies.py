@@ -240,9 +240,9 @@ def _certified(system: System, state: State, q: Array, owner: Array, points: Arr
     error = np.sqrt((step**2).sum(0)) + EPS * kappa * system.reach
     bend = np.zeros(n)
     for c in range(m):
-        way = np.zeros((m, n))
-        way[c] = DIFFERENCE
-        ahead, behind = (system.evaluate(state.moved(s * way, now.metric), q).jacobian for s in (1, -1))
+        step = np.zeros((m, n))
+        step[c] = DIFFERENCE
+        ahead, behind = (system.evaluate(state.moved(s * step, now.metric), q).jacobian for s in (1, -1))
         second = np.einsum("ijn,jkn->ikn", inverse, (ahead - behind) / (2 * DIFFERENCE))
         bend += (second**2).sum((0, 1))
     certain = 2 * error * np.sqrt(bend) < 0.5

@@ -86,9 +86,9 @@ class Walk:
         passed = np.maximum(np.cumsum(self.stop, axis=1) - 1, 0)
         who = np.arange(len(passed))[:, None]
         begin = self.nodes[passed, :, who]
-        way = self.nodes[np.minimum(passed + 1, len(self.nodes) - 1), :, who] - begin
+        segment = self.nodes[np.minimum(passed + 1, len(self.nodes) - 1), :, who] - begin
         with np.errstate(invalid="ignore"):
-            part = ((np.moveaxis(self.path, -1, 0) - begin) * way).sum(2) / (way * way).sum(2)
+            part = ((np.moveaxis(self.path, -1, 0) - begin) * segment).sum(2) / (segment * segment).sum(2)
         return np.where(self.stop, passed, np.where(self.stop.cumsum(1) > 0, passed + part, -1))
 
     def _active(self) -> Array:

@@ -84,16 +84,16 @@ def _random(curve: Curve, draw: np.random.Generator, n: int) -> Array:
     y = np.zeros((n, curve.system.numbers))
     for p in curve.system.placed:
         for c in p.number:
-            if p.sort == FREE:
+            if p.joint_kind == FREE:
                 y[:, c : c + 4] = draw.normal(size=(n, 4))
                 y[:, c + 4 : c + 7] = draw.uniform(-FAR, FAR, (n, 3))
-            elif p.sort in (SURFACE, CURVE) and p.guide:
+            elif p.joint_kind in (SURFACE, CURVE) and p.guide:
                 for k in range(len(p.guide.start)):
                     half = p.guide.kind.spans[k]
                     y[:, c + k] = draw.uniform(-1, 1, n) * (FAR if half is None else half)
             else:
-                if p.sort != PRISMATIC:
+                if p.joint_kind != PRISMATIC:
                     y[:, c] = draw.uniform(-np.pi, np.pi, n)
-                if p.sort != REVOLUTE:
-                    y[:, c + (p.sort != PRISMATIC)] = draw.uniform(-FAR, FAR, n)
+                if p.joint_kind != REVOLUTE:
+                    y[:, c + (p.joint_kind != PRISMATIC)] = draw.uniform(-FAR, FAR, n)
     return curve.system.unitary(y)

@@ -177,7 +177,7 @@ def _closing(curve: Curve, trace: Trace, s: float) -> Trace:
     first, there = trace.y[:1], trace.at(np.array([s]))
     y = first + 2 * np.pi * np.round((there - first) / (2 * np.pi))
     for p in curve.system.placed:
-        for c in p.number if p.sort == FREE else ():
+        for c in p.number if p.joint_kind == FREE else ():
             y[:, c : c + 7] = first[:, c : c + 7]
             y[:, c : c + 4] *= np.sign((there[:, c : c + 4] * first[:, c : c + 4]).sum())
     tangent, slope, value = trace.tangent[:1], trace.slope[:1], curve(y)[2]

@@ -35,13 +35,13 @@ def plan(system: System) -> Any:
     if k is None or system.guides or any(p.guide for p in system.placed):
         return None
     joints = [
-        (p.sort, *one) for p in system.placed
+        (p.joint_kind, *one) for p in system.placed
         for one in zip(p.bodies, p.on, p.unknown, p.number, p.point, p.direction, strict=True)
     ]  # fmt: skip
     lead = [v for p in system.placed for v in p.lead or (0.0,) * len(p.bodies)]
     held = np.arange(system.rows, system.rows + len(system.scalars) - 1)
     scalars = np.array([_scalar(s) for s in system.scalars], np.int64).reshape(-1, 4)
-    whole = (system.ends, system.ways, system.distances, system.offsets, system.angles, system.idle)
+    whole = (system.ends, system.vectors, system.distances, system.offsets, system.angles, system.idle)
     return k.Plan(
         np.array(joints, np.int64), np.array(lead), *(np.ascontiguousarray(v, np.int64) for v in whole),
         np.ascontiguousarray(system.moves), scalars, np.concatenate([system.use, held]).astype(np.int64), system.weight,
@@ -60,7 +60,7 @@ def fast(system: System) -> Fast | None:
 
 
 def _scalar(s: ScalarFunction) -> tuple[int, int, int, int]:
-    """Return the sort of a scalar and its integers, as `kernel.read` has them."""
+    """Return the kind of a scalar and its integers, as `kernel.read` has them."""
     if isinstance(s, CoordinateFunction):
         return 0, s.number, s.unknown, 0
     if isinstance(s, TravelFunction):
@@ -88,7 +88,7 @@ def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Numbers) 
 
 
 def steps(fast: Fast, held: Array, h: Array, sign: Array, before: Any, last: Any, limits: Numbers) -> Any:
-    """Try a step of many curves from their last nodes; those before give the way.
+    """Try a step of many curves from their last nodes; those before give the direction.
 
     Returns the next lengths of steps (n,), the new nodes, where a step was made, and where it would have changed the
     orientation; None if a matrix was singular.

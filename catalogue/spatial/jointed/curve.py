@@ -86,15 +86,15 @@ class Trace(NamedTuple):
 
     def where(self, value: Array) -> Array:
         """Return the arc lengths at which the drive, which must run one way, has given values."""
-        way = np.sign(self.drive[-1] - self.drive[0]) or 1.0
-        i = np.clip(np.searchsorted(way * self.drive, way * value) - 1, 0, len(self.s) - 2)
+        direction = np.sign(self.drive[-1] - self.drive[0]) or 1.0
+        i = np.clip(np.searchsorted(direction * self.drive, direction * value) - 1, 0, len(self.s) - 2)
         h = self.s[i + 1] - self.s[i]
         g = self.drive[i], self.drive[i + 1], self.slope[i], self.slope[i + 1]
         low, high = np.zeros_like(value), np.ones_like(value)
         t = np.clip((value - g[0]) / np.where(g[1] == g[0], 1, g[1] - g[0]), 0, 1)
         for _ in range(6):  # Newton's method, kept between bounds
             off = cubic(t, h, *g) - value
-            low, high = np.where(way * off < 0, t, low), np.where(way * off < 0, high, t)
+            low, high = np.where(direction * off < 0, t, low), np.where(direction * off < 0, high, t)
             with np.errstate(all="ignore"):
                 better = t - off / cubic_slope(t, h, *g)
             t = np.where((better >= low) & (better <= high), better, (low + high) / 2)
@@ -151,7 +151,7 @@ def signature(curve: Curve, y: Array) -> Array:
     system = curve.system
     rotation, shift = system.poses(y)
     ends, _ = system.attached(rotation, shift)
-    idle = {system.ways[0][w] for w in system.idle[0]}
+    idle = {system.vectors[0][w] for w in system.idle[0]}
     bodies = [b for b in range(1, len(system.bodies)) if b not in idle]
     n = len(y)
     parts = rotation[0][:, bodies].reshape(n, -1), shift[0][:, bodies].reshape(n, -1), ends[0].reshape(n, -1)

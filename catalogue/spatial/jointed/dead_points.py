@@ -24,10 +24,10 @@ def unfolded(curve: Curve, trace: Trace) -> Trace:
     h, s0, s1 = np.diff(trace.s), trace.slope[:-1], trace.slope[1:]
     m = 3 * np.diff(trace.drive) / h - s0 - s1
     for k in reversed(np.flatnonzero((s0 * s1 > 0) & (m * s0 < 0))):
-        way = np.sign(s0[k])
+        direction = np.sign(s0[k])
 
-        def slope(s: float, k: int = k, way: float = way) -> float:
-            return float(way * across(curve, trace.at(np.array([s])), trace.tangent[k][None])[2][0])  # noqa: B023
+        def slope(s: float, k: int = k, direction: float = direction) -> float:
+            return float(direction * across(curve, trace.at(np.array([s])), trace.tangent[k][None])[2][0])  # noqa: B023
 
         least = minimize_scalar(slope, bounds=(trace.s[k], trace.s[k + 1]), method="bounded", options={"xatol": 1e-9})
         if least.fun < -FLAT:

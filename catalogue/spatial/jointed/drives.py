@@ -33,7 +33,7 @@ def _carrier(body: str, f: Formulation) -> tuple[int, Any]:
 def joint(s: e.Joint, f: Formulation) -> CoordinateFunction:
     """A coordinate of the joint on which a body hangs."""
     number, x = _carrier(s.body, f)
-    if not 0 <= s.index < UNKNOWNS[f.placed[number - 1].sort]:
+    if not 0 <= s.index < UNKNOWNS[f.placed[number - 1].joint_kind]:
         raise InvalidRequest(f"the joint of {s.body} has no coordinate {s.index}")
     angular = not (isinstance(x, e.Prismatic) or s.index)
     return f.coordinate(number, s.index, 1.0 if angular else f.unit, angular)

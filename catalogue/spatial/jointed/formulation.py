@@ -72,7 +72,7 @@ class Formulation:
         points = (points - self.centre) / self.unit
         return System(
             tuple(self.tree.bodies), points, directions(self.points.directions, points), grouped(self.placed),
-            moves.shape[1], sum(NUMBERS[p.sort] for p in self.placed), _columns(self.points.ends),
+            moves.shape[1], sum(NUMBERS[p.joint_kind] for p in self.placed), _columns(self.points.ends),
             _columns(self.points.vectors), _parts(self.loops.distances, 2), _parts(self.loops.offsets, 3),
             _parts(self.loops.angles, 2), guides, np.array(idle, int).reshape(1, -1), moves, rows, scalars,
             np.arange(rows), self.centre, self.unit, tuple(c.name for c in conditions),
@@ -120,10 +120,10 @@ class Formulation:
 
     def _moves(self, pairs: Sequence[tuple[int, int]]) -> Array:
         """Return whether unknowns move the second body of each pair, less whether they move the first."""
-        unknowns = sum(UNKNOWNS[p.sort] for p in self.placed)
+        unknowns = sum(UNKNOWNS[p.joint_kind] for p in self.placed)
         moved: list[list[int]] = [[]]  # unknowns that move each body
         for p in self.placed:
-            moved.append([*moved[p.on[0]], *range(p.unknown[0], p.unknown[0] + UNKNOWNS[p.sort])])
+            moved.append([*moved[p.on[0]], *range(p.unknown[0], p.unknown[0] + UNKNOWNS[p.joint_kind])])
         out = np.zeros((len(pairs), unknowns))
         for row, (first, second) in zip(out, pairs, strict=True):
             row[moved[second]] += 1

@@ -50,12 +50,12 @@ def links(guide: OnGuide) -> list[Element]:
         If the guide is of another kind, or its point is on the axis of a chain that turns about it.
     """
     instance("guide", guide, OnGuide)
-    laid = Guides(guide.guide, guide.parameters, guide.origin, guide.quaternion)
-    kind, _, p = laid.each()[0]
+    guides = Guides(guide.guide, guide.parameters, guide.origin, guide.quaternion)
+    kind, _, p = guides.each()[0]
     name = kind.name.partition(":")[0]
     if name not in PAIRS:
         raise InvalidRequest(f"a {kind.name} stands for no chain of revolute, screw, prismatic and spherical joints")
-    frame, origin = matrix(laid.quaternion.T)[:, :, 0], laid.origin[0]
+    frame, origin = matrix(guides.quaternion.T)[:, :, 0], guides.origin[0]
     x = numbers(guide.at, "the point of a guide")[0]
     local = frame.T @ (x - origin)
     title = guide.name or f"{guide.body} on {guide.on}"

@@ -131,7 +131,7 @@ class LoopClosure:
         for p in placed:
             body = p.bodies[0]
             ends = self.points.of(body)
-            if p.sort != FREE or body in held or not ends:
+            if p.joint_kind != FREE or body in held or not ends:
                 continue
             x = np.stack([self.points.points[q][0] for q in ends])
             apart = x - x[0]

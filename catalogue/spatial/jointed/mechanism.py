@@ -116,7 +116,7 @@ class Mechanism:
         system = self.system()
         _, singular = _independent(system)
         redundant = [system.names[r] for r in range(system.rows) if r not in system.use]
-        idle = [system.bodies[system.ways[0][w]] for w in system.idle[0]]
+        idle = [system.bodies[system.vectors[0][w]] for w in system.idle[0]]
         return Mobility(system.unknowns - len(system.use), tuple(idle), tuple(dict.fromkeys(redundant)), singular)
 
     def _curve(self, drive: Scalar, hold: Sequence[Scalar]) -> tuple[Curve, Array, tuple[Scalar, ...]]:
@@ -294,8 +294,8 @@ def _independent(system: System) -> tuple[Array, bool]:
     free = np.linalg.svd(j)[2][rank:]
     if not len(free):
         return np.sort(qr(j.T, pivoting=True, mode="r")[1][:rank]), False
-    way = free.T @ np.random.default_rng(1).normal(size=len(free))
-    y = system.moved(y, ASIDE * way[None] / np.sqrt(way @ way))
+    direction = free.T @ np.random.default_rng(1).normal(size=len(free))
+    y = system.moved(y, ASIDE * direction[None] / np.sqrt(direction @ direction))
     for _ in range(30):
         f, _, jacobian = system.evaluate(y)
         step = -np.linalg.lstsq(jacobian[0, : system.rows], f[0], rcond=1e-6)[0]

@@ -16,7 +16,7 @@ from ...kinematics.types import Array
 from .curve import Curve
 from .elements import Scalar
 from .hard_points import numbers
-from .tree import UNKNOWNS
+from .tree import PRISMATIC, UNKNOWNS
 from .vectors import cross, series
 
 if TYPE_CHECKING:
@@ -97,12 +97,12 @@ class Motion:
             x = np.zeros((order + 1, len(y), system.unknowns))
             for k in range(1, order + 1):
                 rotation, shift = system.poses(y, x[: k + 1])
-                ends, ways = system.attached(rotation, shift)
+                ends, vectors = system.attached(rotation, shift)
                 f = np.zeros((len(y), width))
-                f[:, : system.rows] = system.residual(ends, ways, rotation, shift)[k]
+                f[:, : system.rows] = system.residual(ends, vectors, rotation, shift)[k]
                 every = system.numbered(y, x[: k + 1])
                 for c, scalar in enumerate(system.scalars, system.rows):
-                    f[:, c] = scalar.value(ends, ways, every)[k]
+                    f[:, c] = scalar.value(ends, vectors, every)[k]
                 if k == 1:
                     f[:, -1] -= 1
                 x[k] = -(inverse @ f[:, rows, None])[..., 0]
@@ -219,7 +219,7 @@ class Motion:
         for p in reversed(system.placed):
             for body, on, first in zip(p.bodies, p.on, p.unknown, strict=True):
                 if body in bodies:
-                    out[first : first + UNKNOWNS[p.sort]] = 1
+                    out[first : first + UNKNOWNS[p.joint_kind]] = 1
                     bodies.add(on)
         return out
 
@@ -228,8 +228,8 @@ class Motion:
         system, b = self.curve.system, self.body_number(body)
         index, order = whole("index", index, 0), whole("order", order, 0, HIGHEST)
         for p in system.placed:
-            if b in p.bodies and not p.guide and index < UNKNOWNS[p.sort] <= 2:
-                unit = system.unit if p.sort == 1 or index else 1.0
+            if b in p.bodies and not p.guide and index < UNKNOWNS[p.joint_kind] <= 2:
+                unit = system.unit if p.joint_kind == PRISMATIC or index else 1.0
                 at = p.bodies.index(b)
                 y = self.flat()[1]
                 x = np.zeros((order + 1, len(y)))

@@ -153,9 +153,9 @@ def _rods(mechanism: Mechanism, poses: Poses, body: str, at: list[Any], size: fl
     """Return arms and shaft of a body that keeps the angle of a direction, as of a Cardan joint, (p, r, 2, 3)."""
     middle, rods = np.asarray(at[0], float), []
     for x in mechanism.elements:
-        for b, way in ((x.a, x.axis_a), (x.b, x.axis_b)) if isinstance(x, e.KeepAngle) else ():
+        for b, axis in ((x.a, x.axis_a), (x.b, x.axis_b)) if isinstance(x, e.KeepAngle) else ():
             if b == body:
-                v = np.asarray(way, float) / np.linalg.norm(way) * STUB * size
+                v = np.asarray(axis, float) / np.linalg.norm(axis) * STUB * size
                 rods.append((middle - v, middle + v))
     shaft = _shaft(mechanism, body, size)
     if rods and shaft is not None:
@@ -194,7 +194,7 @@ def _axes(mechanism: Mechanism, poses: Poses, bodies: Sequence[seen.Body], size:
         if not isinstance(x, e.Revolute | e.Cylindrical | e.Prismatic):
             continue
         at = [getattr(x, k) for k in ("at", "to") if _has(x, k)]
-        way = x.axis if x.axis is not None else np.subtract(at[1], at[0])
+        axis = x.axis if x.axis is not None else np.subtract(at[1], at[0])
         shaft = _shaft(mechanism, x.body, size)
         if at and shaft is not None:  # the hinge is drawn on it, off the cross
             points = poses.point(x.on, np.asarray(at[0], float) + 0.7 * shaft)[:, None]
@@ -203,7 +203,9 @@ def _axes(mechanism: Mechanism, poses: Poses, bodies: Sequence[seen.Body], size:
         else:  # a slider stands where its body is
             points = next((b.points[:, :1] for b in bodies if b.name == x.body), np.zeros((len(poses.which), 1, 3)))
         out.append(
-            seen.Axis(points, poses.direction(x.on, way), not isinstance(x, e.Prismatic), not isinstance(x, e.Revolute))
+            seen.Axis(
+                points, poses.direction(x.on, axis), not isinstance(x, e.Prismatic), not isinstance(x, e.Revolute)
+            )
         )
     return out
 

@@ -162,8 +162,8 @@ def _made(kind: type, one: dict[str, Any], what: str) -> Any:
     known = {f.name for f in fields(kind)}
     for name in values:
         if name not in known:
-            told = ", ".join(k.rstrip("_") for k in sorted(known))
-            raise InvalidRequest(f"{what}: {quoted(name)} means nothing; its fields are {told}")
+            permitted = ", ".join(k.rstrip("_") for k in sorted(known))
+            raise InvalidRequest(f"{what}: {quoted(name)} means nothing; its fields are {permitted}")
     try:
         return kind(**values)
     except InvalidRequest as error:

@@ -52,9 +52,9 @@ def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFr
             continue
         for axis in range(3):
             read = []
-            for way in (STEP, -STEP):
+            for shift in (STEP, -STEP):
                 points = system.points.copy()
-                points[:, k, axis] += way
+                points[:, k, axis] += shift
                 moved = replace(system, points=points, directions=directions(system.specs, points))
                 curve = Curve(moved, motion.curve.held)
                 states = np.full_like(motion.states, np.nan)

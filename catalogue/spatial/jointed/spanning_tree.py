@@ -88,9 +88,9 @@ def grouped(placed: Sequence[Placed]) -> tuple[Placed, ...]:
     out: list[Placed] = []
     for p in placed:
         last = out[-1] if out else None
-        if last and p.sort == last.sort and not p.guide and not any(p.on + last.on):
+        if last and p.joint_kind == last.joint_kind and not p.guide and not any(p.on + last.on):
             out[-1] = Placed(
-                p.sort, last.bodies + p.bodies, last.on + p.on, last.unknown + p.unknown, last.number + p.number,
+                p.joint_kind, last.bodies + p.bodies, last.on + p.on, last.unknown + p.unknown, last.number + p.number,
                 last.point + p.point, last.direction + p.direction,
                 lead=(*_leads(last), *_leads(p)) if last.lead or p.lead else (),
             )  # fmt: skip

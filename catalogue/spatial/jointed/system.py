@@ -42,15 +42,15 @@ class System(Tree):
     Attributes
     ----------
     ends : tuple of (list, list)
-        Body and hard point of every attachment; `ways` body and direction of every vector.
+        Body and hard point of every attachment; `vectors` body and direction of every vector.
     distances : ndarray, shape (2, r)
         Pairs of ends; `lengths` (N, r) their distances.
     offsets : ndarray, shape (3, r)
-        End, end and way: the difference keeps its component.
+        End, end and vector: the difference keeps its component.
     angles : ndarray, shape (2, r)
-        Pairs of ways that keep their angle.
+        Pairs of vectors that keep their angle.
     idle : ndarray, shape (1, r)
-        Ways about which a body spins idly.
+        Vectors about which a body spins idly.
     moves : ndarray, shape (c, m)
         Whether an unknown moves the second body of a row, less whether it moves the first.
     scalars : tuple of `scalars.ScalarFunction`
@@ -58,7 +58,7 @@ class System(Tree):
     """
 
     ends: tuple[list[int], list[int]]
-    ways: tuple[list[int], list[int]]
+    vectors: tuple[list[int], list[int]]
     distances: Array
     offsets: Array
     angles: Array
@@ -101,11 +101,11 @@ class System(Tree):
         return np.asarray(np.sqrt((e * e).sum(-1)))
 
     def attached(self, rotation: Array, shift: Array) -> tuple[Array, Array]:
-        """Return where all ends are, (K + 1, n, e, 3), and all ways, (K + 1, n, v, 3)."""
+        """Return where all ends are, (K + 1, n, e, 3), and all vectors, (K + 1, n, v, 3)."""
         out = []
         for groups, given, count in (
             (self._groups[0], self.points, len(self.ends[0])),
-            (self._groups[1], self.directions, len(self.ways[0])),
+            (self._groups[1], self.directions, len(self.vectors[0])),
         ):
             v = np.zeros((*rotation.shape[:2], count, 3))
             for body, where, which in groups:
@@ -120,16 +120,16 @@ class System(Tree):
 
     @cached_property
     def _groups(self) -> tuple[list[tuple[int, Any, Any]], ...]:
-        """Ends, and ways, by body: where they stand, and which points or directions they are."""
+        """Ends, and vectors, by body: where they stand, and which points or directions they are."""
         out = []
-        for bodies, which in (self.ends, self.ways):
+        for bodies, which in (self.ends, self.vectors):
             b, w = np.asarray(bodies, int), np.asarray(which, int)
             out.append([(int(k), span(np.flatnonzero(b == k)), span(w[b == k])) for k in np.unique(b)])
         return tuple(out)
 
     @cached_property
     def _pairs(self) -> list[Any]:
-        """First and second ends of distances and offsets, ways of offsets, first and second ways of angles."""
+        """First and second ends of distances and offsets, vectors of offsets, first and second vectors of angles."""
         return [span(v) for v in (*self.distances, *self.offsets, *self.angles)]
 
     def residual(self, x: Array, d: Array, rotation: Array, shift: Array) -> Array:
@@ -165,10 +165,10 @@ class System(Tree):
 
     @cached_property
     def constants(self) -> tuple[Array, Array]:
-        x, d = self.points[:, self.ends[1]], self.directions[:, self.ways[1]]
-        first, second, way = self.offsets
+        x, d = self.points[:, self.ends[1]], self.directions[:, self.vectors[1]]
+        first, second, along = self.offsets
         one, other = self.angles
-        return ((x[:, second] - x[:, first]) * d[:, way]).sum(-1), (d[:, one] * d[:, other]).sum(-1)
+        return ((x[:, second] - x[:, first]) * d[:, along]).sum(-1), (d[:, one] * d[:, other]).sum(-1)
 
     @staticmethod
     def _local(guide: OnKind, x: Array, rotation: Array, shift: Array) -> Array:

@@ -141,12 +141,12 @@ def _where(mask: Array, a: Array, b: Array) -> Array:
 def toward(curve: Curve, y: Array, tangent: Array, target: Array, at: tuple[Array, ...] | None = None) -> list[Trace]:
     """Follow each curve until its drive has passed a target (n,), or turns back."""
     march = March(curve, y, tangent, at)
-    way = np.sign(target - march.last[3])
-    march.end(way == 0)
+    direction = np.sign(target - march.last[3])
+    march.end(direction == 0)
     for _ in range(MOST):
         if not len(march.who):
             break
-        good, here = march.step(), way[march.who]
+        good, here = march.step(), direction[march.who]
         passed = good & (here * (march.last[3] - target[march.who]) >= 0)
         turned = good & ~passed & (here * march.last[4] <= 0)
         ended = passed | turned | march.stopped()

@@ -21,7 +21,7 @@ from .vectors import EYE, cayley, cross, series, skew, turned, waves
 from .vectors import rotation as rotation_of
 
 REVOLUTE, PRISMATIC, CYLINDRICAL, SURFACE, CURVE, FREE = range(6)
-#: Unknowns, and numbers of the state, of each sort of joint.
+#: Unknowns, and numbers of the state, of each kind of joint.
 UNKNOWNS, NUMBERS = (1, 1, 2, 2, 1, 6), (1, 1, 2, 2, 1, 7)
 
 
@@ -36,12 +36,12 @@ def span(index: Sequence[int] | Array) -> Any:
 
 @dataclass(frozen=True)
 class Placed:
-    """Bodies of one sort that hang on others: numbers of bodies, of those they hang on, of unknowns, of the state.
+    """Bodies on joints of one kind: numbers of bodies, of those they hang on, of unknowns, and of the state.
 
     `lead` says how far revolute joints that are screws advance, in units per radian; empty if none is.
     """
 
-    sort: int
+    joint_kind: int
     bodies: list[int]
     on: list[int]
     unknown: list[int]
@@ -65,7 +65,7 @@ class Placed:
 
     @cached_property
     def _spans(self) -> list[tuple[Any, Any]]:
-        size = UNKNOWNS[self.sort]
+        size = UNKNOWNS[self.joint_kind]
         return [(span([c + k for c in self.number]), span([c + k for c in self.unknown])) for k in range(size)]
 
 
@@ -94,7 +94,7 @@ class Tree:
         """Return the state of the design pose, shape (numbers,)."""
         y = np.zeros(self.numbers)
         for p in self.placed:
-            if p.sort == FREE:
+            if p.joint_kind == FREE:
                 y[p.number] = 1
             elif p.guide:
                 y[p.number[0] : p.number[0] + len(p.guide.start)] = p.guide.start
@@ -105,7 +105,7 @@ class Tree:
         """Squares of the numbers of a rate of length 1, by these weights, add up to 1; shape (numbers,)."""
         w = np.ones(self.numbers)
         for p in self.placed:
-            if p.sort == FREE:
+            if p.joint_kind == FREE:
                 w[np.asarray(p.number)[:, None] + np.arange(4)] = 4
         return w
 
@@ -125,7 +125,7 @@ class Tree:
         shift = np.zeros((order, n, len(self.bodies), 3))
         rotation[0, :, 0] = EYE
         for p, axes in zip(self.placed, self._axes, strict=True):
-            if p.sort == FREE:
+            if p.joint_kind == FREE:
                 turn, move = self._freed(p, y, x)
             elif p.guide:
                 turn, move = self._charted(p, y, x)
@@ -148,7 +148,7 @@ class Tree:
     def _jointed(self, p: Placed, axes: tuple[Array, ...], y: Array, x: Array | None) -> tuple[Array, Array]:
         order, n = 1 if x is None else len(x), len(y)
         axis, at, along, across, turning = axes
-        if p.sort == PRISMATIC:
+        if p.joint_kind == PRISMATIC:
             turn, move = np.zeros((order, n, len(p.bodies), 3, 3)), np.zeros((order, n, len(p.bodies), 3))
             turn[0] = EYE
         else:
@@ -160,8 +160,8 @@ class Tree:
             move[0] += at
             if p.lead:
                 move = move + (q * p.lead)[..., None] * axis
-        if p.sort != REVOLUTE:
-            one = 1 if p.sort == CYLINDRICAL else 0
+        if p.joint_kind != REVOLUTE:
+            one = 1 if p.joint_kind == CYLINDRICAL else 0
             slide = self._coordinates(y, x, p.numbers(one), p.unknowns(one))
             move = move + slide[..., None] * axis
         return turn, move
@@ -172,7 +172,7 @@ class Tree:
         out: list[tuple[Array, ...]] = []
         for p in self.placed:
             at = self.points[:, p.point]
-            axis = self.directions[:, p.direction] if p.sort < SURFACE else np.zeros_like(at)
+            axis = self.directions[:, p.direction] if p.joint_kind < SURFACE else np.zeros_like(at)
             along = axis[..., :, None] * axis[..., None, :]
             out.append((axis, at, along, EYE - along, skew(axis)))
         return out
@@ -182,7 +182,7 @@ class Tree:
         """Screws that never change: of joints on the ground, and translations of free bodies; (N, unknowns, 6)."""
         out = np.zeros((len(self.points), self.unknowns, 6))
         for p, (axis, at, *_) in zip(self.placed, self._axes, strict=True):
-            if p.sort == FREE:
+            if p.joint_kind == FREE:
                 for u in p.unknown:
                     out[:, u : u + 3, 3:] = out[:, u + 3 : u + 6, :3] = EYE
             elif not p.guide and not any(p.on):
@@ -191,17 +191,17 @@ class Tree:
 
     @staticmethod
     def _screwed(out: Array, p: Placed, axis: Array, at: Array) -> None:
-        if p.sort != PRISMATIC:
+        if p.joint_kind != PRISMATIC:
             out[:, p.unknown, 3:], out[:, p.unknown, :3] = axis, cross(at, axis)
             if p.lead:
                 out[:, p.unknown, :3] += np.asarray(p.lead)[:, None] * axis
-        if p.sort != REVOLUTE:
-            out[:, [k + (p.sort == CYLINDRICAL) for k in p.unknown], :3] = axis
+        if p.joint_kind != REVOLUTE:
+            out[:, [k + (p.joint_kind == CYLINDRICAL) for k in p.unknown], :3] = axis
 
     def _charted(self, p: Placed, y: Array, x: Array | None) -> tuple[Array, Array]:
         """A point carried by a guide: its body is moved by it without turning."""
         assert p.guide is not None
-        two = np.arange(UNKNOWNS[p.sort])
+        two = np.arange(UNKNOWNS[p.joint_kind])
         q = self._coordinates(y, x, p.number[0] + two, p.unknown[0] + two)
         local = p.guide.kind.point(Taylor(q[..., 0]), Taylor(q[..., -1]), p.guide.shapes(len(y)))
         c = np.stack([coefficients(v, len(q) - 1, (len(y),)) for v in local], axis=-1)
@@ -231,11 +231,11 @@ class Tree:
         out = np.empty((len(y), self.unknowns, 6))
         out[:] = self._still
         for p, (axis, at, *_) in zip(self.placed, self._axes, strict=True):
-            if p.sort == FREE:
+            if p.joint_kind == FREE:
                 for i, (k, c) in enumerate(zip(p.unknown, p.number, strict=True)):
                     out[:, k : k + 3, :3] = np.swapaxes(skew(at[:, i] + y[:, c + 4 : c + 7]), 1, 2)
             elif p.guide:
-                size = UNKNOWNS[p.sort]
+                size = UNKNOWNS[p.joint_kind]
                 u, w = y[:, p.number[0]], y[:, p.number[0] + size - 1]
                 _, t = p.guide.kind.tangents(u, w, p.guide.shapes(len(y)))
                 world = np.moveaxis(t[:size], 2, 0) @ p.guide.frame.T
@@ -251,8 +251,8 @@ class Tree:
         out = np.zeros((len(x), *y.shape))
         out[0] = y
         for p in self.placed:
-            if p.sort != FREE:
-                for k in range(UNKNOWNS[p.sort]):
+            if p.joint_kind != FREE:
+                for k in range(UNKNOWNS[p.joint_kind]):
                     out[1:, :, p.numbers(k)] = x[1:, :, p.unknowns(k)]
         return out
 
@@ -261,12 +261,12 @@ class Tree:
         """Return the states after a step (n, unknowns) of all unknowns."""
         out = y.copy()
         for p in self.placed:
-            if p.sort == FREE:
+            if p.joint_kind == FREE:
                 for number, unknown in zip(p.number, p.unknown, strict=True):
                     out[:, number : number + 4] = turned(y[:, number : number + 4], step[:, unknown : unknown + 3])
                     out[:, number + 4 : number + 7] += step[:, unknown + 3 : unknown + 6]
             else:
-                for k in range(UNKNOWNS[p.sort]):
+                for k in range(UNKNOWNS[p.joint_kind]):
                     out[:, p.numbers(k)] += step[:, p.unknowns(k)]
         return out
 
@@ -274,7 +274,7 @@ class Tree:
         """Return states with quaternions of length 1."""
         y = y.copy()
         for p in self.placed:
-            if p.sort == FREE:
+            if p.joint_kind == FREE:
                 for number in p.number:
                     q = y[:, number : number + 4]
                     q /= np.sqrt((q * q).sum(1, keepdims=True))
@@ -284,13 +284,13 @@ class Tree:
         """Return the rates (n, numbers) of the states when the unknowns have those given (n, unknowns)."""
         out = np.empty_like(y)
         for p in self.placed:
-            if p.sort == FREE:
+            if p.joint_kind == FREE:
                 for number, unknown in zip(p.number, p.unknown, strict=True):
                     s, v, half = y[:, number, None], y[:, number + 1 : number + 4], step[:, unknown : unknown + 3] / 2
                     out[:, number] = -(half * v).sum(1)
                     out[:, number + 1 : number + 4] = s * half + cross(half, v)
                     out[:, number + 4 : number + 7] = step[:, unknown + 3 : unknown + 6]
             else:
-                for k in range(UNKNOWNS[p.sort]):
+                for k in range(UNKNOWNS[p.joint_kind]):
                     out[:, p.numbers(k)] = step[:, p.unknowns(k)]
         return out

@@ -65,9 +65,9 @@ def draw(family: str, rng: np.random.Generator, count: int) -> list[Specimen]:
     ratio = np.concatenate([np.ones((count, 1)), rng.uniform(-1, 1, (count, m.freedom - 1))], axis=1)
     q = np.stack([at[:, i, "uw".index(k)] for i, k in m.drivers], axis=1)
     both = np.tile(np.arange(count), 2)
-    way = np.repeat([-FAR, FAR], count)
-    moved = follow(m[both], np.stack([q[both], q[both] + way[:, None] * ratio[both]], axis=1), at[both])
-    low, high = (way * moved.end).reshape(2, count)
+    direction = np.repeat([-FAR, FAR], count)
+    moved = follow(m[both], np.stack([q[both], q[both] + direction[:, None] * ratio[both]], axis=1), at[both])
+    low, high = (direction * moved.end).reshape(2, count)
     sound = (moved.reached > 0).reshape(2, count).all(0)
     margin = MARGIN * (high - low)
     low, high = low + margin, high - margin
@@ -120,9 +120,9 @@ def _measured(given: Strokes, motion: Motion, kind: str) -> list[Specimen]:
     keep = np.flatnonzero(fair)
     if not len(keep):
         return []
-    laid = given[keep].moved(1 / fit.stroke[keep], fit.axes[keep], fit.start[keep])
+    placed = given[keep].moved(1 / fit.stroke[keep], fit.axes[keep], fit.start[keep])
     out = []
-    for j, data in zip(keep, plain(laid), strict=True):
+    for j, data in zip(keep, plain(placed), strict=True):
         tags = classify(data)
         unit_of = {name: fit.stroke[j] if metric.unit == LENGTH else 1.0 for name, metric in METRICS.items()}
         metrics = {name: float(values[name][j] / unit_of[name]) for name in METRICS}
@@ -158,11 +158,11 @@ def mechanisms(family: str, rng: np.random.Generator, n: int) -> tuple[Mechanism
     known = rng.random(n) < 0.5
     kinds[known] = np.array(KNOWN[family])[rng.choice(len(KNOWN[family]), known.sum())]
     turn = rng.normal(size=(n, len(shape), 4))
-    sort = rng.random(n)
-    flat = (kinds == ("circle", "circle", "plane")).all(1) & (sort < 0.5) if family == "III" else np.zeros(n, bool)
+    chance = rng.random(n)
+    flat = (kinds == ("circle", "circle", "plane")).all(1) & (chance < 0.5) if family == "III" else np.zeros(n, bool)
     turn[flat] = (1, 0, 0, 0)
     point = rng.uniform(-1.5, 1.5, (n, 3))
-    about = (kinds == ("circle", "circle", "sphere")).all(1) & (sort < 0.5) if family == "III" else np.zeros(n, bool)
+    about = (kinds == ("circle", "circle", "sphere")).all(1) & (chance < 0.5) if family == "III" else np.zeros(n, bool)
     guides, at = [], np.full((n, len(shape), 2), np.nan)
     for i in range(len(shape)):
         made, at[:, i] = _through(kinds[:, i], body[:, i], turn[:, i], rng)

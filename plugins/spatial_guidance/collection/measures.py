@@ -136,7 +136,7 @@ def _speeds(path: Array, fit: Fit) -> Array:
 
 
 def measure(parameters: Sequence[Mapping[str, Any]], request: Request) -> list[Measured]:
-    """Lay each mechanism along the path that is asked for and measure what it does there."""
+    """Place each mechanism along the path that is asked for and measure what it does there."""
     out: list[Measured | None] = [None] * len(parameters)
     for index in alike(parameters):
         given = strokes([parameters[j] for j in index])
@@ -146,7 +146,7 @@ def measure(parameters: Sequence[Mapping[str, Any]], request: Request) -> list[M
 
 
 def _measured(given: Strokes, request: Request) -> list[Measured]:
-    """Lay by a first run, measure by a second."""
+    """Place by a first run, measure by a second."""
     wanted = request.sweep
     first = run(given)
     sound = np.flatnonzero(first.reason == "")
@@ -156,11 +156,11 @@ def _measured(given: Strokes, request: Request) -> list[Measured]:
     given, first = given[sound], first[sound]
     chord = np.sqrt(((first.path[:, -1] - first.path[:, 0]) ** 2).sum(1))
     fit = fitted(first, request.kind, None if wanted is None else chord / wanted)
-    laid = given.moved(request.stroke / fit.stroke, fit.axes, fit.start)
-    second = run(laid)
-    radius = None if wanted is None else np.full(len(laid), request.stroke / wanted)
+    placed = given.moved(request.stroke / fit.stroke, fit.axes, fit.start)
+    second = run(placed)
+    radius = None if wanted is None else np.full(len(placed), request.stroke / wanted)
     fit = fitted(second, request.kind, radius)
-    values, data, resolved = numbers(laid, second, fit), plain(laid), known(second, fit)
+    values, data, resolved = numbers(placed, second, fit), plain(placed), known(second, fit)
     for k, j in enumerate(sound):
         deviation = float(fit.deviation[k] + second.missed[k])
         if second.reason[k]:

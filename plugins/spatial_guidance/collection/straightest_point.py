@@ -112,10 +112,10 @@ def best(
         for _ in range(COMPASS):
             around = point[:, None] + step[:, None, None] * ways
             gaps = judged(around, r, t)
-            way = gaps.argmin(1)
-            better = gaps[every, way] < value
-            point = np.where(better[:, None], around[every, way], point)
-            value = np.where(better, gaps[every, way], value)
+            nearest = gaps.argmin(1)
+            better = gaps[every, nearest] < value
+            point = np.where(better[:, None], around[every, nearest], point)
+            value = np.where(better, gaps[every, nearest], value)
             step = np.where(better, 1.5 * step, 0.5 * step)
         out.append((point, first, value))
     return out

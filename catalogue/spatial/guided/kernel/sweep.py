@@ -123,10 +123,10 @@ def filled(plan, b, i, path, stop, reached, many, sign, states, marks, limits, x
             continue
         one, other, part, size = x.stops[passed], x.stops[passed + 1], 0.0, 0.0
         for k in range(path.shape[1]):
-            way = path[other, k] - path[one, k]
-            x.dq[k] = way
-            part += (path[j, k] - path[one, k]) * way
-            size += way * way
+            segment = path[other, k] - path[one, k]
+            x.dq[k] = segment
+            part += (path[j, k] - path[one, k]) * segment
+            size += segment * segment
         part /= size
         x.places[j], x.good[j] = passed + part, False
         if passed >= reached:

@@ -1,8 +1,9 @@
-"""The equations of one pose and Newton's method on them, compiled by numba: what `tree`, `system`, `newton` and
-`tracing` do for many poses at once by numpy, without surfaces and curves.
+"""The equations of one pose and Newton's method on them, compiled by numba: what the modules beside this room do for
+many poses at once by numpy, without surfaces and curves.
 
-Each function is that of the same name there, with its formulas and tests: `pose` has the equations, `newton` their
-solution, `curve` the steps along the curve of poses, `sweep` what is called from outside, by `jointed.compiled`.
+The formulas, tests and constants are theirs, the division into functions is not: `pose` has the equations (`tree`,
+`system`, `scalars`), `newton` their solution (`newton`), `curve` the steps along the curve of poses and its dead points
+(`tracing`, `dead_points`), `sweep` what is called from outside, by `jointed.compiled` (`sweeping`).
 """
 
 from .curve import SINGULAR, Limits, Nodes, nodes

@@ -54,8 +54,8 @@ def nodes(plan: Plan, most: int, numbers: int) -> Nodes:
 def lifted(plan, y, step, out):
     """Find the rates of a state when the unknowns have those given."""
     for j in range(len(plan.joints)):
-        sort, u, n = plan.joints[j, 0], plan.joints[j, 3], plan.joints[j, 4]
-        if sort == FREE:
+        joint_kind, u, n = plan.joints[j, 0], plan.joints[j, 3], plan.joints[j, 4]
+        if joint_kind == FREE:
             hx, hy, hz = step[u] / 2, step[u + 1] / 2, step[u + 2] / 2
             s, vx, vy, vz = y[n], y[n + 1], y[n + 2], y[n + 3]
             out[n] = -(hx * vx + hy * vy + hz * vz)
@@ -66,7 +66,7 @@ def lifted(plan, y, step, out):
                 out[n + 4 + i] = step[u + 3 + i]
         else:
             out[n] = step[u]
-            if sort == CYLINDRICAL:
+            if joint_kind == CYLINDRICAL:
                 out[n + 1] = step[u + 1]
 
 
@@ -171,7 +171,7 @@ def good_step(plan, h, nodes, k, first, second, w, limits):
 
 
 @compiled
-def noted(plan, nodes, k, s, value, slope, w):
+def write_node(plan, nodes, k, s, value, slope, w):
     """Write the pose of the last step as node k."""
     nodes.s[k], nodes.drive[k], nodes.slope[k] = s, value, slope
     for i in range(len(w.y)):
@@ -184,7 +184,7 @@ def noted(plan, nodes, k, s, value, slope, w):
 
 @compiled
 def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
-    """Try a step from node k, b before it, and note it as node `to`.
+    """Try a step from node k, b before it, and write it as node `to`.
 
     Returns the next length of step, whether the step was made, whether it would have changed the orientation, and
     whether a matrix was singular.
@@ -197,7 +197,7 @@ def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
     change = (limits.aim / max(first, 1e-9)) ** 0.25 if first == first else 0.3
     change = min(max(change, 0.3), 2.0)
     if good and not crossing:
-        noted(plan, nodes, to, nodes.s[k] + arc, value, slope, w)
+        write_node(plan, nodes, to, nodes.s[k] + arc, value, slope, w)
         return min(change * h, limits.longest), True, False, False
     return min(min(change, 0.5) * h, limits.longest), False, crossing, False
 
@@ -208,8 +208,8 @@ def toward(plan, geometry, g, held, orientation, target, nodes, limits, w):
 
     Returns the last node and why it ended.
     """
-    way = np.sign(target - nodes.drive[1])
-    if way == 0:
+    direction = np.sign(target - nodes.drive[1])
+    if direction == 0:
         return 1, REACHED
     k, h = 1, limits.first
     for _ in range(len(nodes.s) - 2):
@@ -217,8 +217,8 @@ def toward(plan, geometry, g, held, orientation, target, nodes, limits, w):
         if singular:
             return k, SINGULAR
         k += made
-        passed = made and way * (nodes.drive[k] - target) >= 0
-        if made and not passed and way * nodes.slope[k] <= 0:
+        passed = made and direction * (nodes.drive[k] - target) >= 0
+        if made and not passed and direction * nodes.slope[k] <= 0:
             return k, TURNING
         if h < (limits.at_branch if crossing else limits.shortest):
             return k, BRANCH if crossing else STUCK
@@ -290,4 +290,4 @@ def up_to_dead_point(plan, geometry, g, held, nodes, k, limits, w):
     for j in range(len(w.tangent)):
         w.tangent[j] = w.along[j]
     lifted(plan, w.y, w.tangent, w.rate)
-    noted(plan, nodes, k, s, value, 0.0, w)
+    write_node(plan, nodes, k, s, value, 0.0, w)

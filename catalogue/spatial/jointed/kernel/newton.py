@@ -62,8 +62,8 @@ def factored(plan, last, w):
 def moved(plan, y, step):
     """Move a state by a step of all unknowns, in place."""
     for j in range(len(plan.joints)):
-        sort, u, n = plan.joints[j, 0], plan.joints[j, 3], plan.joints[j, 4]
-        if sort == FREE:
+        joint_kind, u, n = plan.joints[j, 0], plan.joints[j, 3], plan.joints[j, 4]
+        if joint_kind == FREE:
             hx, hy, hz = step[u] / 2, step[u + 1] / 2, step[u + 2] / 2
             s, vx, vy, vz = y[n], y[n + 1], y[n + 2], y[n + 3]
             y[n] = s - (hx * vx + hy * vy + hz * vz)
@@ -74,7 +74,7 @@ def moved(plan, y, step):
                 y[n + 4 + i] += step[u + 3 + i]
         else:
             y[n] += step[u]
-            if sort == CYLINDRICAL:
+            if joint_kind == CYLINDRICAL:
                 y[n + 1] += step[u + 1]
     unitary(plan, y)
 

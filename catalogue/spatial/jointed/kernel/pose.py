@@ -1,4 +1,4 @@
-"""The equations of one pose: where bodies, ends and ways are, what is lacking, and the Jacobian of that."""
+"""The equations of one pose: where bodies, ends and vectors are, what is lacking, and the Jacobian of that."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ UNKNOWN, TRAVEL, LENGTH, ANGLE = range(4)
 class Plan(NamedTuple):
     """A system but for its geometry: joints by rows of integers, rows of conditions, scalars."""
 
-    joints: Any  # (joints, 7): sort, body, body it hangs on, unknown, number, point, direction
+    joints: Any  # (joints, 7): kind, body, body it hangs on, unknown, number, point, direction
     lead: Any  # (joints,)
     ends: Any  # (2, e): body, point
-    ways: Any  # (2, v): body, direction
+    vectors: Any  # (2, v): body, direction
     distances: Any
     offsets: Any
     angles: Any
     idle: Any
     moves: Any  # (rows and scalars, unknowns)
-    scalars: Any  # (scalars, 4): sort and its integers
+    scalars: Any  # (scalars, 4): kind and its integers
     keep: Any  # rows of the conditions of the curve: those in use, and of what is held
     weight: Any  # (numbers,)
 
@@ -48,7 +48,7 @@ class Work(NamedTuple):
     axis: Any  # (joints, 3): axes, where they are
     arm: Any  # (joints, 3): velocity of the origin about an axis; of a free body where its point is
     ends: Any  # (e, 3)
-    ways: Any  # (v, 3)
+    vectors: Any  # (v, 3)
     wrench: Any  # (rows and scalars, 6)
     value: Any  # (rows and scalars,)
     jacobian: Any  # (rows and scalars, unknowns)
@@ -67,9 +67,9 @@ def work(plan: Plan, numbers: int) -> Work:
     bodies, rows, m = len(plan.joints) + 1, len(plan.moves), plan.moves.shape[1]
     rotation = np.zeros((bodies, 3, 3))
     rotation[0] = np.eye(3)
-    vectors = (bodies, bodies, bodies, plan.ends.shape[1], plan.ways.shape[1])
+    triples = (bodies, bodies, bodies, plan.ends.shape[1], plan.vectors.shape[1])
     return Work._make([
-        rotation, *(np.zeros((n, 3)) for n in vectors), np.zeros((rows, 6)), np.zeros(rows), np.zeros((rows, m)),
+        rotation, *(np.zeros((n, 3)) for n in triples), np.zeros((rows, 6)), np.zeros(rows), np.zeros((rows, m)),
         np.zeros((m, m)), np.zeros(m, np.int64), *(np.zeros(n) for n in (m, m, m, numbers, numbers, numbers)),
     ])  # fmt: skip
 
@@ -79,10 +79,10 @@ def placed(plan, points, directions, y, w):
     """Put bodies where their joints have them, with the screws of the joints."""
     r, t = w.rotation, w.shift
     for j in range(len(plan.joints)):
-        sort, b, on, n = plan.joints[j, 0], plan.joints[j, 1], plan.joints[j, 2], plan.joints[j, 4]
+        joint_kind, b, on, n = plan.joints[j, 0], plan.joints[j, 1], plan.joints[j, 2], plan.joints[j, 4]
         p, d = plan.joints[j, 5], plan.joints[j, 6]
         px, py, pz = points[p, 0], points[p, 1], points[p, 2]
-        if sort == FREE:
+        if joint_kind == FREE:
             s, u, v, o = y[n], y[n + 1], y[n + 2], y[n + 3]
             q = 2 * s * s - 1
             r[b, 0, 0], r[b, 0, 1], r[b, 0, 2] = 2 * u * u + q, 2 * (u * v - s * o), 2 * (u * o + s * v)
@@ -93,7 +93,9 @@ def placed(plan, points, directions, y, w):
                 t[b, i] = w.arm[j, i] - (r[b, i, 0] * px + r[b, i, 1] * py + r[b, i, 2] * pz)
             continue
         ax, ay, az = directions[d, 0], directions[d, 1], directions[d, 2]
-        hung(r, t, b, on, sort, y[n], plan.lead[j], y[n + (sort == CYLINDRICAL)], (px, py, pz), (ax, ay, az))
+        place(
+            r, t, b, on, joint_kind, y[n], plan.lead[j], y[n + (joint_kind == CYLINDRICAL)], (px, py, pz), (ax, ay, az)
+        )
         if on:
             ax, ay, az = turned(r, on, ax, ay, az)
             px, py, pz = turned(r, on, px, py, pz)
@@ -116,12 +118,12 @@ def turned(r, b, x, y, z):
 
 
 @compiled
-def hung(r, t, b, on, sort, angle, lead, slide, p, a):
+def place(r, t, b, on, joint_kind, angle, lead, slide, p, a):
     """Put one body where its joint has it: turned by an angle about an axis, and moved along it."""
     s, c, far = 0.0, 1.0, slide
-    if sort != PRISMATIC:
+    if joint_kind != PRISMATIC:
         s, c = sin(angle), cos(angle)
-        far = lead * angle + (slide if sort == CYLINDRICAL else 0.0)
+        far = lead * angle + (slide if joint_kind == CYLINDRICAL else 0.0)
     k = 1 - c
     (x, y, z), (px, py, pz) = a, p
     m = (
@@ -147,7 +149,7 @@ def hung(r, t, b, on, sort, angle, lead, slide, p, a):
 
 @compiled
 def attached(plan, points, directions, w):
-    """Find where all ends and all ways are."""
+    """Find where all ends and all vectors are."""
     for e in range(plan.ends.shape[1]):
         b, p = plan.ends[0, e], plan.ends[1, e]
         x, y, z = points[p, 0], points[p, 1], points[p, 2]
@@ -155,12 +157,12 @@ def attached(plan, points, directions, w):
             x, y, z = turned(w.rotation, b, x, y, z)
             x, y, z = x + w.shift[b, 0], y + w.shift[b, 1], z + w.shift[b, 2]
         w.ends[e, 0], w.ends[e, 1], w.ends[e, 2] = x, y, z
-    for v in range(plan.ways.shape[1]):
-        b, d = plan.ways[0, v], plan.ways[1, v]
+    for v in range(plan.vectors.shape[1]):
+        b, d = plan.vectors[0, v], plan.vectors[1, v]
         x, y, z = directions[d, 0], directions[d, 1], directions[d, 2]
         if b:
             x, y, z = turned(w.rotation, b, x, y, z)
-        w.ways[v, 0], w.ways[v, 1], w.ways[v, 2] = x, y, z
+        w.vectors[v, 0], w.vectors[v, 1], w.vectors[v, 2] = x, y, z
 
 
 @compiled
@@ -176,7 +178,7 @@ def push(w, row, end, x, y, z):
 @compiled
 def closed(plan, geometry, g, w):
     """Find what each loop lacks, and the wrench of each."""
-    x, d, row = w.ends, w.ways, 0
+    x, d, row = w.ends, w.vectors, 0
     for k in range(plan.distances.shape[1]):
         a, b, length = plan.distances[0, k], plan.distances[1, k], geometry.lengths[g, k]
         ex, ey, ez = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
@@ -206,16 +208,16 @@ def closed(plan, geometry, g, w):
 @compiled
 def read(plan, y, w, row):
     """Find the values of the scalars, and the wrench of each."""
-    x, d = w.ends, w.ways
+    x, d = w.ends, w.vectors
     for k in range(len(plan.scalars)):
-        sort, a, b, c = plan.scalars[k, 0], plan.scalars[k, 1], plan.scalars[k, 2], plan.scalars[k, 3]
-        if sort == UNKNOWN:
+        scalar_kind, a, b, c = plan.scalars[k, 0], plan.scalars[k, 1], plan.scalars[k, 2], plan.scalars[k, 3]
+        if scalar_kind == UNKNOWN:
             w.value[row] = y[a]
-        elif sort == TRAVEL:
+        elif scalar_kind == TRAVEL:
             fx, fy, fz = d[c, 0], d[c, 1], d[c, 2]
             w.value[row] = (x[a, 0] - x[b, 0]) * fx + (x[a, 1] - x[b, 1]) * fy + (x[a, 2] - x[b, 2]) * fz
             push(w, row, a, fx, fy, fz)
-        elif sort == LENGTH:
+        elif scalar_kind == LENGTH:
             ex, ey, ez = x[b, 0] - x[a, 0], x[b, 1] - x[a, 1], x[b, 2] - x[a, 2]
             length = sqrt(ex * ex + ey * ey + ez * ez)
             w.value[row] = length
@@ -242,23 +244,23 @@ def paired(plan, w):
     """Find the Jacobian: the products of wrenches and screws."""
     f, out = w.wrench, w.jacobian
     for j in range(len(plan.joints)):
-        sort, u = plan.joints[j, 0], plan.joints[j, 3]
+        joint_kind, u = plan.joints[j, 0], plan.joints[j, 3]
         ax, ay, az, vx, vy, vz = w.axis[j, 0], w.axis[j, 1], w.axis[j, 2], w.arm[j, 0], w.arm[j, 1], w.arm[j, 2]
         for row in range(len(f)):
             sign = plan.moves[row, u]
             if sign == 0:  # and stays 0
                 continue
             fx, fy, fz, mx, my, mz = f[row, 0], f[row, 1], f[row, 2], f[row, 3], f[row, 4], f[row, 5]
-            if sort == FREE:
+            if joint_kind == FREE:
                 out[row, u] = sign * (mx - (vy * fz - vz * fy))
                 out[row, u + 1] = sign * (my - (vz * fx - vx * fz))
                 out[row, u + 2] = sign * (mz - (vx * fy - vy * fx))
                 out[row, u + 3], out[row, u + 4], out[row, u + 5] = sign * fx, sign * fy, sign * fz
             else:
                 slide = sign * (fx * ax + fy * ay + fz * az)
-                if sort != REVOLUTE:
-                    out[row, u + (sort == CYLINDRICAL)] = slide
-                if sort != PRISMATIC:
+                if joint_kind != REVOLUTE:
+                    out[row, u + (joint_kind == CYLINDRICAL)] = slide
+                if joint_kind != PRISMATIC:
                     out[row, u] = sign * (fx * vx + fy * vy + fz * vz + mx * ax + my * ay + mz * az)
     first = len(plan.moves) - len(plan.scalars)
     for k in range(len(plan.scalars)):

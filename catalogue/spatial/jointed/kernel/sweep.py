@@ -11,7 +11,7 @@ from .pose import evaluate
 
 #: How far beyond an end of its way a value of the drive still counts as reached.
 BESIDE = 1e-12
-#: Of a part t of an interval, t^2 (1 - t)^2 from which the error of a cubic is told.
+#: Of a part t of an interval, t^2 (1 - t)^2 from which the error of a cubic is known.
 LEAST_BULGE = 1e-3
 #: Of these kernels.
 VERSION = version(__file__)
@@ -23,7 +23,7 @@ class Sweep(NamedTuple):
     Attributes
     ----------
     start : Nodes
-        Of each, the pose from which it sets out; its tangent the way on which the drive grows.
+        Of each, the pose from which it sets out; its tangent the direction in which the drive grows.
     orientation : ndarray, shape (n,)
         Sign of the Jacobian bordered by that tangent.
     target : ndarray, shape (n, 2)
@@ -121,14 +121,14 @@ def set_out(start, g, sign, nodes, limits):
 
 
 @compiled
-def where(nodes, i, way, value):
+def where(nodes, i, direction, value):
     """Return the part of the interval from node i at which the drive has a value."""
     h, low, high = nodes.s[i + 1] - nodes.s[i], 0.0, 1.0
     a, b, da, db = nodes.drive[i], nodes.drive[i + 1], nodes.slope[i], nodes.slope[i + 1]
     t = min(max((value - a) / (b - a if b != a else 1.0), 0.0), 1.0)
     for _ in range(6):
         off = cubic(t, h, a, b, da, db) - value
-        if way * off < 0:
+        if direction * off < 0:
             low = t
         else:
             high = t
@@ -142,7 +142,7 @@ def where(nodes, i, way, value):
 
 
 @compiled
-def between(nodes, i, last, way, value, bulge, w):
+def between(nodes, i, last, direction, value, bulge, w):
     """Find the pose, on the cubics between nodes 1 to `last`, at a value of the drive, from node i on.
 
     The cubic is off the curve as t^2 (1 - t)^2, nearly: by so much, of what it was off at the pose before, `off`, where
@@ -154,11 +154,11 @@ def between(nodes, i, last, way, value, bulge, w):
             w.y[j] = w.off[j] = nodes.y[1, j]
         return 1, 0.0
     first = i
-    if way * drive[i] >= way * value:
+    if direction * drive[i] >= direction * value:
         i = 1
-    while i < last - 1 and way * drive[i + 1] < way * value:
+    while i < last - 1 and direction * drive[i + 1] < direction * value:
         i += 1
-    t, h = where(nodes, i, way, value), nodes.s[i + 1] - nodes.s[i]
+    t, h = where(nodes, i, direction, value), nodes.s[i + 1] - nodes.s[i]
     new = (t * (1 - t)) ** 2
     share = new / bulge if i == first and bulge > LEAST_BULGE else 0.0
     for j in range(len(w.y)):
