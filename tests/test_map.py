@@ -38,6 +38,18 @@ def test_every_file_of_the_map_is_there() -> None:
             assert (ROOT / name).is_file() or any((folder / name).is_file() for folder in folders), (rooms, name)
 
 
+def test_every_place_and_room_of_the_map_in_space_is_there() -> None:
+    here = ROOT / "spatial"
+    read = (here / "README.md").read_text("utf-8")
+    cells = re.findall(r"^\| [^|`]+ \| (`.*`) \|$", read, re.MULTILINE)
+    places = [name for cell in cells for name in re.findall(r"`([^`]+)`", cell)]
+    assert len(places) >= 25
+    for name in places:
+        assert (here / name).is_file(), name
+    rooms = re.findall(r"^\| `(\w+)/` \|", read, re.MULTILINE)
+    assert set(rooms) == {path.parent.name for path in here.glob("*/__init__.py")}
+
+
 def test_the_folders_of_the_tests_are_the_ones_that_are_described() -> None:
     here = Path(__file__).parent
     rows = re.findall(r"^\| (`.*?`) \|", (here / "README.md").read_text("utf-8"), re.MULTILINE)
