@@ -346,6 +346,8 @@ def test_wrong_drives_are_named_as_such() -> None:
         parallel.sweep(Joint("crank"), [np.nan])
     with pytest.raises(InvalidRequest, match="no body 'crack'"):
         parallel.sweep(Joint("crack"), [0.1])
+    with pytest.raises(InvalidRequest, match="ground hangs on no joint that could be driven"):
+        parallel.sweep(Joint("ground"), [0.0])
     with pytest.raises(InvalidRequest, match="no Link named 'leg'"):
         parallel.sweep(Length(link="leg"), [0.1])
 
@@ -475,6 +477,7 @@ def test_a_travel_is_that_of_its_own_point() -> None:
     ("links", "drive", "match"),
     [
         (axles(INNER, OUTER, 3), Travel("wheel", np.zeros((2, 3))), "batches of 2 and 3 mechanisms"),
+        ([Link("ground", np.zeros((2, 3)), "wheel", np.ones((3, 3)))], Joint("wheel"), "batches of 2 and 3 mechanisms"),
         (
             [*axles(INNER, OUTER, 2)[:4], OnGuide("wheel", np.ones((2, 3)), "plane")],
             Travel("wheel", (0, 760, 0)),

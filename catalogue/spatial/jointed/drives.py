@@ -24,7 +24,7 @@ def scalar_function(s: e.Scalar, f: Formulation) -> ScalarFunction:
 
 def _carrier(body: str, f: Formulation) -> tuple[int, Any]:
     """Return the number of a body and what it hangs on."""
-    number, x = f.tree.body(body, "drive"), f.tree.carrier[body]
+    number, x = f.tree.body(body, "drive"), f.tree.carrier.get(body)
     if x is None:
         raise InvalidRequest(f"{body} hangs on no joint that could be driven: drive a Travel or an Angle")
     return number, x

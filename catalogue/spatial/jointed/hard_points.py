@@ -101,6 +101,7 @@ class HardPoints:
 
     def coincident(self, first: int, second: int) -> bool:
         """Return whether two hard points are one, in any mechanism of the batch."""
+        self.batch()  # raises if they do not fit
         one, other = np.broadcast_arrays(self.points[first], self.points[second])
         return bool((one == other).all(-1).any())
 
