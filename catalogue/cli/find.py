@@ -181,6 +181,6 @@ def print_candidates(found: Found) -> None:
     names = [name for name in TABLE if asked.get(name, True)]
     caption = "`catalogue show CODE` gives all numbers of one and --plot FILE draws it; --legend explains the columns"
     if any(c.score == 0 for c in found):
-        caption += "\nscore 0: too large, hardly transmits, allows nothing or has too short a link; see --desire"
+        caption += "\nscore 0: too large, hardly transmits, allows nothing, too short a link or frame; see --desire"
     rows = [row(c, names, code=code) for code, c in zip(codes(found), found, strict=True)]
     print_table(f"Guides for {what}", names, rows, caption, meanings=COLUMNS, spare=SPARE)
