@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,7 +14,7 @@ from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
 from .inverse import of_machine
 from .metrics import Measures
-from .minimum_zone import grid
+from .minimum_zone import grid, times
 from .trace import Traced
 
 if TYPE_CHECKING:
@@ -143,7 +143,7 @@ class SampledPoses:
             pose = moving.pose(traced.parameters(points.nodes))
             at = guides.point + traced.shift
             point = pose.point(at)
-            speed = np.abs(points.fine @ (slopes @ point))
+            speed = np.abs(times(points.fine, times(slopes, point)))
             ends = None
             if inverse:
                 linkage, pose = of_machine(linkage, pose)
@@ -155,12 +155,10 @@ class SampledPoses:
             crank = np.unwrap(np.angle(np.where(linkage.dyads == RR, moved - fixed, np.nan)), axis=0)
             turn = np.unwrap(np.angle(1 + pose.x), axis=0)
 
-            def fine(values: Array) -> Array:
-                return np.asarray(np.tensordot(points.fine, values, axes=1))
-
+            fine = partial(times, points.fine)
             # of two polynomials, not the polynomial of their quotient: that has a pole where the point rests
-            turning = np.tensordot(slopes, crank, axes=1)
-            last = np.abs(np.tensordot(points.coefficients[-2:], crank, axes=1)).sum(0)
+            turning = times(slopes, crank)
+            last = np.abs(times(points.coefficients[-2:], crank)).sum(0)
             missed = nodes**2 * last / np.abs(turning).max(0)
             lever, slot = fine(turning) / speed[..., None], None if ends is None else fine(ends)
             return cls(fine(pins), fine(point), fine(turn), fine(crank), lever, missed, slot)

@@ -43,6 +43,17 @@ class Grid:
     coefficients: Array
 
 
+def times(matrix: Array, values: Array) -> Array:
+    """Return a real matrix (f, m) times values (m, ...), complex ones as pairs of real ones: NumPy would make the
+    matrix complex, which takes several times as long."""
+    columns = np.ascontiguousarray(values).reshape(len(values), -1)
+    if np.iscomplexobj(columns):
+        product = (matrix @ columns.view(columns.real.dtype)).view(columns.dtype)
+    else:
+        product = matrix @ columns
+    return np.asarray(product.reshape(-1, *values.shape[1:]))
+
+
 @lru_cache
 def grid(count: int, kind: Any = float) -> Grid:
     """Return the grid of `count` + 1 nodes, in the precision of the paths that it is for."""

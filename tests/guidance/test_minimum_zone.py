@@ -10,7 +10,7 @@ import pytest
 from numpy.polynomial import chebyshev
 from scipy.optimize import linprog, minimize
 
-from catalogue.guidance.minimum_zone import Fit, concentric, exchange, grid, largest, minimum_zone, resolved
+from catalogue.guidance.minimum_zone import Fit, concentric, exchange, grid, largest, minimum_zone, resolved, times
 from catalogue.kinematics.types import Array
 from tests.precision import EXTENDED
 
@@ -363,3 +363,15 @@ def test_the_grid_interpolates_polynomials(count: int) -> None:
         rounding = 1e-15 + 1e-16 * degree**2  # of the places, times the slope there
         np.testing.assert_allclose(points.fine @ values, chebyshev.chebval(fine, series), rtol=0, atol=4 * rounding)
         np.testing.assert_allclose(points.coefficients @ values, series, rtol=0, atol=4 * rounding)
+
+
+@pytest.mark.parametrize("kind", [float, complex, np.clongdouble])
+@pytest.mark.parametrize("shape", [(), (3,), (3, 2)])
+def test_complex_values_are_carried_as_real_and_imaginary_part_alone(kind: Any, shape: tuple[int, ...]) -> None:
+    rng = np.random.default_rng(5)
+    matrix, values = rng.normal(size=(7, 4)), rng.normal(size=(2, 4, *shape))
+    carried = times(matrix, (values[0] + (1j * values[1] if kind is not float else 0)).astype(kind))
+    assert carried.shape == (7, *shape)
+    assert np.allclose(carried.real, np.einsum("fm,m...->f...", matrix, values[0]), rtol=0, atol=1e-14)
+    if kind is not float:
+        assert np.allclose(carried.imag, np.einsum("fm,m...->f...", matrix, values[1]), rtol=0, atol=1e-14)
