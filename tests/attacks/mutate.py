@@ -5,10 +5,11 @@
 A mutant is a copy of the checkout in which one operator, number or function has become another one: ``<`` is ``>=``, a
 number is a quarter larger, ``min`` is ``max``.  The fast part of the tests runs once under `coverage <https://coverage.
 readthedocs.io>`_ (``pip install coverage``), which says by which tests a place is run; of each mutant those tests run,
-the quickest first, until one fails.  Where no test is seen to run a place (compiled functions, other processes, what a
-module does as it is imported), those files run that name its module.  Mutants that are left are listed: each is
-equivalent, or a test is missing, or a slow one notices.  After `--minutes` nothing more is begun.  `--record FOLDER`
-keeps what the tests run for the next time.  `--write`: the report goes to ``data/reports/mutations.md`` too.
+the quickest first, until one fails.  What a module does as it is imported is run by all tests that run any of it.
+Where no test is seen to run a place (compiled functions, other processes), those run that name its module (of a kernel,
+that name `compiled`), and then those of its room.  Mutants that are left are listed: each is equivalent, or a test is
+missing, or a slow one notices.  After `--minutes` nothing more is begun.  `--record FOLDER` keeps what the tests run
+for the next time.  `--write`: the report goes to ``data/reports/mutations.md`` too.
 """
 
 from __future__ import annotations
@@ -25,9 +26,11 @@ import subprocess
 import sys
 import tempfile
 import time
+from bisect import bisect_right
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
+from itertools import accumulate
 from pathlib import Path
 from typing import Any
 
@@ -57,7 +60,7 @@ BUDGET = 300.0
 
 @dataclass(frozen=True)
 class Mutation:
-    """Characters `start` to `end` of a file that become `text`; `lines` are those of its statement."""
+    """Characters `start` to `end` of a file that become `text`; `lines`: of its statement, outside of functions all."""
 
     path: str
     line: int
@@ -139,15 +142,16 @@ def _computed(node: ast.AST) -> Iterator[ast.AST]:
 
 
 def _lines(tree: ast.AST) -> dict[int, tuple[int, int]]:
-    """Return the first and last line of the statement of each expression, of a compound one those of its head."""
-    found: dict[int, tuple[int, int]] = {}
-    for statement in ast.walk(tree):
-        if not isinstance(statement, ast.stmt):
-            continue
-        parts = [part for part in ast.iter_child_nodes(statement) if not isinstance(part, ast.stmt)]
-        inner = [node for part in parts for node in ast.walk(part) if isinstance(node, ast.expr)]
-        ends = [statement.lineno, *(node.end_lineno or 0 for node in inner)]
-        found |= {id(node): (statement.lineno, max(ends)) for node in inner}
+    """Return the first and last line of the statement of each expression, of a compound one those of its head; outside
+    of functions all lines."""
+    found = {id(node): (1, sys.maxsize) for node in ast.walk(tree) if isinstance(node, ast.expr)}
+    for function in ast.walk(tree):
+        if isinstance(function, ast.FunctionDef):
+            for statement in (inner for top in function.body for inner in ast.walk(top) if isinstance(inner, ast.stmt)):
+                parts = [part for part in ast.iter_child_nodes(statement) if not isinstance(part, ast.stmt)]
+                inner = [node for part in parts for node in ast.walk(part) if isinstance(node, ast.expr)]
+                ends = [statement.lineno, *(node.end_lineno or 0 for node in inner)]
+                found |= {id(node): (statement.lineno, max(ends)) for node in inner}
     return found
 
 
@@ -198,39 +202,40 @@ class Record:
         command = ["coverage", "run", f"--rcfile={settings}", "-m", "pytest", "-p", "mutate", *QUIET]
         subprocess.run([sys.executable, "-m", *command], cwd=copy, env=environment, check=True, stdout=sys.stderr)
 
-    def tests(self, mutation: Mutation) -> list[str]:
-        """Return the tests that run a place, as many as the budget allows: of each function one, then the rest, the
-        quickest first."""
-        by_line = self.lines.contexts_by_lineno(mutation.path)
-        first, last = mutation.lines
-        names = {name for line in range(first, last + 1) for name in by_line.get(line, ()) if name in self.seconds}
+    def running(self, mutation: Mutation) -> list[str]:
+        """Return the tests that are seen to run a place."""
+        by_line, (first, last) = self.lines.contexts_by_lineno(mutation.path), mutation.lines
+        names = {name for line, run in by_line.items() if first <= line <= last for name in run}
+        return self._affordable(names & self.seconds.keys())
+
+    def beside(self, copy: Path, mutation: Mutation) -> list[str]:
+        """Return the tests whose files name the module of a mutation, then the others of its room."""
+        path = Path(mutation.path)
+        module, within = re.escape(".".join(path.with_suffix("").parts)), re.escape(".".join(path.parts[:-1]))
+        names = r"\bcompiled\b" if "kernel" in path.parts else rf"{module}\b|{within} import .*\b{path.stem}\b"
+        room = path.parts[1].removesuffix(".py")
+        if path.parts[0] == "plugins":
+            room = "spatial_guidance" if "spatial" in room else "plugins"
+        files = {name: name.partition("::")[0] for name in self.seconds}
+        naming = {file for file in set(files.values()) if re.search(names, (copy / file).read_text("utf-8"))}
+        first = {name for name, file in files.items() if file in naming}
+        rest = {name for name, file in files.items() if file.startswith(f"tests/{room}/")} - first
+        return self._affordable(first, rest)
+
+    def _affordable(self, *groups: set[str]) -> list[str]:
+        """Return tests of groups, as many as the budget allows: of each function one, then the rest, the quickest
+        first."""
         chosen: list[str] = []
-        again: list[str] = []
-        spent, seen = 0.0, set()
-        for name in sorted(names, key=self.seconds.__getitem__):
-            function = name.partition("[")[0]
-            (again if function in seen else chosen).append(name)
-            seen.add(function)
-        for number, name in enumerate(chosen + again):
-            spent += self.seconds[name]
-            if spent > BUDGET:
-                return (chosen + again)[:number]
-        return chosen + again
-
-
-def naming(copy: Path, mutation: Mutation) -> list[str]:
-    """Return the files of tests that name the module of a mutation, those of its room first."""
-    path = Path(mutation.path)
-    module = ".".join(path.with_suffix("").parts).removesuffix(".__init__")
-    names = re.compile(rf"{re.escape(module)}\b|from {re.escape(module.rpartition('.')[0])} import .*\b{path.stem}\b")
-    tests = [file for file in sorted((copy / "tests").rglob("test_*.py")) if "dropin" not in file.parts]
-    room = copy / "tests" / path.parts[1].removesuffix(".py")
-    if path.parts[0] == "plugins":
-        room = copy / "tests" / ("spatial_guidance" if "spatial" in mutation.path else "plugins")
-    chosen = [file for file in tests if names.search(file.read_text("utf-8"))]
-    return [
-        str(file) for file in sorted(chosen, key=lambda file: (path.stem not in file.stem, room not in file.parents))
-    ]
+        for group in groups:
+            again: list[str] = []
+            seen: set[str] = set()
+            for name in sorted(group, key=self.seconds.__getitem__):
+                function = name.partition("[")[0]
+                (again if function in seen else chosen).append(name)
+                seen.add(function)
+            chosen += again
+        spent = list(accumulate(map(self.seconds.__getitem__, chosen)))
+        return chosen[: bisect_right(spent, BUDGET)]
 
 
 #: Options of every run of the tests.
@@ -238,7 +243,9 @@ QUIET = ("-q", "-p", "no:cacheprovider", "-m", "not slow")
 
 
 def _environment(copy: Path) -> dict[str, str]:
-    return dict(os.environ) | {"PYTHONPATH": os.pathsep.join([str(copy), str(Path(__file__).parent)])}
+    """Return the environment of tests of a copy, which has compiled code of its own."""
+    path = os.pathsep.join([str(copy), str(Path(__file__).parent)])
+    return dict(os.environ) | {"PYTHONPATH": path, "NUMBA_CACHE_DIR": str(copy / "compiled")}
 
 
 def noticed(copy: Path, mutation: Mutation, tests: list[str]) -> bool:
@@ -295,8 +302,8 @@ def main() -> None:
                 return ""
             copy = copies.get()
             try:
-                seen = record.tests(mutation)
-                tests = seen or naming(copy, mutation)
+                seen = record.running(mutation)
+                tests = seen or record.beside(copy, mutation)
                 killed = bool(tests) and noticed(copy, mutation, tests)
             finally:
                 copies.put(copy)
