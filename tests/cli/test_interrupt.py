@@ -40,6 +40,13 @@ def interrupted(words: list[str], delay: float) -> tuple[int, str]:
     return process.returncode, messages
 
 
+def test_a_command_that_is_interrupted_ends_in_one_line_and_exit_code_130() -> None:
+    command = [sys.executable, "-c", "from catalogue.interrupt import end; end()"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout) == (130, "")
+    assert done.stderr == "catalogue: interrupted; what was finished is kept\n"
+
+
 @pytest.mark.slow
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 @pytest.mark.parametrize("command", ["--help", "plugins", "build"])

@@ -20,6 +20,7 @@ import pytest
 from catalogue import Catalogue, StraightLine
 
 Run = Callable[..., Any]
+SWINGS = Path(__file__).parents[1] / "collections" / "dropin"
 WATT = [[[0, 0], [1, 0]], [[2, -1.2], [1, -1.2]]]
 EVANS = [[[0, 0, 1], [1, 0, 1]], [[2, 2.5, 1], [2, 0, 1]]]
 TRAMMEL = [[[0, 1, 0], [2, 0, 1]], [[1, 0, 0], [0, 1, 1]]]
@@ -472,6 +473,21 @@ def test_build_again_does_nothing_and_more_goes_on(process: Run, tmp_path: Path)
     with closing(sqlite3.connect(file)) as connection:
         assert {s for (s,) in connection.execute("SELECT DISTINCT series FROM guide")} >= {"IV*.l"}
         assert dict(connection.execute("SELECT key, value FROM setting"))["complete"] == "yes"
+
+
+def test_build_draws_a_collection(run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("catalogue.populate.collect.BLOCK", 32)
+    options = ("--collection", "swings", "--plugins", SWINGS, "--db", tmp_path / "some.db")
+    for told in ("drawing swings", "nothing to do"):
+        done = run("build", *options, "--count", 20)
+        assert done.code == 0
+        assert told in done.err
+    for wrong in (("--series", "I.GG"), ("--processes", 1)):
+        done = run("build", *options, *wrong)
+        assert done.code == 2
+        assert (
+            done.line == "catalogue: --series and --processes do not go with --collection: one process draws all of it"
+        )
 
 
 @pytest.mark.parametrize(

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from catalogue.curvature_theory.analysis import curvature
 from catalogue.draw.curves import curves
 from catalogue.draw.datasheet import PAPERS, content
 from catalogue.draw.datasheet_html import sheet_html
@@ -83,6 +84,25 @@ def test_nothing_is_cut_off_or_written_over(made: PlacedGuide, paper: str) -> No
             across = min(box.x1, other.x1) - max(box.x0, other.x0)
             upwards = min(box.y1, other.y1) - max(box.y0, other.y0)
             assert across < 1 or upwards < 2, (words, others)
+
+
+@pytest.mark.parametrize("made", [ARC, OWN], ids=["arc", "own"])
+def test_theory_and_provenance_stand_below_all_else(made: PlacedGuide) -> None:
+    told = content(made, "mm")
+    height = {text.get_text(): text.get_position()[1] for text in sheet_figure(made).texts if text.get_text()}
+    foot = [height.pop(line) for line in (*told.theory, told.provenance)]
+    ordered = [min(height.values()), *foot, 0.0]
+    assert ordered == sorted(ordered, reverse=True)
+
+
+@every
+def test_the_cubics_told_are_those_of_the_linkage(made: PlacedGuide) -> None:
+    """rho0 over the diameters and the third length, to four digits; what is 0 but for rounding is told as 0."""
+    found = curvature(made.linkage)
+    (line,) = [line for line in content(made, "mm").theory if line.startswith("Cubics")]
+    told = [number(word) for word in re.findall(r"= ([−\d.e-]+\d|\d)", line)]
+    exact = [float(v[0] * found.rho0[0]) for v in (found.kappa, found.kappa_star, found.s)]
+    assert told == pytest.approx(exact, rel=6e-4, abs=1e-9)
 
 
 @every

@@ -13,9 +13,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.spatial import ConvexHull
 
 import catalogue
 from catalogue.errors import InvalidRequest, MissingExtra
+from catalogue.export.outlines import rounded_hull
 from catalogue.find.dwell_results import DwellCandidate
 
 ezdxf: Any = pytest.importorskip("ezdxf", reason="comes with the extra `cad`, of which `test` is made")
@@ -211,6 +213,26 @@ def test_blocks_travel_from_one_end_of_their_slots_to_the_other(six: Six, read_d
         ]
         slots += 1
     assert slots == (1 if "crank" in family else 2)
+
+
+@pytest.mark.parametrize("places", [1, 2, 3, 9])
+def test_a_rounded_hull_has_the_area_of_steiner(places: int) -> None:
+    """A + r U + pi r^2, with area and circumference of the hull by qhull, of a line or a place none."""
+    draw = np.random.default_rng(places)
+    for _ in range(20):
+        z, r = draw.normal(size=places) + 1j * draw.normal(size=places), draw.uniform(0.1, 2)
+        inside = [*z, z.mean()] if places > 2 else [*z, *z]
+        made = rounded_hull([complex(p) for p in draw.permutation(inside)], r)
+        hull = ConvexHull(np.stack([z.real, z.imag], 1)) if places > 2 else None
+        around = float(hull.area) if hull else 2 * abs(z[0] - z[-1])  # of qhull: the area in a plane is the edge
+        corners = np.array(made.corners)
+        covered = area(corners)
+        for bulge, a, b in zip(made.bulges, corners, np.roll(corners, -1), strict=True):
+            sweep = 4 * math.atan(bulge)
+            radius = abs(b - a) / 2 / math.sin(sweep / 2) if bulge else 0.0
+            covered += radius**2 / 2 * (sweep - math.sin(sweep))
+            assert not bulge or radius == pytest.approx(r, rel=1e-6)
+        assert covered == pytest.approx((hull.volume if hull else 0.0) + r * around + math.pi * r**2, rel=1e-9)
 
 
 def test_a_linkage_without_a_stroke_is_drawn_over_its_circuit(read_dxf: Read) -> None:

@@ -98,15 +98,17 @@ def test_pylinkage_agrees_with_the_deviation(six: Six, arc: catalogue.Stretch, t
     assert "AssertionError" in run(wrong, tmp_path).stderr
 
 
+@pytest.mark.parametrize("unit", [1.0, 1e-3])
 @pytest.mark.parametrize("shift", [0, 1000 + 1000j, 1000 - 1000j, -1000 + 1000j, -1000 - 1000j])
-def test_the_arc_of_a_script_is_where_the_guide_is(arc: catalogue.Stretch, shift: complex) -> None:
+def test_the_arc_of_a_script_is_where_the_guide_is(arc: catalogue.Stretch, shift: complex, unit: float) -> None:
     def moved(x: float, y: float, w: float = 1.0) -> list[float]:
-        z = complex(x, y) + shift * w
+        z = unit * (complex(x, y) + shift * w)
         return [z.real, z.imag, w]
 
+    assert arc.radius
     pivots = [[moved(*pivot) for pivot in pair] for pair in arc.pivots]
     own = catalogue.guide(pivots, moved(*arc.guided)[:2])
-    (guide,) = own.measure(stroke=arc.stroke, radius=arc.radius, limit=1)
+    (guide,) = own.measure(stroke=unit * arc.stroke, radius=unit * arc.radius, limit=1)
     told = re.search(r"np\.abs\(z - \((.*)\)\) - ([\d.]+)\)", str(guide.export(format="pylinkage")))
     assert told
     off = np.abs(guide.motion(721).points["guided"] - complex(told[1])) - float(told[2])
@@ -137,9 +139,17 @@ def test_a_guide_that_pylinkage_would_lose_is_refused(six: Six) -> None:
         through.export(format="pylinkage")
 
 
-def test_a_guide_that_comes_near_a_dead_point_is_refused_in_any_unit() -> None:
-    swinging = {"ground": 1.6, "crank": 3.6, "coupler": 1.4, "rocker": 1.9, "along": 1.0, "across": 1.4}
-
+@pytest.mark.parametrize(
+    ("swinging", "stroke", "nears"),
+    [
+        ({"ground": 1.6, "crank": 3.6, "coupler": 1.4, "rocker": 1.9, "along": 1.0, "across": 1.4}, 1.5, 1),
+        ({"crank": 3, "coupler": 2, "offset": 0.3, "along": 1.5, "across": 0.5}, 1.2, 2),
+    ],
+    ids=["four-bar", "slider-crank"],
+)
+def test_a_guide_that_comes_near_a_dead_point_is_refused_in_any_unit(
+    swinging: dict[str, float], stroke: float, nears: int
+) -> None:
     def told(one: catalogue.Stretch) -> str:
         try:
             return str(one.export(format="pylinkage"))
@@ -148,7 +158,7 @@ def test_a_guide_that_comes_near_a_dead_point_is_refused_in_any_unit() -> None:
 
     for unit in (1e-3, 1.0, 1e3):
         links = {name: unit * value for name, value in swinging.items()}
-        found = catalogue.guide(links).measure(stroke=1.5 * unit, limit=4)
+        found = catalogue.guide(links).measure(stroke=stroke * unit, limit=4)
         near = [one.min_transmission < 5 for one in found]
-        assert sum(near) == 1
+        assert sum(near) == nears
         assert ["near a dead point" in told(one) for one in found] == near

@@ -58,6 +58,14 @@ EXAMPLES: dict[str, tuple[list[Any], Any, list[Any], Any]] = {
         ],
         Travel("wheel", CENTRE, (0.1, 0.2, 1)), [], np.linspace(-60, 60, 31),
     ),
+    "arm on a body that links lead": (
+        [
+            *(Link("ground", a, "wheel", b) for a, b in zip(INNER, OUTER, strict=True)),
+            Revolute("arm", (20, 730, -60), axis=(0.2, 0.1, 1), on="wheel"),
+            Link("ground", (120, 480, -150), "arm", (160, 720, -50)),
+        ],
+        Travel("wheel", CENTRE), [], np.linspace(-30, 30, 13),
+    ),
     "full turn, by the angle of a direction": (
         list(rssr(*RSSR).elements), Angle("crank", (1, 0, 0), (0, 0, 1)), [], np.linspace(-3, 3, 61),
     ),

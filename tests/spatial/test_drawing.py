@@ -73,6 +73,14 @@ def test_scales_are_equal_and_all_is_on_the_paper(rssr: Motion) -> None:
     assert (flat[:, 1] < 0.92 * box.height).all()
 
 
+def test_title_and_note_stand_on_the_paper_above_the_mechanism(rssr: Motion) -> None:
+    seen = scene(rssr.mechanism, rssr)
+    figure = rssr.plot()
+    places = {text.get_text(): text.get_position()[1] for text in figure.texts}
+    top = 1 - figure.axes[0].get_position().height
+    assert 1 - top < places[seen.note] < places[seen.title] - 0.02 < 0.97
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", ["cardan", "platform", "five_link_axle"])
 def test_examples_are_drawn(name: str, tmp_path: Path) -> None:

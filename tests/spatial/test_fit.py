@@ -178,6 +178,21 @@ def test_an_active_box_is_named_with_what_it_costs() -> None:
     assert found.held_back["gain [1/mm]"][0] == pytest.approx((squares[0] - squares[1]) / (2 * h), rel=1e-5)
 
 
+@pytest.mark.parametrize("wanted", [52.0, 50.8])
+def test_a_rod_that_is_to_be_longer_than_its_box_allows_is_held_back(wanted: float) -> None:
+    """Its end may be raised by 1, which makes it sqrt(925 + 41^2) long."""
+    over = Sweep(Joint("crank"), np.radians([-10.0, 0.0, 10.0]))
+    target = Target("length", lambda m: link_length(m, "rod"), over, wanted, tolerance=0.5)
+    found = fit(rssr(), [target], [Box("rod.to", (0, 0, 1))], starts=1)
+    height = min(np.sqrt(wanted**2 - 925), 41)
+    assert found.displacements["rod.to"] == pytest.approx((0, 0, height - 40), abs=1e-6)
+    assert list(found.held_back["coordinate"]) == (["rod.to z"] if height == 41 else [])
+    length = np.hypot(np.sqrt(925), height)
+    for moved, gain in found.held_back[["moved [mm]", "gain [1/mm]"]].to_numpy():
+        assert moved == pytest.approx(1)
+        assert gain == pytest.approx(2 * (wanted - length) / 0.5**2 * height / length, rel=1e-6)
+
+
 @pytest.mark.slow
 def test_bounds_are_kept_exactly_and_only_where_they_must() -> None:
     q = np.radians(np.linspace(-40, 40, 17))

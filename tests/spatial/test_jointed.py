@@ -33,6 +33,8 @@ from catalogue.spatial import (
     sensitivities,
     transmission,
 )
+from catalogue.spatial.jointed.dead_points import stationary
+from catalogue.spatial.jointed.newton import across
 
 
 def rssr(crank: Any, axis: Any, at: Any, rocker: Any, other: Any) -> Mechanism:
@@ -130,6 +132,38 @@ def test_a_rocker_has_the_dead_points_of_the_discriminant() -> None:
         inside = rssr(*data).sweep(Joint("crank"), np.linspace(-7, 7, 101))
         assert (inside.success == ((inside.drive >= circuit.limits[0]) & (inside.drive <= circuit.limits[1]))).all()
         assert all(reason == "dead point" for _, reason in inside.ends[0])
+
+
+def test_dead_points_are_the_same_by_the_joint_and_by_the_angle_of_an_arm() -> None:
+    """The angle of an arm is periodic, that of a joint is not; RSSR that turn back before a turn or after it."""
+    draw = np.random.default_rng(4)
+    for _ in range(3):
+        data = random_rssr(draw)
+        axis = np.array(data[1])
+        by_joint = rssr(*data).circuit(Joint("crank"))
+        by_angle = rssr(*data).circuit(Angle("crank", np.cross(axis, (0.3, 0.2, 1.0)), axis))
+        assert len(by_joint.dead_points) == 2
+        np.testing.assert_allclose(by_angle.dead_points, by_joint.dead_points, atol=1e-9)
+        np.testing.assert_allclose(by_angle.limits, by_joint.limits, atol=1e-9)
+
+
+@pytest.mark.parametrize("part", [0.2, 0.05])
+def test_a_dead_point_a_little_beyond_two_nodes_is_found_too(part: float) -> None:
+    """As where nodes are not exact: the node beyond it is moved before it by a part of the interval."""
+    circuit = rssr(*random_rssr(np.random.default_rng(4))).circuit(Joint("crank"))
+    curve, trace = circuit.curve, circuit.trace
+    turns = np.flatnonzero(trace.slope[:-1] * trace.slope[1:] < 0)
+    assert len(turns) == 2
+    for k in turns.tolist():
+        (s, state), _ = stationary(curve, trace, k)
+        y, tangent, slope = across(curve, trace.at(np.array([s - part * (s - trace.s[k])])), trace.tangent[k][None])
+        before = trace._replace(**{name: getattr(trace, name).copy() for name in trace._fields if name != "reason"})
+        before.s[k + 1] = s - part * (s - trace.s[k])
+        before.y[k + 1], before.rate[k + 1] = y[0], curve.system.lifted(y, tangent)[0]
+        before.tangent[k + 1], before.slope[k + 1] = tangent[0], slope[0]
+        assert before.slope[k] * before.slope[k + 1] > 0
+        (_, found), _ = stationary(curve, before, k)
+        np.testing.assert_allclose(found, state, atol=1e-8)
 
 
 def test_a_slider_follows_the_closed_form() -> None:

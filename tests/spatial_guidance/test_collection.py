@@ -402,6 +402,28 @@ def test_a_drawing_shows_guides_body_and_path(cat: Catalogue, family: str, tmp_p
     assert all(s.get_alpha() < 0.5 for s in surfaces)
 
 
+@pytest.mark.parametrize("family", ["I", "III", "V"])
+def test_a_drawing_is_seen_from_where_stroke_and_surfaces_are_seen_best(modules: SimpleNamespace, family: str) -> None:
+    """By differences along the surfaces: the worst of how far each faces who looks, and how long the stroke is seen."""
+    for specimen in COLLECTION.draw(family, np.random.default_rng(3), 2)[:5]:
+        p = dict(specimen.parameters)
+        start = np.array([[np.nan if v is None else v for v in row] for row in p["start"]], float)
+        normals = []
+        for guide, (u, w) in zip(p["guides"], start, strict=True):
+            if guide["kind"] not in ("circle", "helix", "line"):
+                one = on_guide(guide, u + 1e-6, w) - on_guide(guide, u - 1e-6, w)
+                other = on_guide(guide, u, w + 1e-6) - on_guide(guide, u, w - 1e-6)
+                normals.append(np.cross(one, other) / np.linalg.norm(np.cross(one, other)))
+
+        def worst(azimuth: float, normals: list[Any] = normals) -> float:
+            at, tip = np.radians([azimuth, modules.picture.ELEVATION])
+            eye = np.array([np.cos(tip) * np.cos(at), np.cos(tip) * np.sin(at), np.sin(tip)])
+            return float(min([np.linalg.norm(np.cross((1, 0, 0), eye)) - 0.4, *(abs(n @ eye) for n in normals)]))
+
+        chosen = modules.picture._azimuth(modules.plain_data.strokes([p]), start)
+        assert worst(chosen) == pytest.approx(max(map(worst, modules.picture.AZIMUTHS)), abs=1e-6)
+
+
 @pytest.mark.slow
 def test_curves_are_drawn_as_far_as_points_of_the_body_run_on_them(modules: SimpleNamespace) -> None:
     drawn = COLLECTION.draw("III", np.random.default_rng(3), 4)
