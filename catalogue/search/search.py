@@ -121,10 +121,16 @@ class Search:
         """Whether enough was found, or too little to go on."""
         first, refined = self._begun
         stages, points = self.stage - first, self.report.refined - refined
-        least = 1 if self.enough == 1 else 1 + is_narrow(self.problem)  # few designs are left: the next stage differs
+        least = 1 if self.enough == 1 else self._least_stages
         most = self._budget.points if self._feasible else self._budget.in_vain
         ample = self._worth_something >= self.enough and stages >= least
         return ample or (stages > 1 and points > most) or stages >= STAGES or self._stagnates
+
+    @property
+    def _least_stages(self) -> int:
+        """How many stages there are in any case: where few designs are left, the next one differs; where a crank is to
+        turn fully, what is best differs from search to search by several times as much as elsewhere."""
+        return 3 if self.problem.constraints.full_rotation else 1 + is_narrow(self.problem)
 
     @property
     def _feasible(self) -> bool:
