@@ -11,7 +11,7 @@ from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.fixed_nominal import Nominal, in_place
 from ..guidance.metrics import Measures, measure
 from ..guidance.placement import FINE, at_stroke, mid_stroke, mirrored, near_stroke, placed
-from ..guidance.sensitivity import sensitivity
+from ..guidance.sensitivity import MOST, NODES, sensitivity
 from ..guidance.trace import Traced, again
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
@@ -132,15 +132,17 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Tr
     wanted = problem.constraints
     found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
     known = "allowance" in problem.needed
-    allowance = allowances(problem, guides, traced, STATIONS) if known else np.full(len(guides), np.nan)
+    allowance = allowances(problem, guides, traced, STATIONS, STATIONS) if known else np.full(len(guides), np.nan)
     linkage, point, chart = guides.linkage, guides.point, guides.motion.chart
     return CandidateBatch(origin, linkage, point, _pole(guides), chart, traced, found, allowance)
 
 
-def allowances(problem: Problem, guides: CouplerCurve, traced: Traced, stations: int) -> Floats:
-    """Return the allowances of traced guides, see `CandidateBatch`, shape (n,)."""
+def allowances(
+    problem: Problem, guides: CouplerCurve, traced: Traced, stations: int = NODES, most: int = MOST
+) -> Floats:
+    """Return the allowances of traced guides, see `CandidateBatch`, shape (n,), read as by `sensitivity`."""
     with np.errstate(all="ignore"):
-        rms = np.where(guides.cusp, np.nan, sensitivity(guides, traced, stations).rms)
+        rms = np.where(guides.cusp, np.nan, sensitivity(guides, traced, stations, most).rms)
         return np.asarray((problem.deviation - traced.fit.deviation.astype(float)) / (2 * rms))
 
 
@@ -203,7 +205,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     if len(fine):
         traced = traced.replaced(np.isin(np.arange(len(found)), fine), _exactly(problem, here[fine]))
     shown = described(problem, found.origin, here, traced)
-    return replace(shown, allowance=allowances(problem, here, traced, SHOWN // 4))
+    return replace(shown, allowance=allowances(problem, here, traced))
 
 
 def _exactly(problem: Problem, guides: CouplerCurve) -> Traced:

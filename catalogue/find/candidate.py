@@ -13,7 +13,7 @@ import numpy as np
 
 from ..errors import InvalidRequest, quoted
 from ..given import complexes, switch
-from ..guidance.sensitivity import sensitivity
+from ..guidance.sensitivity import NODES, sensitivity
 from ..kinematics.types import Complexes, Floats
 from ..problem.request import CircularArc, Request, StraightLine
 from .columns import CANDIDATE, attributes
@@ -203,9 +203,15 @@ class Candidate(PlacedGuide):
 
     def _traced(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
         from ..guidance.placement import at_stroke
+        from ..guidance.trace import again
 
         here = self.span()
-        return here, at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
+        traced = at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
+        if self.radius is None or here.cusp.any() or not np.isfinite(traced.fit.deviation).all():
+            return here, traced
+        forward = (here.tangent * self.request.direction.conjugate()).real > 0
+        bend = np.where(forward, -1, 1) / self.radius  # the arc bulges to the left of its chord
+        return here, again(here, traced, circle=True, nodes=NODES, held=bend)
 
     def path(self, points: int = 101) -> Floats:
         """Return points of the guided path over the stroke, shape (points, 2), from 2 to a million."""

@@ -14,7 +14,7 @@ from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
 from .inverse import of_machine
 from .metrics import Measures
-from .minimum_zone import grid, times
+from .minimum_zone import grid, largest, times
 from .trace import Traced
 
 if TYPE_CHECKING:
@@ -89,7 +89,7 @@ def drive_metrics(
             np.where(full, (360 - angle) / angle, np.nan),
             np.where(steady, np.where(guides.cusp, 0.0, least / most), np.nan),
             np.where(steady, radius * least, np.nan),
-            np.degrees(moves.turn.max(0) - moves.turn.min(0)),
+            np.degrees(largest(moves.turn) + largest(-moves.turn)),
         )
     rough = np.flatnonzero((driver > 0) & (moves.missed[of_driver] > MISSED))
     if nodes >= MOST or not len(rough):

@@ -39,7 +39,7 @@ from ..kinematics.motion import Motion
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from .coupler_curve import CouplerCurve, false_position
 from .inverse import of_machine
-from .minimum_zone import grid, largest
+from .minimum_zone import grid, largest, times
 from .trace import Traced
 
 if TYPE_CHECKING:
@@ -129,7 +129,8 @@ def _of_kind(kind: Array, four_bar: Array, slider: Array, slide: Array) -> Array
     return np.where(kind == RR, four_bar, np.where(kind == PR, slider, slide))
 
 
-#: Positions at which the transmission angle is read; four times as many, up to so many, where its sine misses more.
+#: Positions at which the transmission angle and the path are read; four times as many, up to so many, where the sine of
+#: the angle, or the path as part of the size, misses more.
 POSES, MOST, MISSED = 17, 257, 1e-4
 #: A guided point nearer to a moving pivot than this part of the stroke is that pivot, which needs no guide.
 LEAST_ARM = 0.05
@@ -142,7 +143,7 @@ class Measures(Rows):
     Attributes
     ----------
     size : ndarray
-        Diameter of the finite pivots, in mid-stroke, together with the guided path (`POSES` points of it).
+        Diameter of the finite pivots, in mid-stroke, together with the guided path, read between `POSES` points of it.
     max_link, min_link : ndarray
         Longest and shortest of the cranks and the coupler; NaN where there is none.
     max_ground : ndarray
@@ -221,8 +222,8 @@ def measure(
         now = np.where(linkage.finite[:, :, 1], now, np.nan)
         pivots = np.concatenate([fixed, now], axis=1)
         between = np.fmax.reduce(np.abs(pivots[:, :, None] - pivots[:, None, :]), axis=(1, 2))
-        reach = np.fmax.reduce(np.abs(path[:, :, None] - pivots), axis=(0, 2))
-        size = np.maximum(np.maximum(between, reach), np.abs(path[-1] - path[0]))
+        size = np.maximum(between, _reach(path, pivots))
+        missed = np.maximum(missed, np.abs(times(grid(poses - 1).coefficients[-2:], path)).sum(0) / size)
         if inverse:
             fixed, now, point = now, fixed, np.where(guides.cusp, point, _at(path, middle))
         ends, pins = _finite(machine, 0), _finite(machine, 1)
@@ -244,6 +245,14 @@ def measure(
         driver=None if driver is None else driver[rough],
     )  # fmt: skip
     return put(found, rough, finer)
+
+
+def _reach(path: Complexes, pivots: Complexes) -> Floats:
+    """Return the largest distance of paths (m, n), at Chebyshev points of the stroke, from pivots (n, k), which may be
+    NaN, and from their own ends, shape (n,); between the points paths are interpolated."""
+    fine = times(grid(len(path) - 1).fine, path)
+    places = np.concatenate([path[[0, -1]].T, pivots], axis=1)
+    return np.asarray(np.fmax.reduce(largest(np.abs(fine[:, :, None] - places)), axis=1))
 
 
 def transmission(

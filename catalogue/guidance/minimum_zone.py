@@ -19,6 +19,7 @@ in double precision; use extended precision below a deviation of 1e-12 of the st
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any
@@ -46,12 +47,13 @@ class Grid:
 def times(matrix: Array, values: Array) -> Array:
     """Return a real matrix (f, m) times values (m, ...), complex ones as pairs of real ones: NumPy would make the
     matrix complex, which takes several times as long."""
-    columns = np.ascontiguousarray(values).reshape(len(values), -1)
+    shape = values.shape[1:]
+    columns = np.ascontiguousarray(values).reshape(len(values), math.prod(shape))
     if np.iscomplexobj(columns):
         product = (matrix @ columns.view(columns.real.dtype)).view(columns.dtype)
     else:
         product = matrix @ columns
-    return np.asarray(product.reshape(-1, *values.shape[1:]))
+    return np.asarray(product.reshape(len(matrix), *shape))
 
 
 @lru_cache

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ..kinematics.batch import Rows
+from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
 from ..kinematics.motion import Motion, motion
 from ..kinematics.types import Complexes, Floats, Mask
@@ -125,8 +125,9 @@ def displaced(linkage: Linkage, point: Complexes, step: Floats) -> tuple[Linkage
     return made, (point + step[:, 8] + 1j * step[:, 9])[good], good
 
 
-#: Intervals between the positions that are looked at, and where derivatives are wanted.
-NODES, COARSE = 32, 8
+#: Intervals between the positions that are looked at, most of them where fewer miss more than such a part of the
+#: largest sum of squares, and where derivatives are wanted.
+NODES, MOST, MISSED, COARSE = 32, 512, 1e-3, 8
 
 
 @dataclass(frozen=True)
@@ -151,21 +152,31 @@ class Sensitivity:
     rms: Floats
 
 
-def sensitivity(guides: CouplerCurve | CircuitCurve, traced: Traced, stations: int = NODES) -> Sensitivity:
-    """Return the sensitivities of traced guides whose points do not return and are as they were given; the positions
-    that are looked at have `stations` intervals between them."""
-    nodes = grid(stations).nodes
-    t, tangent = traced.parameters(nodes), _ways(guides, traced, nodes)
+def sensitivity(
+    guides: CouplerCurve | CircuitCurve, traced: Traced, stations: int = NODES, most: int = MOST
+) -> Sensitivity:
+    """Return the sensitivities of traced guides whose points do not return and are as they were given.
+
+    The positions that are looked at have `stations` intervals between them, twice as many and so on, at `most` so many,
+    where these do not resolve the sum of squares, by its last two Chebyshev coefficients.
+    """
+    points = grid(stations)
+    t, tangent = traced.parameters(points.nodes), _ways(guides, traced, points.nodes)
     by = pose_jacobian(guides.motion, guides.point, t, tangent).across.reshape(*t.shape, 5, 2)
     length = np.hypot(by[..., 0], by[..., 1])  # (m, n, 5)
     finite = np.concatenate([guides.linkage.finite.reshape(-1, 4), np.ones((len(guides), 1), bool)], axis=1)
     given = np.where(finite, length, 0.0)
-    return Sensitivity(
+    found = Sensitivity(
         length[..., :4].max(0).reshape(-1, 2, 2),
         length[..., 4].max(0),
         given.sum(-1).max(0),
         _largest(given**2, stations),
     )
+    squares = (given**2).sum(-1)
+    rough = np.flatnonzero(np.abs(points.coefficients[-2:] @ squares).sum(0) > MISSED * squares.max(0))
+    if stations >= most or not len(rough):
+        return found
+    return put(found, rough, sensitivity(guides[rough], traced[rough], 2 * stations, most))
 
 
 def rms_gradient(guides: CouplerCurve, traced: Traced, step: float = 1e-5) -> tuple[Floats, Floats]:

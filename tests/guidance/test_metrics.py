@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
-from catalogue.guidance.metrics import measure, rotates
+from catalogue.guidance.metrics import _reach, measure, rotates
 from catalogue.guidance.placement import placed
 from catalogue.guidance.trace import Traced, trace
 from catalogue.kinematics.linkage import FAMILIES, RR, Linkage
@@ -204,3 +204,14 @@ def test_a_crank_that_turns_fully_drives_where_one_is_wanted(random_linkages: Ca
     assert worse.sum() > 5
     assert (wanted.min_transmission[worse] < better.min_transmission[worse]).all()
     np.testing.assert_array_equal(wanted.min_transmission[~worse], better.min_transmission[~worse])
+
+
+def test_the_size_is_that_of_the_whole_path_not_of_the_poses_that_are_read() -> None:
+    share = -np.cos(np.pi * np.arange(17) / 16)
+    centre, pivots = np.array([0.3, 0.2j]), np.array([[-1.0, np.nan], [0.2 + 1j, 1.5]])
+    arcs = centre + np.array([0.6, 0.8]) * np.exp(1j * (0.11 + share[:, None] * np.array([0.9, 1.2])))
+    dense = centre + np.array([0.6, 0.8]) * np.exp(
+        1j * (0.11 + np.linspace(-1, 1, 20001)[:, None] * np.array([0.9, 1.2]))
+    )
+    far = [max(np.nanmax(np.abs(dense[:, i, None] - pivots[i])), np.abs(dense[0, i] - dense[-1, i])) for i in range(2)]
+    assert _reach(arcs, pivots) == pytest.approx(far, rel=1e-6)

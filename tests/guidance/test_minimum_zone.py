@@ -366,7 +366,7 @@ def test_the_grid_interpolates_polynomials(count: int) -> None:
 
 
 @pytest.mark.parametrize("kind", [float, complex, np.clongdouble])
-@pytest.mark.parametrize("shape", [(), (3,), (3, 2)])
+@pytest.mark.parametrize("shape", [(), (3,), (3, 2), (0, 2)])
 def test_complex_values_are_carried_as_real_and_imaginary_part_alone(kind: Any, shape: tuple[int, ...]) -> None:
     rng = np.random.default_rng(5)
     matrix, values = rng.normal(size=(7, 4)), rng.normal(size=(2, 4, *shape))

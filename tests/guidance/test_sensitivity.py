@@ -12,6 +12,7 @@ from catalogue import Candidate, Catalogue, CircularArc, InvalidRequest, Straigh
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.placement import at_stroke
 from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian, rms_gradient, sensitivity
+from catalogue.guidance.trace import again
 from catalogue.kinematics.linkage import Linkage
 
 DRAWS, BATCH, ERROR = 20_000, 10_000, 1e-4
@@ -126,3 +127,26 @@ def test_across_an_exact_arc_is_along_its_radius(sweep: float) -> None:
     assert found.point[0] == pytest.approx(1, rel=1e-9)
     assert found.worst[0] == pytest.approx(each.sum(1).max(), rel=1e-3)
     assert found.rms[0] == pytest.approx(np.sqrt((each**2).sum(1)).max(), rel=1e-3)
+
+
+def test_a_narrow_peak_is_not_passed_over() -> None:
+    """An inverted slider-crank whose fixed pivot comes within 2.5e-6 of the guided line near the end of the stroke,
+    about which the point follows errors many times as far as elsewhere."""
+    linkage = Linkage(
+        [[[0.48907165387008733, -0.3281902205529979, 1.0], [-0.1976986682316739, 0.9802628405582977, 0.0]],
+         [[1.7597421025131916, -0.38466033576106945, 1.0], [0.16257570308577207, -0.3940402268190428, 1.0]]]
+    )  # fmt: skip
+    guides = coupler_curve(linkage, np.array([0.5000000000000002 + 0.27425252715492304j]))
+    traced = at_stroke(guides, 1.0, circle=True, extend=False)
+    held = again(guides, traced, circle=True, nodes=32, held=np.where(guides.tangent.real > 0, -1, 1) / 0.6)
+    coarse, as_needed = (sensitivity(guides, held, *stations).rms[0] for stations in [(32, 32), ()])
+    assert coarse < 200
+    assert as_needed > 500  # 536 at 1,201 even places along the path; none that is read is the highest
+
+
+@pytest.mark.parametrize("family", ["four-bar", "inverted-slider-crank"])
+def test_of_an_answer_along_an_arc_of_given_radius_it_is_across_that_arc(small: Catalogue, family: str) -> None:
+    found = small.find(CircularArc(1, 0.01, 0.6), families=[family], max_size=3, limit=3)
+    assert len(found)
+    for c in found:
+        assert c.sensitivity().rms[0] == pytest.approx(c.sensitivity_rms, rel=1e-4)
