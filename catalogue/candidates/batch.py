@@ -131,8 +131,9 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Tr
     """Return traced guides in mid-stroke with what the problem needs to be measured of them."""
     wanted = problem.constraints
     found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
-    known = "allowance" in problem.needed
-    allowance = allowances(problem, guides, traced, STATIONS, STATIONS) if known else np.full(len(guides), np.nan)
+    allowance = np.full(len(guides), np.nan)
+    if problem.needs_allowance:
+        allowance = allowances(problem, guides, traced, STATIONS, STATIONS)
     linkage, point, chart = guides.linkage, guides.point, guides.motion.chart
     return CandidateBatch(origin, linkage, point, _pole(guides), chart, traced, found, allowance)
 

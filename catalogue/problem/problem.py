@@ -69,14 +69,11 @@ class Problem:
         """Curvature of an arc whose radius is given; None for a straight line and for an arc of any radius."""
         return self.curvature if self.curved else None
 
-    @cached_property
-    def needed(self) -> frozenset[str]:
-        """Which measures constraints and ranking are functions of, by the names of `catalogue.candidates.values`."""
-        bounds = {"max_size": "size", "min_transmission": "transmission"}
-        active = self.constraints.active()
-        bounded = (bounds.get(name, name.removeprefix("min_").removeprefix("max_")) for name in active)
-        more = {"allowance"} if "play" in active else set()
-        return frozenset({*more, *bounded, *self.ranking.quantities, *self.ranking.front})
+    @property
+    def needs_allowance(self) -> bool:
+        """Whether answers are bounded or ranked by the allowance, or play is to be told, which is read off it."""
+        wanted = self.constraints
+        return bool(wanted.min_allowance or wanted.play) or "allowance" in self.ranking.quantities
 
     @property
     def stroke(self) -> float:

@@ -150,7 +150,7 @@ def linearise(
     if rough:
         limits |= differences(problem, found, guides.motion.chart, rough, basis, nominal)
     rms, rms_slope = np.full(len(found), np.nan), np.zeros((len(found), COUNT))
-    if "allowance" in problem.needed:
+    if problem.needs_allowance:
         rms, rms_slope = rms_gradient(guides, found.traced)
         if (bound := problem.constraints.min_allowance) is not None:
             limits["min_allowance"] = _of_allowance(found, bound, rms, rms_slope)
