@@ -17,9 +17,9 @@ from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
 from .batch import CandidateBatch
 
-#: Bounds by the value that they bound; each is the largest allowed, or the least.
+#: Bounds on lengths of the linkage by the measure that they bound; each is the largest allowed, or the least.
 LARGEST = {"max_size": "size", "max_link": "max_link", "max_ground": "max_ground", "max_arm": "max_arm"}
-LEAST = {"min_link": "min_link", "min_ground": "max_ground", "min_allowance": "allowance"}
+LEAST = {"min_link": "min_link", "min_ground": "max_ground"}
 #: Regions with the pivots, 0 fixed and 1 moving, that must stand in them.
 STANDING = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
 #: What the logarithm of the deviation counts for beside lengths in strokes and angles in radians, so that a guide may
@@ -144,9 +144,10 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
         amounts["deviation"] = over(np.log(np.maximum(found.deviation, 1e-300) / problem.deviation))
         for name, key in (LARGEST | LEAST).items():
             if (bound := getattr(wanted, name)) is not None:
-                value = found.allowance if key == "allowance" else getattr(m, key)
-                unit = bound if key == "allowance" else 1.0
-                amounts[name] = over((value - bound if name in LARGEST else bound - value) / unit)
+                value = getattr(m, key)
+                amounts[name] = over(value - bound if name in LARGEST else bound - value)
+        if (bound := wanted.min_allowance) is not None:
+            amounts["min_allowance"] = over((bound - found.allowance) / bound)
         amounts["max_size" if wanted.max_size is None else "distance of the pivots"] = over(m.size - farthest(problem))
         amounts["distance from the moving pivots"] = over(LEAST_ARM - nearer_arm(found))
         if wanted.min_transmission:

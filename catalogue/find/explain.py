@@ -26,7 +26,7 @@ from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import min_transmission_turn
 from ..guidance.swept_area import link_segments
 from ..kinematics.types import Complexes, Floats
-from ..problem.constraints import DRIVE, Constraints
+from ..problem.constraints import DRIVE, LENGTHS, Constraints
 from ..problem.problem import Problem
 from ..problem.region import FAR, Region
 from ..problem.request import Request
@@ -204,7 +204,7 @@ class Explanation:
             elif value is None:
                 changes[name] = getattr(Constraints(), name)
             else:
-                changes[name] = value / stroke if name in LARGEST or name in LEAST else value
+                changes[name] = value / stroke if name in LENGTHS else value
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
         search = Search(looser, self.database, enough=1, near=one)
         search.step()
@@ -224,7 +224,9 @@ class Explanation:
         if name == "deviation":
             value = s * one.deviation / INSIDE
         elif key := (LARGEST | LEAST).get(name):
-            value = s * (one.allowance if key == "allowance" else getattr(m, key))
+            value = s * getattr(m, key)
+        elif name == "min_allowance":
+            value = s * one.allowance
         elif name == "min_transmission":
             value = m.min_transmission
         elif name == "min_transmission_turn":
@@ -245,7 +247,7 @@ class Explanation:
         asked = self.request.deviation if name == "deviation" else getattr(self.problem.constraints, name)
         if asked is None:
             return f"{option(name)} {value:.4g} (asked none: {self.problem.stroke * farthest(self.problem):g} at most)"
-        asked = self.problem.stroke * asked if name in LARGEST or name in LEAST else asked
+        asked = self.problem.stroke * asked if name in LENGTHS else asked
         return f"{option(name)} {value:.4g} (asked {asked:g})"
 
 

@@ -45,7 +45,7 @@ class Desire:
         if values.shape not in ((2,), (3,)):
             raise InvalidRequest(f"the desire for {name} must be BEST, WORST or BEST, WORST, WEIGHT")
         best, worst, weight = (*values.tolist(), 1.0)[:3]
-        downward = DESIRES[name].best < DESIRES[name].worst
+        downward = name not in RISING
         if not np.isfinite([best, worst]).all() or best == worst or (best < worst) != downward:
             side = "below" if downward else "above"
             raise InvalidRequest(f"the best {name} must lie {side} the worst, not {best:g} and {worst:g}")
@@ -72,6 +72,8 @@ DESIRES: Mapping[str, Desire] = {
     "min_link": Desire(0.25, 0.05),
     "min_ground": Desire(0.25, 0.05),
 }
+#: Measures of which more is better.
+RISING = frozenset(name for name, desire in DESIRES.items() if desire.best > desire.worst)
 
 
 def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, float]:
@@ -142,14 +144,10 @@ class Ranking:
             raise InvalidRequest(f"distinct must be a number from 0 to below 1, not {quoted(distinct)}")
         if desires is not None and not isinstance(desires, Mapping):
             raise InvalidRequest(f"desires must be a mapping of names to BEST, WORST, not {quoted(desires)}")
-        units = {
-            "size": request.stroke,
-            "min_link": request.stroke,
-            "min_ground": request.stroke,
-            "allowance": request.deviation,
-            "transmission": 90.0,
+        units = {"allowance": request.deviation, "transmission": 90.0}  # all others are lengths
+        wishes = {
+            name: Desire.of(name, given, units.get(name, request.stroke)) for name, given in (desires or {}).items()
         }
-        wishes = {name: Desire.of(name, given, units.get(name, 1.0)) for name, given in (desires or {}).items()}
         return cls(weights(rank_by), front, share, least, {**DESIRES, **wishes})
 
     def without(self, desire: str) -> Ranking:
@@ -181,7 +179,7 @@ class Ranking:
             return np.asarray(values["size"] - values["transmission"])
         if name == "score":
             return self._mean({q: d.cost(values[q]) for q, d in self.desires.items()})
-        if name in ("transmission", "min_link", "allowance"):
+        if name in RISING:
             return np.asarray((name == "transmission") - values[name])
         return np.asarray(np.nan_to_num(values[name]))
 

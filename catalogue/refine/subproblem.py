@@ -25,6 +25,7 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
+from ..problem.ranking import RISING
 from ..problem.request import FULLEST
 from .quantities import Pieces, Quantities
 
@@ -80,11 +81,9 @@ BEND_STEP, PIVOT_STEP, WORSE = 1e-6, 1e-5, 0.02
 NEAR = 0.05
 #: Constraints whose derivatives are differenced, since none is written down.
 DIFFERENCED = (*DRIVE, "keep_out")
-#: Bounds with the pieces that they bound, in the units of these.
-BOUNDS = {
-    **LARGEST, "min_link": "min_link", "min_ground": "min_ground",
-    "min_transmission": "transmission", "min_transmission_turn": "transmission_turn",
-}  # fmt: skip
+#: Bounds with the pieces that they bound: lengths in strokes, transmission angles in right angles.
+TRANSMISSION = {"min_transmission": "transmission", "min_transmission_turn": "transmission_turn"}
+BOUNDS = {**LARGEST, "min_link": "min_link", "min_ground": "min_ground", **TRANSMISSION}
 
 
 @dataclass(frozen=True)
@@ -209,11 +208,9 @@ def _limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
     wanted, limits = problem.constraints, {"collapse": read.collapse()}
     limits["distance from the moving pivots"] = read("least_arm").less(-LEAST_ARM)
     for name, measure in BOUNDS.items():
-        bound = getattr(wanted, name)
-        if bound is None or (name.startswith("min_transmission") and not bound):
-            continue
-        sign = 1.0 if name in LARGEST else -1.0
-        limits[name] = read(measure).less(sign * bound / (90.0 if measure.startswith("transmission") else 1.0))
+        if bound := getattr(wanted, name):
+            sign, unit = 1.0 if name in LARGEST else -1.0, 90.0 if name in TRANSMISSION else 1.0
+            limits[name] = read(measure).less(sign * bound / unit)
     if wanted.full_rotation:
         limits["full_rotation"] = read("full_rotation")
     for name in STANDING:
@@ -262,8 +259,7 @@ def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
         return {"deviation": 1 / np.maximum(here["deviation"], 1e-300)}
     base, out = ranking.cost(here), {}
     for name in sorted(ranking.quantities):
-        better_up = name in ("transmission", "min_link", "min_ground", "allowance")
-        worse = here[name] + (-WORSE if better_up else WORSE)
+        worse = here[name] + (-WORSE if name in RISING else WORSE)
         with np.errstate(invalid="ignore"):
             rise = (ranking.cost({**here, name: worse}) - base) / WORSE
         out[name] = np.where(np.isfinite(rise), np.maximum(rise, 0.0), 0.0)

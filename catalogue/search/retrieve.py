@@ -191,7 +191,7 @@ def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
         cost = problem.ranking.cost(values)
         bounds = problem.constraints
         for name, key in (LARGEST | LEAST).items():
-            if (bound := getattr(bounds, name)) is not None and key != "allowance":
+            if (bound := getattr(bounds, name)) is not None:
                 over = values[key] - bound if name in LARGEST else bound - values[key]
                 broken += np.where(np.isnan(over), 0.0, np.maximum(over, 0.0))
         broken += np.maximum(np.radians(bounds.min_transmission - reaches.min_transmission), 0.0)
