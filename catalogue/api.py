@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Self, Unpack
 from .folders import default_database
 from .given import names, switch
 from .problem.constraints import Constraints
-from .problem.criteria import DISTINCT
+from .problem.criteria import ANSWERS, DISTINCT
 from .problem.request import path_request
 from .store import Database
 
@@ -63,7 +63,7 @@ class Catalogue:
         self,
         request: Request,
         *,
-        limit: int = 12,
+        limit: int = ANSWERS,
         rank_by: str | Mapping[str, float] | Sequence[str] = "score",
         per_series: int | None = None,
         distinct: float = DISTINCT,
@@ -123,7 +123,7 @@ class Catalogue:
         )  # fmt: skip
 
     def find_dwells(
-        self, request: StandStill, *, limit: int = 12, effort: int = 1, **constraints: Unpack[DwellArguments]
+        self, request: StandStill, *, limit: int = ANSWERS, effort: int = 1, **constraints: Unpack[DwellArguments]
     ) -> DwellResults:
         """Return crank-driven linkages with a dyad whose rocker stands still, the best transmission angle first, and a
         third of them of one series at most while there are others.
@@ -148,7 +148,7 @@ class Catalogue:
         name: str,
         request: Request,
         *,
-        limit: int = 12,
+        limit: int = ANSWERS,
         rank_by: str = "deviation",
         families: Sequence[str] = (),
         series: Sequence[str] = (),

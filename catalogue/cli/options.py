@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from ..problem.criteria import ANSWERS
 from .completion import held
 
 #: A file or a folder, which need not be there.
@@ -52,7 +53,7 @@ SERIES = several("--series", "CODE", "Only this series; may be repeated.", shell
 ORDER = option("--order", None, "Least order of contact at the design position (99: exact).", int, default=0)
 PINS_ONLY = switch("--pins-only", "No sliding joint.")
 EFFORT = option("--effort", "N", "How many times as long to search, from other starts.", int, default=1)
-LIMIT = option("--limit", "N", "How many guides to list.", int, default=12)
+LIMIT = option("--limit", "N", "How many guides to list.", int, default=ANSWERS)
 FORMAT = option(
     "--format", None, "How to print; messages go to standard error in any case.",
     click.Choice(["table", "json", "csv"]), default="table",

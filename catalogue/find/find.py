@@ -45,16 +45,16 @@ def find(
     request: Request,
     constraints: Constraints,
     *,
-    limit: int = 12,
-    rank_by: Any = "score",
-    per_series: int | None = None,
-    distinct: Any = 0.0,
-    effort: int = 1,
-    refine: bool = True,
-    cognates: bool = False,
-    round_to: float | None = None,
-    desires: Mapping[str, Any] | None = None,
-    starts: Iterable[Any] = (),
+    limit: int,
+    rank_by: Any,
+    per_series: int | None,
+    distinct: Any,
+    effort: int,
+    refine: bool,
+    cognates: bool,
+    round_to: float | None,
+    desires: Mapping[str, Any] | None,
+    starts: Iterable[Any],
 ) -> Found:
     """Return the candidates; see `catalogue.Catalogue.find`.
 
@@ -100,10 +100,10 @@ def searched(
     problem: Problem,
     report: SearchReport,
     *,
-    refine: bool = True,
-    cognates: bool = False,
-    round_to: float | None = None,
-    given: CandidateBatch | None = None,
+    refine: bool,
+    cognates: bool,
+    round_to: float | None,
+    given: CandidateBatch | None,
 ) -> Selection | None:
     """Return the best candidates for a problem, verified on their finite motion, or None if there is none.
 

@@ -52,14 +52,14 @@ def find_in(
     collection: Collection,
     request: Request,
     *,
-    limit: int = 12,
-    rank_by: str = "deviation",
-    families: Sequence[str] = (),
-    series: Sequence[str] = (),
-    where: Mapping[str, Any] | None = None,
-    special: Sequence[str] = (),
-    refine: bool = False,
-    drawn: Callable[[], None] = lambda: None,
+    limit: int,
+    rank_by: str,
+    families: Sequence[str],
+    series: Sequence[str],
+    where: Mapping[str, Any] | None,
+    special: Sequence[str],
+    refine: bool,
+    drawn: Callable[[], None],
 ) -> CollectionResults:
     """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`.  `drawn` is called
     once it is clear that what is asked can be meant, before anything is read."""

@@ -1,4 +1,4 @@
-"""What answers can be ranked by: names only, which the command lists without loading numbers."""
+"""What answers can be ranked by, and how many there are: names only, which the command lists without numpy."""
 
 from __future__ import annotations
 
@@ -8,5 +8,7 @@ CRITERIA = (
     "score", "balance", "size", "deviation", "transmission", "allowance", "max_link", "min_link", "max_ground",
     "max_arm",
 )  # fmt: skip
+#: How many answers are given unless asked otherwise.
+ANSWERS = 12
 #: How far from each other answers are as designs unless asked otherwise: refinement leads neighbours to one.
 DISTINCT = 0.02

@@ -7,6 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from .constraints import Constraints
+from .criteria import ANSWERS
 from .ranking import Ranking
 from .request import CircularArc, Request, StraightLine, digits
 
@@ -22,17 +23,17 @@ class Problem:
     path: Request  # of stroke 1
     constraints: Constraints
     ranking: Ranking
-    limit: int = 12  # how many answers at most
-    effort: int = 1  # how hard they are searched for
-    scale: complex = 1 + 0j  # z -> scale z + shift carries the path to where the user has it
-    shift: complex = 0j
+    limit: int  # how many answers at most
+    effort: int  # how hard they are searched for
+    scale: complex  # z -> scale z + shift carries the path to where the user has it
+    shift: complex
     #: Instead of the ranking: break this constraint, or ``deviation``, as little as the others allow; ``ranking``: none
     #: of them, whatever it costs.
     relaxed: str = ""
 
     @classmethod
     def of(
-        cls, request: Request, constraints: Constraints, ranking: Ranking, limit: int = 12, effort: int = 1
+        cls, request: Request, constraints: Constraints, ranking: Ranking, limit: int = ANSWERS, effort: int = 1
     ) -> Problem:
         """Return the problem of a request in the user's unit."""
         scale, shift = request.stroke * request.direction, request.origin

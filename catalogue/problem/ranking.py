@@ -14,7 +14,7 @@ import numpy as np
 from ..errors import InvalidRequest, quoted
 from ..given import doubles, names, number, positive, whole
 from ..kinematics.types import Floats, Indices
-from .criteria import CRITERIA
+from .criteria import ANSWERS, CRITERIA
 from .request import Request, digits
 
 #: Desirabilities below this are continued in a straight line, so that what is worthless can still be made better.
@@ -127,7 +127,7 @@ class Ranking:
         rank_by: Any = "score",
         per_series: int | None = None,
         distinct: Any = 0.0,
-        limit: int = 12,
+        limit: int = ANSWERS,
         desires: Mapping[str, Any] | None = None,
     ) -> Ranking:
         """Return the ranking that is asked for, see `Catalogue.find`; `InvalidRequest` if a criterion is unknown, or a

@@ -19,9 +19,21 @@ import pytest
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, PluginError, StraightLine
 from catalogue.collections.bounds import parsed
-from catalogue.find.specimens import find_in
+from catalogue.collections.spec import Collection
+from catalogue.find import specimens
+from catalogue.find.specimens import CollectionResults
+from catalogue.problem.request import Request
+from catalogue.store import Database
 
 LINE = StraightLine(200, 4)
+
+
+def find_in(database: Database, collection: Collection, request: Request, limit: int = 12) -> CollectionResults:
+    """Return what a collection answers that no plugin provides."""
+    return specimens.find_in(
+        database, collection, request, limit=limit, rank_by="deviation", families=(), series=(), where=None,
+        special=(), refine=False, drawn=lambda: None,
+    )  # fmt: skip
 
 
 def test_answers_keep_what_was_asked_for(swings: Catalogue) -> None:
