@@ -36,9 +36,9 @@ class Candidate(PlacedGuide):
     """A verified guide, laid so that its path runs from (0, 0) to (stroke, 0); lengths in the user's unit.
 
     The attributes, some of which may be None, are told of in `catalogue.find.columns.CANDIDATE`; see also
-    `catalogue.guidance.metrics.Measures`, `catalogue.guidance.drive.DriveMetrics`, `catalogue.guidance.in_place` (the
-    deviation with given pivots), `catalogue.problem.ranking.Ranking.score`, `catalogue.candidates.select` (nearest) and
-    `catalogue.refine.certificate` (gap, alternations: to first order; None if not refined).
+    `catalogue.guidance.metrics.Measures`, `catalogue.guidance.drive.DriveMetrics`, `catalogue.guidance.fixed_nominal`
+    (the deviation with given pivots), `catalogue.problem.ranking.Ranking.score`, `catalogue.candidates.select`
+    (nearest) and `catalogue.refine.certificate` (gap, alternations: to first order; None if not refined).
     """
 
     id: int | None

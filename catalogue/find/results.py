@@ -129,9 +129,9 @@ class Results(Sequence[T]):
         save(self.candidates, file)
 
     def explain(self) -> str:
-        """Say how the answer came about: what each constraint removed, how long it took.
+        """Say how the answer came about: what was looked at, how much of it broke which constraint, how long it took.
 
-        For an empty answer: which constraint excluded the most, and how near the nearest miss is.
+        For an empty answer: what to relax, and how far.
         """
         return str(self.explanation)
 

@@ -16,8 +16,9 @@ from .request import CircularArc, Request, StraightLine, digits
 class Problem:
     """What is searched: the path runs from 0 to 1, every length is a multiple of the stroke.
 
-    The user's unit, place and direction enter here once, by `of`, and leave once, in `find.results`; nothing between
-    knows of them, so that a problem that is scaled or moved has the same answers.
+    The user's unit, place and direction enter here once, by `of`.  Search, refinement and selection know nothing of
+    them, so that a problem that is scaled or moved has the same answers; what `catalogue.find` tells, answers, advice
+    and errors, is in them again.
     """
 
     path: Request  # of stroke 1

@@ -66,7 +66,7 @@ class Quantities:
     least: Floats | None = None  #: (n,), least transmission angles, at the stations and between them [deg]
 
     def __call__(self, name: str) -> Pieces:
-        """Return the pieces of a measure, by the names of `catalogue.candidates.feasibility.values`, or of a region."""
+        """Return the pieces of a measure that is ranked, of one that is only bounded, or of a region, by its name."""
         if name in STANDING:
             return self._standing(getattr(self.problem.constraints, name), STANDING[name])
         made: dict[str, Callable[[], Pieces]] = {

@@ -39,7 +39,7 @@ class Parametrisation(Protocol):
     """How placed guides may move: steps in p numbers each, of which 1 is a large one."""
 
     def basis(self, found: CandidateBatch) -> Floats:
-        """Return the derivatives (n, 10, p) of the coordinates of `derivatives` by the steps."""
+        """Return the derivatives (n, 10, p) of the coordinates of `catalogue.guidance.sensitivity` by the steps."""
 
     def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
         """Return the linkages and guided points after steps (n, p), those that are valid, and the mask (n,) of them."""
