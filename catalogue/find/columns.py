@@ -67,7 +67,7 @@ CANDIDATE: Mapping[str, Column] = dict([
             "trans\u00admission"),
     _column("rotates", "", "which cranks turn fully", "turns", right=False),
     _column("pivots", LENGTH, "[[A1, A1*], [A2, A2*]] in mid-stroke, fixed and moving, each x, y, w, which is 0 at "
-            "infinity"),
+            "infinity; of a slot: of the inversion, in which its point moves"),
     _column("guided", LENGTH, "where the guided point is at the same moment; one that returns: at rest"),
     _column("driver", "", "number of the crank that drives"),
     _column("drive_angle", "deg", "by how much the driving crank turns over the stroke"),
@@ -81,7 +81,8 @@ CANDIDATE: Mapping[str, Column] = dict([
             "still stays within the deviation asked", "allow\u00adance"),
     _column("sensitivity_rms", "", "standard deviation of the path across its way per scatter of the pivots"),
     _column("expected", LENGTH, "deviation and two standard deviations of the path for the play asked"),
-    _column("score", "", "joint desirability of size, transmission, allowance, shortest link and ground, 0 to 100"),
+    _column("score", "", "joint desirability of size, transmission (over the whole turn where a crank is to turn "
+            "fully), allowance, shortest link and ground, 0 to 100"),
     _column("front", "", "number of its Pareto front; 1: no other answer is better by all criteria"),
     _column("nearest", "", "how near the nearest other answer is as a design, 0 to 1"),
     _column("gap", "", "what moves of the pivots by a hundredth could still take away from what is ranked by; 0: none"),
@@ -93,7 +94,8 @@ CANDIDATE: Mapping[str, Column] = dict([
     _column("drift", "", "how far a refined guide has left the series of its ancestor; 0: not at all"),
     _column("band", LENGTH, "width of the narrowest strip, twice the deviation"),
     _column("percent", "%", "the band in parts of the stroke"),
-    _column("lengths", LENGTH, "lengths of the links, and the guided point along and across the coupler, by name"),
+    _column("lengths", LENGTH, "lengths of the links, and the guided point along and across the coupler, by name; of a "
+            "slot: of the inversion"),
 ])  # fmt: skip
 
 STRETCH: Mapping[str, Column] = {**CANDIDATE, **dict([
@@ -116,7 +118,8 @@ DWELL: Mapping[str, Column] = {name: CANDIDATE[name] for name in ("id", "family"
             "trans\u00admission"),
     _column("size", LENGTH, "diameter of all pivots and of the guided path over the turn together"),
     _column("driver", "", "number of the crank that turns"),
-    _column("pivots", LENGTH, "[[A1, A1*], [A2, A2*]] in the middle of the dwell, fixed and moving, each x, y, w"),
+    _column("pivots", LENGTH, "[[A1, A1*], [A2, A2*]] at a place of the dwell, degrees beside its middle, fixed and "
+            "moving, each x, y, w"),
     _column("guided", LENGTH, "the coupler point that leads the rod"),
     _column("joint", LENGTH, "where rod and rocker meet"),
     _column("pivot", LENGTH, "fixed pivot of the rocker"),

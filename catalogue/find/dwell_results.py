@@ -47,7 +47,7 @@ class StandStill:
 
 @dataclass(frozen=True)
 class DwellCandidate(PlacedGuide):
-    """A crank-driven linkage with an output dyad, in the middle of the dwell; the driving crank has length 1 unless it
+    """A crank-driven linkage with an output dyad, at a place of the dwell; the driving crank has length 1 unless it
     is `scaled`, places are [x, y]."""
 
     id: int  #: of the stored guide that it comes from, like what follows

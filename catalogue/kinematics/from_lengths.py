@@ -117,6 +117,7 @@ def _closable(of: Mapping[str, Floats]) -> Floats:
     names = _row({*of})
     if names not in (FOUR_BAR, SLIDER_CRANK, INVERTED):
         return np.full(1, 30.0)
+    _above_zero(of)
     r = of["crank"]
     offset = of.get("offset", np.zeros_like(r))
     with np.errstate(all="ignore"):
@@ -144,12 +145,17 @@ def _row(names: set[str]) -> tuple[str, ...]:
     return fits[0]
 
 
+def _above_zero(of: Mapping[str, Floats]) -> None:
+    """Refuse lengths that are not above zero, but of what has a side."""
+    for name in {*of} - {*POSITION, "offset", "between", "height"}:
+        refuse(np.where(of[name] > 0, "", f"its {name} must be above zero"))
+
+
 def _closed(given: Mapping[str, Floats]) -> Linkage:
     names = _row({*given})
     values = {"offset": np.zeros(1), "branch": np.ones(1), **given}
     values = dict(zip(values, np.broadcast_arrays(*values.values()), strict=True))
-    for name in {*given} - {*POSITION, "offset", "between", "height"}:
-        refuse(np.where(values[name] > 0, "", f"its {name} must be above zero"))
+    _above_zero(values)
     refuse(np.where(np.abs(values["branch"]) == 1, "", "its branch must be 1 or -1"))
     refuse(np.where(np.isfinite(np.stack(list(values.values()))).all(0), "", "a number is NaN or infinite"))
     turn = np.exp(1j * np.radians(values["angle"]))

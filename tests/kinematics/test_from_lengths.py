@@ -74,3 +74,9 @@ def test_textbook_linkages_by_their_lengths() -> None:
 def test_impossible_lengths_are_refused(links: dict[str, float], message: str) -> None:
     with pytest.raises(InvalidLinkage, match=message.replace("(", r"\(")):
         from_lengths(links)
+
+
+def test_a_length_below_zero_is_named_also_where_no_angle_is_given() -> None:
+    lengths = {"crank": -100, "rocker": 250, "ground": 220, "coupler": 250, "along": 125, "across": 80}
+    with pytest.raises(InvalidLinkage, match="its crank must be above zero"):
+        catalogue.guide(lengths)
