@@ -163,7 +163,7 @@ def searched_once(answers: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) 
         if options.pop("given", None) is not None:
             raise AssertionError("a search with starts is not that of its problem alone")
         question = ("searched", database.path, problem, sorted(options.items()))
-        return reported(question, report, lambda: plain(database, problem, report, **options))
+        return reported(question, report, lambda: plain(database, problem, report, **options, given=None))
 
     def given(series: Any, problem: Any, report: SearchReport) -> Any:
         return reported(("given", sorted(series), problem), report, lambda: prescribed(series, problem, report))

@@ -111,7 +111,7 @@ def test_no_text_among_the_lines_loses_a_row(text: str, at: int, dialect: tuple[
         (f"{BARS},made by\n{MINE},me\n", 2, "there is no 'made by'; names of notes are name, note, code, id"),
         (f"{BARS},\n{MINE},\n{MINE},7\n", 2, "line 3: there is no ''"),
         (f"{BARS},Crank\n{MINE},90\n", 2, "line 2: 'Crank' is given twice"),
-        (f"{BARS}\n{MINE}\n{MINE.replace('100', '-1')}\n", 3, "line 3: its chain cannot be closed in any position"),
+        (f"{BARS}\n{MINE}\n{MINE.replace('100', '-1')}\n", 3, "line 3: its crank must be above zero"),
         (f"crank,coupler,along,across\n1,2,1,1\n\n{BARS}\n", 2, "line 4: it has 6 columns, the heading 4"),
         (f"{BARS}\n", 2, "holds no linkage"),
         ("", 2, "holds no linkage"),
