@@ -3,18 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache, partial
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..kinematics.batch import Rows, put
-from ..kinematics.linkage import RR
+from ..kinematics.linkage import RR, Linkage
+from ..kinematics.motion import Pose
 from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
 from .inverse import of_machine
 from .metrics import Measures
-from .minimum_zone import grid, largest, times
+from .minimum_zone import Grid, grid, largest, times
 from .trace import Traced
 
 if TYPE_CHECKING:
@@ -100,68 +101,100 @@ def drive_metrics(
 
 @dataclass(frozen=True)
 class SampledPoses:
-    """Positions of n guides over the stroke, at the f fine points of a grid.
+    """Positions of n guides over the stroke, at the f fine points of a grid; each is read when it is asked for.
 
-    Attributes
-    ----------
-    pins : complex ndarray, shape (f, n, 2)
-        Moving pivots; of one at infinity the point of its slide that is nearest to the fixed one.
-    point : complex ndarray, shape (f, n)
-        The guided point.
-    turn : ndarray, shape (f, n)
-        Angle of the coupler [rad], 0 in the reference position.
-    crank, lever : ndarray, shape (f, n, 2)
-        Angles of the cranks [rad], NaN for sliders and slides; by how much they turn per length of the guided path
-        [rad/length], infinite where the point is at rest.
-    missed : ndarray, shape (n, 2)
-        What the speeds of the cranks miss, as parts of the largest, by the last two Chebyshev coefficients.
-    slot : complex ndarray, shape (f, n, 2), optional
-        Both ends of the slot that the coupler carries.
+    Of machines with a slot everything but the guided point, which moves in their inversions, is in the plane of their
+    frame, which is that of the reference position.
     """
 
-    pins: Complexes
-    point: Complexes
-    turn: Floats
-    crank: Floats
-    lever: Floats
-    missed: Floats
-    slot: Complexes | None = None
+    linkage: Linkage
+    pose: Pose  #: of the coupler at the m nodes, entries (m, n)
+    path: Complexes  #: the guided point at the nodes, (m, n)
+    ends: Complexes | None  #: of the slot that the coupler carries, at the nodes, (m, n, 2)
 
     @classmethod
     def of(
         cls, guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: int = NODES, *, inverse: bool = False
     ) -> SampledPoses:
-        """Return the positions of traced guides.
-
-        `inverse`: the guides are inversions of machines with a slot; pivots, angles and `slot` are those of the
-        machines, in the plane of their frame, which is that of the reference position; `point` is the fixed point in
-        the slot.
-        """
-        points, linkage, moving = grid(nodes), guides.linkage, guides.motion
-        slopes = _slopes(nodes)
+        """Return the positions of traced guides; `inverse`: the guides are inversions of machines with a slot, and the
+        positions are those of the machines."""
+        linkage = guides.linkage
         with np.errstate(all="ignore"):
-            pose = moving.pose(traced.parameters(points.nodes))
-            at = guides.point + traced.shift
-            point = pose.point(at)
-            speed = np.abs(times(points.fine, times(slopes, point)))
-            ends = None
-            if inverse:
-                linkage, pose = of_machine(linkage, pose)
-                ends = np.stack([pose.point(end) for end in (point[0], point[-1])], axis=-1)
-                point = np.broadcast_to(at, point.shape)
-            fixed = linkage.points[:, :, 0]
-            moved = np.stack([pose.point(linkage.points[:, i, 1]) for i in (0, 1)], axis=-1)
-            pins = np.where(linkage.finite[:, :, 1], moved, fixed)
-            crank = np.unwrap(np.angle(np.where(linkage.dyads == RR, moved - fixed, np.nan)), axis=0)
-            turn = np.unwrap(np.angle(1 + pose.x), axis=0)
+            pose = guides.motion.pose(traced.parameters(grid(nodes).nodes))
+            path = pose.point(guides.point + traced.shift)
+            if not inverse:
+                return cls(linkage, pose, path, None)
+            linkage, pose = of_machine(linkage, pose)
+            ends = np.stack([pose.point(end) for end in (path[0], path[-1])], axis=-1)
+        return cls(linkage, pose, path, ends)
 
-            fine = partial(times, points.fine)
-            # of two polynomials, not the polynomial of their quotient: that has a pole where the point rests
-            turning = times(slopes, crank)
-            last = np.abs(times(points.coefficients[-2:], crank)).sum(0)
-            missed = nodes**2 * last / np.abs(turning).max(0)
-            lever, slot = fine(turning) / speed[..., None], None if ends is None else fine(ends)
-            return cls(fine(pins), fine(point), fine(turn), fine(crank), lever, missed, slot)
+    @property
+    def point(self) -> Complexes:
+        """The guided point, shape (f, n)."""
+        return self._fine(self.path)
+
+    @property
+    def slot(self) -> Complexes | None:
+        """Both ends of the slot, shape (f, n, 2), None without one."""
+        return None if self.ends is None else self._fine(self.ends)
+
+    @cached_property
+    def pins(self) -> Complexes:
+        """Moving pivots, shape (f, n, 2); of one at infinity the point of its slide nearest to the fixed one."""
+        return self._fine(np.where(self.linkage.finite[:, :, 1], self._moved, self._fixed))
+
+    @cached_property
+    def turn(self) -> Floats:
+        """Angle of the coupler, shape (f, n) [rad], 0 in the reference position."""
+        return self._fine(np.unwrap(np.angle(1 + self.pose.x), axis=0))
+
+    @cached_property
+    def crank(self) -> Floats:
+        """Angles of the cranks, shape (f, n, 2) [rad], NaN for sliders and slides."""
+        return self._fine(self._crank)
+
+    @cached_property
+    def lever(self) -> Floats:
+        """By how much the cranks turn per length of the guided path, shape (f, n, 2) [rad/length], infinite where the
+        point is at rest: a quotient of two polynomials, not the polynomial of it, which would have a pole there."""
+        with np.errstate(all="ignore"):
+            speed = np.abs(self._fine(times(_slopes(len(self.path) - 1), self.path)))
+            return np.asarray(self._fine(self._turning) / speed[..., None])
+
+    @cached_property
+    def missed(self) -> Floats:
+        """What the speeds of the cranks miss, as parts of the largest, by the last two Chebyshev coefficients, shape
+        (n, 2)."""
+        with np.errstate(all="ignore"):
+            last = np.abs(times(self._grid.coefficients[-2:], self._crank)).sum(0)
+            return np.asarray((len(self.path) - 1) ** 2 * last / np.abs(self._turning).max(0))
+
+    @property
+    def _grid(self) -> Grid:
+        return grid(len(self.path) - 1)
+
+    def _fine(self, values: Array) -> Array:
+        return times(self._grid.fine, values)
+
+    @property
+    def _fixed(self) -> Complexes:
+        return self.linkage.points[:, :, 0]
+
+    @cached_property
+    def _moved(self) -> Complexes:
+        """Moving pivots at the nodes, shape (m, n, 2)."""
+        with np.errstate(all="ignore"):
+            return np.stack([self.pose.point(self.linkage.points[:, i, 1]) for i in (0, 1)], axis=-1)
+
+    @cached_property
+    def _crank(self) -> Floats:
+        spoke = np.where(self.linkage.dyads == RR, self._moved - self._fixed, np.nan)
+        return np.unwrap(np.angle(spoke), axis=0)
+
+    @cached_property
+    def _turning(self) -> Floats:
+        """Speeds of the cranks at the nodes."""
+        return times(_slopes(len(self.path) - 1), self._crank)
 
 
 @lru_cache
