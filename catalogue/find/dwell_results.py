@@ -59,7 +59,7 @@ class DwellCandidate(PlacedGuide):
     residual: float  #: range of the rocker's angles meanwhile [deg]
     swing: float  #: the same over the full turn [deg]
     min_transmission: float  #: least angle over the full turn, of the linkage and at the joint of the dyad [deg]
-    #: Diameter of all finite pivots in the middle of the dwell, the joint and the pivot of the output dyad among them,
+    #: Diameter of all finite pivots at that place, the joint and the pivot of the output dyad among them,
     #: together with the guided path over the whole turn [the unit of the crank].
     size: float
     driver: int  #: number of the crank that turns
