@@ -171,11 +171,11 @@ def _told(shape: tuple[int | EllipsisType | None, ...], finite: bool) -> str:
     return f"{numbers} of shape ({', '.join('...' if n is ... else 'n' if n is None else str(n) for n in shape)})"
 
 
-def instance(name: str, given: T, kind: type | UnionType, wrong: type[CatalogueError] = InvalidRequest) -> T:
-    """Return what is of a type, or of one of a union; `wrong` for anything else."""
+def instance(name: str, given: T, kind: type | UnionType) -> T:
+    """Return what is of a type, or of one of a union; `InvalidRequest` for anything else."""
     if not isinstance(given, kind):
         kinds = ["None" if k is type(None) else k.__name__ for k in get_args(kind) or (kind,)]
-        raise wrong(f"{name} must be of type {' or '.join(kinds)}, not {quoted(given)}")
+        raise InvalidRequest(f"{name} must be of type {' or '.join(kinds)}, not {quoted(given)}")
     return given
 
 

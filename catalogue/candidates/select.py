@@ -118,25 +118,26 @@ def ranks(*keys: Array) -> Indices:
     return rank
 
 
-def select_top(problem: Problem, found: CandidateBatch, limit: int) -> tuple[CandidateBatch, Array]:
-    """Return the best of candidates that meet the constraints in their order, fewest faults first, at most
-    `limit`, and the number of the Pareto front of each, from 1; 0 without fronts."""
+def select_top(problem: Problem, found: CandidateBatch) -> tuple[CandidateBatch, Array]:
+    """Return the best of candidates that meet the constraints in their order, fewest faults first, as many as are
+    asked for at most, and the number of the Pareto front of each, from 1; 0 without fronts."""
     ranking, key = problem.ranking, found.origin.id
     number = np.zeros(len(found), int)
     if not ranking.front:
         order = np.lexsort((key, cost(problem, found), faults(problem, found)))
-        chosen = _varied(problem, found, order, limit)
+        chosen = _varied(problem, found, order)
         return found[chosen], number[chosen]
     here = values(problem, found)
     table = np.stack([ranking.criterion(name, here) for name in ranking.front], axis=1).round(DECIMALS)
     order, number = spread_order(table, key)
-    chosen = _varied(problem, found, order, limit)
+    chosen = _varied(problem, found, order)
     chosen = chosen[np.lexsort((key[chosen], *table[chosen].T[::-1], number[chosen]))]
     return found[chosen], number[chosen]
 
 
-def _varied(problem: Problem, found: CandidateBatch, order: Indices, limit: int) -> Indices:
-    """Return the first `limit` of an order that are unlike each other, few of a series as long as there are others."""
+def _varied(problem: Problem, found: CandidateBatch, order: Indices) -> Indices:
+    """Return the first of an order that are unlike each other, few of a series as long as there are others, as many as
+    are asked for."""
     designs, ranking = normal_form(found.linkage.pivots, 1.0), problem.ranking
     apart = max(ranking.distinct, IDENTICAL)
     like = np.zeros(len(order), bool)
@@ -148,7 +149,7 @@ def _varied(problem: Problem, found: CandidateBatch, order: Indices, limit: int)
             code = str(found.origin.series[i])
             if like[i]:
                 continue
-            if len(kept) == limit:
+            if len(kept) == problem.limit:
                 break
             if not last and ranking.per_series and count.get(code, 0) >= ranking.per_series:
                 later.append(i)

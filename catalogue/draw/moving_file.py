@@ -84,9 +84,7 @@ _STYLE = f"""
 """
 
 
-def moving_file(
-    guide: PlacedGuide, *, unit: str = "mm", scale: str | None = None, turn: bool = False, code: str = ""
-) -> str:
+def moving_file(guide: PlacedGuide, *, unit: str = "mm", scale: str | None = None, code: str = "") -> str:
     """Return a guide that moves as an SVG file, in true millimetres at a scale that it states.
 
     Parameters
@@ -96,8 +94,6 @@ def moving_file(
         Of the guide's lengths: mm, cm, m or in.
     scale : str, optional
         As ``1:2`` or ``5:1``; the largest of the usual ones at which the drawing has room on a sheet if not given.
-    turn : bool
-        Round and round over the whole circuit, not over the stroke.
     code : str
         Of the guide, to be picked up again by.
 
@@ -106,7 +102,7 @@ def moving_file(
     InvalidRequest
         If there is no such unit or scale, or as of `poses.poses`.
     """
-    shown = poses(guide, turn=turn)
+    shown = poses(guide)
     layers = [name for name in LAYERS if name != "turn" or not shown.closed]  # that path is drawn as it is
     per = millimetres(unit)
     drawn = (

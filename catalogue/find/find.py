@@ -139,6 +139,6 @@ def searched(
             found = found[np.flatnonzero(feasibility(problem, found).all)]
         if not len(found):
             return None
-        found, front = select_top(problem, found, problem.limit)
+        found, front = select_top(problem, found)
         seal = certified(problem, found) if refine and round_to is None else None
     return Selection(found, front, seal)

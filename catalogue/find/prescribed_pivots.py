@@ -102,7 +102,7 @@ def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, repor
         return None
     found = found[np.argsort(found.deviation, kind="stable")]
     found = found[distinct(found, len(found))]
-    return Selection(*select_top(problem, found, problem.limit))
+    return Selection(*select_top(problem, found))
 
 
 def posed(problem: Problem) -> Posed:

@@ -24,7 +24,6 @@ from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import EXACT
 from ..curvature_theory.instant import Instant
 from ..errors import PluginError
-from ..guidance.fixed_nominal import Nominal
 from ..guidance.minimum_zone import grid
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats
@@ -55,9 +54,7 @@ class Certificate:
     alternations: Array  #: peaks of the error of alternating sign, ends of the stroke included; 0 without a gap
 
 
-def certified(
-    problem: Problem, found: CandidateBatch, moves: Parametrisation | None = None, nominal: Nominal | None = None
-) -> Certificate:
+def certified(problem: Problem, found: CandidateBatch, moves: Parametrisation | None = None) -> Certificate:
     """Return the certificates of placed guides."""
     guides = found.curve
     exact = found.traced.relative <= EXACT
@@ -67,7 +64,7 @@ def certified(
     gap, count = np.full(len(found), np.nan), np.zeros(len(found), int)
     if len(some):
         with np.errstate(all="ignore"):
-            linear = linearise(problem, found[some], guides[some], moves or PivotCoordinates(), nominal)
+            linear = linearise(problem, found[some], guides[some], moves or PivotCoordinates())
             step = take_step(linear, np.full(len(some), REGION), np.full(len(some), PENALTY), margin=0.0)
             gap[some] = np.maximum(step.bound, 0.0)
         count[some] = np.where(exact[some], 0, alternations(linear.error))

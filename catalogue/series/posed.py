@@ -17,10 +17,10 @@ from ..kinematics.linkage import homogeneous
 from ..kinematics.plane_vectors import dot
 from ..kinematics.types import Array, Complexes, Floats, Mask, read_only
 
-#: What may be given: both fixed pivots, both moving ones, or the fixed and the moving pivot of one crank.
-GIVEN = ("fixed", "moving", "crank")
 #: A point nearer to the pole than this part of the pivots' distances stands at the pole, and is not guided to order 3.
 AT_POLE = 1e-9
+#: Two points are mirror images up to this part of their distance.
+MIRRORED = 1e-9
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Posed:
     Attributes
     ----------
     given : str
-        One of `GIVEN`.
+        ``fixed`` or ``moving``: both such pivots; ``crank``: the fixed and the moving pivot of one crank.
     pivots : complex ndarray, shape (n, 2)
         The given pivots in that position.
     point, centre : complex ndarray, shape (n,)
@@ -116,10 +116,11 @@ def on_ray(pole: Complexes, point: Complexes, normal: Complexes, inverse_diamete
     return np.asarray(pole + ray / (1 / np.abs(point - pole) + inverse_diameter / dot(normal, ray)))
 
 
-def mirror_images(start: Complexes, axis: Complexes, a: Complexes, b: Complexes, near: float = 1e-9) -> Mask:
-    """Return where two points lie symmetrically to lines, up to `near` of their distance."""
+def mirror_images(start: Complexes, axis: Complexes, a: Complexes, b: Complexes) -> Mask:
+    """Return where two points lie symmetrically to lines, up to `MIRRORED` of their distance."""
     middle, apart = 0.5 * (a + b) - start, np.abs(a - b)
-    return np.asarray((np.abs(dot(1j * axis, middle)) < near * apart) & (np.abs(dot(axis, a - b)) < near * apart))
+    near = MIRRORED * apart
+    return np.asarray((np.abs(dot(1j * axis, middle)) < near) & (np.abs(dot(axis, a - b)) < near))
 
 
 def poles_by_two_cranks(posed: Posed) -> list[tuple[Complexes, Complexes, int]]:

@@ -25,7 +25,7 @@ import numpy as np
 from ..curvature_theory.instant import Instant
 from ..errors import PluginError, quoted
 from ..foreign_code import checked_text, foreign
-from ..kinematics.linkage import FAMILIES, Linkage
+from ..kinematics.linkage import FAMILIES
 from ..kinematics.types import Array, Floats, Mask, read_only
 from .pairs import half_turn
 from .posed import Posed, Solve, dual
@@ -292,8 +292,3 @@ def inverse_words(text: str) -> str:
     """Return a name with undulation and cuspidation exchanged, as inversion does."""
     swap = {"undulation": "cuspidation", "cuspidation": "undulation"}
     return re.sub("undulation|cuspidation", lambda found: swap[found[0]], text)
-
-
-def linkages(series: Series, key: str, free: Parameters) -> tuple[Linkage, Mask]:
-    """Return the valid linkages of a member at the given parameters, and the mask of those that are valid."""
-    return Linkage.valid(series.member(key).synthesise(free))

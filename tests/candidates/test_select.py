@@ -44,7 +44,7 @@ def test_a_clerk_chooses_the_same(batch: Any, request_: Any, per_series: int, di
     problem, found = batch(request_, rank_by="balance", per_series=per_series, distinct=distinct)
     found = found[np.flatnonzero(np.isfinite(found.deviation))]
     for limit in (1, 5, 12, len(found)):
-        given, front = select_top(problem, found, limit)
+        given, front = select_top(replace(problem, limit=limit), found)
         expected = chosen(problem, found, limit)
         assert given.origin.id.tolist() == found.origin.id[expected].tolist()
         assert not front.any()
@@ -54,9 +54,9 @@ def test_how_candidates_come_does_not_matter(batch: Any) -> None:
     problem, found = batch(LINE, rank_by="size", per_series=2, distinct=0.05)
     found = found[np.flatnonzero(np.isfinite(found.deviation))]
     mixed = found[np.random.default_rng(4).permutation(len(found))]
-    one, other = (select_top(problem, some, 10)[0].origin.id.tolist() for some in (found, mixed))
+    one, other = (select_top(replace(problem, limit=10), some)[0].origin.id.tolist() for some in (found, mixed))
     assert one == other
-    counted = Counter(select_top(problem, found, 8)[0].origin.series.tolist())
+    counted = Counter(select_top(replace(problem, limit=8), found)[0].origin.series.tolist())
     assert max(counted.values()) <= 2
 
 
@@ -67,15 +67,16 @@ def test_one_design_is_given_once(batch: Any) -> None:
     pivots = found.linkage.pivots.copy()
     pivots[..., 1] *= -1
     image = replace(found, linkage=type(found.linkage)(pivots * np.array([1 + 1e-12, 1, 1])))
-    twice, _ = select_top(problem, join(found, image), 100)
-    once, _ = select_top(problem, found, 100)
+    problem = replace(problem, limit=100)
+    twice, _ = select_top(problem, join(found, image))
+    once, _ = select_top(problem, found)
     assert len(twice) == len(once)
 
 
 def test_a_front_comes_before_the_next(batch: Any) -> None:
     problem, found = batch(LINE, rank_by=["size", "transmission"])
     found = found[np.flatnonzero(np.isfinite(found.deviation))]
-    given, front = select_top(problem, found, 30)
+    given, front = select_top(replace(problem, limit=30), found)
     assert front.tolist() == sorted(front.tolist())
     assert front[0] == 1
     worse = np.stack([given.measures.size, -given.measures.min_transmission]).round(9)

@@ -16,10 +16,12 @@ from catalogue.guidance.trace import extended
 from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
-from catalogue.series.posed import GIVEN, Posed, dual, unit
+from catalogue.series.posed import Posed, dual, unit
 from tests.precision import EXTENDED
 
 COUNT = 1000
+#: What may be given.
+GIVEN = ("fixed", "moving", "crank")
 NAN = complex(np.nan, np.nan)
 
 

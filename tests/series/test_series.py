@@ -14,10 +14,10 @@ from hypothesis.extra.numpy import arrays
 
 from catalogue.curvature_theory.leading_error import EXACT
 from catalogue.errors import PluginError
-from catalogue.kinematics.linkage import FAMILIES
+from catalogue.kinematics.linkage import FAMILIES, Linkage
 from catalogue.series.pairs import linkage_of, normal_pair, slider_pair
 from catalogue.series.sampling import draw
-from catalogue.series.series import Guided, Member, Parameter, Series, angles, inverse_family, linkages
+from catalogue.series.series import Guided, Member, Parameter, Series, angles, inverse_family
 
 A = Parameter("a", ((0.0, 1.0),), "a number")
 Q = Parameter("q", ((-2.0, -1.5), (0.5, 3.0)), "another")
@@ -138,7 +138,8 @@ def test_pivots_of_a_wrong_shape_are_refused(shape: tuple[int, ...]) -> None:
 
 
 def test_only_valid_linkages_are_made() -> None:
-    linkage, mask = linkages(SERIES, "slider-crank general", {"q": np.array([1.0, 0.0]), "a": np.array([0.5, 0.0])})
+    free = {"q": np.array([1.0, 0.0]), "a": np.array([0.5, 0.0])}
+    linkage, mask = Linkage.valid(SERIES.member("slider-crank general").synthesise(free))
     assert mask.tolist() == [True, False]  # the second: both pairs are one slider
     assert linkage.family.tolist() == ["slider-crank"]
 
