@@ -118,8 +118,8 @@ DWELL: Mapping[str, Column] = {name: CANDIDATE[name] for name in ("id", "family"
             "trans\u00admission"),
     _column("size", LENGTH, "diameter of all pivots and of the guided path over the turn together"),
     _column("driver", "", "number of the crank that turns"),
-    _column("pivots", LENGTH, "[[A1, A1*], [A2, A2*]] at a place of the dwell, up to some 15 degrees of the crank "
-            "beside its middle, fixed and moving, each x, y, w"),
+    _column("pivots", LENGTH, "[[A1, A1*], [A2, A2*]] at a place within the dwell, not always its middle, fixed and "
+            "moving, each x, y, w"),
     _column("guided", LENGTH, "the coupler point that leads the rod"),
     _column("joint", LENGTH, "where rod and rocker meet"),
     _column("pivot", LENGTH, "fixed pivot of the rocker"),
