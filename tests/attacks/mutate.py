@@ -160,18 +160,34 @@ def _lines(tree: ast.AST) -> dict[int, tuple[int, int]]:
 
 @pytest.hookimpl(wrapper=True)
 def pytest_runtest_protocol(item: pytest.Item) -> Iterator[Any]:
-    """Tell coverage which test runs."""
-    coverage = pytest.importorskip("coverage").Coverage.current()
-    if coverage is not None:
-        coverage.switch_context(item.nodeid)
+    """Tell coverage which test runs, and the report of the test by which fixtures."""
+    item.user_properties.append(("fixtures", getattr(item, "fixturenames", [])))
+    _switch(item.nodeid)
     return (yield)
 
 
+@pytest.hookimpl(wrapper=True)
+def pytest_fixture_setup(fixturedef: Any, request: Any) -> Iterator[Any]:
+    """Tell coverage which fixture is made that tests share."""
+    if fixturedef.scope != "function":
+        _switch(fixturedef.argname)
+    made = yield
+    _switch(request._pyfuncitem.nodeid)
+    return made
+
+
+def _switch(context: str) -> None:
+    coverage = pytest.importorskip("coverage").Coverage.current()
+    if coverage is not None:
+        coverage.switch_context(context)
+
+
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Add what a test takes to the file that the environment names."""
+    """Add what a test takes, and its fixtures, to the file that the environment names."""
     if report.when == "call" and report.passed and "MUTATE_TIMES" in os.environ:
         with Path(os.environ["MUTATE_TIMES"]).open("a", encoding="utf-8") as file:
-            file.write(json.dumps([report.nodeid, report.duration]) + "\n")
+            row = report.nodeid, report.duration, dict(report.user_properties)["fixtures"]
+            file.write(json.dumps(row) + "\n")
 
 
 class Record:
@@ -188,7 +204,9 @@ class Record:
 
         self.lines = CoverageData(str(folder / "lines.db"))
         self.lines.read()
-        self.seconds = dict(map(json.loads, (folder / "times.jsonl").read_text("utf-8").splitlines()))
+        rows = [json.loads(line) for line in (folder / "times.jsonl").read_text("utf-8").splitlines()]
+        self.seconds = {name: seconds for name, seconds, _ in rows}
+        self.fixtures = {name: set(fixtures) for name, _, fixtures in rows}
 
     @staticmethod
     def make(copy: Path, folder: Path) -> None:
@@ -203,10 +221,12 @@ class Record:
         subprocess.run([sys.executable, "-m", *command], cwd=copy, env=environment, check=True, stdout=sys.stderr)
 
     def running(self, mutation: Mutation) -> list[str]:
-        """Return the tests that are seen to run a place."""
+        """Return the tests that are seen to run a place, themselves or by a fixture."""
         by_line, (first, last) = self.lines.contexts_by_lineno(mutation.path), mutation.lines
         names = {name for line, run in by_line.items() if first <= line <= last for name in run}
-        return self._affordable(names & self.seconds.keys())
+        return self._affordable(
+            names & self.seconds.keys(), {name for name, fixtures in self.fixtures.items() if fixtures & names} - names
+        )
 
     def beside(self, copy: Path, mutation: Mutation) -> list[str]:
         """Return the tests whose files name the module of a mutation, then the others of its room."""
