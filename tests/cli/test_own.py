@@ -43,6 +43,14 @@ def test_the_longest_stroke_within_a_deviation(run: Run, mine: Path) -> None:
     assert all(row["allowance"] >= -1e-9 for row in rows)
 
 
+def test_the_allowance_is_a_column_where_a_deviation_is_asked_for(
+    run: Run, mine: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "300")
+    assert "allowance" in run("measure", mine, "--deviation", 0.05).out
+    assert "allowance" not in run("measure", mine, "--stroke", 120).out
+
+
 @pytest.mark.parametrize("delimiter", [",", ";", "\t"])
 def test_many_linkages_from_csv(run: Run, tmp_path: Path, delimiter: str) -> None:
     file = tmp_path / "many.csv"

@@ -50,6 +50,15 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return tmp_path_factory.mktemp("given")
 
 
+@pytest.mark.parametrize("pivot", [2, 3])
+@pytest.mark.parametrize("guided", [0, 2])
+def test_a_line_of_numbers_is_four_pivots_and_the_guided_point(folder: Path, pivot: int, guided: int) -> None:
+    numbers = [float(n) for n in range(1, 4 * pivot + guided + 1)]
+    ((_, given_),) = read(folder, ",".join(map(str, numbers)))
+    assert np.reshape(given_["pivots"], (4, 3))[:, :pivot].ravel().tolist() == numbers[: 4 * pivot]
+    assert given_.get("point") == (complex(*numbers[-2:]) if guided else None)
+
+
 @pytest.mark.slow
 @given(
     st.sampled_from([8, 10, 12, 14]).flatmap(lambda n: st.lists(st.lists(NUMBER, min_size=n, max_size=n), min_size=1)),

@@ -18,6 +18,8 @@ from PIL import Image
 from catalogue.draw.moving_file import moving_file
 from catalogue.draw.moving_layers import LAYERS
 from catalogue.draw.picture import film
+from catalogue.draw.poses import poses
+from catalogue.draw.scene import scene_of
 from catalogue.draw.units import Scale, length
 from catalogue.errors import InvalidRequest
 from catalogue.find.placed import PlacedGuide
@@ -95,6 +97,28 @@ def test_usual_scales() -> None:
 ])  # fmt: skip
 def test_lengths_as_they_are_written(value: float, unit: str, said: str) -> None:
     assert length(value, unit) == said
+
+
+@pytest.mark.parametrize("made", [MADE["four-bar"], ARC], ids=["line", "arc"])
+def test_a_film_shows_all_of_a_linkage_in_the_middle_and_not_distorted(
+    made: PlacedGuide, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    seen: list[Any] = []
+
+    def stop(axes: Any, *_: Any) -> None:
+        seen.append(axes)
+        raise LookupError
+
+    monkeypatch.setattr("catalogue.draw.symbols.Pen.__init__", lambda _, axes, *__: stop(axes))
+    with pytest.raises(LookupError):
+        film(made)
+    (x0, x1), (y0, y1) = seen[0].get_xlim(), seen[0].get_ylim()
+    box = scene_of(poses(made)).box
+    assert x1 - x0 > box[2] - box[0]
+    assert y1 - y0 > box[3] - box[1]
+    assert (x0 + x1, y0 + y1) == pytest.approx((box[0] + box[2], box[1] + box[3]))
+    wide, high = seen[0].figure.get_size_inches()
+    assert (x1 - x0) / wide == pytest.approx((y1 - y0) / high)
 
 
 @pytest.mark.slow

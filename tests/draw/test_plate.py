@@ -21,11 +21,11 @@ from catalogue.cli import run
 from catalogue.cli.plate import _files
 from catalogue.curvature_theory.analysis import PARALLEL
 from catalogue.curvature_theory.instant import Instant
-from catalogue.draw.cells import ROOM, Cell, cells
+from catalogue.draw.cells import FAR, ROOM, Cell, cells
 from catalogue.draw.cubics import cubic, hyperbola
 from catalogue.draw.lettering import legend
 from catalogue.draw.plate import file_name, plate
-from catalogue.draw.vignette import Vignette
+from catalogue.draw.vignette import BORDER, PATH_LENGTH, Vignette
 from catalogue.errors import CatalogueError, InvalidRequest, MissingExtra, PluginError
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
@@ -163,6 +163,31 @@ def test_the_name_of_a_pair_outside_the_frame_stands_inside_on_the_side_of_the_p
         off = (at - centre) / half
         assert 0.6 < max(abs(off.real), abs(off.imag)) < 1
         assert abs(np.angle(off / (55 * way - centre))) < np.radians(20)
+
+
+@pytest.mark.parametrize("code", ["II.xy", "IV.l", "II.ooo"])
+def test_a_cell_is_the_least_square_about_circles_linkage_and_points_that_are_near(code: str) -> None:
+    for cell in shown(code):
+        vignette = Vignette(Figure(figsize=(4, 4)).add_axes((0, 0, 1, 1)), cell, 288, "cell-")
+        z = [0j, 0.5 + 1j, -0.5 - 1j] if cell.curvature.state[0] != PARALLEL else [0j]
+        z += [complex(x, y) for dyad in cell.linkage.pivots[0] for x, y, w in dyad if w]
+        z += [complex(x, y) for g in cell.guided for x, y, w in g.pairs[0] if w and np.hypot(x, y) <= FAR]
+        z += vignette.joint.tolist()
+        off = np.array(z) - vignette.centre
+        assert max(np.ptp(off.real), np.ptp(off.imag)) == pytest.approx(2 * vignette.half * (1 - 2 * BORDER / 288))
+        for side in (off.real, off.imag):
+            assert side.max() == pytest.approx(-side.min())
+
+
+def test_slots_that_are_guided_are_two_lines_as_long_as_paths_beside_their_point() -> None:
+    cell = next(one for one in shown("II*.xy") if any(guided.pairs[0, 1, 2] == 0 for guided in one.guided))
+    axes = Figure(figsize=(4, 4)).add_axes((0, 0, 1, 1))
+    vignette = Vignette(axes, cell, 288, "cell-")
+    vignette.draw()
+    slots = [line for line in axes.lines if "-slot-" in (line.get_gid() or "")]
+    assert slots
+    lengths = [np.hypot(*np.diff(line.get_xydata(), axis=0)[0]) for line in slots]
+    np.testing.assert_allclose(lengths, 2 * PATH_LENGTH * vignette.point)
 
 
 @pytest.mark.parametrize("points", [150, 300])

@@ -15,11 +15,14 @@ import pytest
 from matplotlib.figure import Figure
 
 from catalogue.draw import draw
-from catalogue.draw.scene import POINTS, scene
+from catalogue.draw.scene import POINTS, _beyond, scene
+from catalogue.draw.svg import plate
 from catalogue.draw.symbols import Pen, rounded
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.find.candidate import Candidate
+from catalogue.guidance.placement import at_stroke
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR
+from catalogue.testing import load
 from tests.draw.samples import ARC, EVERY, EXACT, MADE, NAMES, candidate
 
 every = pytest.mark.parametrize("made", EVERY, ids=NAMES)
@@ -311,6 +314,47 @@ def test_linkages_stand_in_the_middle_of_the_sheet_and_their_dots_are_of_one_siz
         (dot,) = [patch for patch in axes.patches if patch.get_gid() == "guided"]
         size.append(np.ptp(axes.transData.transform(dot.get_xy()), axis=0))
     np.testing.assert_allclose(size, np.full((len(EVERY), 2), size[0][0]), rtol=1e-6)
+
+
+@pytest.mark.parametrize("corners", [[0j], [0j, 3 + 1j], [0j, 1j, 3j], [0j, 4 + 0j, 1 + 2j], [2j, 2j, -2j]])
+def test_the_plate_of_a_link_in_a_moving_drawing_is_the_border_about_its_pins(corners: list[complex]) -> None:
+    """Its lines keep their distance, and each of its arcs is about a pin; pins that coincide count once."""
+    for turn in (1, -1, 1j):
+        z = turn * np.array(corners)
+        places = np.array(re.findall(r"[ML]([-\d.]+) ([-\d.]+)|A0.5 0.5 0 0 1 ([-\d.]+) ([-\d.]+)", plate(z, 0.5)))
+        ends = np.array([[v or w for v, w in zip(row[:2], row[2:], strict=True)] for row in places], float) @ [1, 1j]
+        distance = np.abs(ends[:, None] - z).min(1)
+        np.testing.assert_allclose(distance, 0.5, atol=0.01)
+        apart = z - z[:, None]  # a corner is where some direction has nothing beyond
+        run = (apart[..., None] * np.exp(1j * np.linspace(0, 6.28, 300))).real
+        beyond = run.max(1, where=apart[..., None] != 0, initial=-1)
+        hull = {complex(k) for k in z[(beyond < -1e-9).any(1)]}
+        assert {complex(z[np.abs(z - end).argmin()]) for end in ends} == hull
+
+
+@every
+def test_a_path_goes_on_for_the_length_that_is_asked_or_to_where_it_turns(made: Candidate) -> None:
+    here = made.span()
+    traced = at_stroke(here, made.stroke, circle=made.radius is not None)
+    for more in (0.01 * made.stroke, made.stroke):
+        for tail in _beyond(here, traced.low, traced.high, more):
+            u = ((tail - here.point[0]) * here.tangent[0].conj()).real
+            limit = np.append(here.extent[:, 0], np.inf) if here.extent.ndim > 1 else here.extent
+            reached = abs(u[-1] - u[0])
+            assert reached <= more * (1 + 1e-9)
+            assert reached == pytest.approx(more, rel=1e-6) or np.isclose(abs(u[-1]), np.abs(limit), rtol=1e-3).any()
+
+
+def test_the_deviation_of_a_path_that_returns_fills_its_band() -> None:
+    """The point at the pole of a member of II.y0 runs out and back on one circle."""
+    series = load("II.y0")
+    pivots = series.members[0].synthesise({"q3": np.array([-2.0]), "phi2": np.radians([40.0])})
+    for half in (0.02, 0.05):
+        made = candidate(pivots[0].tolist(), 0j, half, circle=True)
+        shown = scene(made)
+        np.testing.assert_allclose([shown.error.max(), -shown.error.min()], made.deviation, rtol=2e-3)
+        assert shown.position[0] + shown.position[-1] == pytest.approx(2 * made.stroke)
+        assert 0 < shown.position.min() < 0.01
 
 
 @pytest.mark.parametrize("towards", [1j, -1j])

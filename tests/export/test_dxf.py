@@ -152,6 +152,18 @@ def area(z: np.ndarray[Any, Any]) -> float:
     return float(0.5 * (z.conj() * np.roll(z, -1)).imag.sum())
 
 
+@pytest.mark.parametrize("turn", range(0, 360, 45))
+def test_dimensions_are_read_from_below_or_from_the_right(read_dxf: Read, turn: int) -> None:
+    base = catalogue.guide(CRANK_ROCKER)
+    z = np.exp(1j * np.radians(turn + 7))
+    guided = z * complex(*base.guided)
+    moved = catalogue.guide(base.linkage.moved(z, 0j), [guided.real, guided.imag])
+    told = read_dxf(text(moved)).of("DIMENSION", "DIMENSIONS")
+    assert len(told) > 3
+    for one in told:
+        assert -81 < np.degrees(np.angle(one.point(14) - one.point(13))) < 100
+
+
 def test_bars_are_as_wide_and_holes_as_large_as_asked_for(six: Six, read_dxf: Read) -> None:
     guide = six["four-bar"]
     drawing = read_dxf(text(guide, bar_width=18, hole=6))

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import json
 import re
+import sqlite3
 from collections import Counter
+from contextlib import closing
 from typing import Any
 
 import numpy as np
@@ -14,9 +16,10 @@ import catalogue
 from catalogue.errors import InvalidRequest
 from catalogue.find import dwells as dwells_module
 from catalogue.find.dwell_results import DwellCandidate
-from catalogue.find.dwells import diameter
+from catalogue.find.dwells import _turning, diameter
 from catalogue.guidance.dwell import _standing, dwells
 from catalogue.kinematics.types import Array
+from catalogue.problem.constraints import Constraints
 
 
 @pytest.fixture(scope="module")
@@ -124,6 +127,18 @@ def test_constraints_hold(small: catalogue.Catalogue) -> None:
     assert min(d.min_transmission for d in found) >= 20
     assert json.loads(found.to_json()) == [d.to_dict() for d in found]
     assert found.to_pandas()["id"].tolist() == [d.id for d in found]
+
+
+@pytest.mark.parametrize("order", [4, 5])
+def test_arcs_of_less_contact_than_asked_are_no_starts(small: catalogue.Catalogue, order: int) -> None:
+    request_ = catalogue.StandStill(40, 1.0, 20)
+    every, asked = (_turning(small.database, Constraints(order=k), request_, 1) for k in (0, order))
+    with closing(sqlite3.connect(small.database.path)) as connection:
+        orders = dict(connection.execute("SELECT id, contact_order FROM guide"))
+    assert every
+    assert asked
+    assert min(orders[int(one)] for one in every[0]["id"]) < 5
+    assert min(orders[int(one)] for one in asked[0]["id"]) == order
 
 
 def test_an_impossible_dwell_is_empty_and_says_so(small: catalogue.Catalogue) -> None:

@@ -13,7 +13,7 @@ import pytest
 
 from catalogue import Catalogue, CircularArc, Found, StraightLine
 from catalogue.candidates.batch import Origin, measured
-from catalogue.find.explain import Explanation, rounded
+from catalogue.find.explain import Explanation, _widened, rounded
 from catalogue.kinematics.linkage import Linkage
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
@@ -179,3 +179,16 @@ def test_a_bound_that_is_advised_is_met_and_has_four_digits(room: float) -> None
         for bound in (least, most):
             assert bound == float(f"{bound:.3e}")
     assert rounded(1.0, 1.0, up=False) is None
+
+
+def test_a_box_that_is_advised_holds_what_was_asked_and_all_places() -> None:
+    """With room on all sides, in the unit and the frame of who asks."""
+    request_ = StraightLine(50, 0.1, (30.0, -20.0), 25.0)
+    problem = Problem.of(request_, Constraints(fixed_pivots_in=(10, 20, 15, 30)), Ranking())
+    places = np.array([0.2 + 0.3j, -1 + 2j])
+    x0, y0, x1, y1 = _widened(problem, "fixed_pivots_in", places, 0.1).box
+    there = 30 - 20j + 50 * np.exp(1j * np.radians(25)) * places
+    assert x0 <= min(10, there.real.min() - 5 + 1e-3)
+    assert y0 <= min(20, there.imag.min() - 5 + 1e-3)
+    assert x1 >= max(15, there.real.max() + 5 - 1e-3)
+    assert y1 >= max(30, there.imag.max() + 5 - 1e-3)

@@ -88,6 +88,20 @@ def test_a_stretch_is_as_off_as_its_row_says(naive: SimpleNamespace, arc: dict[s
                 assert naive.narrowest_annulus(z[::8])[0] == pytest.approx(row.deviation, rel=5e-3)
 
 
+@pytest.mark.parametrize("cranks", [(250, 100), (100, 250)])
+def test_the_drive_is_that_crank_and_turns_from_where_the_path_begins_to_where_it_ends(cranks: tuple[int, int]) -> None:
+    links = {"ground": 220, "crank": cranks[0], "coupler": 250, "rocker": cranks[1], "along": 125, "across": 80}
+    drivers = set()
+    for one in guide(links).measure(stroke=60, limit=4):
+        moved = one.motion(2)
+        for told, k in ((one.drive_from, 0), (one.drive_to, 1)):
+            assert one.driver
+            pivot, pin = complex(*one.pivots[one.driver - 1][0][:2]), moved.points[f"A{one.driver}*"][k]
+            assert told == pytest.approx(np.degrees(np.angle(pin - pivot)), abs=1e-6)
+        drivers.add(one.driver)
+    assert drivers == {1, 2}
+
+
 def test_of_the_two_ways_of_asking_one_is_the_inverse_of_the_other() -> None:
     within = measure(guide(HOEKEN), deviation=0.01)[0]
     assert within.deviation <= 0.01 * (1 + 1e-9)

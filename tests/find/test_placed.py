@@ -15,6 +15,7 @@ import catalogue
 from catalogue.errors import CatalogueError, InvalidLinkage, InvalidRequest
 from catalogue.find.guide_motion import GuideMotion
 from catalogue.find.own_guide import guide
+from catalogue.kinematics.linkage import Linkage
 from tests.draw.samples import ARC, MADE
 
 Ask = Callable[..., catalogue.Found]
@@ -215,6 +216,23 @@ def test_what_is_drawn_of_a_guide_is_its_motion_over_the_stroke() -> None:
     assert not closed
     with pytest.raises(InvalidRequest, match="does not lead its guided point over a stroke of 1e"):
         replace(made, stroke=1e9).drawn_motion(9)
+
+
+def test_a_guide_in_the_frame_of_its_path_is_the_same_one() -> None:
+    """Laid from (0, 0) along +x: all distances stay, from the pole too."""
+    made = replace(MADE["slider-crank"], pole=[12.0, -7.0, 1.0])
+    z = np.exp(0.4j) * np.array([complex(*made.pivots[0][0][:2]), complex(*made.guided), 12 - 7j]) + (30 - 20j)
+    pivots = Linkage(made.pivots).moved(np.exp(0.4j), 30 - 20j).pivots[0].tolist()
+    there = replace(
+        made, pivots=pivots, guided=[z[1].real, z[1].imag], pole=[z[2].real, z[2].imag, 1.0],
+        start=[30.0, -20.0], along=float(np.degrees(0.4)),
+    )  # fmt: skip
+    home = there.at_home()
+    assert home.at_home() is home
+    np.testing.assert_allclose(home.pivots, made.pivots, atol=1e-9)
+    np.testing.assert_allclose(home.guided, made.guided, atol=1e-9)
+    assert home.pole
+    np.testing.assert_allclose(home.pole[:2], [12, -7], atol=1e-9)
 
 
 def driven(c: catalogue.Candidate, moved: GuideMotion) -> None:

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 
 from catalogue import Candidate, Catalogue, CircularArc, Found, InvalidRequest, Linkage, StraightLine
+from catalogue.find.results import SHOWN
 
 LINE = StraightLine(150, 0.05)
 Again = Callable[[Candidate], Any]
@@ -19,6 +20,15 @@ Again = Callable[[Candidate], Any]
 @pytest.fixture(scope="module")
 def found(small: Catalogue) -> Found:
     return small.find(LINE, limit=8, min_transmission=30, families=["four-bar", "slider-crank"])
+
+
+def test_what_is_printed_of_many_answers_says_how_many_are_not(found: Found) -> None:
+    many = Found(found.candidates[:1] * (SHOWN + 7))
+    first, *rows, last = repr(many).splitlines()
+    assert first == f"<Found of {SHOWN + 7}>"
+    assert len(rows) == SHOWN
+    assert last == "  ... 7 more"
+    assert "more" not in repr(Found(found.candidates[:1] * SHOWN))
 
 
 @pytest.mark.slow

@@ -164,3 +164,31 @@ def test_a_sphere_that_just_touches_an_ellipse_meets_it_once_a_larger_one_twice_
         for k in range(20):
             for s in found.at[np.isfinite(found.at[:, k]), k]:
                 assert unit * far(s, k) == pytest.approx(radius[k], rel=1e-12)
+
+
+def test_a_helix_meets_a_sphere_wherever_a_fine_walk_passes_its_surface() -> None:
+    """Over many turns, of axes and middles that lie anywhere; of the 20 some meet the sphere more than six times."""
+    draw = np.random.default_rng(2)
+    turn = np.linalg.qr(draw.normal(size=(20, 3, 3)))[0].transpose(1, 2, 0)
+    first, second = turn[:, 0], turn[:, 1]
+    along = turn[:, 2] * draw.uniform(0.05, 0.3, 20)
+    begin, centre, radius = *draw.normal(size=(2, 3, 20)), draw.uniform(0.8, 3, 20)
+
+    def curve(s: Any) -> Any:
+        return begin + np.cos(s) * first + np.sin(s) * second + s * along
+
+    found, plain = curve_and_sphere(curve, centre, radius, np.full(20, 10.0))
+    assert plain.all()
+    walk = np.linspace(-120, 120, 120_001)
+    counts = []
+    for k in range(20):
+        v, a = begin[:, k] - centre[:, k], along[:, k]
+        far = (
+            v @ v + 1 + 2 * np.cos(walk) * (v @ first[:, k]) + 2 * np.sin(walk) * (v @ second[:, k])
+            + walk * (2 * (v @ a) + walk * (a @ a))
+        )  # fmt: skip
+        passed = np.flatnonzero(np.diff(far > radius[k] ** 2))
+        at = np.sort(found.at[np.isfinite(found.at[:, k]), k])
+        np.testing.assert_allclose(at, walk[passed], atol=2.1e-3)
+        counts.append(len(at))
+    assert max(counts) > 6

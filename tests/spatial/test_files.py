@@ -62,6 +62,13 @@ def test_the_command_sweeps() -> None:
     assert {"toe [deg]", "camber [deg]", "caster [deg]", "roll centre [mm]"} <= set(table)
 
 
+def test_a_sweep_has_two_positions_or_more() -> None:
+    file = str(folder("data") / "spatial" / "rssr.toml")
+    sweep = ("sweep", file, "--drive", "crank", "--from", "0", "--to", "30", "--format", "csv", "--steps")
+    assert len(pd.read_csv(io.StringIO(run(*sweep, "2").stdout))) == 2
+    assert run(*sweep, "1").exit_code == 2
+
+
 def test_the_command_runs_whole_circuits_and_reports_dead_points() -> None:
     file = str(folder("data") / "spatial" / "rssr.toml")
     done = run("sweep", file, "--drive", "crank", "--format", "json", "--steps", "9")

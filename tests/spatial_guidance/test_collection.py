@@ -41,10 +41,8 @@ class TestContract(CollectionContract):
 def modules() -> SimpleNamespace:
     """Return modules of the plugin."""
     package = COLLECTION.draw.__module__.partition(".")[0]
-    names = tuple(
-        f"collection.{name}" for name in ("measures", "minimum_zone", "picture", "plain_data", "straightest_point")
-    )
-    return SimpleNamespace(**{name.partition(".")[2]: import_module(f"{package}.{name}") for name in names})
+    names = ("draw", "measures", "minimum_zone", "picture", "plain_data", "straightest_point")
+    return SimpleNamespace(**{name: import_module(f"{package}.collection.{name}") for name in names})
 
 
 @pytest.fixture(scope="module")
@@ -400,6 +398,20 @@ def test_a_drawing_shows_guides_body_and_path(cat: Catalogue, family: str, tmp_p
     curves = sum(name in ("circle", "helix", "line") for name in piece.configuration.split())
     assert len(surfaces) == len(piece.configuration.split()) - curves
     assert all(s.get_alpha() < 0.5 for s in surfaces)
+
+
+@pytest.mark.parametrize("family", ["I", "III", "V"])
+def test_mechanisms_are_drawn_assembled(modules: SimpleNamespace, family: str) -> None:
+    """Each point of a body is where its guide has it, by the definitions of the guides."""
+    m, at, _ = modules.draw.mechanisms(family, np.random.default_rng(1), 120)
+    for i, guides in enumerate(m.guides):
+        for kind, where, _ in guides.each():
+            for k in where.tolist():
+                one = {
+                    "kind": kind.name, "origin": guides.origin[k], "quaternion": guides.quaternion[k],
+                    "shape": dict(zip(kind.parameters, guides.parameters[k].tolist(), strict=False)),
+                }  # fmt: skip
+                np.testing.assert_allclose(on_guide(one, *at[k, i]), m.body[k, i], atol=1e-12)
 
 
 @pytest.mark.parametrize("family", ["I", "III", "V"])
