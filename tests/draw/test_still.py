@@ -348,13 +348,16 @@ def test_a_path_goes_on_for_the_length_that_is_asked_or_to_where_it_turns(made: 
 def test_the_deviation_of_a_path_that_returns_fills_its_band() -> None:
     """The point at the pole of a member of II.y0 runs out and back on one circle."""
     series = load("II.y0")
-    pivots = series.members[0].synthesise({"q3": np.array([-2.0]), "phi2": np.radians([40.0])})
-    for half in (0.02, 0.05):
-        made = candidate(pivots[0].tolist(), 0j, half, circle=True)
+    pivots = series.members[0].synthesise({"q3": np.array([-2.0, 0.5]), "phi2": np.radians([40.0, 60.0])})
+    for linkage in pivots.tolist():
+        made = candidate(linkage, 0j, 0.02, circle=True)
         shown = scene(made)
         np.testing.assert_allclose([shown.error.max(), -shown.error.min()], made.deviation, rtol=2e-3)
         assert shown.position[0] + shown.position[-1] == pytest.approx(2 * made.stroke)
         assert 0 < shown.position.min() < 0.01
+        for x, error in zip(shown.position[[0, -1]], shown.error[[0, -1]], strict=True):
+            _, end = min(made.path(3)[[0, -1]], key=lambda end: abs(end[0] - x))
+            assert error * end > 0  # the upper of the two ends is drawn above
 
 
 @pytest.mark.parametrize("towards", [1j, -1j])

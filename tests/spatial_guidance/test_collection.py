@@ -414,6 +414,17 @@ def test_mechanisms_are_drawn_assembled(modules: SimpleNamespace, family: str) -
                 np.testing.assert_allclose(on_guide(one, *at[k, i]), m.body[k, i], atol=1e-12)
 
 
+def test_what_is_larger_over_its_stroke_than_is_stored_is_left_out(
+    modules: SimpleNamespace, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    every = COLLECTION.draw("III", np.random.default_rng(3), 4)
+    sizes = sorted(one.metrics["size"] for one in every)
+    most = sizes[len(sizes) // 2]
+    monkeypatch.setattr(modules.draw, "SIZE", most)
+    fewer = COLLECTION.draw("III", np.random.default_rng(3), 4)
+    assert sorted(one.metrics["size"] for one in fewer) == [size for size in sizes if size <= most]
+
+
 @pytest.mark.parametrize("family", ["I", "III", "V"])
 def test_a_drawing_is_seen_from_where_stroke_and_surfaces_are_seen_best(modules: SimpleNamespace, family: str) -> None:
     """By differences along the surfaces: the worst of how far each faces who looks, and how long the stroke is seen."""
