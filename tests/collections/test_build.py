@@ -35,6 +35,13 @@ def swings(make: Make) -> Collection:
         return cat.registry.collection("swings")
 
 
+def test_a_block_of_one_specimen_is_stored(make: Make, swings: Collection) -> None:
+    one = replace(swings, draw=lambda family, rng, _: swings.draw(family, rng, 1)[:1])
+    with make() as cat:
+        done = collect(cat.database, one, "1.0", count=4)
+        assert done.rows == len(content(cat)) >= 4
+
+
 @pytest.mark.slow
 def test_same_seed_and_count_same_content(make: Make) -> None:
     with make("one") as one, make("other") as other, make("third") as third:

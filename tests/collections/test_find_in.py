@@ -21,7 +21,7 @@ from catalogue import Catalogue, CircularArc, InvalidRequest, PluginError, Strai
 from catalogue.collections.bounds import parsed
 from catalogue.collections.spec import Collection
 from catalogue.find import specimens
-from catalogue.find.specimens import CollectionResults
+from catalogue.find.specimens import CollectionResults, check
 from catalogue.problem.request import Request
 from catalogue.store import Database
 
@@ -318,6 +318,15 @@ def test_plugins_lists_collections_without_a_database(run: Run, tmp_path: Path) 
     assert done.returncode == 0
     assert "swings (0 specimens)" in done.stdout.replace("\n", " ")
     assert not (tmp_path / "none.db").exists()
+
+
+def test_an_answer_that_says_what_it_is_not_is_refused(swings: Catalogue) -> None:
+    (found,) = swings.find_in("swings", LINE, limit=1)
+    check(found)
+    many: list[dict[str, Any]] = [{"series": "none"}, {"deviation": 1.1 * found.deviation}, {"metrics": {}}]
+    for wrong in many:
+        with pytest.raises(InvalidRequest):
+            check(replace(found, **wrong))
 
 
 def test_a_collection_changes_nothing_of_what_it_is_given(swings: Catalogue) -> None:

@@ -119,6 +119,20 @@ def test_numbers_are_those_of_the_guide(made: PlacedGuide) -> None:
     assert len(told.theory) in (2, 3)
 
 
+@pytest.mark.parametrize("name", [*MADE][1:])
+def test_lines_of_sliders_and_slides_are_told_by_their_directions(name: str) -> None:
+    """Against the x axis: that of the pin of a slider as it moves; of a slide in the position that is listed."""
+    made = MADE[name]
+    told = {row[0]: float(row[1].rstrip("°")) for row in content(made, "mm").pivots.rows if row[0].startswith("line")}
+    ends = made.motion(2).points
+    assert told
+    for line, angle in told.items():
+        i = int(line[-1])
+        x, y, _ = made.pivots[i - 1][1]
+        way = np.diff(ends[f"A{i}*"])[0] if "slider" in line else complex(-y, x)
+        assert np.sin(np.angle(way) - np.radians(angle)) == pytest.approx(0, abs=1e-5)
+
+
 def test_tolerances_come_from_the_allowance() -> None:
     """Two standard deviations: scattered so, 95 of 100 machines of that length or place are within."""
     told = content(FORGIVING, "mm")

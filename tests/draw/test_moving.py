@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import catalogue
 from catalogue.draw.moving import LAYERS, STYLE, moving_svg
 from catalogue.draw.poses import STROKE, TURN, poses
 from catalogue.errors import InvalidRequest
@@ -102,6 +103,26 @@ def test_sliders_keep_their_lines_and_slides_their_points(made: PlacedGuide) -> 
         ends = shown.carried(shown.rods[i])
         away = ((ends - z[i, 0]) * shown.moving[:, i].conj()[:, None]).real
         assert np.abs(away).max() < 1e-9 * np.abs(shown.extent - shown.extent[0]).max()
+
+
+@pytest.mark.parametrize("made", [MADE["slider-crank"], MADE["elliptic-trammel"]], ids=["slider-crank", "trammel"])
+def test_the_line_of_a_slider_is_drawn_along_its_way_and_as_long(made: PlacedGuide) -> None:
+    for turn in (0.0, 0.6, 2.0):
+        z = np.exp(1j * turn)
+        guided = z * complex(*made.guided)
+        moved = catalogue.guide(made.linkage.moved(z, 0j), [guided.real, guided.imag])
+        root = ET.fromstring(moving_svg(moved, width=720))
+        lines = []
+        for path in root.iter(f"{SVG}path"):
+            if path.attrib.get("class") == "frame":
+                lines.append(np.array(re.findall(r"-?[\d.]+", path.attrib["d"]), float).reshape(-1, 2)[-2:] @ [1, 1j])
+        for block in groups(root, "slider"):
+            at = values(block, "translate")
+            way = at[np.abs(at - at[0]).argmax()] - at[0]
+            (line,) = [one for one in lines if abs(np.sin(np.angle((one[1] - one[0]) / way))) < 0.01]
+            run = ((at - line[0]) / (line[1] - line[0])).real
+            assert run.min() > 0
+            assert run.max() < 1
 
 
 @every

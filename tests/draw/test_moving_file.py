@@ -15,6 +15,8 @@ import pytest
 from matplotlib.figure import Figure
 from PIL import Image
 
+import catalogue
+from catalogue.draw.frame import room
 from catalogue.draw.moving_file import moving_file
 from catalogue.draw.moving_layers import LAYERS
 from catalogue.draw.picture import film
@@ -52,6 +54,30 @@ def test_a_length_on_paper_is_true_at_the_stated_scale(unit: str, scale: str | N
     numbers = np.array(re.findall(r"-?[\d.]+", bar.attrib["d"]), float).reshape(-1, 2)
     (step,) = re.findall(rf"([\d.]+) {unit} +· +scale", said)
     assert np.ptp(numbers[:, 0]) == pytest.approx(float(step) * MILLIMETRES[unit] * ratio, abs=0.02)
+
+
+@every
+def test_controls_stand_on_the_paper_below_the_facts(made: PlacedGuide) -> None:
+    root = ET.fromstring(moving_file(made))
+    height = float(root.attrib["height"].removesuffix("mm"))
+    boxes = [float(e.attrib["y"]) for e in root.iter(f"{SVG}rect") if e.attrib.get("class") == "box"]
+    facts = [float(e.attrib["y"]) for e in root.iter(f"{SVG}text") if "fact" in e.attrib.get("class", "")]
+    assert max(facts) < min(boxes)
+    assert height - 12 < max(boxes) + 3.2 < height
+
+
+def test_a_slider_has_room_along_its_line_and_across() -> None:
+    """As much, turned by a quarter turn, upwards as there was to the right."""
+    made = MADE["slider-crank"]
+    for turn in (0.1, 0.7, 1.3):
+        borders = []
+        for z in np.exp([1j * turn, 1j * (turn + 0.5 * np.pi)]):
+            guided = z * complex(*made.guided)
+            _, border = room(poses(catalogue.guide(made.linkage.moved(z, 0j), [guided.real, guided.imag])), 1.0)
+            borders.append(border)
+        same = (borders[0][:, 0] == borders[0][:, 1]) & (borders[0][:, 2] == borders[0][:, 3])  # no bearing, no link
+        np.testing.assert_allclose(borders[1][same][:, [2, 3, 0, 1]], borders[0][same])
+        assert np.ptp(borders[0][same], axis=1).max() > 0
 
 
 @every

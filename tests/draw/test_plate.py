@@ -188,6 +188,8 @@ def test_slots_that_are_guided_are_two_lines_as_long_as_paths_beside_their_point
     assert slots
     lengths = [np.hypot(*np.diff(line.get_xydata(), axis=0)[0]) for line in slots]
     np.testing.assert_allclose(lengths, 2 * PATH_LENGTH * vignette.point)
+    one, other = (np.asarray(line.get_xydata(), float).mean(0) for line in slots[:2])
+    assert 0 < np.hypot(*(one - other)) < 0.5 * lengths[0]
 
 
 @pytest.mark.parametrize("points", [150, 300])

@@ -15,6 +15,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from catalogue.draw import draw
+from catalogue.draw.mechanism import _rod
 from catalogue.draw.scene import POINTS, _beyond, scene
 from catalogue.draw.svg import plate
 from catalogue.draw.symbols import Pen, rounded
@@ -358,6 +359,20 @@ def test_the_deviation_of_a_path_that_returns_fills_its_band() -> None:
         for x, error in zip(shown.position[[0, -1]], shown.error[[0, -1]], strict=True):
             _, end = min(made.path(3)[[0, -1]], key=lambda end: abs(end[0] - x))
             assert error * end > 0  # the upper of the two ends is drawn above
+
+
+@pytest.mark.parametrize("name", ["inverted-slider-crank", "swinging-block", "oldham"])
+def test_the_rod_of_a_slide_is_drawn_along_its_line_through_the_block(name: str) -> None:
+    shown = scene(MADE[name])
+    pen = Pen(Figure().add_subplot(), 0.01 * MADE[name].stroke)
+    for i, rod in shown.rods.items():
+        for pose in range(len(rod)):
+            ends, normal = _rod(pen, shown, i, pose), shown.moving[pose, i]
+            np.testing.assert_allclose(((ends - rod[pose]) * normal.conj()).real, 0, atol=1e-9 * MADE[name].stroke)
+            along = (rod[pose, 1] - rod[pose, 0]) / abs(rod[pose, 1] - rod[pose, 0])
+            beyond = ((ends - rod[pose]) * np.conj(along)).real * [-1, 1]
+            assert (beyond >= 0).all()
+            assert beyond.max() > 0
 
 
 @pytest.mark.parametrize("towards", [1j, -1j])

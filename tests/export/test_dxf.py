@@ -164,6 +164,17 @@ def test_dimensions_are_read_from_below_or_from_the_right(read_dxf: Read, turn: 
         assert -81 < np.degrees(np.angle(one.point(14) - one.point(13))) < 100
 
 
+@pytest.mark.parametrize("family", FAMILIES)
+def test_dimensions_stand_on_the_far_side_of_the_middle_of_all(six: Six, read_dxf: Read, family: str) -> None:
+    told = read_dxf(text(six[family])).of("DIMENSION", "DIMENSIONS")
+    middle = np.mean([one.point(13) + one.point(14) for one in told]) / 2
+    for one in told:
+        a, b = one.point(13), one.point(14)
+        across = 1j * (b - a) / abs(b - a)
+        away, side = (((z - (a + b) / 2) * np.conj(across)).real for z in (one.point(10), middle))
+        assert away * side < 1e-9 * six[family].size ** 2
+
+
 def test_bars_are_as_wide_and_holes_as_large_as_asked_for(six: Six, read_dxf: Read) -> None:
     guide = six["four-bar"]
     drawing = read_dxf(text(guide, bar_width=18, hole=6))
@@ -244,6 +255,8 @@ def test_a_rounded_hull_has_the_area_of_steiner(places: int) -> None:
             radius = abs(b - a) / 2 / math.sin(sweep / 2) if bulge else 0.0
             covered += radius**2 / 2 * (sweep - math.sin(sweep))
             assert not bulge or radius == pytest.approx(r, rel=1e-6)
+        fine = np.array(made.points(400))
+        assert area(fine) == pytest.approx(covered, rel=1e-4)
         assert covered == pytest.approx((hull.volume if hull else 0.0) + r * around + math.pi * r**2, rel=1e-9)
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from catalogue.curvature_theory.instant import Instant
 from catalogue.curvature_theory.leading_error import CIRCLE, EXACT, LINE
 from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
+from catalogue.guidance.kinds import SLOTS
 from catalogue.guidance.metrics import Measures, measure
 from catalogue.guidance.placement import placed
 from catalogue.guidance.reach import LEVELS
@@ -19,9 +21,10 @@ from catalogue.kinematics.linkage import Linkage
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
 from catalogue.populate.block import MOST, Block, block
-from catalogue.populate.elements import FARTHEST_POINT, NEAREST_PIVOT, RADII
+from catalogue.populate.elements import FARTHEST_POINT, NEAREST_PIVOT, RADII, elements_worth_tracing
+from catalogue.populate.plan import BARREN, Source
 from catalogue.populate.rows import LARGEST, LEAST_TRANSMISSION, at_design
-from catalogue.series.sampling import BLOCK, PLAN
+from catalogue.series.sampling import BLOCK, PLAN, draw
 
 SERIES = Registry().series
 #: One member of several families, with lines, circles, exact guides and links at infinity among them.
@@ -231,3 +234,23 @@ def test_member_that_guides_nothing_gives_an_empty_block() -> None:
     made = block(nothing, "four-bar general", 0, 0, MOST, "some", "1")
     assert made.count == made.batch["kept"] == made.batch["guides"] == 0
     assert len(made.mechanisms["pivots"]) == len(made.reaches["guide"]) == 0
+
+
+@pytest.mark.parametrize("code", ["II.xy", "II*.xy", "IV*.l"])
+def test_what_can_be_guided_as_a_point_is_not_guided_as_a_slot_too(code: str) -> None:
+    for member in SERIES[code].members:
+        made = elements_worth_tracing(SERIES[code], draw(SERIES[code], member, 0, 0))
+        slot = np.isin(made["kind"], [*SLOTS.values()])
+        points, slots = ({*zip(made["mechanism"][k], made["label"][k], strict=True)} for k in (~slot, slot))
+        assert points
+        assert not points & slots
+
+
+def test_a_member_that_gives_nothing_block_after_block_is_given_up() -> None:
+    series = SERIES["II.xy"]
+    source = Source(series, Any, series.members[0], 10**6, {})  # type: ignore[arg-type]  # no record is asked for
+    for guides in (0, 3, *[0] * BARREN):
+        assert not source.full
+        source.count(guides)
+    assert source.full
+    assert (source.next, source.guides) == (BARREN + 2, 3)

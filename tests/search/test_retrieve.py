@@ -88,6 +88,21 @@ def test_a_guide_that_meets_the_constraint_has_no_penalty(
     assert (merit[~holds] > free[~holds]).all()
 
 
+@pytest.mark.parametrize("bound", [{"min_drive_angle": 60}, {"max_drive_angle": 40}, {"max_rotation": 20}], ids=str)
+def test_who_misses_a_bound_on_an_angle_by_more_has_the_larger_penalty(small: Catalogue, bound: dict[str, Any]) -> None:
+    plain, wanted = asked(LINE), asked(LINE, **bound)
+    reaches = stored_reaches(plain, small.database)
+    (free, stretch), (merit, _) = estimate(plain, reaches), estimate(wanted, reaches)
+    ((name, value),) = bound.items()
+    angle = getattr(reaches, name[4:]) * stretch
+    over = np.where(name[:3] == "min", value - angle, angle - value)
+    known, broken = np.isfinite(over), over > 0
+    assert 0 < broken.sum() < known.sum()
+    assert (merit[known & ~broken] == free[known & ~broken]).all()
+    order = np.argsort(over[broken])
+    assert (np.diff((merit - free)[broken][order]) >= -1e-9).all()
+
+
 @pytest.mark.parametrize("name", ["fixed_pivots_in", "pivots_in"])
 @pytest.mark.parametrize(("request_", "ways"), [(LINE, 4), (ARC, 2)], ids=["line", "arc"])
 def test_a_box_is_no_penalty_if_the_pivots_stand_in_it_in_some_way(

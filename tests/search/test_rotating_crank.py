@@ -13,6 +13,7 @@ from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
+from catalogue.search.draws import LONGEST, SHORTEST
 from catalogue.search.rotating_crank import starts, straightest
 
 ARC = CircularArc(1, 1e-3, 0.8)
@@ -74,6 +75,17 @@ def test_a_crank_turns_fully_and_as_far_as_asked_along_the_path(naive: SimpleNam
         inside = over[(over.real > 0.02) & (over.real < 0.98)]
         assert np.ptp(inside.imag) < 0.05
         assert found.measures.drive_angle[i] == pytest.approx(120, abs=15)
+
+
+def test_links_and_arms_of_starts_are_in_proportion() -> None:
+    problem = asked(StraightLine(1, 0.05), full_rotation=True, max_link=0.3)  # which few of them have
+    found = starts(problem, 60, np.random.default_rng(2))
+    assert found is not None
+    z = found.linkage.points
+    links = np.abs(z[:, 1] - z[:, 0]).max(1)
+    arms = np.abs(z[:, :, 1] - found.point[:, None]).min(1)
+    assert np.maximum(links, arms).max() < LONGEST
+    assert min(arms.min(), np.abs(z[:, 0, 1] - z[:, 0, 0]).min()) > SHORTEST
 
 
 def test_only_straight_paths_are_starts() -> None:

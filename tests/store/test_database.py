@@ -21,7 +21,7 @@ from sqlalchemy.exc import IntegrityError
 
 from catalogue.errors import DatabaseError
 from catalogue.store import Batch, Database, Mechanism, Setting, write_batch
-from catalogue.store.database import PIVOT_NAMES
+from catalogue.store.database import PIVOT_NAMES, _read
 from catalogue.store.engine import connect
 
 OPEN = "import sys; from catalogue.store import Database; Database.open(sys.argv[1]).close();"
@@ -322,3 +322,14 @@ def test_a_database_that_nobody_closed_lets_go_of_the_file(filled: Path, monkeyp
     gc.collect()
     with pytest.raises(sqlite3.ProgrammingError, match="closed"):
         made[-1].execute("SELECT 1")
+
+
+@pytest.mark.parametrize(
+    ("name", "least", "most"),
+    [("tangent_x", -1, 1), ("centre", -1, 1), ("min_transmission", 0, 90), ("level", -12, -1), ("deviation", 0, 1e300)],
+)
+def test_what_is_beyond_all_that_a_column_can_hold_is_refused(name: str, least: float, most: float) -> None:
+    assert _read(name, float, [least, most]).tolist() == [least, most]
+    for wrong in (least - 0.01, most + 0.01 * abs(most)):
+        with pytest.raises(sqlite3.DataError, match=name):
+            _read(name, float, [least, wrong])

@@ -11,7 +11,7 @@ import pytest
 
 from catalogue.draw.curves import curves
 from catalogue.find.candidate import Candidate
-from catalogue.web.cards import numbers
+from catalogue.web.cards import coordinate, numbers
 from catalogue.web.charts import HEIGHT, LEFT, TOP, UNIT, WIDTH, charts
 from catalogue.web.own import measured
 from tests.draw.samples import ARC, MADE
@@ -28,6 +28,20 @@ def test_lengths_to_build_by_have_four_digits_and_those_that_are_compared_three(
         assert float(shown[name]) == pytest.approx(value, rel=0.5 * 10.0 ** (1 - digits))
         assert len(re.sub(r"^0\.0*|\.", "", shown[name])) <= digits
     assert "Radius" not in {number.label for number in numbers(MADE["four-bar"])}
+
+
+@pytest.mark.parametrize(
+    ("value", "size", "said"),
+    [
+        (1234567.8, 2e6, "1234568"),
+        (12.3456789, 50, "12.34568"),
+        (-0.5, 1, "−0.5"),
+        (-1e-9, 1, "0"),
+        (2e7, 3e7, "20000000"),
+    ],
+)
+def test_coordinates_have_seven_digits_of_the_size(value: float, size: float, said: str) -> None:
+    assert coordinate(value, size) == said
 
 
 @every

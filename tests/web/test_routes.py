@@ -20,8 +20,10 @@ from starlette.testclient import TestClient
 import catalogue
 from catalogue import CatalogueError, StraightLine
 from catalogue.web import asked
+from catalogue.web.application import application
 from catalogue.web.desk import Desk, thread
 from catalogue.web.own import EXAMPLE
+from catalogue.web.wish import Form
 
 WISH = {"path": "straight-line", "stroke": "150", "deviation": "0.5", "limit": "4"}
 
@@ -46,6 +48,11 @@ def test_a_page_is_there_and_loads_nothing_from_elsewhere(page: TestClient, path
     assert "default-src 'self'" in got.headers["content-security-policy"]
     assert got.headers["x-content-type-options"] == "nosniff"
     assert "<script>" not in got.text
+
+
+def test_a_database_that_is_gone_is_service_unavailable(form: Form, tmp_path: Path) -> None:
+    with TestClient(application(tmp_path / "gone.db", form, make=thread), base_url="http://127.0.0.1") as client:
+        assert client.get("/answers", params=WISH).status_code == 503
 
 
 def test_answers_are_those_of_find(page: TestClient, refined: str, small: catalogue.Catalogue) -> None:
