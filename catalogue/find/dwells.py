@@ -122,20 +122,19 @@ def _turning(
 ) -> tuple[dict[str, Array], CouplerCurve, Array] | None:
     """Return stored arcs in the middle of their dwells, on cranks that turn fully through the angle that is wanted."""
     parts = []
-    with database.reading() as read:
-        for code in eligible_series(database, constraints):
-            select = joined(*COLUMNS, Reach.rotates).where(
-                Reach.series == code, Reach.kind == POINTS["circle"], Reach.level == -3, Reach.rotates > 0
-            )
-            if constraints.families:
-                select = select.where(Mechanism.family.in_(constraints.families))
-            if constraints.configurations:
-                select = select.where(Mechanism.configuration.in_(constraints.configurations))
-            if constraints.pins_only:
-                select = select.where(Mechanism.family.not_in(SLIDING))
-            if constraints.order:
-                select = select.where(Guide.contact_order >= constraints.order)
-            parts.append(read(select.order_by(Reach.min_transmission.desc()).limit(SHARE * effort)))
+    for code in eligible_series(database, constraints):
+        select = joined(*COLUMNS, Reach.rotates).where(
+            Reach.series == code, Reach.kind == POINTS["circle"], Reach.level == -3, Reach.rotates > 0
+        )
+        if constraints.families:
+            select = select.where(Mechanism.family.in_(constraints.families))
+        if constraints.configurations:
+            select = select.where(Mechanism.configuration.in_(constraints.configurations))
+        if constraints.pins_only:
+            select = select.where(Mechanism.family.not_in(SLIDING))
+        if constraints.order:
+            select = select.where(Guide.contact_order >= constraints.order)
+        parts.append(database.read(select.order_by(Reach.min_transmission.desc()).limit(SHARE * effort)))
     parts = [p for p in parts if len(p["id"])]
     if not parts:
         return None

@@ -6,7 +6,6 @@ import json
 import sqlite3
 import subprocess  # nosec B404
 import sys
-import weakref
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from decimal import Decimal
@@ -131,13 +130,6 @@ class Database:
     def engine(self) -> Engine:
         """An engine whose connections begin a transaction with their first statement."""
         return engine_for(self.path, writable=self.writable)
-
-    @cached_property
-    def _kept(self) -> Engine:
-        """An engine for what is read again and again."""
-        kept = engine_for(self.path, keep=True, writable=self.writable)
-        weakref.finalize(self, kept.dispose)  # also of one that nobody closes
-        return kept
 
     def _connect(self) -> sqlite3.Connection:
         return files.connect(self.path, writable=self.writable)
@@ -298,12 +290,6 @@ class Database:
             connection.execute(f"PRAGMA user_version = {_digest(connection, self.path)}")
             connection.execute("COMMIT")
 
-    @contextmanager
-    def reading(self) -> Iterator[Callable[..., dict[str, Array]]]:
-        """Yield a function like `read_columns` that keeps one connection, for several reads in a row."""
-        with database_errors(self.path), self._kept.connect() as connection:
-            yield partial(read_columns, connection)
-
     def get_setting(self, key: str) -> str | None:
         """Return the text kept under `key`, None if there is none."""
         found = self.plain({"value": str}, "FROM setting WHERE key = ?", [key])["value"]
@@ -335,8 +321,8 @@ class Database:
 
     def close(self) -> None:
         """Let go of the file."""
-        for engine in [vars(self)[name] for name in ("engine", "_kept") if name in vars(self)]:
-            engine.dispose()
+        if "engine" in vars(self):
+            self.engine.dispose()
 
     def __enter__(self) -> Self:
         return self

@@ -96,46 +96,25 @@ def connect(path: Path, *, create: bool = False, writable: bool = True) -> sqlit
     return connection
 
 
-def engine_for(path: Path, *, keep: bool = False, writable: bool = True) -> Engine:
+def engine_for(path: Path, *, writable: bool = True) -> Engine:
     """Return an engine on the existing file `path` whose transactions are real, for tables as well as for rows.
 
     A connection with the execution option ``immediate`` takes the write lock at once: a transaction that reads before
-    it writes would fail, not wait, when another process writes in between.  With `keep` a connection is kept for later:
-    what it has read of a large file need not be read again.  Until the engine is disposed of, the log of what is
-    written meanwhile is not folded into the file.  A file that has taken the place of this one is noticed.
+    it writes would fail, not wait, when another process writes in between.  No connection is kept: a file that has
+    taken the place of this one is read.
     """
     from sqlalchemy import URL, create_engine, event
-    from sqlalchemy.pool import NullPool, QueuePool
+    from sqlalchemy.pool import NullPool
 
     creator: Callable[[], Any] = partial(connect, path, writable=writable)
-    pool = QueuePool(creator, pool_size=1, max_overflow=-1) if keep else NullPool(creator)
-    engine = create_engine(URL.create("sqlite", database=str(path)), pool=pool)
+    engine = create_engine(URL.create("sqlite", database=str(path)), pool=NullPool(creator))
     event.listen(engine, "begin", _begin)
-    if keep:
-        event.listen(engine, "connect", lambda _, record: record.info.update(file=_identity(path)))
-        event.listen(engine, "checkout", partial(_check, path))
     return engine
 
 
 def _begin(connection: Connection) -> None:
     immediate = connection.get_execution_options().get("immediate", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if immediate else "BEGIN")
-
-
-def _check(path: Path, _: Any, record: Any, __: Any) -> None:
-    """Have the pool connect again unless the connection is to the file that is there now, made by this process."""
-    if record.info["file"] != _identity(path):
-        from sqlalchemy.exc import DisconnectionError
-
-        raise DisconnectionError(f"{path} is another file now")
-
-
-def _identity(path: Path) -> tuple[int, ...]:
-    try:
-        found = path.stat()
-    except OSError:
-        return ()  # to connect again says what is wrong
-    return os.getpid(), found.st_dev, found.st_ino
 
 
 _OURS = {"alembic_version", "mechanism", "guide"}

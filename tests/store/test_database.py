@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import gc
 import os
 import shutil
 import sqlite3
@@ -20,9 +19,8 @@ from sqlalchemy import func, select
 from sqlalchemy.exc import IntegrityError
 
 from catalogue.errors import DatabaseError
-from catalogue.store import Batch, Database, Mechanism, Setting, write_batch
+from catalogue.store import Batch, Database, Mechanism, write_batch
 from catalogue.store.database import PIVOT_NAMES, _read
-from catalogue.store.engine import connect
 
 OPEN = "import sys; from catalogue.store import Database; Database.open(sys.argv[1]).close();"
 
@@ -140,12 +138,13 @@ import sys
 from catalogue.errors import DatabaseError
 from catalogue.store import Database, Mechanism
 from sqlalchemy import select
-with Database.open(sys.argv[1]) as database, database.reading() as read:
+with Database.open(sys.argv[1]) as database:
     every = select(Mechanism.family, Mechanism.parameters)
-    assert len(read(every)["family"])
+    assert len(database.read(every)["family"])
     with open(sys.argv[1], "r+b") as file:
         file.truncate(4096)
-    for ask in (lambda: read(every), lambda: database.plain({"family": str, "parameters": str}, "FROM mechanism")):
+    text = {"family": str, "parameters": str}
+    for ask in (lambda: database.read(every), lambda: database.plain(text, "FROM mechanism")):
         try:
             ask()
         except DatabaseError as error:
@@ -254,74 +253,25 @@ def test_setting_is_replaced(database: Database) -> None:
     assert database.get_setting("seed") == "2"
 
 
-def test_what_others_wrote_is_read_by_a_kept_connection(filled: Path) -> None:
-    with Database.open(filled) as database, Database.open(filled) as other:
-        with database.reading() as read:
-            assert not read(select(Setting.key))["key"].size
-        other.set_setting("seed", "1")
-        with database.reading() as read:
-            assert read(select(Setting.key))["key"].tolist() == ["seed"]
-
-
 @pytest.mark.slow
 def test_file_that_takes_the_place_of_another_is_read(filled: Path, tmp_path: Path) -> None:
     new = tmp_path / "new.db"
     Database.open(new).close()
     with Database.open(filled) as database:
-        with database.reading() as read:
-            assert read(select(Mechanism.id))["id"].size == 400
+        assert database.read(select(Mechanism.id))["id"].size == 400
         new.replace(filled)
-        with database.reading() as read:
-            assert read(select(Mechanism.id))["id"].size == 0
+        assert database.read(select(Mechanism.id))["id"].size == 0
         filled.unlink()
-        with pytest.raises(DatabaseError, match="cannot be opened"), database.reading() as read:
-            read(select(Mechanism.id))
+        with pytest.raises(DatabaseError, match="cannot be opened"):
+            database.read(select(Mechanism.id))
 
 
-def test_each_thread_reads_on_its_own_connection(filled: Path) -> None:
+def test_threads_read_at_the_same_time(filled: Path) -> None:
     def read_once(_: int) -> int:
-        with database.reading() as read:
-            return int(read(select(Mechanism.id))["id"].size)
+        return int(database.read(select(Mechanism.id))["id"].size)
 
     with Database.open(filled) as database, ThreadPoolExecutor(8) as pool:
         assert set(pool.map(read_once, range(64))) == {400}
-
-
-def test_a_connection_is_kept_but_not_for_a_forked_process(filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made = []
-
-    def counted(*args: Any, **options: Any) -> sqlite3.Connection:
-        made.append(args)
-        return connect(*args, **options)
-
-    monkeypatch.setattr("catalogue.store.engine.connect", counted)
-    with Database.open(filled) as database:
-        made.clear()  # of what looks at the revision
-        for process, expected in ((os.getpid(), 1), (-1, 2)):
-            monkeypatch.setattr(os, "getpid", lambda process=process: process)
-            for _ in range(3):
-                with database.reading() as read:
-                    assert read(select(Mechanism.id))["id"].size == 400
-            assert len(made) == expected
-
-
-@pytest.mark.slow
-def test_a_database_that_nobody_closed_lets_go_of_the_file(filled: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    made: list[sqlite3.Connection] = []
-
-    def noted(*args: Any, **options: Any) -> sqlite3.Connection:
-        made.append(connect(*args, **options))
-        return made[-1]
-
-    monkeypatch.setattr("catalogue.store.engine.connect", noted)
-    database = Database.open(filled)
-    with database.reading() as read:
-        read(select(Mechanism.id))
-    made[-1].execute("SELECT 1")
-    del database
-    gc.collect()
-    with pytest.raises(sqlite3.ProgrammingError, match="closed"):
-        made[-1].execute("SELECT 1")
 
 
 @pytest.mark.parametrize(
