@@ -22,14 +22,17 @@ if TYPE_CHECKING:
     from ..find.dwell_results import DwellResults
 
 #: Columns of the table, what they mean, and which may be left out.
-TABLE = ("code", "id", "series", "family", "angle", "residual", "swing", "min_transmission", "size", "rod", "rocker")
+TABLE = ("code", "id", "series", "family", "angle", "crank", "residual", "swing", "min_transmission", "size", "rod",
+         "rocker")  # fmt: skip
 COLUMNS = {
     **MADE,
     **DWELL,
+    "crank": Column("crank", "deg", "number of the crank that turns, its angle at the beginning and end of the dwell "
+                    "from the line between its fixed pivot and the rocker's", right=False),
     "rod": Column("rod", LENGTH, "from the guided point to the rocker"),
     "rocker": Column("rocker", LENGTH, "from the rod to the rocker's pivot"),
-}
-SPARE = ("id", "rod", "rocker", "family")
+}  # fmt: skip
+SPARE = ("id", "rod", "rocker", "crank", "family")
 
 
 @click.command(

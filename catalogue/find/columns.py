@@ -123,6 +123,9 @@ DWELL: Mapping[str, Column] = {name: CANDIDATE[name] for name in ("id", "family"
     _column("guided", LENGTH, "the coupler point that leads the rod"),
     _column("joint", LENGTH, "where rod and rocker meet"),
     _column("pivot", LENGTH, "fixed pivot of the rocker"),
+    _column("drive_from", "deg", "angle of the driving crank at the beginning of the dwell, from the line between its "
+            "fixed pivot and that of the rocker"),
+    _column("drive_to", "deg", "the same at the end of the dwell"),
     _column("lengths", LENGTH, "lengths of all links, rod and rocker too, by name"),
 ])  # fmt: skip
 

@@ -67,6 +67,10 @@ class DwellCandidate(PlacedGuide):
     guided: list[float]  #: the coupler point that leads the rod
     joint: list[float]  #: of rod and rocker
     pivot: list[float]  #: the fixed pivot of the rocker
+    #: Angles of the driving crank at the beginning and at the end of the dwell, counterclockwise from the line from its
+    #: fixed pivot to that of the rocker [deg]; None if a record does not say them.
+    drive_from: float | None = None
+    drive_to: float | None = None
 
     pole = None  # it is at no change point
 

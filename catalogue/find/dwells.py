@@ -232,6 +232,7 @@ def _dwelling(
     laid = np.where(finite, scale * turn * (z - origin), turn * z)
     points = scale * turn * (np.array([guides.point[i], joint, pivot]) - origin)
     guided, joint_, pivot_ = ([float(p.real), float(p.imag)] for p in points)
+    begin = float((np.degrees(np.angle(turn * (z[k, 1] - z[k, 0]))) + found.begin[i] + 180) % 360 - 180)
     return DwellCandidate(
         id=int(rows["id"][i]),
         family=str(rows["family"][i]),
@@ -248,4 +249,6 @@ def _dwelling(
         guided=guided,
         joint=joint_,
         pivot=pivot_,
+        drive_from=begin,
+        drive_to=begin + float(found.angle[i]),
     )

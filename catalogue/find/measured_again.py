@@ -136,8 +136,15 @@ def _of_dwell(one: DwellCandidate) -> Iterator[Numbers]:
     linkage = one.linkage
     point, joint, pivot = (np.array([complex(*place)]) for place in (one.guided, one.joint, one.pivot))
     path, driving = turned(coupler_curve(linkage, point), np.array([one.driver]), FINE)
-    found, stray = dwells(path, joint, pivot[:, None], 1.0), strays(path, joint, pivot, one.angle)
+    found = dwells(path, joint, pivot[:, None], 1.0)
+    told, begin = {}, None
+    if one.drive_from is not None and one.drive_to is not None:
+        crank, home = linkage.points[0, one.driver - 1, ::-1]
+        begin = (one.drive_from - float(np.degrees(np.angle((crank - home) / (pivot[0] - home)))) - 1) % 360 - 359
+        told = {"drive_to": one.drive_from + one.angle}
+    stray = strays(path, joint, pivot, one.angle, begin)
     yield {
+        **told,
         "family": str(linkage.family[0]),
         "residual": float(stray[np.abs(stray - one.residual).argmin()]),
         "swing": float(found.swing[0, 0]),

@@ -33,6 +33,8 @@ class Dwell(Rows):
     ----------
     angle : ndarray
         By how much the crank turns while the rocker keeps within the band about its reference position.
+    begin : ndarray
+        By how much the crank has turned from the reference position when that begins, not above 0.
     residual : ndarray
         Range of the rocker's angles meanwhile.
     swing : ndarray
@@ -42,6 +44,7 @@ class Dwell(Rows):
     """
 
     angle: Floats
+    begin: Floats
     residual: Floats
     swing: Floats
     transmission: Floats
@@ -74,27 +77,32 @@ def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing:
     band of the width `residual`; those that do not swing by `swing` are of no interest [deg].
     """
     transmission, which, angle = _rocking(path, centre, pivot)
-    found = np.full((3, *pivot.shape), np.nan)
+    found = np.full((4, *pivot.shape), np.nan)
     range_ = np.ptp(angle, axis=0)
     full = np.abs(angle[-1] - angle[0]) > 180  # over a turn that ends where it began
     range_[full] = np.nan
     some = range_ >= swing
     found[0][which] = range_
     to = tuple(w[some] for w in which)
-    found[1][to], found[2][to] = _standing(angle[:, some], residual)
-    return Dwell(found[1], found[2], found[0], np.where(np.isnan(found[0]), np.nan, transmission))
+    found[1][to], found[2][to], found[3][to] = _standing(angle[:, some], residual)
+    return Dwell(found[1], found[2], found[3], found[0], np.where(np.isnan(found[0]), np.nan, transmission))
 
 
-def strays(path: Array, centre: Complexes, pivot: Complexes, angle: float) -> Floats:
-    """Return the ranges [deg] of the angles of one rocker, arrays as of `dwells` with n = 1 and pivot (1,), over each
-    part of the turn that is so long [deg] and begins, ends or goes on about the reference position; NaN if none is."""
+def strays(path: Array, centre: Complexes, pivot: Complexes, angle: float, begin: float | None = None) -> Floats:
+    """Return the ranges [deg] of the angles of one rocker, arrays as of `dwells` with n = 1 and pivot (1,), over the
+    part of the turn that is so long and begins where it is said [deg, as in `Dwell`]; if that is not said over each
+    that begins, ends or goes on about the reference position.  NaN if there is none."""
     _, _, angles = _rocking(path, centre, pivot[:, None])
     count, middle = len(path), len(path) // 2
     steps = round(count * angle / 360)
     if not 1 <= steps < count or not angles.shape[1]:
         return np.full(1, np.nan)
-    near = angles[max(middle - steps - 1, 0) : middle + steps + 1, 0]
-    parts = np.lib.stride_tricks.sliding_window_view(near, steps + 1)
+    first, last = max(middle - steps - 1, 0), middle
+    if begin is not None:
+        first = last = round(middle - 0.5 + count * begin / 360)
+    if not 0 <= first <= last <= middle or first + steps >= count:
+        return np.full(1, np.nan)
+    parts = np.lib.stride_tricks.sliding_window_view(angles[first : last + steps + 1, 0], steps + 1)
     return np.asarray(np.ptp(parts, axis=1))
 
 
@@ -119,17 +127,20 @@ def _rocking(path: Array, centre: Complexes, pivot: Array) -> tuple[Floats, tupl
     return transmission, which, angle
 
 
-def _standing(angle: Floats, residual: float) -> tuple[Floats, Floats]:
-    """Return for how many degrees of the turn rockers stay in the best band of that width, and the range meanwhile."""
+def _standing(angle: Floats, residual: float) -> tuple[Floats, Floats, Floats]:
+    """Return for how many degrees of the turn rockers stay in the best band of that width, where that begins, and the
+    range meanwhile."""
     count, middle = len(angle), len(angle) // 2
-    best, held = np.full(angle.shape[1:], -1.0), np.full(angle.shape[1:], np.nan)
+    step = 360.0 / count
+    best, begin, held = (np.full(angle.shape[1:], value) for value in (-1.0, np.nan, np.nan))
     for offset in OFFSETS:
         inside = np.abs(angle - 0.5 * residual * offset) <= 0.5 * residual
         after = np.logical_and.accumulate(inside[middle:], axis=0)
         before = np.logical_and.accumulate(inside[:middle][::-1], axis=0)
-        run = (after.sum(0) + before.sum(0) - 1) * 360.0 / count
+        run = (after.sum(0) + before.sum(0) - 1) * step
         kept = np.concatenate([before[::-1], after])
         spread = np.where(kept, angle, -np.inf).max(0) - np.where(kept, angle, np.inf).min(0)
         better = run > best
+        begin = np.where(better, (0.5 - before.sum(0)) * step, begin)
         best, held = np.where(better, run, best), np.where(better, spread, held)
-    return np.maximum(best, 0.0), held
+    return np.maximum(best, 0.0), begin, held

@@ -86,6 +86,19 @@ def test_the_rocker_stands_still_and_swings_as_it_is_said(found: list[DwellCandi
         assert np.degrees(np.arcsin(sine.min())) >= d.min_transmission - 0.1
 
 
+def test_the_rocker_stands_still_between_the_angles_of_the_crank_that_are_told(found: list[DwellCandidate]) -> None:
+    count = 2880
+    for d in found:
+        assert d.drive_from is not None
+        assert d.drive_to == pytest.approx(d.drive_from + d.angle)
+        pin = complex(*d.pivots[d.driver - 1][1][:2])  # from the origin; the rocker's pivot is on the x axis
+        turned = np.degrees(np.angle(pin)) + 360 * np.arange(count) / count
+        angle, _ = rocker_angles(d, count)
+        for wider, least, most in ((0, d.residual - 0.01, d.residual + 0.01), (3, 1.0, 3.0)):
+            during = (turned - d.drive_from + wider) % 360 <= d.angle + 2 * wider
+            assert least <= np.ptp(angle[during]) <= most
+
+
 def test_size_is_the_diameter_of_all_pivots_and_the_path(found: list[DwellCandidate]) -> None:
     for d in found:
         inner = [complex(x, y) for pair in d.pivots for x, y, _ in pair] + guided_path(d, 540).tolist()
@@ -207,7 +220,8 @@ def test_a_rocker_swings_as_far_as_its_triangles_say_and_has_no_swing_if_it_turn
 
 def test_the_band_is_the_best_placed_one() -> None:
     angle = np.concatenate([np.linspace(-3, 0, 50), np.linspace(0, 0.9, 100), np.linspace(0.9, 4, 50)])[:, None]
-    run, spread = _standing(angle - angle[100], 1.0)
+    run, begin, spread = _standing(angle - angle[100], 1.0)
+    assert begin[0] == pytest.approx(-50 * 360 / 200, abs=6)
     assert spread[0] <= 1.0
     assert run[0] == pytest.approx((100 + 2) * 360 / 200, abs=6)
 
