@@ -51,62 +51,84 @@ def walk(plan, b, i, path, stops, count, marked, states, marks, limits, t, w):
     reached, many, rated = START
     y, width, length, step, end, steps = 0.0, 1.0, limits.longest / 8, 1.0, 0.0, 0
     line(path, stops, count, reached, width, t)
-    for j in range(m + 1):
-        t.row[j] = 0.0
-    t.row[m] = 1.0
+    hold(t)
     copy(t.state, w.trial)
     _, sign, _, _ = correct(plan, b, i, t.q0, t.q1, 0.0, t.row, inf, limits, w)
     width, many = landed(path, stops, count, reached, marked, rated, states, marks, many, t, w)
     rated = reached > 0
     while reached < count:
         line(path, stops, count, reached, width, t)
-        slope = t.tangent[m]
-        h = min(max((width - y) / max(slope, 1e-300), -length), length)
+        h = min(max((width - y) / max(t.tangent[m], 1e-300), -length), length)
         land, size = abs(h) < length, abs(h)
         predicted(h, step, land, width - y, t)
         moved(t.state, t.z, t.metric, w.trial)
-        new = width if land else y + t.z[m]
-        new, turned, first, found = correct(
-            plan, b, i, t.q0, t.q1, new, t.row, max(limits.first * size, limits.last), limits, w
-        )
-        steps += 1
+        new, enough = width if land else y + t.z[m], max(limits.first * size, limits.last)
+        new, turned, first, found = correct(plan, b, i, t.q0, t.q1, new, t.row, enough, limits, w)
         good, stretch = judged(h, new - y, first, found, limits, t, w)
-        flipped = turned != sign
-        if good and not flipped and w.along[m] > 0:
-            for j in range(len(w.q)):
-                w.q[j] = t.q0[j] + new * t.q1[j]
-            if off_edge(plan, b, i, w.trial, w.q, w):
-                return reached, EDGE, stopped(reached, y + h * slope, width), steps, many, sign
-            better = size * stretch
-            if land and better >= size:
-                better = max(length, better)
-            length, step = min(better, limits.longest), h
-            if land:
-                reached += 1
-                y, end = 0.0, reached - 1.0
-                width, many = landed(path, stops, count, reached, marked, rated, states, marks, many, t, w)
-            else:
-                y = new
-                copy(w.trial, t.state)
-                copy(w.metric, t.metric)
-                copy(t.tangent, t.before)
-                copy(w.along, t.tangent)
-                if marked:
-                    for j in range(m):
-                        t.rate[j] = w.along[j] / w.along[m] * width
-                    many = mark(marks, many, reached - 1, y / width, t)
-            rated = land
+        steps += 1
+        if not (good and turned == sign and w.along[m] > 0):
+            why, at = refused(size, good, turned != sign, limits), y + h * t.tangent[m]
+            if why == GOES_ON and good and turned == sign:
+                at = turning(plan, b, i, h, w.along[m], y, step, limits, t, w)
+                why = TURNING if at <= width else GOES_ON
+            if why != GOES_ON:
+                return reached, why, stopped(reached, at, width), steps, many, sign
+            length = size / 2
             continue
-        if good and flipped and size < limits.at_branch:
-            return reached, BRANCH, stopped(reached, y + h * slope, width), steps, many, sign
-        if not good and size < limits.shortest:
-            return reached, STUCK, stopped(reached, y + h * slope, width), steps, many, sign
-        length = size / 2
-        if good and not flipped:
-            fold = turning(plan, b, i, h, w.along[m], y, step, limits, t, w)
-            if fold <= width:
-                return reached, TURNING, stopped(reached, fold, width), steps, many, sign
+        if beyond_edge(plan, b, i, new, t, w):
+            return reached, EDGE, stopped(reached, y + h * t.tangent[m], width), steps, many, sign
+        length, step = lengthened(size, stretch, length, land, limits), h
+        if land:
+            reached += 1
+            y, end = 0.0, reached - 1.0
+            width, many = landed(path, stops, count, reached, marked, rated, states, marks, many, t, w)
+        else:
+            y = new
+            many = advanced(y, width, reached, marked, marks, many, t, w)
+        rated = land
     return reached, GOES_ON, end, steps, many, sign
+
+
+@inlined
+def refused(size, good, flipped, limits):
+    """Return why a motion ends with a step that is refused; GOES_ON where a shorter one may do."""
+    if good and flipped and size < limits.at_branch:
+        return BRANCH
+    if not good and size < limits.shortest:
+        return STUCK
+    return GOES_ON
+
+
+@inlined
+def beyond_edge(plan, b, i, y, t, w):
+    """Return whether the state that was tried has a point on the half of a guide that its chart does not reach."""
+    for j in range(len(w.q)):
+        w.q[j] = t.q0[j] + y * t.q1[j]
+    return off_edge(plan, b, i, w.trial, w.q, w)
+
+
+@inlined
+def lengthened(size, stretch, length, land, limits):
+    """Return the length of the next step after one of a size; one that was cut short by a stop shortens no other."""
+    better = size * stretch
+    if land and better >= size:
+        better = max(length, better)
+    return min(better, limits.longest)
+
+
+@inlined
+def advanced(y, width, reached, marked, marks, many, t, w):
+    """Take the state that was tried, between two stops, and leave a mark there; return the number of marks."""
+    m = len(w.value)
+    copy(w.trial, t.state)
+    copy(w.metric, t.metric)
+    copy(t.tangent, t.before)
+    copy(w.along, t.tangent)
+    if marked:
+        for j in range(m):
+            t.rate[j] = w.along[j] / w.along[m] * width
+        many = mark(marks, many, reached - 1, y / width, t)
+    return many
 
 
 @inlined
@@ -114,6 +136,15 @@ def copy(one, other):
     """Overwrite the second by the first."""
     for j in range(len(one)):
         other[j] = one[j]
+
+
+@inlined
+def hold(t):
+    """Let the corrector leave y as it is."""
+    m = len(t.row) - 1
+    for j in range(m):
+        t.row[j] = 0.0
+    t.row[m] = 1.0
 
 
 @inlined
