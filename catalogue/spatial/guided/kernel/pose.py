@@ -147,54 +147,72 @@ def evaluate(plan, b, i, y, q, w, slopes=True):
     """Find residual and derivatives, if not the residual only, in a state y at the driver values q."""
     put(plan, b, i, y, q, w)
     rows = len(plan.points)
-    bx, by, bz = w.places[0, 0], w.places[0, 1], w.places[0, 2]
     for row in range(rows):
-        a = plan.points[row]
-        ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
-        x, y_, z = local(b, i, a, bx + ax, by + ay, bz + az)
-        kind = b.kinds[i, a]
-        if kind in (TORUS, HELIX):
-            second = row > 0 and plan.points[row - 1] == a
-            value, gx, gy, gz = function(kind, second, x, y_, z, b.shapes[i, a, 0], b.shapes[i, a, 1])
-        else:
-            c = b.quadrics[i, row]
-            value = (c[0] * x + c[3]) * x + (c[1] * y_ + c[4]) * y_ + (c[2] * z + c[5]) * z + c[6]
-            gx, gy, gz = 2 * c[0] * x + c[3], 2 * c[1] * y_ + c[4], 2 * c[2] * z + c[5]
-        size = 1 / sqrt(gx * gx + gy * gy + gz * gz)
-        w.value[row] = value * size
-        if not slopes:
-            continue
-        nx, ny, nz = turned(b.frames[i, a], gx * size, gy * size, gz * size)
-        j = w.jacobian[row]
-        j[0], j[1], j[2] = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
-        column = plan.driven[0, 1]
-        for axis in range(2):
-            k, t = plan.driven[0, 2 + axis], w.tangents[0, axis]
-            slope = nx * t[0] + ny * t[1] + nz * t[2]
-            if k >= 0:
-                w.drivers[row, k] = slope
-            elif column >= 0:
-                j[column] = slope
+        gx, gy, gz = off_guide(plan, b, i, row, w)
+        if slopes:
+            guide_slopes(plan, b, i, row, gx, gy, gz, w)
     for d in range(1, len(plan.driven)):
-        row, a = rows + 3 * (d - 1), plan.driven[d, 0]
-        ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
-        w.value[row] = w.places[d, 0] - bx - ax
-        w.value[row + 1] = w.places[d, 1] - by - ay
-        w.value[row + 2] = w.places[d, 2] - bz - az
-        if not slopes:
-            continue
-        w.jacobian[row, 1], w.jacobian[row, 2] = -az, ay
-        w.jacobian[row + 1, 0], w.jacobian[row + 1, 2] = az, -ax
-        w.jacobian[row + 2, 0], w.jacobian[row + 2, 1] = -ay, ax
-        for e in (0, d):
-            sign, column = (1.0 if e else -1.0), plan.driven[e, 1]
-            for axis in range(2):
-                k, t = plan.driven[e, 2 + axis], w.tangents[e, axis]
-                for c in range(3):
-                    if k >= 0:
-                        w.drivers[row + c, k] = sign * t[c]
-                    elif column >= 0:
-                        w.jacobian[row + c, column] = sign * t[c]
+        row = rows + 3 * (d - 1)
+        for c in range(3):
+            w.value[row + c] = w.places[d, c] - w.places[0, c] - w.arms[plan.driven[d, 0], c]
+        if slopes:
+            driven_slopes(plan, d, row, w)
+
+
+@inlined
+def off_guide(plan, b, i, row, w):
+    """Find how far an undriven point is off its guide; return the unit normal of the guide, in its axes."""
+    a = plan.points[row]
+    ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
+    x, y, z = local(b, i, a, w.places[0, 0] + ax, w.places[0, 1] + ay, w.places[0, 2] + az)
+    kind = b.kinds[i, a]
+    if kind in (TORUS, HELIX):
+        second = row > 0 and plan.points[row - 1] == a
+        value, gx, gy, gz = function(kind, second, x, y, z, b.shapes[i, a, 0], b.shapes[i, a, 1])
+    else:
+        c = b.quadrics[i, row]
+        value = (c[0] * x + c[3]) * x + (c[1] * y + c[4]) * y + (c[2] * z + c[5]) * z + c[6]
+        gx, gy, gz = 2 * c[0] * x + c[3], 2 * c[1] * y + c[4], 2 * c[2] * z + c[5]
+    size = 1 / sqrt(gx * gx + gy * gy + gz * gz)
+    w.value[row] = value * size
+    return gx * size, gy * size, gz * size
+
+
+@inlined
+def guide_slopes(plan, b, i, row, gx, gy, gz, w):
+    """Find the derivatives of the distance of an undriven point from its guide, of normal g in its axes."""
+    a = plan.points[row]
+    ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
+    nx, ny, nz = turned(b.frames[i, a], gx, gy, gz)
+    j = w.jacobian[row]
+    j[0], j[1], j[2] = ay * nz - az * ny, az * nx - ax * nz, ax * ny - ay * nx
+    column = plan.driven[0, 1]
+    for axis in range(2):
+        k, t = plan.driven[0, 2 + axis], w.tangents[0, axis]
+        slope = nx * t[0] + ny * t[1] + nz * t[2]
+        if k >= 0:
+            w.drivers[row, k] = slope
+        elif column >= 0:
+            j[column] = slope
+
+
+@inlined
+def driven_slopes(plan, d, row, w):
+    """Find the derivatives of the difference of where its guide and the body have driven point d, rows `row` to + 2."""
+    a = plan.driven[d, 0]
+    ax, ay, az = w.arms[a, 0], w.arms[a, 1], w.arms[a, 2]
+    w.jacobian[row, 1], w.jacobian[row, 2] = -az, ay
+    w.jacobian[row + 1, 0], w.jacobian[row + 1, 2] = az, -ax
+    w.jacobian[row + 2, 0], w.jacobian[row + 2, 1] = -ay, ax
+    for e in (0, d):
+        sign, column = (1.0 if e else -1.0), plan.driven[e, 1]
+        for axis in range(2):
+            k, t = plan.driven[e, 2 + axis], w.tangents[e, axis]
+            for c in range(3):
+                if k >= 0:
+                    w.drivers[row + c, k] = sign * t[c]
+                elif column >= 0:
+                    w.jacobian[row + c, column] = sign * t[c]
 
 
 @inlined
@@ -237,33 +255,19 @@ def correct(plan, b, i, q0, q1, y, row, limit, limits, w):
 
     Returns y, the sign of the bordered determinant, the length of the first correction, and whether it was found.
     """
-    m, k, first, sign, last = len(w.value), len(q0), inf, 0.0, False
+    m, first, sign, last = len(w.value), inf, 0.0, False
     for j in range(m + 1):
         w.shift[j] = 0.0
-    a = w.system
     for n in range(limits.corrections):
-        for j in range(k):
+        for j in range(len(q0)):
             w.q[j] = q0[j] + y * q1[j]
         evaluate(plan, b, i, w.trial, w.q, w)
-        for r in range(m):
-            slope = 0.0
-            for j in range(k):
-                slope += w.drivers[r, j] * q1[j]
-                a[r, m + 3 + j] = -w.drivers[r, j]
-            for j in range(m):
-                a[r, j] = w.jacobian[r, j]
-            a[r, m], a[r, m + 1], a[r, m + 2] = slope, -w.value[r], 0.0
-        for j in range(m + 1):
-            a[m, j] = row[j]
-        a[m, m + 1], a[m, m + 2] = 0.0, 1.0
-        for j in range(k):
-            a[m, m + 3 + j] = 0.0
-        sign = eliminate(a, m + 1, m + 3 + k, w.interchanged)
+        sign = bordered(q1, row, w)
         length = 0.0
         for j in range(m + 1):
-            length += a[j, m + 1] * a[j, m + 1]
-            w.along[j] = a[j, m + 1]
-            w.shift[j] += a[j, m + 1]
+            w.along[j] = w.system[j, m + 1]
+            length += w.along[j] * w.along[j]
+            w.shift[j] += w.along[j]
         length = sqrt(length)
         if n == 0:
             first = length
@@ -273,16 +277,45 @@ def correct(plan, b, i, q0, q1, y, row, limit, limits, w):
         if last or not length <= limit:
             break
         limit = max(limits.second * length, 10 * limits.last)
-    size = 0.0
+    tangent(w)
+    return y, sign, first, last
+
+
+@inlined
+def bordered(q1, row, w):
+    """Solve the equations, y the last unknown, bordered by a row, in `w.system`; return the sign of the determinant.
+
+    Right sides, from column m + 1 on, are those of the correction, of the tangent and of the rates by the drivers.
+    """
+    m, k, a = len(w.value), len(q1), w.system
+    for r in range(m):
+        slope = 0.0
+        for j in range(k):
+            slope += w.drivers[r, j] * q1[j]
+            a[r, m + 3 + j] = -w.drivers[r, j]
+        for j in range(m):
+            a[r, j] = w.jacobian[r, j]
+        a[r, m], a[r, m + 1], a[r, m + 2] = slope, -w.value[r], 0.0
+    for j in range(m + 1):
+        a[m, j] = row[j]
+    a[m, m + 1], a[m, m + 2] = 0.0, 1.0
+    for j in range(k):
+        a[m, m + 3 + j] = 0.0
+    return eliminate(a, m + 1, m + 3 + k, w.interchanged)
+
+
+@inlined
+def tangent(w):
+    """Take the unit tangent and the rates by the drivers from the solution of the bordered equations."""
+    m, a, size = len(w.value), w.system, 0.0
     for j in range(m + 1):
         size += a[j, m + 2] * a[j, m + 2]
     size = 1 / sqrt(size)
     for j in range(m + 1):
         w.along[j] = a[j, m + 2] * size
     for r in range(m):
-        for j in range(k):
+        for j in range(w.rates.shape[1]):
             w.rates[r, j] = a[r, m + 3 + j]
-    return y, sign, first, last
 
 
 @inlined
