@@ -7,6 +7,7 @@ import io
 import json
 import math
 import os
+import re
 import subprocess
 import sys
 from collections.abc import Callable
@@ -166,6 +167,10 @@ def test_what_fails_on_the_finite_motion_is_not_shown(swings: Catalogue) -> None
     none = find_in(swings.database, replace(collection, measure=worse), StraightLine(200, 1))
     assert not none
     assert "failed on the finite motion; the nearest holds 2." in none.explain()
+    told = re.search(r"which (\d+) of (\d+) failed", none.explain())
+    assert told is not None
+    assert told[1] == told[2] != "0"
+    assert f"deviation 1 removed {told[1]}" in none.explain()
 
     def shorter(parameters: Any, request: Any) -> Any:
         return collection.measure(parameters, request)[1:]

@@ -193,6 +193,19 @@ def test_refinement_goes_on_where_it_was(small: Catalogue) -> None:
     assert whole.evaluated > len(start)
 
 
+def test_all_that_is_measured_is_counted(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    problem = problem_of(LINE, "size", families=["four-bar"])
+    counted = []
+
+    def measured(*given: Any) -> CandidateBatch:
+        counted.append(len(found := near_path(*given)))
+        return found
+
+    monkeypatch.setattr("catalogue.refine.sqp.near_path", measured)
+    run = Refinement.of(problem, started(small, problem, 4)).run(2)
+    assert run.evaluated == sum(counted) > 0
+
+
 def test_frozen_pivots_stay_under_a_nominal_that_stays(small: Catalogue) -> None:
     problem = problem_of(LINE, "deviation", families=["four-bar"])
     start = started(small, problem, 4)

@@ -15,6 +15,7 @@ from click.testing import CliRunner
 from catalogue.cli import app
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.folders import folder
+from catalogue.kinematics.types import Array
 from catalogue.spatial import Joint, Link, Mechanism, Motion, OnGuide, Prismatic, Revolute, load
 from catalogue.spatial.drawing.figure import AZIMUTHS, ELEVATIONS, Sheet, hull, nice, toward, view
 from catalogue.spatial.drawing.lettering import Letters
@@ -255,3 +256,29 @@ def test_a_cross_is_named_in_the_design_pose_alone() -> None:
     sheet = Sheet(blank(4, 4), seen)
     sheet.names()
     assert {body.name for body in seen.bodies} <= {text.get_text() for text in sheet.figure.texts}
+
+
+def test_names_leave_links_bodies_and_the_arms_of_a_cross_free(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A tenth of the way along each, and at nine tenths, to within the distance of what is kept free."""
+    from catalogue.paper import blank
+
+    made = []
+    keep_off = Letters.keep_off
+
+    def noted(self: Letters, x: Array, half: float = 1.0) -> None:
+        made.append(x)
+        keep_off(self, x, half)
+
+    monkeypatch.setattr(Letters, "keep_off", noted)
+    for name in ("cardan", "rssr"):
+        seen = scene(load(FOLDER / f"{name}.toml").mechanism)
+        sheet = Sheet(blank(9, 7), seen)
+        made.clear()
+        sheet.names()
+        kept = np.concatenate(made)
+        lines = [*(one.ends[0] for one in seen.links), *(rod for body in seen.bodies for rod in body.rods[0])]
+        assert lines
+        for a, b in lines:
+            between = sheet.flat(np.array([0.9 * a + 0.1 * b, 0.1 * a + 0.9 * b]))
+            step = np.linalg.norm(np.subtract(*sheet.flat(np.array([a, b])))) / 24
+            assert (np.linalg.norm(kept - between[:, None], axis=2).min(1) <= step).all()

@@ -160,6 +160,30 @@ def test_a_function_generator_is_the_optimum_of_its_closed_equation() -> None:
     assert "rocker is missed by" in found.missed[0]
 
 
+def test_displacements_are_told_by_coordinate_and_as_a_whole() -> None:
+    """A rod of |(15, 5, 42)| from the crank pin, whose end may go a little any way."""
+    over = Sweep(Joint("crank"), np.radians([-10.0, 0.0, 10.0]))
+    target = Target("length", lambda m: link_length(m, "rod"), over, 53.0, tolerance=0.5)
+    found = fit(rssr(), [target], [Box("rod.to", (2, 2, 2))], starts=1)
+    [row] = found.points.to_numpy()
+    moved = found.displacements["rod.to"]
+    assert (np.abs(moved) > 0.01).all()
+    assert row[0] == "rod.to"
+    np.testing.assert_allclose(row[1:4].astype(float), moved, rtol=1e-12)
+    assert row[4] == pytest.approx(np.linalg.norm(moved), rel=1e-12)
+
+
+def test_a_batch_is_not_fitted() -> None:
+    """Though one of its two hard points is the same for all."""
+    many = Mechanism(
+        [Revolute("a", (0, 0, 0), axis=(0, 0, 1)), Link("a", [(1, 0, 0), (2, 0, 0)], "b", (4, 0, 0)),
+         Revolute("b", (4, 1, 0), axis=(0, 0, 1))]
+    )  # fmt: skip
+    target = Target("angle", lambda m: m.joint("b"), Sweep(Joint("a"), [0.0, 0.1]), 0.0, tolerance=0.5)
+    with pytest.raises(InvalidRequest, match="of one mechanism, not of a batch"):
+        fit(many, [target], [Box("link 1.to", 1)])
+
+
 @pytest.mark.slow
 def test_an_active_box_is_named_with_what_it_costs() -> None:
     outer = OUTER.copy()

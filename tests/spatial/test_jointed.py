@@ -517,6 +517,11 @@ def test_a_travel_is_that_of_its_own_point() -> None:
             Travel("wheel", (0, 760, 0)),
             "same for a whole batch",
         ),
+        (
+            [*axles(INNER, OUTER, 2)[:4], OnGuide("wheel", (0, 760, 0), "plane", origin=np.zeros((2, 3)))],
+            Travel("wheel", (0, 760, 0)),
+            "same for a whole batch",
+        ),
     ],
 )
 def test_batches_that_do_not_fit_are_refused(links: list[Any], drive: Any, match: str) -> None:

@@ -585,6 +585,17 @@ def test_an_unknown_special_mechanism_is_refused_with_those_that_there_are(cat: 
         cat.find_in("spatial-guidance", StraightLine(1, 0.05), special=["RSSS"])
 
 
+@pytest.mark.parametrize("family", ["I", "V"])
+def test_a_guide_is_moved_to_another_radius(family: str) -> None:
+    """It deviates less than half as much from an arc a twentieth flatter than its own."""
+    s = next(s for s in COLLECTION.draw(family, np.random.default_rng(3), 3) if s.kind == "circle")
+    (own,) = COLLECTION.measure([s.parameters], CircularArc(100, 5))
+    assert own.radius is not None
+    wish = CircularArc(100, 5, radius=1.05 * own.radius)
+    before, after = COLLECTION.measure([s.parameters, *COLLECTION.refine([s.parameters], wish)], wish)
+    assert after.deviation < 0.5 * before.deviation
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("wish", [StraightLine(100, 5), CircularArc(100, 2, radius=150)])
 def test_refined_answers_deviate_less_and_are_what_they_were(cat: Catalogue, wish: Any) -> None:
