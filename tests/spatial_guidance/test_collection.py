@@ -41,7 +41,7 @@ class TestContract(CollectionContract):
 def modules() -> SimpleNamespace:
     """Return modules of the plugin."""
     package = COLLECTION.draw.__module__.partition(".")[0]
-    names = ("draw", "measures", "minimum_zone", "picture", "plain_data", "straightest_point")
+    names = ("draw", "measures", "minimum_zone", "picture", "plain_data", "refine", "straightest_point")
     return SimpleNamespace(**{name: import_module(f"{package}.collection.{name}") for name in names})
 
 
@@ -594,6 +594,19 @@ def test_a_guide_is_moved_to_another_radius(family: str) -> None:
     wish = CircularArc(100, 5, radius=1.05 * own.radius)
     before, after = COLLECTION.measure([s.parameters, *COLLECTION.refine([s.parameters], wish)], wish)
     assert after.deviation < 0.5 * before.deviation
+
+
+def test_steps_to_an_arc_of_given_radius_do_not_depend_on_where_its_chord_points(modules: SimpleNamespace) -> None:
+    rng = np.random.default_rng(8)
+    turns = np.linspace(0.0, 0.6, 65)
+    circle = np.stack([np.cos(turns), np.sin(turns), 0 * turns], axis=-1)
+    path = circle + 1e-4 * rng.normal(size=(3, 1, 3)) * np.sin(turns * rng.uniform(1, 9, (3, 1)))[..., None]
+    wish = CircularArc(1, 1e-2, radius=1.01)
+    steps = []
+    for axes in (np.eye(3), np.linalg.qr(rng.normal(size=(3, 3)))[0]):
+        motion = modules.measures.Motion("", np.eye(3), path, np.ones(3), path @ axes.T, np.zeros(3))
+        steps.append(modules.refine._steps(motion, wish))
+    np.testing.assert_allclose(steps[1], steps[0], rtol=1e-5, atol=1e-9)
 
 
 @pytest.mark.slow
