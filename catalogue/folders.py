@@ -73,10 +73,12 @@ def replacing(file: Path) -> Iterator[Path]:
     Raises
     ------
     OSError
-        If it cannot be written, or what is there is a folder or a device, which must not be replaced.
+        If it cannot be written, or what is there is a folder, a device or a link, which must not be replaced.
     """
     part = file.parent / f"{file.name}.part"
     try:
+        if file.is_symlink():
+            raise OSError(0, "a link is there", str(file))
         if file.exists() and not file.is_file():
             raise OSError(0, "a folder or a device is there", str(file))
         part.unlink(missing_ok=True)

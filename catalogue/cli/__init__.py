@@ -212,8 +212,8 @@ def _keep_standard_output() -> None:
     was = sys.__stdout__
     if was is None or sys.stdout is not was or not (_is_file(was) and _is_file(sys.stderr)):
         return
-    own = os.dup(was.fileno())
-    sys.stdout = open(own, "w", was.isatty() or -1, was.encoding, "backslashreplace")  # noqa: PTH123, SIM115  # a number, for good
+    own, lines = os.dup(was.fileno()), was.isatty() or -1
+    sys.stdout = open(own, "w", lines, was.encoding, "backslashreplace", closefd=False)  # noqa: SIM115  # a number, for good
     os.dup2(sys.stderr.fileno(), was.fileno())
 
 

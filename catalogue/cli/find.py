@@ -144,8 +144,6 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     from ..problem.constraints import PRESCRIBED
 
     settled(options)
-    if pareto := options.pop("pareto"):
-        options["rank_by"] = [name.strip() for name in pareto.split(",")]
     output, explain, plot, save = (options.pop(name) for name in ("format", "explain", "plot", "save"))
     given = any(options[name] for name in PRESCRIBED)  # such guides are made, not looked up
     with open(options.pop("db"), plugins=options.pop("plugins"), build=not given) as catalogue:
@@ -163,6 +161,11 @@ def settled(options: dict[str, Any]) -> None:
     from ..find.names import SINGULAR
 
     options |= {name: options.pop(option) for name, option in SINGULAR.items() if option in options}
+    rank_by, pareto = options.pop("rank_by", None), options.pop("pareto", None)
+    if rank_by and pareto:
+        raise InvalidRequest("--pareto weighs no criterion: leave out --rank-by")
+    if rank_by or pareto:
+        options["rank_by"] = rank_by or [name.strip() for name in pareto.split(",")]
     if "desires" in options:
         options["desires"] = dict(options["desires"])
 

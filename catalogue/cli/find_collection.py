@@ -38,10 +38,9 @@ def find_in(request: Request, options: Mapping[str, Any]) -> None:
     from ..collections.bounds import parsed
 
     where = parsed(options["where"])
-    rank_by = "deviation" if options["rank_by"] == default["rank_by"] else options["rank_by"]
     with open(options["db"], plugins=options["plugins"], build=False) as catalogue:
         found = catalogue.find_in(
-            options["collection"], request, limit=options["limit"], rank_by=rank_by,
+            options["collection"], request, limit=options["limit"], rank_by=options["rank_by"] or "deviation",
             families=options["family"], series=options["series"], where=where, special=options["special"],
             refine=options["refine"] and _asked("refine"),
         )  # fmt: skip

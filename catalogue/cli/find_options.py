@@ -63,7 +63,7 @@ OPTIONS = (
     number("--min-advantage", "X", "Least force along the path over force at the crank pin."),
     length("--play", "L", "Standard deviation of every pivot coordinate, for `expected` and ranking.", default=0.0),
     option("--rank-by", "NAME[=W],...", f"What to rank by: {', '.join(CRITERIA)}; several with weights.",
-           default="score"),
+           show_default="score"),
     several("--desire desires", "NAME=BEST:WORST[:WEIGHT]",
             "What makes the score, 1 from BEST, 0 from WORST on: size, transmission, allowance, min_link, min_ground. "
             "Repeatable.",

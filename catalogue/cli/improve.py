@@ -66,7 +66,7 @@ def improve(
     where = place(options)
     if deviation is None:
         deviation = 0.1 * where["stroke"]
-        options["rank_by"] = "deviation" if options["rank_by"] == "score" else options["rank_by"]
+        options["rank_by"] = options["rank_by"] or "deviation"
     curved = arc or radius is not None
     request = (
         CircularArc(deviation=deviation, radius=radius, **where)

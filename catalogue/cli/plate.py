@@ -39,8 +39,7 @@ def plate(series: str, out: Path | None, plugins: Sequence[str]) -> None:
 
     chosen = Registry(plugins).get(series)
     file = Path(f"{file_name(chosen.code)}.svg") if out is None else out
-    if not click.get_current_context().meta[FORCE_KEY]:
-        refuse_existing(file, "--out")
+    refuse_existing(file, "--out", force=click.get_current_context().meta[FORCE_KEY])
     with busy("drawing"):
         draw(chosen, file)
     print(f"drawn: {file}", file=sys.stderr)
@@ -63,9 +62,8 @@ def atlas(out: Path, plugins: Sequence[str]) -> None:
 
     every = list(Registry(plugins).series.values())
     files = _files(every)
-    if not click.get_current_context().meta[FORCE_KEY]:
-        for name in (*files, "index.html"):
-            refuse_existing(out / name, "--out")
+    for name in (*files, "index.html"):
+        refuse_existing(out / name, "--out", force=click.get_current_context().meta[FORCE_KEY])
     try:
         out.mkdir(parents=True, exist_ok=True)
     except OSError as error:

@@ -58,6 +58,4 @@ def asked(command: str, options: dict[str, Any]) -> tuple[Request, dict[str, Any
     if "radius" in options:
         path["radius"] = options.pop("radius")
     settled(options)
-    if pareto := options.pop("pareto", None):
-        options["rank_by"] = [name.strip() for name in pareto.split(",")]
     return (CircularArc if command == "circular-arc" else StraightLine)(**path), options

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
-from ..find.columns import DWELL, STRETCH, Column
+from ..find.columns import DWELL, LENGTH, STRETCH, Column
 from ..progress import busy
 from .completion import references
 from .options import COMMON, Argument, option, switch
 from .references import is_answer, keep
-from .tables import FORCE, PICTURE, print_json, print_table, tell
-from .units import UNIT, length
+from .tables import FORCE, PICTURE, codes, print_json, print_table, tell
+from .units import UNIT, length, unit, with_unit
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
@@ -70,7 +70,8 @@ def _show_answers(found: list[Any], name: str, plot: Path | None, moving: bool, 
     if plot is not None:
         _draw(found[0], plot, moving)
     if format != "table":
-        print_json([one.to_dict() for one in found] if len(found) > 1 else found[0].to_dict())
+        records = [{"code": code, **one.to_dict()} for code, one in zip(codes(found), found, strict=True)]
+        print_json(records if len(found) > 1 else records[0])
         return
     for one in found:
         _card(one, name)
@@ -96,8 +97,9 @@ def _card(one: Any, name: str) -> None:
     if hasattr(one, "collection"):
         known = {key: Column(key, m.unit, m.meaning) for key, m in one.collection.metrics.items()}
     numbers.pop("parameters", None)  # of a collection: for programs
+    told = {key: (_unit(column), column.meaning) for key, column in known.items()}
     rows = [
-        [key.replace("_", " "), _plain(value), *((known[key].unit, known[key].meaning) if key in known else ("", ""))]
+        [key.replace("_", " "), _plain(value), *told.get(key, ("", ""))]
         for key, value in numbers.items() if value not in (None, "")
     ]  # fmt: skip
     print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["meaning", "unit"])
@@ -107,9 +109,13 @@ def _card(one: Any, name: str) -> None:
         _pivots("Pivots in mid-stroke" if hasattr(one, "stroke") else "Pivots", pivots, guided, repr)
 
 
+def _unit(column: Column) -> str:
+    return unit() or LENGTH if column.unit == LENGTH else column.unit
+
+
 def _links(lengths: Mapping[str, float]) -> None:
     """Print the lengths of the links, and where the guided point is in the coupler."""
-    print_table("Links", ["", ">length"], [[name, f"{value:.6g}"] for name, value in lengths.items()])
+    print_table("Links", ["", _headed(">length")], [[name, f"{value:.6g}"] for name, value in lengths.items()])
 
 
 def _pivots(title: str, pivots: Any, guided: Any, digits: Callable[[float], str]) -> None:
@@ -120,7 +126,12 @@ def _pivots(title: str, pivots: Any, guided: Any, digits: Callable[[float], str]
         for kind, pivot in zip(("fixed", "moving"), dyad, strict=True)
     ]
     lines.append(["", "guided", *map(digits, guided or ()), ""])
-    print_table(title, [">dyad", "point", ">x", ">y", ""], lines)
+    print_table(title, [">dyad", "point", _headed(">x"), _headed(">y"), ""], lines)
+
+
+def _headed(heading: str) -> str:
+    """Return a heading of lengths, with their unit if they have one."""
+    return f"{heading} [{unit()}]" if unit() else heading
 
 
 def _plain(value: Any) -> str:
@@ -136,8 +147,8 @@ def _plain(value: Any) -> str:
         Argument("name", "CODE|FILE|ID|NAME",
                  "Code or file of answers, file of linkages, number of a guide, or name of a design.",
                  shell_complete=references),
-        length("--stroke", None, "Lay the guide along a path of this stroke.", default=1.0),
-        option("--level", "N", "Split it for a deviation of 10^N of the stroke.", int,
+        length("--stroke", "L", "Lay a stored guide or a named design along a path of this stroke.", show_default="1"),
+        option("--level", "N", "Split a stored guide or a named design for a deviation of 10^N of the stroke.", int,
                show_default="the middle one of those it holds"),
         option("--plot", "FILE", "Draw it there: PNG, SVG, PDF or moving GIF by the suffix.", PICTURE),
         switch("--moving", "Let an SVG move, in true millimetres, with check boxes for pole, circles and cubics."),
@@ -147,7 +158,7 @@ def _plain(value: Any) -> str:
     ]
 )  # fmt: skip
 def show(
-    name: str, stroke: float, level: int | None, plot: Path | None, moving: bool, format: str, db: Path | None,
+    name: str, stroke: float | None, level: int | None, plot: Path | None, moving: bool, format: str, db: Path | None,
     plugins: Sequence[str],
 ) -> None:  # fmt: skip
     """Show an answer, a stored guide or a named design: parameters, pivots, all that is measured; draw it with --plot.
@@ -170,10 +181,16 @@ def show(
         raise InvalidRequest("--moving goes with --plot FILE.svg")
 
     if is_answer(name):
+        for flag, value in (("--stroke", stroke), ("--level", level)):
+            if value is not None:
+                raise InvalidRequest(f"{name} is shown as it was found: {flag} is for a stored guide or a named design")
         _show_answers(_kept(name, db, plugins), name, plot, moving, format)
         return
+    stroke = 1.0 if stroke is None else stroke
     collection, _, number = name.partition(":")
     if number.isdecimal():
+        if level is not None:
+            raise InvalidRequest(f"{name} is of a collection: --level is for a stored guide or a named design")
         with open(db, plugins=plugins, build=False) as catalogue:
             _show_answers([catalogue.specimen(collection, int(number), stroke)], name, plot, moving, format)
         return
@@ -197,7 +214,7 @@ def show(
     if plot is not None:
         _draw(laid, plot, moving)
     if format != "table":
-        print_json(laid.to_dict() | ({"design": told} if told else {}))
+        print_json({"code": codes([laid])[0], **laid.to_dict()} | ({"design": told} if told else {}))
         return
     for line in words:
         tell(line)
@@ -225,5 +242,5 @@ def show(
     ]
     print_table("Reach, in units of rho0 or of the height of crank 1", columns, rows[::-1])
     _links(laid.lengths)
-    place = f"Laid from (0, 0) to ({stroke:g}, 0), in mid-stroke; deviation {digits(laid.deviation)}"
+    place = f"Laid from (0, 0) to ({stroke:g}, 0), in mid-stroke; deviation {with_unit(digits(laid.deviation))}"
     _pivots(place, laid.pivots, laid.guided, "{:.6g}".format)

@@ -25,23 +25,32 @@ T = TypeVar("T", bound="Results[Any]")
 
 
 class _Output(click.Path):
-    """A file to be written: one that is there, or a link, only with --force; never the database or the answers kept."""
+    """A file to be written: one that is there only with --force; never a link, the database or the answers kept, nor
+    what another option names too."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         file = Path(os.fsdecode(super().convert(value, param, ctx)))
         flag = param.opts[0] if param else "the option"
-        if not (ctx and ctx.meta.get(FORCE_KEY)):
-            refuse_existing(file, flag)
         db = ctx.params.get("db") if ctx else None
         for used in (db if isinstance(db, Path) else default_database(), answers_file()):
             if file.exists() and used.exists() and file.samefile(used):
                 raise InvalidRequest(f"{file} is a database in use: name another file with {flag}")
+        refuse_existing(file, flag, force=ctx is not None and ctx.meta.get(FORCE_KEY, False))
+        if ctx and (other := ctx.meta.setdefault(WRITTEN_KEY, {}).setdefault(_same(file), flag)) != flag:
+            raise InvalidRequest(f"{other} and {flag} name the same file, {file}")
         return file
 
 
-def refuse_existing(file: Path, flag: str) -> None:
+def _same(file: Path) -> str:
+    """Return what two names of one file have in common."""
+    return os.path.normcase(os.path.abspath(file))  # noqa: PTH100  # `..` is taken away, links are not followed
+
+
+def refuse_existing(file: Path, flag: str, *, force: bool) -> None:
     """Say that a file is there before work is done for it; a folder may be, for what is written into it."""
-    if file.is_symlink() or (file.exists() and not file.is_dir()):
+    if file.is_symlink():
+        raise InvalidRequest(f"{file} is a link, and what it leads to is left alone: name a file with {flag}")
+    if not force and file.exists() and not file.is_dir():
         raise InvalidRequest(f"{file} is there already: name another with {flag}, or overwrite it with --force")
 
 
@@ -57,7 +66,7 @@ class _Picture(_Output):
         return file
 
 
-FORCE_KEY = "catalogue.force"
+FORCE_KEY, WRITTEN_KEY = "catalogue.force", "catalogue.written"
 OUTPUT: Any = _Output(path_type=Path)
 PICTURE: Any = _Picture(path_type=Path)
 FORCE = click.Option(
@@ -164,11 +173,13 @@ def print_results(
         print(f"drawn: {plot}", file=sys.stderr)
 
 
-def codes(found: Results[Any]) -> list[str]:
+def codes(found: Sequence[Any]) -> list[str]:
     """Return the codes of answers, which are kept under them; where they cannot be kept, dashes and a line that says
     so."""
+    from ..find.answers import remember
+
     try:
-        return found.remember()
+        return remember(found)
     except InvalidRequest as error:
         print(f"catalogue: answers have no codes: {error}", file=sys.stderr)
         return ["-"] * len(found)

@@ -78,6 +78,7 @@ class Candidate(PlacedGuide):
     start: list[float] = field(default_factory=lambda: [0.0, 0.0])
     along: float = 0.0
     _drift: tuple[Drifts, int] | None = field(default=None, repr=False, compare=False)
+    __hash__ = PlacedGuide.__hash__
 
     @property
     def request(self) -> Request:

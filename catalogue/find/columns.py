@@ -91,7 +91,7 @@ CANDIDATE: Mapping[str, Column] = dict([
     _column("pole", LENGTH, "at a change point: the pole of the branch on which it moves"),
     _column("start", LENGTH, "where the path starts, x, y"),
     _column("along", "deg", "direction of the path from there"),
-    _column("drift", "", "how far a refined guide has left the series of its ancestor; 0: not at all"),
+    _column("drift", "", "how far a refined guide has left the series of its ancestor; 0: none; not kept by its code"),
     _column("band", LENGTH, "width of the narrowest strip, twice the deviation"),
     _column("percent", "%", "the band in parts of the stroke"),
     _column("lengths", LENGTH, "lengths of the links, and the guided point along and across the coupler, by name; of a "

@@ -73,6 +73,7 @@ class DwellCandidate(PlacedGuide):
     drive_to: float | None = None
 
     pole = None  # it is at no change point
+    __hash__ = PlacedGuide.__hash__
 
     @cached_property
     def lengths(self) -> dict[str, float]:

@@ -69,6 +69,7 @@ class Stretch(Candidate):
     nearest_series: str | None = None
     residual: float | None = None
     _window: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
+    __hash__ = Candidate.__hash__
 
     def _traced(self) -> tuple[CircuitCurve, Traced]:
         """Return the guide on its circuit, as it stands, and what is traced over the stretch."""

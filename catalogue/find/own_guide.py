@@ -23,6 +23,7 @@ class OwnGuide(PlacedGuide):
     guided: list[float]
     pole: list[float] | None = None
     name: str = ""
+    __hash__ = PlacedGuide.__hash__
 
     def to_dict(self) -> dict[str, Any]:
         """Return the linkage as plain Python numbers, lists and strings."""

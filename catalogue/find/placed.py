@@ -69,6 +69,9 @@ class PlacedGuide:
     guided: list[float]
     pole: list[float] | None
 
+    def __hash__(self) -> int:
+        return hash(tuple(np.ravel(self.pivots).tolist()))
+
     @property
     def linkage(self) -> Linkage:
         """The linkage, in the position given."""

@@ -86,7 +86,7 @@ class Field:
         if kind == "number" and name not in ("within", "play", "round_to", "along", "radius"):
             acute = "transmission" in name
             slider = {"length": "length", "°": "acute" if acute else "turn"}.get(unit, "share")
-        given = option.default
+        given = option.show_default if isinstance(option.show_default, str) else option.default
         default = "" if option.multiple or not isinstance(given, str | int | float) or not given else str(given)
         return cls(
             name, max(option.opts, key=len), option.help or "", kind, unit, metavar, default, known,

@@ -202,6 +202,7 @@ BAD: list[tuple[tuple[Any, ...], str]] = [
     (("--desire", "beauty=1:2"), "no desirability is made of 'beauty'"),
     (("--desire", "size=8:1"), "the best size must lie below the worst"),
     (("--pareto", "size"), "a front needs two criteria or more"),
+    (("--pareto", "size,deviation", "--rank-by", "size=2"), "--pareto weighs no criterion: leave out --rank-by"),
     (("--distinct", 2), "distinct must be a number from 0 to below 1, not 2.0"),
     (("--family", "five-bar"), "the database holds no family 'five-bar'; it holds"),
     (("--series", "V.zz"), "the database holds no series 'V.zz'; it holds"),

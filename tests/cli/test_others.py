@@ -18,6 +18,7 @@ from typing import Any
 import pytest
 
 from catalogue import Catalogue, StraightLine
+from catalogue.folders import replacing
 
 Run = Callable[..., Any]
 SWINGS = Path(__file__).parents[1] / "collections" / "dropin"
@@ -106,31 +107,47 @@ def test_ctrl_c_is_one_line_and_exit_code_130(run: Run, monkeypatch: pytest.Monk
     assert done.err == "catalogue: interrupted; what was finished is kept\n"
 
 
-@pytest.mark.parametrize("link", [False, True], ids=["file", "link"])
 @pytest.mark.parametrize(
     "words",
     [("show", "watt", "--plot"), ("plate", "I.GG", "--out"), ("export", "--series", "I.GG", "--out")],
     ids=["show", "plate", "export"],
 )
 @pytest.mark.slow
-def test_nothing_is_overwritten_without_force(
-    run: Run, small_db: Path, tmp_path: Path, words: tuple[str, ...], link: bool
-) -> None:
-    """With it a link is replaced, and what it leads to left alone."""
-    other, file = tmp_path / "other", tmp_path / "mine.svg"
-    other.write_text("precious")
-    if link:
-        file.symlink_to(other)
-    else:
-        file.write_text("precious")
+def test_nothing_is_overwritten_without_force(run: Run, small_db: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
+    file = tmp_path / "mine.svg"
+    file.write_text("precious")
     options = () if words[0] == "plate" else ("--db", small_db)
     refused = run(*words, file, *options)
     assert (refused.code, file.read_text()) == (2, "precious")
     assert refused.line.endswith(f"is there already: name another with {words[-1]}, or overwrite it with --force")
     assert run(*words, file, *options, "--force").code == 0
     assert file.read_text("utf-8") != "precious"
+
+
+@pytest.mark.parametrize("words", [("show", "watt", "--plot"), ("plate", "I.GG", "--out"), ("export", "1", "--out")])
+def test_links_and_what_they_lead_to_are_left_alone(run: Run, tmp_path: Path, words: tuple[str, ...]) -> None:
+    """With --force too: ``/dev/stdout`` is a link, perhaps to a file."""
+    other, link = tmp_path / "other.svg", tmp_path / "link.svg"
+    other.write_text("precious")
+    link.symlink_to(other)
+    for force in ((), ("--force",)):
+        done = run(*words, link, *force)
+        assert (done.code, done.line) == (
+            2, f"catalogue: {link} is a link, and what it leads to is left alone: name a file with {words[-1]}"
+        )  # fmt: skip
+    assert link.is_symlink()
     assert other.read_text() == "precious"
-    assert not file.is_symlink()
+    with pytest.raises(OSError, match="a link is there"), replacing(link) as part:
+        part.write_text("other")
+    assert link.is_symlink()
+    assert sorted(tmp_path.iterdir()) == [link, other]
+
+
+def test_nothing_is_left_open(environment: dict[str, str]) -> None:
+    command = [sys.executable, "-X", "dev", "-W", "error", "-m", "catalogue", "show", "watt", "--bolts"]
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 2
+    assert "Warning" not in done.stderr
 
 
 def test_help_loads_no_database(environment: dict[str, str]) -> None:
@@ -318,6 +335,7 @@ def test_show_a_guide(run: Run, small_db: Path, small: Catalogue, tmp_path: Path
         (("1", "--level", "5"), "guide 1 has no reach of level 5; it has -"),
         (("1", "--stroke", "-3"), "stroke must be a finite number above zero, not -3"),
         (("1", "--plot", "{tmp}/guide.xyz"), "xyz"),
+        (("spatial-guidance:1", "--level", "-3"), "spatial-guidance:1 is of a collection: --level is for a stored"),
         (("1", "--plot", "{tmp}/absent/guide.png"), "absent"),
     ],
 )

@@ -30,7 +30,7 @@ def test_measure_takes_what_it_printed_by_code(run: Run, mine: Path) -> None:
     rows = json.loads(run("measure", mine, "--stroke", 120, "--format", "json").out)
     assert [row["deviation"] for row in rows] == sorted(row["deviation"] for row in rows)
     shown = json.loads(run("show", rows[0]["code"], "--format", "json").out)
-    assert shown == {key: value for key, value in rows[0].items() if key != "code"}
+    assert shown == rows[0]
     again = json.loads(run("measure", rows[0]["code"], "--stroke", 120, "--format", "json").out)
     assert again[0]["deviation"] == pytest.approx(rows[0]["deviation"], rel=1e-4)
     assert "deviation" in run("show", rows[0]["code"]).out
@@ -122,10 +122,25 @@ def test_find_saves_plots_and_names_its_answers(run: Run, small_db: Path, tmp_pa
     rows = json.loads(run(*asked, "--format", "json", "--save", file, "--plot", folder).out)
     assert {path.stem for path in folder.iterdir()} == {row["code"] for row in rows}
     shown = json.loads(run("show", file, "--format", "json").out)
-    assert [one["pivots"] for one in shown] == [row["pivots"] for row in rows]
+    assert [(one["code"], one["pivots"]) for one in shown] == [(row["code"], row["pivots"]) for row in rows]
+    assert json.loads(run("show", rows[1]["code"], "--format", "json").out) == shown[1]
+    for option in (("--stroke", 50), ("--level", -3)):
+        refused = run("show", rows[1]["code"], *option)
+        assert refused.code == 2
+        assert f"is shown as it was found: {option[0]} is for a stored guide or a named design" in refused.line
     measured = json.loads(run("measure", file, "--stroke", 100, "--format", "json").out)
     for one, row in zip(measured, rows, strict=True):
         assert one["deviation"] <= row["deviation"] * (1 + 1e-4)
+
+
+@pytest.mark.parametrize("command", [("find", "straight-line"), ("measure", "{mine}"), ("improve", "{mine}")], ids=str)
+def test_what_is_saved_is_not_drawn_over(run: Run, mine: Path, tmp_path: Path, command: tuple[str, str]) -> None:
+    file = tmp_path / "same.svg"
+    words = [word.replace("{mine}", str(mine)) for word in command]
+    done = run(*words, "--stroke", 100, "--deviation", 0.5, "--save", file, "--plot", f"{tmp_path}/x/../same.svg")
+    assert done.code == 2
+    assert "--save and --plot name the same file" in done.line or "--plot and --save name the same" in done.line
+    assert not file.exists()
 
 
 def test_answers_without_a_home_have_no_codes(

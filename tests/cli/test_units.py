@@ -96,6 +96,18 @@ def test_a_request_in_inches_is_the_same_in_millimetres(run: Run, small_db: Path
     assert inches.out == plain.out
     shown = run(*LINE[:-2], "--stroke", '6"', "--deviation", 0.002, "--keep-out", "1ft,1ft,2ft,2ft", "--db", small_db)
     assert "Guides for a straight line of 6 in" in shown.out
+    guide = run("show", "watt", "--stroke", "6in", "--db", small_db).out
+    for told in ("Laid from (0, 0) to (6, 0), in mid-stroke; deviation", " in\n", "length [in]", "x [in]", "y [in]"):
+        assert told in guide
+
+
+def test_an_answer_is_shown_with_the_unit_of_its_lengths(run: Run, small_db: Path) -> None:
+    [found] = json.loads(run(*LINE, "--stroke", 6, "--deviation", 0.02, "--db", small_db).out)
+    cells = [line.split() for line in run("show", found["code"], "--unit", "in").out.splitlines()]
+    assert next(line for line in cells if line[:1] == ["stroke"])[:3] == ["stroke", "6.0", "in"]
+    assert next(line for line in cells if line[:1] == ["size"])[2] == "in"
+    plain = [line.split() for line in run("show", found["code"]).out.splitlines()]
+    assert next(line for line in plain if line[:1] == ["stroke"])[2] == "length"
 
 
 def test_every_length_of_a_request_may_have_a_unit(run: Run, small_db: Path) -> None:

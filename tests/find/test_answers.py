@@ -139,6 +139,7 @@ def test_answers_and_results_copy_pickle_compare_and_slice(ask: Callable[..., Fo
     found = ask(LINE)
     assert pickle.loads(pickle.dumps(found)) == found
     assert copy.deepcopy(found[0]) == copy.copy(found[0]) == found[0]
+    assert len({*found, *pickle.loads(pickle.dumps(list(found)))}) == len(found)
     assert type(found[:3]) is Found
     assert list(found[1:3]) == [found[1], found[2]]
     assert found[:1] != found[1:2]

@@ -21,6 +21,7 @@ from sqlalchemy import select
 import catalogue
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.collections.results import CollectionCandidate
+from catalogue.find.answers import code_of, record, text_of
 from catalogue.plugin.registry import Registry
 from catalogue.store import SpecimenRow
 from catalogue.testing import CollectionContract
@@ -590,7 +591,7 @@ def test_a_guide_is_moved_to_another_radius(family: str) -> None:
     """It deviates less than half as much from an arc a twentieth flatter than its own."""
     s = next(s for s in COLLECTION.draw(family, np.random.default_rng(3), 3) if s.kind == "circle")
     (own,) = COLLECTION.measure([s.parameters], CircularArc(100, 5))
-    assert own.radius is not None
+    assert own.radius is not None and COLLECTION.refine is not None  # noqa: PT018
     wish = CircularArc(100, 5, radius=1.05 * own.radius)
     before, after = COLLECTION.measure([s.parameters, *COLLECTION.refine([s.parameters], wish)], wish)
     assert after.deviation < 0.5 * before.deviation
@@ -640,7 +641,8 @@ def test_a_specimen_is_shown_by_its_id(cat: Catalogue, environment: dict[str, st
         env=environment, capture_output=True, text=True, timeout=120,
     )  # fmt: skip
     assert done.returncode == 0
-    assert json.loads(done.stdout) == (shown := cat.specimen("spatial-guidance", one.id, 100)).to_dict()
+    shown = cat.specimen("spatial-guidance", one.id, 100)
+    assert json.loads(done.stdout) == {"code": code_of(text_of(record(shown))), **shown.to_dict()}
     assert shown.series == one.series
     assert shown.deviation == pytest.approx(one.deviation, rel=1e-6)
     assert (tmp_path / "one.svg").stat().st_size > 1000
