@@ -18,7 +18,7 @@ from ..guidance.arc_window import at_sweep
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.kinds import POINTS, RETURNS, SLOTS
 from ..guidance.reach import LEVELS, USABLE
-from ..guidance.trace import trace
+from ..guidance.trace import Traced, trace
 from ..kinematics.batch import take
 from ..kinematics.linkage import SLIDING, Linkage
 from ..kinematics.types import Array, Floats, Indices, Mask
@@ -31,6 +31,9 @@ COVER = 2000
 BREAKS = 3.0
 #: Largest and least factor by which a stored stroke is stretched to use the tolerance.
 STRETCH = (0.5, 2.0)
+#: Power of the stroke with which the deviation of a return guide is first taken to grow; how often its window is cut,
+#: and which part of the tolerance it is to use.
+POWER, CORRECTIONS, USED = 4.5, 4, 0.995
 #: Starts of one series that differ by less than this in size [strokes] and transmission angle [right angles] are one.
 CELL = (0.15, 0.12)
 #: The deviation that is typical of sensitivities of stored guides: the allowance of one that uses no tolerance.
@@ -262,9 +265,12 @@ def candidates_of(
     most = USABLE * np.minimum(low / (1 - centre), high / (1 + centre))
     free = bool((reaches.sweep[chosen] > 0).any()) if problem.curved else False
     traced = trace(guides, np.minimum(half * stretch, most), circle=free, split=True, centre=centre, nodes=16)
-    if problem.constraints.returns and problem.fixed_curvature is not None:  # these are not refined to the radius
-        sweep = abs(problem.fixed_curvature)
-        traced = at_sweep(guides, half, centre, reaches.sweep[chosen], sweep)[1]
+    if problem.constraints.returns:  # these are not refined
+        if problem.fixed_curvature is not None:
+            sweep = abs(problem.fixed_curvature)
+            traced = at_sweep(guides, half, centre, reaches.sweep[chosen], sweep)[1]
+        else:
+            traced = _within(problem, guides, traced, half * stretch, most, centre)
     linkage, point, pole = place_on_path(problem, guides, traced)
     bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
     best: tuple[Array, ...] | None = None
@@ -281,6 +287,26 @@ def candidates_of(
         best = tuple(np.where(better.reshape(-1, *(1,) * (a.ndim - 1)), a, b) for a, b in zip(now, best, strict=True))
     assert best is not None
     return measured(problem, origin, Linkage.trusted(best[1].copy()), best[2], best[3], bend)
+
+
+def _within(
+    problem: Problem, guides: CouplerCurve, traced: Traced, half: Floats, most: Floats, centre: Floats
+) -> Traced:
+    """Return guides over windows that use the tolerance, by the secant method on logarithms; where the deviation is
+    ranked only those that were too long are cut."""
+    power, half = np.full(len(half), POWER), np.minimum(half, most)
+    for _ in range(CORRECTIONS):
+        before, relative = half, traced.relative.astype(float)
+        with np.errstate(all="ignore"):
+            factor = (USED * problem.deviation / relative) ** (1 / power)
+        if problem.ranking.only == "deviation":
+            factor = np.minimum(factor, 1.0)
+        half = np.where(np.isfinite(factor), np.minimum(half * np.clip(factor, *STRETCH), most), half)
+        traced = trace(guides, half, circle=problem.curved, split=True, centre=centre, nodes=16)
+        with np.errstate(all="ignore"):
+            slope = np.log(traced.relative.astype(float) / relative) / np.log(half / before)
+        power = np.where(np.isfinite(slope), np.clip(slope, 0.5 * POWER, 3 * POWER), power)
+    return traced
 
 
 def _read_guides(

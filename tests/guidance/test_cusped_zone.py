@@ -220,6 +220,19 @@ def test_returning_guides_are_found_and_are_what_they_say(
     assert not {c.id for c in found} & {c.id for c in held.find(request, limit=50)}
 
 
+def test_returning_guides_use_the_tolerance_whatever_it_is(held: Catalogue) -> None:
+    """They are as small as it allows, though none is refined."""
+    sizes = []
+    for deviation in (0.02, 0.032, 0.05, 0.08, 0.13, 0.2):
+        found = held.find(CircularArc(30, deviation), returns=True, rank_by="size", per_series=0, distinct=0)
+        assert found
+        for c in found:
+            assert c.deviation <= deviation
+        assert found[0].deviation > 0.97 * deviation
+        sizes.append(found[0].size)
+    assert sizes == sorted(sizes, reverse=True)
+
+
 @pytest.mark.slow
 def test_returning_guides_meet_constraints(held: Catalogue) -> None:
     request = CircularArc(30, 0.3, 60)
