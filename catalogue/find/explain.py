@@ -41,7 +41,7 @@ from .names import EMPTY, option
 STARTS, ROUNDS = 8, 6
 #: By which parts farther than the point found a bound is relaxed, so that a search finds it again, and something
 #: better; the first that helps is offered, and where there is an offer already the wider alone is tried.
-ROOMS = (0.05, 0.2)
+ROOMS = (0.1, 0.2)
 #: Amount above which a relaxation is far from what was asked, and is tried to be made less, by that much each time, so
 #: often at most: e-folds of the deviation, strokes, radians, parts of a bound.
 FAR_OFF, CLOSER = 0.2, 3
