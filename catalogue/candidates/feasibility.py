@@ -18,10 +18,10 @@ from ..problem.problem import Problem
 from .batch import CandidateBatch
 
 #: Bounds on lengths of the linkage by the measure that they bound; each is the largest allowed, or the least.
-LARGEST = {"max_size": "size", "max_link": "max_link", "max_ground": "max_ground", "max_arm": "max_arm"}
-LEAST = {"min_link": "min_link", "min_ground": "max_ground"}
+UPPER_BOUNDS = {"max_size": "size", "max_link": "max_link", "max_ground": "max_ground", "max_arm": "max_arm"}
+LOWER_BOUNDS = {"min_link": "min_link", "min_ground": "max_ground"}
 #: Regions with the pivots, 0 fixed and 1 moving, that must stand in them.
-STANDING = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
+PIVOT_REGIONS = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
 #: What the logarithm of the deviation counts for beside lengths in strokes and angles in radians, so that a guide may
 #: deviate on its way to where its pivots are to stand; and the amount of a relaxed constraint.  Of 0.1 to 0.001 the
 #: former answers nine hard requests of `tests/benchmarks/recall.py` best with 0.01.
@@ -32,7 +32,7 @@ BESIDE, RELAXED = 0.01, 0.02
 FARTHEST = 100.0, 1e3
 #: Deviation over stroke of what is exact but for rounding.  It is added to what is ranked, so that among exact guides a
 #: smaller deviation orders the answers, but gains next to nothing.
-EXACT = 1e-12
+EXACT_DEVIATION = 1e-12
 #: Intervals between the Chebyshev points of the stroke at which the swept room is looked at; four times as many places.
 SWEPT = 16
 #: Amounts below this break nothing: lengths in strokes, angles in radians, rounding of both.
@@ -91,7 +91,7 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
             "min_link": np.nan_to_num(m.min_link, nan=np.inf),
             "min_ground": np.nan_to_num(m.max_ground, nan=np.inf),
             "transmission": transmission(problem, found) / 90,
-            "deviation": (found.deviation + play_deviation(problem, found) + EXACT) / problem.deviation,
+            "deviation": (found.deviation + play_deviation(problem, found) + EXACT_DEVIATION) / problem.deviation,
             "allowance": np.where(np.isfinite(found.allowance), found.allowance, 0.0) / problem.deviation,
         }
 
@@ -142,10 +142,9 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
     with np.errstate(all="ignore"):
         reached = np.isfinite(found.deviation) & (np.abs(found.traced.fit.stroke.astype(float) - 1) <= 1e-6)
         amounts["deviation"] = over(np.log(np.maximum(found.deviation, 1e-300) / problem.deviation))
-        for name, key in (LARGEST | LEAST).items():
+        for name, key in (UPPER_BOUNDS | LOWER_BOUNDS).items():
             if (bound := getattr(wanted, name)) is not None:
-                value = getattr(m, key)
-                amounts[name] = over(value - bound if name in LARGEST else bound - value)
+                amounts[name] = over(excess(name, getattr(m, key), bound))
         if (bound := wanted.min_allowance) is not None:
             amounts["min_allowance"] = over((bound - found.allowance) / bound)
         amounts["max_size" if wanted.max_size is None else "distance of the pivots"] = over(m.size - farthest(problem))
@@ -157,11 +156,16 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
         if wanted.min_transmission_turn:
             turn = min_transmission_turn(machine(problem, found), m.driver)
             amounts["min_transmission_turn"] = over(np.radians(wanted.min_transmission_turn - np.nan_to_num(turn)))
-        amounts |= _drive(problem, found) | standing(problem, found.linkage.points, found.linkage.finite)
-        amounts |= sweeping(problem, found)
+        amounts |= _drive(problem, found) | pivot_violations(problem, found.linkage.points, found.linkage.finite)
+        amounts |= swept_violations(problem, found)
         for name, amount in amounts.items():
             amounts[name] = np.where(reached, amount if signed else np.maximum(amount, 0.0), np.inf)
     return Feasibility(amounts, problem.relaxed)
+
+
+def excess(name: str, value: Floats, bound: float) -> Floats:
+    """Return by how much values are above an upper bound, or below a lower one, negative where they are not."""
+    return value - bound if name in UPPER_BOUNDS else bound - value
 
 
 def farthest(problem: Problem) -> float:
@@ -193,7 +197,7 @@ def _drive(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     return amounts
 
 
-def sweeping(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
+def swept_violations(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     """Return how far links reach out of the room or into what is to be kept free, negative where they do not."""
     wanted, amounts = problem.constraints, {}
     if wanted.swept_in is not None or wanted.keep_out:
@@ -207,10 +211,10 @@ def sweeping(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     return amounts
 
 
-def standing(problem: Problem, z: Complexes, finite: Mask) -> dict[str, Floats]:
+def pivot_violations(problem: Problem, z: Complexes, finite: Mask) -> dict[str, Floats]:
     """Return how far pivots z (n, 2, 2) stand outside their regions; one at infinity stands nowhere."""
     amounts = {}
-    for name, planes in STANDING.items():
+    for name, planes in PIVOT_REGIONS.items():
         if (region := getattr(problem.constraints, name)) is not None:
             out = np.where(finite[..., planes], region.outside(np.where(finite, z, 0)[..., planes]), 0.0)
             amounts[name] = np.maximum(out, 0.0).sum(axis=(1, 2))

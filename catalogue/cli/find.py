@@ -1,4 +1,4 @@
-"""``catalogue find``: from a wish, of options or of a file, to ranked, verified guides."""
+"""``catalogue find``: from options, or a file of options, to ranked, verified guides."""
 
 from __future__ import annotations
 

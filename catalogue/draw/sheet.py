@@ -13,7 +13,7 @@ from .poses import poses
 from .scene import Scene, scene, scene_of
 from .symbols import Pen
 from .units import rounded
-from .words import EXACT, facts, family, plain
+from .words import EXACT_DEVIATION, facts, family, plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -102,7 +102,7 @@ def _title(figure: Figure, guide: PlacedGuide, total: float) -> None:
 
 
 def _exact(candidate: Candidate) -> bool:
-    return candidate.deviation < EXACT * candidate.stroke
+    return candidate.deviation < EXACT_DEVIATION * candidate.stroke
 
 
 def _scale(pen: Pen) -> None:

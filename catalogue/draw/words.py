@@ -11,7 +11,7 @@ if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
 #: Deviations below this part of the stroke are rounding: the guide is exact.
-EXACT = 1e-12
+EXACT_DEVIATION = 1e-12
 #: Names of families as they stand in a title.
 FAMILIES = {
     "four-bar": "four-bar linkage",
@@ -36,7 +36,7 @@ def asked(guide: PlacedGuide) -> str:
             f"a straight line of {stroke:g}" if radius is None else f"an arc of chord {stroke:g}, radius {radius:.4g}"
         )
         deviation = guide.deviation  # type: ignore[attr-defined]
-        return f"{line}, exact" if deviation < EXACT * stroke else f"{line}, deviation {deviation:.3g}"
+        return f"{line}, exact" if deviation < EXACT_DEVIATION * stroke else f"{line}, deviation {deviation:.3g}"
     if (angle := getattr(guide, "angle", None)) is not None:
         return f"a dwell of {angle:.4g}° within {guide.residual:.3g}°, swing {guide.swing:.4g}°"  # type: ignore[attr-defined]
     return ""
@@ -60,7 +60,7 @@ def facts(guide: PlacedGuide, unit: str) -> list[str]:
         if (radius := getattr(guide, "radius", None)) is not None:
             told.append(f"radius {length(radius, unit)}")
         deviation = guide.deviation  # type: ignore[attr-defined]
-        told.append("exact" if deviation < EXACT * stroke else f"deviation {deviation:.3g} {unit}")
+        told.append("exact" if deviation < EXACT_DEVIATION * stroke else f"deviation {deviation:.3g} {unit}")
     if (angle := getattr(guide, "angle", None)) is not None:
         residual, swing = guide.residual, guide.swing  # type: ignore[attr-defined]
         told.append(f"dwell of {angle:.4g}° of the crank within {residual:.3g}°, swing {swing:.4g}°")

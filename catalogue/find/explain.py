@@ -12,11 +12,11 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import (
-    LARGEST,
-    LEAST,
+    LOWER_BOUNDS,
+    PIVOT_REGIONS,
     ROUNDING,
-    STANDING,
     SWEPT,
+    UPPER_BOUNDS,
     Feasibility,
     farthest,
     feasibility,
@@ -27,7 +27,7 @@ from ..guidance.metrics import min_transmission_turn
 from ..guidance.swept_area import link_segments
 from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import DRIVE, LENGTHS, Constraints
-from ..problem.problem import Problem
+from ..problem.problem import SEARCH_TOLERANCE, Problem
 from ..problem.region import FAR, Region
 from ..problem.request import Request
 from ..refine.sqp import Refinement
@@ -47,8 +47,6 @@ ROOMS = (0.1, 0.2)
 FAR_OFF, CLOSER = 0.2, 3
 #: Amount that nobody would relax a constraint by if another may be relaxed instead: of the deviation twenty times.
 ABSURD = 3.0
-#: The tolerance inside which a search stays, of the one asked: what the grid of the search leaves open.
-INSIDE = 1 - 2e-4
 
 
 @dataclass(frozen=True)
@@ -215,15 +213,15 @@ class Explanation:
         """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or
         None if it would have to go."""
         problem, s, m = self.problem, self.problem.stroke, one.measures
-        if name in STANDING:
-            planes = STANDING[name]
+        if name in PIVOT_REGIONS:
+            planes = PIVOT_REGIONS[name]
             return _widened(problem, name, one.linkage.points[0][:, planes][one.linkage.finite[0][:, planes]], room)
         if name == "swept_in":
             poses = SampledPoses.of(one.curve, one.traced, SWEPT, inverse=problem.constraints.slots)
             return _widened(problem, name, link_segments(machine(problem, one), poses), room)
         if name == "deviation":
-            value = s * one.deviation / INSIDE
-        elif key := (LARGEST | LEAST).get(name):
+            value = s * one.deviation / SEARCH_TOLERANCE
+        elif key := (UPPER_BOUNDS | LOWER_BOUNDS).get(name):
             value = s * getattr(m, key)
         elif name == "min_allowance":
             value = s * one.allowance

@@ -23,7 +23,7 @@ from ..refine.certificate import Certificate, Drifts, certified
 from ..search.report import SearchReport
 from ..search.search import Search
 from ..store import Database
-from .explain import INSIDE, Explanation
+from .explain import Explanation
 from .names import check_names
 from .results import Found, candidates
 
@@ -110,7 +110,7 @@ def searched(
     Those `given` are starts too.  With `round_to` their lengths are made multiples of it, and those that meet the
     constraints so are kept.  With `cognates` those of all that were found are candidates too.
     """
-    within = replace(problem, path=replace(problem.path, deviation=problem.path.deviation * INSIDE))
+    within = problem.tightened()
     every = []
     for name in problem.ranking.front or (None,):
         ranking = problem.ranking if name is None else replace(problem.ranking, weights={name: 1.0}, front=())
@@ -140,5 +140,5 @@ def searched(
         if not len(found):
             return None
         found, front = select_top(problem, found)
-        seal = certified(problem, found) if refine and round_to is None else None
-    return Selection(found, front, seal)
+        certificate = certified(problem, found) if refine and round_to is None else None
+    return Selection(found, front, certificate)

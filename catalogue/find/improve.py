@@ -25,7 +25,6 @@ from ..problem.request import CircularArc, Request, path_request
 from ..refine.held import HeldLengths
 from ..refine.sqp import Refinement
 from .candidate import Candidate
-from .explain import INSIDE
 from .find import Selection
 from .measure import measure
 from .placed import PlacedGuide
@@ -222,7 +221,7 @@ class Task:
         start = start[np.flatnonzero(np.isfinite(start.deviation))]
         if not len(start):
             return None
-        inside = replace(problem, path=replace(problem.path, deviation=problem.deviation * INSIDE))
+        inside = problem.tightened()
         done = Refinement.of(inside, start, self.held, self.nominal).run(ROUNDS * problem.effort)
         order = np.argsort(done.best_cost, kind="stable")
         found = self.closed(done.best[order[np.isfinite(done.best_cost[order])]])

@@ -167,9 +167,9 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
     found, frames = chosen.found, Frames.of(request, len(chosen.found))
     slots = problem.constraints.slots
     columns = measured_columns(found.curve, found.traced, found.measures, frames, slots=slots)
-    rms, seal, n = columns["sensitivity_rms"], chosen.certificate, len(found)
+    rms, certificate, n = columns["sensitivity_rms"], chosen.certificate, len(found)
     allowance = (problem.deviation - found.deviation) / (2 * rms)
-    gap = np.full(n, np.nan) if seal is None else seal.gap
+    gap = np.full(n, np.nan) if certificate is None else certificate.gap
     columns |= {
         "radius": columns["radius"] if request.radius is None else np.full(n, request.radius),
         "allowance": problem.stroke * allowance,
@@ -181,7 +181,9 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
         "id": np.where(found.origin.id >= 0, found.origin.id, np.nan),
         "cognate": np.where(found.origin.cognate > 0, found.origin.cognate, np.nan),
         "front": np.where(chosen.front > 0, chosen.front, np.nan),
-        "alternations": np.full(n, np.nan) if seal is None else np.where(np.isfinite(gap), seal.alternations, np.nan),
+        "alternations": np.full(n, np.nan)
+        if certificate is None
+        else np.where(np.isfinite(gap), certificate.alternations, np.nan),
     }
     more = [{"_drift": (drifts, i)} for i in range(n)] if drifts is not None else None
     return listed(Candidate, found.linkage, found.point, found.pole, frames, columns, more)

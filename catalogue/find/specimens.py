@@ -201,7 +201,7 @@ class _Search:
     bounds: list[Bound]
     tests: dict[str, ColumnElement[bool]]  #: what stored specimens must satisfy, by what it is called
     special: Sequence[str] = ()  #: one of these a specimen must be, if there are any
-    others: int = 0  #: how many that could be were looked at and are none of these
+    not_special: int = 0  #: specimens looked at whose exact classification is none of the special cases asked for
     verified: int = 0
     shown: int = 0
     moved: int = 0  #: how many of those shown were refined
@@ -241,7 +241,7 @@ class _Search:
             return True
         with asked(self.collection, "classified"):
             good = not set(self.special).isdisjoint(self.collection.classify(deepcopy(parameters)).special)
-        self.others += not good
+        self.not_special += not good
         return good
 
     def measured(self, stored: list[Any]) -> list[Measured]:
@@ -312,7 +312,7 @@ class _Search:
         useful = {name: n for i, (name, n) in enumerate(excluded.items()) if n and number[f"freed {i}"]}
         lines = [f"{self.collection.name}: {number['all']} specimens guide a point along a {self.request.kind}"]
         lines += [f"  {name} alone excludes {n} of them" for name, n in excluded.items()]
-        lines += [f"  {self.others} that might be are not {' or '.join(self.special)}"] if self.others else []
+        lines += [f"  {self.not_special} that might be are not {' or '.join(self.special)}"] if self.not_special else []
         lines.append(f"  {self.verified} of the rest were followed on their finite motion; {self.shown} are shown")
         lines += [f"  {self.moved} of these were refined"] if self.moved else []
         lines += [f"  there {name} removed {n}" for name, n in self.removed.items()]

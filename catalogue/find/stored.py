@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from ..api import Catalogue
 
 #: A deviation below this part of the stroke is rounding: nothing can be straighter.
-EXACT_DEVIATION = 1e-14
+ROUNDING_DEVIATION = 1e-14
 #: By which part, and by which part of the stroke, what is measured of a guide may differ from what is stored.
 AGREE, ROUNDING = 0.05, 1e-11
 SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
@@ -186,7 +186,7 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0) ->
 def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | None:
     """Return the straightest guide that a search finds in the series of a design `as_published`, on the same stroke and
     no larger, refined; None if the design is exact or nothing is found."""
-    if published.deviation <= EXACT_DEVIATION * published.stroke:
+    if published.deviation <= ROUNDING_DEVIATION * published.stroke:
         return None
     size = published.size * (1 + 1e-9)
     found = catalogue.find(

@@ -27,7 +27,7 @@ STEPS = 16
 #: No window goes beyond this parameter, a rotation of 166 degrees either way.
 FARTHEST = 8.0
 #: Part of the extent to which windows are solved.
-EXACT = 1e-13
+WINDOW_TOLERANCE = 1e-13
 #: Steps in which nearly all ends of windows are found, and those at which the others are given up.
 FEW, MANY = 12, 40
 #: Worst conditioning of a chart that is still used.
@@ -92,7 +92,8 @@ class CouplerCurve(Columns):
     def window(self, low: Array, high: Array) -> tuple[Array, Array]:
         """Return the parameters at which u is `low` and `high`, each (n,) -> (n,), NaN beyond the extent.
 
-        Bracketed in the table, then solved to `EXACT` of the extent: in few steps, in more where the path turns nearby.
+        Bracketed in the table, then solved to `WINDOW_TOLERANCE` of the extent: in few steps, in more where the path
+        turns nearby.
         """
         t, near = self._solved(np.stack([low, high]), FEW)
         far = np.flatnonzero(~near)
@@ -110,9 +111,9 @@ class CouplerCurve(Columns):
             f0, f1 = (np.take_along_axis(self.u, k + j, 0) - wanted for j in (-1, 0))
             t, off = false_position(
                 lambda t: np.where(self.cusp & (t < 0), -1, 1) * self.path(t)[0] - wanted,
-                t0, t1, f0, f1, EXACT * extent.sum(0), steps,
+                t0, t1, f0, f1, WINDOW_TOLERANCE * extent.sum(0), steps,
             )  # fmt: skip
-        near = outside | ~(np.abs(off) > EXACT * extent.sum(0))
+        near = outside | ~(np.abs(off) > WINDOW_TOLERANCE * extent.sum(0))
         return np.where(outside | ~np.isfinite(t), np.nan, t), np.asarray(near.all(0))
 
 

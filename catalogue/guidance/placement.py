@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from ..kinematics.linkage import Linkage, homogeneous
+from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .metrics import middle_of_stroke
@@ -53,13 +53,9 @@ def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Array, Tr
     point = np.where(there, guides.point + traced.shift, guides.point)
     t = np.where(there, middle_of_stroke(moving, point, traced, guides.cusp), 0.0)
     pose = moving.pose(t[None])
-    z = linkage.points.copy()
-    for i in (0, 1):
-        z[:, i, 1] = pose.pivot(linkage, i)[0]
-    now = Linkage.trusted(homogeneous(z, linkage.pivots[..., 2]))
     # a parameter is the tangent of half an angle: angles are subtracted
     low, high = ((end - t) / (1 + end * t) for end in (traced.low, traced.high))
-    return now, pose.point(point)[0], Traced(traced.fit, np.zeros_like(traced.shift), low, high)
+    return pose.linkages(linkage), pose.point(point)[0], Traced(traced.fit, np.zeros_like(traced.shift), low, high)
 
 
 def _there(traced: Traced) -> Mask:

@@ -115,7 +115,7 @@ def stored(database: Database, name: str) -> dict[str, tuple[int, int]]:
 
 
 def _state(connection: Connection, name: str) -> dict[str, Any]:
-    """Return the same within a transaction."""
+    """Return `state` as a transaction sees it."""
     kept = connection.scalar(select(Setting.value).where(Setting.key == f"collection {name}"))
     found: dict[str, Any] = json.loads(kept or "{}")
     return found

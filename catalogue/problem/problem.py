@@ -11,6 +11,9 @@ from .criteria import ANSWERS
 from .ranking import Ranking
 from .request import CircularArc, Request, StraightLine, digits
 
+#: The tolerance inside which a search stays, of the one asked: what its grid leaves open.
+SEARCH_TOLERANCE = 1 - 2e-4
+
 
 @dataclass(frozen=True)
 class Problem:
@@ -49,6 +52,10 @@ class Problem:
     def with_constraints(self, **changes: Any) -> Problem:
         """Return the problem with some constraints changed [strokes]."""
         return replace(self, constraints=replace(self.constraints, **changes))
+
+    def tightened(self) -> Problem:
+        """Return the problem as it is searched, inside the tolerance that is asked for."""
+        return replace(self, path=replace(self.path, deviation=self.deviation * SEARCH_TOLERANCE))
 
     @property
     def deviation(self) -> float:

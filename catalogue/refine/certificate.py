@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from ..candidates.batch import CandidateBatch
-from ..candidates.feasibility import EXACT
+from ..candidates.feasibility import EXACT_DEVIATION
 from ..curvature_theory.instant import Instant
 from ..errors import PluginError
 from ..guidance.minimum_zone import grid
@@ -57,7 +57,7 @@ class Certificate:
 def certified(problem: Problem, found: CandidateBatch, moves: Parametrisation | None = None) -> Certificate:
     """Return the certificates of placed guides."""
     guides = found.curve
-    exact = found.traced.relative <= EXACT
+    exact = found.traced.relative <= EXACT_DEVIATION
     some = np.flatnonzero(
         ~guides.cusp & np.isfinite(found.deviation) & ~(exact & (problem.ranking.only == "deviation"))
     )

@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..candidates.batch import CandidateBatch
-from ..candidates.feasibility import STANDING, machine
+from ..candidates.feasibility import PIVOT_REGIONS, machine
 from ..guidance.coupler_curve import CouplerCurve
 from ..guidance.metrics import LEAST_ARM, rotation_margin
 from ..guidance.sensitivity import COUNT, PoseJacobian
@@ -67,8 +67,8 @@ class Quantities:
 
     def __call__(self, name: str) -> Pieces:
         """Return the pieces of a measure that is ranked, of one that is only bounded, or of a region, by its name."""
-        if name in STANDING:
-            return self._standing(getattr(self.problem.constraints, name), STANDING[name])
+        if name in PIVOT_REGIONS:
+            return self._standing(getattr(self.problem.constraints, name), PIVOT_REGIONS[name])
         made: dict[str, Callable[[], Pieces]] = {
             "size": self._size,
             "max_link": lambda: Pieces.of(self._links()),

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, in_best_charts, near_path
-from ..candidates.feasibility import EXACT, cost, feasibility
+from ..candidates.feasibility import EXACT_DEVIATION, cost, feasibility
 from ..guidance.coupler_curve import coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..kinematics.batch import join, take
@@ -104,7 +104,7 @@ class Refinement:
         broken = feasibility(problem, start)
         met = broken.all
         value = np.where(met, cost(problem, start), np.inf)
-        active = ((start.traced.relative > EXACT) | ~met) & np.isfinite(start.deviation) & ~start.curve.cusp
+        active = ((start.traced.relative > EXACT_DEVIATION) | ~met) & np.isfinite(start.deviation) & ~start.curve.cusp
         if problem.ranking.only != "deviation":
             active = np.isfinite(start.deviation) & ~start.curve.cusp
         prices = np.where(met, max(HELD, penalty), penalty)

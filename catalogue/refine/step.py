@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..candidates.feasibility import EXACT, weight
+from ..candidates.feasibility import EXACT_DEVIATION, weight
 from ..kinematics.types import Floats, Mask
 from .interior_point import solve
 from .subproblem import Subproblem
@@ -79,7 +79,8 @@ def _scaling(problem: Subproblem, radius: Floats) -> _Scaling:
     """Scale the singular directions of the Jacobian, however ill-conditioned it is, each by the larger of its effect on
     the errors and the radius."""
     worst = np.abs(problem.error).max(1)
-    unit = np.maximum(worst, EXACT) if set(problem.marginal) == {"deviation"} else np.maximum(worst, problem.allowed)
+    only_deviation = set(problem.marginal) == {"deviation"}
+    unit = np.maximum(worst, EXACT_DEVIATION if only_deviation else problem.allowed)
     finite = np.isfinite(problem.jacobian).all((1, 2)) & np.isfinite(problem.error).all(1) & (unit > 0)
     with np.errstate(all="ignore"):
         error = np.where(finite[:, None], problem.error / unit[:, None], 1.0)

@@ -14,7 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, near_path
-from ..candidates.feasibility import LARGEST, STANDING, feasibility, sweeping, values
+from ..candidates.feasibility import PIVOT_REGIONS, UPPER_BOUNDS, feasibility, swept_violations, values
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.metrics import LEAST_ARM
@@ -83,7 +83,7 @@ NEAR = 0.05
 DIFFERENCED = (*DRIVE, "keep_out")
 #: Bounds with the pieces that they bound: lengths in strokes, transmission angles in right angles.
 TRANSMISSION = {"min_transmission": "transmission", "min_transmission_turn": "transmission_turn"}
-BOUNDS = {**LARGEST, "min_link": "min_link", "min_ground": "min_ground", **TRANSMISSION}
+BOUNDS = {**UPPER_BOUNDS, "min_link": "min_link", "min_ground": "min_ground", **TRANSMISSION}
 
 
 @dataclass(frozen=True)
@@ -143,7 +143,7 @@ def linearise(
         rough.append("max_arm")
     if (room := problem.constraints.swept_in) is not None:
         if room.is_convex and not problem.constraints.slots:
-            limits["swept_in"] = read("swept_in").raised(sweeping(problem, found)["swept_in"])
+            limits["swept_in"] = read("swept_in").raised(swept_violations(problem, found)["swept_in"])
         else:
             rough.append("swept_in")
     if rough:
@@ -209,11 +209,11 @@ def _limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
     limits["distance from the moving pivots"] = read("least_arm").less(-LEAST_ARM)
     for name, measure in BOUNDS.items():
         if bound := getattr(wanted, name):
-            sign, unit = 1.0 if name in LARGEST else -1.0, 90.0 if name in TRANSMISSION else 1.0
+            sign, unit = 1.0 if name in UPPER_BOUNDS else -1.0, 90.0 if name in TRANSMISSION else 1.0
             limits[name] = read(measure).less(sign * bound / unit)
     if wanted.full_rotation:
         limits["full_rotation"] = read("full_rotation")
-    for name in STANDING:
+    for name in PIVOT_REGIONS:
         if getattr(wanted, name) is not None:
             limits[name] = read(name)
     return limits

@@ -11,7 +11,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin, every_flip, flipped, measured, place_on_path
-from ..candidates.feasibility import LARGEST, LEAST, standing
+from ..candidates.feasibility import LOWER_BOUNDS, UPPER_BOUNDS, excess, pivot_violations
 from ..candidates.select import ranks
 from ..errors import DatabaseError
 from ..guidance.arc_window import at_sweep
@@ -193,9 +193,9 @@ def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
         }
         cost = problem.ranking.cost(values)
         bounds = problem.constraints
-        for name, key in (LARGEST | LEAST).items():
+        for name, key in (UPPER_BOUNDS | LOWER_BOUNDS).items():
             if (bound := getattr(bounds, name)) is not None:
-                over = values[key] - bound if name in LARGEST else bound - values[key]
+                over = excess(name, values[key], bound)
                 broken += np.where(np.isnan(over), 0.0, np.maximum(over, 0.0))
         broken += np.maximum(np.radians(bounds.min_transmission - reaches.min_transmission), 0.0)
         if bounds.full_rotation:
@@ -276,7 +276,7 @@ def candidates_of(
     best: tuple[Array, ...] | None = None
     for reverse, over in every_flip(problem, len(point)):
         there, z, p = flipped(linkage, point, pole, reverse, over)
-        out = np.sum([*standing(problem, there.points, there.finite).values(), np.zeros(len(z))], axis=0)
+        out = np.sum([*pivot_violations(problem, there.points, there.finite).values(), np.zeros(len(z))], axis=0)
         now = (out, there.pivots, z, p)
         if best is None:
             best = now

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, measured
-from ..candidates.feasibility import STANDING, cost, feasibility
+from ..candidates.feasibility import PIVOT_REGIONS, cost, feasibility
 from ..candidates.select import distances, normal_form
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
@@ -32,7 +32,7 @@ def is_constrained(problem: Problem) -> bool:
 def is_narrow(problem: Problem) -> bool:
     """Return whether few designs are left: pivots are to stand in a region, or a crank is to turn fully."""
     wanted = problem.constraints
-    return bool(wanted.full_rotation) or any(getattr(wanted, name) is not None for name in STANDING)
+    return bool(wanted.full_rotation) or any(getattr(wanted, name) is not None for name in PIVOT_REGIONS)
 
 
 @dataclass(frozen=True)

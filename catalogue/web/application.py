@@ -40,7 +40,7 @@ from .own import Own, measured
 from .wish import Form, Wish, WishError
 
 HERE = Path(__file__).parent
-#: Units that can be shown, and guides that are compared, at most.
+#: Guides that are compared side by side at most.
 SIDE_BY_SIDE = 6
 #: A wish that has answers, for who comes without one.
 EXAMPLE = {"path": "straight-line", "stroke": "150", "deviation": "0.05"}

@@ -11,7 +11,7 @@ import pytest
 
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.batch import every_flip, final, flipped, in_best_charts, measured, near_path
-from catalogue.candidates.feasibility import standing
+from catalogue.candidates.feasibility import pivot_violations
 from catalogue.guidance.coupler_curve import coupler_curve
 from catalogue.guidance.sensitivity import displaced
 from catalogue.kinematics.batch import join
@@ -57,14 +57,14 @@ def test_a_guide_is_laid_in_the_way_in_which_its_pivots_stand_best(batch: Any) -
     """No other way breaks the region less; a region below the path finds the mirror images of one above."""
     above, below = (-1.0, 0.05, 2.0, 3.0), (-1.0, -3.0, 2.0, -0.05)
     problem, found = batch(LINE, count=30, fixed_pivots_in=above)
-    broken = standing(problem, found.linkage.points, found.linkage.finite)["fixed_pivots_in"]
+    broken = pivot_violations(problem, found.linkage.points, found.linkage.finite)["fixed_pivots_in"]
     for reverse, over in every_flip(problem, len(found)):
         other, _, _ = flipped(found.linkage, found.point, found.pole, reverse, over)
-        there = standing(problem, other.points, other.finite)["fixed_pivots_in"]
+        there = pivot_violations(problem, other.points, other.finite)["fixed_pivots_in"]
         assert (broken <= there + 1e-9).all()
     mirrored, images = batch(LINE, count=30, fixed_pivots_in=below)
     np.testing.assert_array_equal(images.origin.id, found.origin.id)
-    again = standing(mirrored, images.linkage.points, images.linkage.finite)["fixed_pivots_in"]
+    again = pivot_violations(mirrored, images.linkage.points, images.linkage.finite)["fixed_pivots_in"]
     np.testing.assert_allclose(again, broken, atol=1e-9)
 
 

@@ -13,7 +13,7 @@ import pytest
 
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.batch import Origin, measured
-from catalogue.candidates.feasibility import BESIDE, EXACT, ROUNDING, cost, feasibility, values
+from catalogue.candidates.feasibility import BESIDE, EXACT_DEVIATION, ROUNDING, cost, feasibility, values
 from catalogue.kinematics.linkage import Linkage
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
@@ -177,7 +177,7 @@ def test_cost_and_values_are_those_of_the_candidate(batch: Any, shown: Any) -> N
     for i, c in enumerate(shown(problem, LINE, found)):
         assert here["size"][i] == c.size
         assert here["transmission"][i] == pytest.approx(c.min_transmission / 90)
-        assert here["deviation"][i] == pytest.approx((c.deviation + EXACT) / 1e-3)
+        assert here["deviation"][i] == pytest.approx((c.deviation + EXACT_DEVIATION) / 1e-3)
         assert here["min_link"][i] == c.min_link or c.min_link is None
         assert here["min_ground"][i] == c.max_ground or c.max_ground is None
         shares = [

@@ -12,7 +12,7 @@ import pytest
 
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch
-from catalogue.candidates.feasibility import feasibility, nearer_arm, sweeping, values
+from catalogue.candidates.feasibility import feasibility, nearer_arm, swept_violations, values
 from catalogue.guidance.fixed_nominal import Nominal
 from catalogue.guidance.metrics import min_transmission_turn, rotates, rotation_margin
 from catalogue.guidance.minimum_zone import grid
@@ -154,7 +154,7 @@ def test_the_largest_piece_of_a_room_is_how_far_a_linkage_reaches_out_of_it(smal
     problem = problem_of(LINE, families=[family], swept_in=(-0.3, -0.4, 1.2, 0.5))
     found = started(small, problem.with_constraints(swept_in=None), 20)
     pieces = Stations(problem, found).pieces("swept_in")
-    here = sweeping(problem, found)["swept_in"]
+    here = swept_violations(problem, found)["swept_in"]
     one_side = np.abs(here - pieces.value.max(1)) < 0.05  # else it is a corner that is left, farther than its sides
     assert one_side.sum() > 5
     assert (pieces.value.max(1) <= here + 1e-9).all()

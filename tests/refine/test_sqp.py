@@ -12,7 +12,7 @@ from scipy.optimize import linprog
 
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch, near_path
-from catalogue.candidates.feasibility import EXACT, cost, feasibility
+from catalogue.candidates.feasibility import EXACT_DEVIATION, cost, feasibility
 from catalogue.guidance.fixed_nominal import Nominal, in_place
 from catalogue.kinematics.linkage import RR
 from catalogue.kinematics.types import Array
@@ -334,7 +334,7 @@ def test_what_is_exact_is_led_into_its_constraints_and_stays_exact() -> None:
     found = np.isfinite(led.best_cost)
     assert found.mean() > 0.5
     assert (led.best.measures.size[found] <= 1.6 + 1e-9).all()
-    assert (led.best.deviation[found] < EXACT).mean() > 0.5
+    assert (led.best.deviation[found] < EXACT_DEVIATION).mean() > 0.5
 
 
 def test_a_bound_on_the_allowance_falls_as_the_path_is_more_sensitive() -> None:
