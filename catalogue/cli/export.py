@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import sys
-from contextlib import ExitStack
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,9 +13,8 @@ from ..export.formats import BINARY, FORMATS, SUFFIXES, Options, chosen
 from ..export.write import check
 from ..folders import is_folder, replacing
 from ..units import MILLIMETRES
-from .measure import given
 from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, Argument, number, option, several, switch
-from .references import HELP, REFERENCE, keep
+from .references import HELP, REFERENCE, keep, resolve
 from .tables import FORCE, OUTPUT
 
 if TYPE_CHECKING:
@@ -113,8 +111,7 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
     options["columns"] = [name for text in options["columns"] for name in text.split(",")]
     how = {name: value for name, value in options.items() if value is not None}
     Options(**how)
-    with ExitStack() as stack:
-        every, _ = given(reference, point, db, plugins, stack, stroke)
+    every = resolve(reference, point, db, plugins, stroke)
     if len(every) != 1:
         raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be exported at a time")
     made = every[0].export(out, kind, **how)

@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import tomllib
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from ..errors import InvalidRequest, quoted
+from ..errors import InvalidRequest
 from ..find.columns import CANDIDATE
 from ..find.columns import TABLE as MADE
-from ..folders import expanded
 from ..progress import busy
 from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
 from .options import option
@@ -26,64 +24,13 @@ TABLE = ("code", "id", "series", "family", "configuration", "order", "deviation"
          "links", "transmission", "rotates", "radius", "score", "front")  # fmt: skip
 COLUMNS = {**MADE, **CANDIDATE}
 SPARE = ("id", "configuration", "order", "rotates", "family", "allowance", "links")
-#: Options that are no part of a request.
-NOT_ASKED = ("config", "force", "legend", "help")
 
 
 def _configured(ctx: click.Context, param: click.Parameter, file: str | None) -> None:  # noqa: ARG001  # click gives it
     if file is not None and not ctx.resilient_parsing:
-        ctx.default_map = {**(ctx.default_map or {}), **request_of(file, ctx.command)}
+        from .config import options_from_file
 
-
-def request_of(file: str, command: click.Command) -> dict[str, Any]:
-    """Return what a file of TOML gives to the options of a command, by their parameters.
-
-    Raises
-    ------
-    InvalidRequest
-        If it cannot be read, or has a key that no option has.
-    """
-    try:
-        given = tomllib.loads(expanded(file).read_text("utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as error:  # no TOML, no UTF-8, no name of a file
-        raise InvalidRequest(f"cannot read {file}: {error}") from None
-    known = {
-        one.opts[0].lstrip("-"): one
-        for one in command.params
-        if isinstance(one, click.Option) and one.name not in NOT_ASKED
-    }
-    found: dict[str, Any] = {}
-    for key, value in given.items():
-        name = key.replace("_", "-")
-        if name not in known:
-            from difflib import get_close_matches
-
-            near = get_close_matches(name, known, n=1)
-            raise InvalidRequest(
-                f"{file}: `find {command.name}` has no option {quoted(key)}"
-                + (f"; did you mean {near[0]!r}?" if near else "")
-            )
-        found[str(known[name].name)] = _value(f"{file}: {key}", value, known[name])
-    return found
-
-
-def _value(name: str, value: Any, one: click.Option) -> Any:
-    """Return a value as the words of the command line that it stands for; of a switch True or False."""
-    if one.is_flag:
-        if not isinstance(value, bool):
-            raise InvalidRequest(f"{name} must be true or false, not {quoted(value)}")
-        return value
-    if isinstance(value, list) and (one.multiple or one.nargs > 1):
-        return [_word(name, part) for part in value]
-    return [_word(name, value)] if one.multiple else _word(name, value)
-
-
-def _word(name: str, value: Any) -> str:
-    if isinstance(value, list):
-        return ",".join(_word(name, part) for part in value)
-    if isinstance(value, bool) or not isinstance(value, str | int | float):
-        raise InvalidRequest(f"{name} cannot be {quoted(value)}")
-    return str(value)
+        ctx.default_map = {**(ctx.default_map or {}), **options_from_file(file, ctx.command)}
 
 
 CONFIG = option(
@@ -93,30 +40,45 @@ CONFIG = option(
 
 
 @click.command(cls=Tabled, table=TABLE, columns=COLUMNS, params=[DEVIATION, STROKE, *PLACE, *OPTIONS, CONFIG])
-def straight_line(deviation: float, **options: Any) -> None:
+def straight_line(**options: Any) -> None:
     """Guide a point along a straight line.
 
     \b
     catalogue find straight-line --stroke 150 --deviation 0.05 --pins-only --min-transmission 40
     """
-    from ..problem.request import StraightLine
-
-    _find(StraightLine(deviation=deviation, **place(options)), options)
+    _find(request_from(options, curved=False), options)
 
 
 @click.command(cls=Tabled, table=TABLE, columns=COLUMNS, params=[DEVIATION, STROKE, RADIUS, *PLACE, *OPTIONS, CONFIG])
-def circular_arc(deviation: float, radius: float | None, **options: Any) -> None:
+def circular_arc(**options: Any) -> None:
     """Guide a point along a circular arc.
 
     \b
     catalogue find circular-arc --stroke 100 --radius 100 --deviation 0.05
     """
-    from ..problem.request import CircularArc
-
-    _find(CircularArc(deviation=deviation, radius=radius, **place(options)), options)
+    _find(request_from(options, curved=True), options)
 
 
-def place(options: dict[str, Any]) -> dict[str, Any]:
+def request_from(options: dict[str, Any], *, curved: bool, share: float | None = None) -> Request:
+    """Return the path that options ask for, which are taken out; a deviation that is not given is this share of its
+    stroke.
+
+    Raises
+    ------
+    InvalidRequest
+        If they contradict one another, or are no path.
+    """
+    from ..problem.request import CircularArc, StraightLine
+
+    deviation, radius, path = options.pop("deviation"), options.pop("radius", None), _path(options)
+    if deviation is None and share is not None:
+        deviation = share * path["stroke"]
+    if curved:
+        return CircularArc(deviation=deviation, radius=radius, **path)
+    return StraightLine(deviation=deviation, **path)
+
+
+def _path(options: dict[str, Any]) -> dict[str, Any]:
     """Return stroke, start and direction of a path from the options that say where it lies, and take these out."""
     from ..problem.request import ends
 
@@ -143,7 +105,7 @@ def _find(request: Request, options: dict[str, Any]) -> None:
     from ..api import open
     from ..problem.constraints import PRESCRIBED
 
-    settled(options)
+    to_keywords(options)
     output, explain, plot, save = (options.pop(name) for name in ("format", "explain", "plot", "save"))
     given = any(options[name] for name in PRESCRIBED)  # such guides are made, not looked up
     with open(options.pop("db"), plugins=options.pop("plugins"), build=not given) as catalogue:
@@ -156,7 +118,7 @@ def _find(request: Request, options: dict[str, Any]) -> None:
         print_results(found, print_candidates, output, explain=explain, plot=plot, save=save)
 
 
-def settled(options: dict[str, Any]) -> None:
+def to_keywords(options: dict[str, Any]) -> None:
     """Turn options into the keywords of the library, as far as they differ."""
     from ..find.names import SINGULAR
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from contextlib import ExitStack
+from contextlib import nullcontext
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,11 +11,10 @@ import click
 from ..errors import InvalidRequest
 from ..progress import busy
 from .completion import references
-from .find import COLUMNS, place, settled
+from .find import COLUMNS, request_from, to_keywords
 from .find_options import IMPROVE, PLACE, RADIUS, STROKE
-from .measure import given
 from .options import Argument, option, several, switch
-from .references import HELP, REFERENCE
+from .references import HELP, REFERENCE, resolve
 from .tables import FORCE, OUTPUT, Tabled, codes, print_results, print_table, row
 from .units import length, with_unit
 
@@ -51,8 +50,8 @@ SPARE = ("family", "series", "links")
     ]
 )  # fmt: skip
 def improve(
-    reference: str, deviation: float | None, arc: bool, radius: float | None, point: tuple[float, float] | None,
-    hold: tuple[str, ...], in_place: bool, within: float, catalogue: bool, save: Path | None, **options: Any,
+    reference: str, arc: bool, point: tuple[float, float] | None, hold: tuple[str, ...], in_place: bool, within: float,
+    catalogue: bool, save: Path | None, **options: Any,
 ) -> None:  # fmt: skip
     """Improve a linkage from where it is: the same refinement and constraints as `find`, what is held left as it is.
 
@@ -61,30 +60,18 @@ def improve(
     """
     from ..api import open
     from ..find.improve import improve as improved
-    from ..problem.request import CircularArc, StraightLine
 
-    where = place(options)
-    if deviation is None:
-        deviation = 0.1 * where["stroke"]
+    if options["deviation"] is None:
         options["rank_by"] = options["rank_by"] or "deviation"
-    curved = arc or radius is not None
-    request = (
-        CircularArc(deviation=deviation, radius=radius, **where)
-        if curved
-        else StraightLine(deviation=deviation, **where)
-    )
-    settled(options)
+    request = request_from(options, curved=arc or options["radius"] is not None, share=0.1)
+    to_keywords(options)
     output, plot, db, plugins = (options.pop(name) for name in ("format", "plot", "db", "plugins"))
     names = [part for text in hold for part in text.split(",")]
-    with ExitStack() as stack:
-        every, _ = given(reference, point, db, plugins, stack)
-        if len(every) != 1:
-            raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be improved at a time")
-        opened = stack.enter_context(open(db, plugins=plugins)) if catalogue else None
-        with busy("improving"):
-            found = improved(
-                every[0], request, hold=names, in_place=in_place, within=within, catalogue=opened, **options
-            )
+    every = resolve(reference, point, db, plugins)
+    if len(every) != 1:
+        raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be improved at a time")
+    with open(db, plugins=plugins) if catalogue else nullcontext() as opened, busy("improving"):
+        found = improved(every[0], request, hold=names, in_place=in_place, within=within, catalogue=opened, **options)
     print_results(found, _table, output, plot=plot, save=save)
 
 

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import ExitStack
 from functools import cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
@@ -15,12 +14,11 @@ from ..find.columns import TABLE as MADE
 from ..progress import busy
 from .completion import references
 from .options import DB, FORMAT, PLUGINS, Argument, option, switch
-from .references import HELP, REFERENCE, guides
+from .references import HELP, REFERENCE, resolve
 from .tables import FORCE, OUTPUT, PICTURE, Tabled, codes, print_results, print_table, row, tell
 from .units import UNIT, length, unit, with_unit
 
 if TYPE_CHECKING:
-    from ..api import Catalogue
     from ..find.measure import Measured
     from ..find.placed import PlacedGuide
 
@@ -68,14 +66,15 @@ def measure(
     catalogue measure mine.json --stroke 120
     """
     from ..find.measure import measure as measured
+    from ..plugin.registry import Registry
 
-    with ExitStack() as stack:
-        every, series = given(reference, point, db, plugins, stack)
-        count = (4 if len(every) == 1 else 1) if limit is None else limit
-        with busy("measuring"):
-            found = measured(
-                every, stroke=stroke, deviation=deviation, radius=radius, arc=arc, limit=count, series=series
-            )
+    every = resolve(reference, point, db, plugins)
+    count = (4 if len(every) == 1 else 1) if limit is None else limit
+    with busy("measuring"):
+        found = measured(
+            every, stroke=stroke, deviation=deviation, radius=radius, arc=arc, limit=count,
+            series=cache(lambda: Registry(plugins).series),
+        )  # fmt: skip
     one = every[0] if len(every) == 1 else None
 
     def table(found: Measured) -> None:
@@ -84,25 +83,6 @@ def measure(
         _table(found, many=one is None)
 
     print_results(found, table, format, plot=plot, save=save)
-
-
-def given(
-    reference: str, point: tuple[float, float] | None, db: Path | None, plugins: Sequence[str], stack: ExitStack,
-    stroke: float | None = None,
-) -> tuple[list[PlacedGuide], Any]:  # fmt: skip
-    """Return the guides that a reference names, and a function that returns the series; see `references.guides`."""
-    from ..api import open
-    from ..plugin.registry import Registry
-
-    held: list[Catalogue] = []
-
-    def opened() -> Catalogue:
-        if not held:
-            held.append(stack.enter_context(open(db, plugins=plugins)))
-        return held[0]
-
-    every = guides(reference, point, opened, stroke)
-    return every, cache(lambda: Registry(plugins).series)
 
 
 def describe(guide: PlacedGuide) -> None:

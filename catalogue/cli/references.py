@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from contextlib import suppress
+from collections.abc import Callable, Sequence
+from contextlib import ExitStack, suppress
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +41,20 @@ def guides(
         if not hasattr(one, "pivots"):
             raise InvalidRequest(f"{reference} is no planar guide: it can be shown, not measured")
     return found
+
+
+def resolve(
+    reference: str,
+    point: tuple[float, float] | None,
+    db: Path | None,
+    plugins: Sequence[str],
+    stroke: float | None = None,
+) -> list[PlacedGuide]:
+    """Return the guides that a reference names, from a catalogue that is opened only if it is needed; see `guides`."""
+    from ..api import open
+
+    with ExitStack() as stack:
+        return guides(reference, point, cache(lambda: stack.enter_context(open(db, plugins=plugins))), stroke)
 
 
 def answers(reference: str, opened: Callable[[], Catalogue], stroke: float | None = None) -> list[Any] | None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from .find import circular_arc, place, settled, straight_line
+from .find import circular_arc, request_from, straight_line, to_keywords
 from .options import DB, PLUGINS, option, switch
 
 if TYPE_CHECKING:
@@ -52,10 +52,6 @@ def wish_form(series: Sequence[str]) -> Form:
 
 def asked(command: str, options: dict[str, Any]) -> tuple[Request, dict[str, Any]]:
     """Return the request and the keywords of `Catalogue.find` that the options of a command say."""
-    from ..problem.request import CircularArc, StraightLine
-
-    path = {"deviation": options.pop("deviation"), **place(options)}
-    if "radius" in options:
-        path["radius"] = options.pop("radius")
-    settled(options)
-    return (CircularArc if command == "circular-arc" else StraightLine)(**path), options
+    request = request_from(options, curved=command == "circular-arc")
+    to_keywords(options)
+    return request, options

@@ -4,16 +4,14 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 
 import click
 
 from ..errors import InvalidRequest
 from ..units import MILLIMETRES
-from .measure import given
 from .options import DB, PLUGINS, Argument, number, option
-from .references import HELP, REFERENCE, keep
+from .references import HELP, REFERENCE, keep, resolve
 from .tables import FORCE, OUTPUT
 
 
@@ -44,8 +42,7 @@ def sheet(
     from ..paper import kind_of
 
     kind_of(out, KINDS)
-    with ExitStack() as stack:
-        every, _ = given(reference, point, db, plugins, stack)
+    every = resolve(reference, point, db, plugins)
     if len(every) != 1:
         raise InvalidRequest(f"{reference} holds {len(every)} linkages: a sheet shows one")
     every[0].sheet(out, paper=paper, unit=unit, scale=scale)

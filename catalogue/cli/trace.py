@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from contextlib import ExitStack
 from pathlib import Path
 
 import click
@@ -12,9 +11,8 @@ import click
 from ..errors import InvalidRequest
 from ..progress import busy
 from .completion import references
-from .measure import given
 from .options import DB, PLUGINS, Argument, option, several
-from .references import HELP, REFERENCE
+from .references import HELP, REFERENCE, resolve
 from .units import NAMED_POINT, NAMED_UNIT, length, unit
 
 
@@ -48,8 +46,7 @@ def trace(
     """
     from ..find.candidate import Candidate
 
-    with ExitStack() as stack:
-        every, _ = given(reference, point, db, plugins, stack)
+    every = resolve(reference, point, db, plugins)
     if len(every) != 1:
         raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be traced at a time")
     one, points = every[0], dict(also)

@@ -14,7 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue.cli import units
-from catalogue.cli.find import request_of, straight_line
+from catalogue.cli.config import options_from_file
+from catalogue.cli.find import straight_line
 from catalogue.errors import InvalidRequest
 
 Run = Callable[..., Any]
@@ -127,7 +128,7 @@ def test_a_file_holds_a_request_and_the_command_line_wins(run: Run, small_db: Pa
     )  # fmt: skip
     done = run(*LINE, "--config", file, "--unit", "mm", "--min-link", 7, "--db", small_db)
     assert "min_link 7 is above max_link 5" in done.line
-    held = request_of(str(file), straight_line)
+    held = options_from_file(str(file), straight_line)
     assert held["keep_out"] == ["0,0,1,1", "2,2,3,3"]
     assert held["pins_only"] is True
 
@@ -149,7 +150,7 @@ def test_a_file_that_is_no_request_is_told_in_one_line(run: Run, tmp_path: Path,
     assert done.code == 2
     assert said in done.line
     with pytest.raises(InvalidRequest):
-        request_of(str(tmp_path / "none.toml"), straight_line)
+        options_from_file(str(tmp_path / "none.toml"), straight_line)
 
 
 def test_dwells_are_scaled_with_their_crank(run: Run, small_db: Path) -> None:

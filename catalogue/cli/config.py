@@ -1,0 +1,65 @@
+"""``--config``: options of a command that stand in a file of TOML."""
+
+from __future__ import annotations
+
+import tomllib
+from typing import Any
+
+import click
+
+from ..errors import InvalidRequest, quoted
+from ..folders import expanded
+
+#: Options that are no part of a request.
+NOT_ASKED = ("config", "force", "legend", "help")
+
+
+def options_from_file(file: str, command: click.Command) -> dict[str, Any]:
+    """Return what a file of TOML gives to the options of a command, by their parameters.
+
+    Raises
+    ------
+    InvalidRequest
+        If it cannot be read, or has a key that no option has.
+    """
+    try:
+        given = tomllib.loads(expanded(file).read_text("utf-8-sig"))
+    except (OSError, ValueError, RecursionError) as error:  # no TOML, no UTF-8, no name of a file
+        raise InvalidRequest(f"cannot read {file}: {error}") from None
+    known = {
+        one.opts[0].lstrip("-"): one
+        for one in command.params
+        if isinstance(one, click.Option) and one.name not in NOT_ASKED
+    }
+    found: dict[str, Any] = {}
+    for key, value in given.items():
+        name = key.replace("_", "-")
+        if name not in known:
+            from difflib import get_close_matches
+
+            near = get_close_matches(name, known, n=1)
+            raise InvalidRequest(
+                f"{file}: `find {command.name}` has no option {quoted(key)}"
+                + (f"; did you mean {near[0]!r}?" if near else "")
+            )
+        found[str(known[name].name)] = _value(f"{file}: {key}", value, known[name])
+    return found
+
+
+def _value(name: str, value: Any, one: click.Option) -> Any:
+    """Return a value as the words of the command line that it stands for; of a switch True or False."""
+    if one.is_flag:
+        if not isinstance(value, bool):
+            raise InvalidRequest(f"{name} must be true or false, not {quoted(value)}")
+        return value
+    if isinstance(value, list) and (one.multiple or one.nargs > 1):
+        return [_word(name, part) for part in value]
+    return [_word(name, value)] if one.multiple else _word(name, value)
+
+
+def _word(name: str, value: Any) -> str:
+    if isinstance(value, list):
+        return ",".join(_word(name, part) for part in value)
+    if isinstance(value, bool) or not isinstance(value, str | int | float):
+        raise InvalidRequest(f"{name} cannot be {quoted(value)}")
+    return str(value)
