@@ -32,7 +32,7 @@ from hypothesis import settings
 
 import catalogue
 from catalogue.find import dwells, find, prescribed_pivots
-from catalogue.find.explain import Explanation
+from catalogue.find.explain import Advice, Explanation
 from catalogue.folders import folder
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
 from catalogue.kinematics.types import Array
@@ -168,8 +168,9 @@ def searched_once(answers: Callable[..., Any], monkeypatch: pytest.MonkeyPatch) 
     def given(series: Any, problem: Any, report: SearchReport) -> Any:
         return reported(("given", sorted(series), problem), report, lambda: prescribed(series, problem, report))
 
-    def advised(told: Explanation) -> str:
-        return str(answers(("advice", told.database.path, told.problem), lambda: advice(told)))
+    def advised(told: Explanation) -> Advice:
+        found: Advice = answers(("advice", told.database.path, told.problem), lambda: advice(told))
+        return found
 
     def dwelling(database: Any, *wish: Any, **options: Any) -> Any:
         question = ("dwells", database.path, wish, sorted(options.items()))

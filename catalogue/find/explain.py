@@ -50,6 +50,32 @@ ABSURD = 3.0
 
 
 @dataclass(frozen=True)
+class Relaxation:
+    """An option of the command with a bound that is looser than what was asked; without a `value`: leave it out."""
+
+    option: str
+    value: str = ""
+    asked: str = ""
+
+    def __str__(self) -> str:
+        if not self.value:
+            return f"without {self.option}"
+        return f"{self.option} {self.value}" + f" (asked {self.asked})" * bool(self.asked)
+
+
+@dataclass(frozen=True)
+class Advice:
+    """Why there is no answer, and what would give one: any of the alternatives, each of relaxations made together."""
+
+    reason: str
+    alternatives: tuple[tuple[Relaxation, ...], ...] = ()
+
+    def __str__(self) -> str:
+        offers = ", or ".join(" with ".join(map(str, one)) for one in self.alternatives)
+        return f"{self.reason}; what gives one: {offers}" if offers else self.reason
+
+
+@dataclass(frozen=True)
 class Explanation:
     """What is told of a search; computed when it is printed."""
 
@@ -79,7 +105,7 @@ class Explanation:
             for name, number in feasibility(self.problem, report.nearest).counts.items():
                 yield f"  {option(name)} is broken by {number} of {len(report.nearest)} refined"
         if not self.count:
-            yield self.advice()
+            yield str(self.advice())
         source = (
             "nothing was read from the database"
             if prescribed
@@ -87,17 +113,19 @@ class Explanation:
         )
         yield f"{source}; {', '.join(f'{step} {1000 * s:.0f} ms' for step, s in report.seconds.items())}"
 
-    def advice(self) -> str:
-        """Return one line for an empty answer: what to relax, to which value."""
+    def advice(self) -> Advice:
+        """Say of an empty answer what to relax, to which value."""
         nearest = self.report.nearest
         if nearest is None or not np.isfinite(nearest.deviation).any():
-            return self._nothing()
+            return Advice(self._nothing())
         found = self.relaxations(nearest)
         if not found:
             counts = feasibility(self.problem, nearest).counts
             worst = max(counts, key=lambda name: counts[name], default="deviation")
-            return f"no guide found, nor nearly: {option(worst)} excludes most of what was tried; relax more than one"
-        return "no guide found; what gives one: " + ", or ".join(found)
+            return Advice(
+                f"no guide found, nor nearly: {option(worst)} excludes most of what was tried; relax more than one"
+            )
+        return Advice("no guide found", tuple(found))
 
     def _nothing(self) -> str:
         wanted = self.problem.constraints
@@ -118,9 +146,9 @@ class Explanation:
         what = " and ".join(names) or "this path"
         return f"no guide found: the catalogue holds no guide for {what}; leave one of them out"
 
-    def relaxations(self, nearest: CandidateBatch) -> list[str]:
-        """Return what each constraint alone, else each pair of them, would have to be for an answer to be found, as
-        options of the command in the user's unit; each was tried."""
+    def relaxations(self, nearest: CandidateBatch) -> list[tuple[Relaxation, ...]]:
+        """Return what each constraint alone, else each pair of them, would have to be for an answer to be found, in the
+        user's unit; each was tried."""
         refined = {}
         implied = {"full_rotation"} if self.problem.constraints.min_transmission_turn else set()
         for name, amount in feasibility(self.problem, nearest).amounts.items():
@@ -129,7 +157,7 @@ class Explanation:
                 refined[name] = found, feasibility(self.problem, found)
         least = {name: self._least(broken, (name,)).min() for name, (_, broken) in refined.items()}
         for count in (1, 2):
-            offered: list[str] = []
+            offered: list[tuple[Relaxation, ...]] = []
             for names in combinations(sorted(refined, key=lambda name: least[name]), count):
                 if offered and count == 1 and least[names[0]] > ABSURD:
                     continue
@@ -150,7 +178,7 @@ class Explanation:
 
     def _best(
         self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...], rooms: tuple[float, ...]
-    ) -> str | None:
+    ) -> tuple[Relaxation, ...] | None:
         """Return the least relaxation of some constraints for which one of the candidates is an answer, farther by the
         first of some parts that helps."""
         amount = self._least(broken, names)
@@ -163,7 +191,7 @@ class Explanation:
             if (answers := self._answers(bounds, one)) is not None:
                 if len(names) == 1 and amount[best] > FAR_OFF and not self.problem.constraints.given:
                     bounds = self._closer(names[0], bounds, amount[best], answers)
-                return " with ".join(self._option(name, bound) for name, bound in bounds.items())
+                return tuple(self._relaxation(name, bound) for name, bound in bounds.items())
         return None
 
     def _closer(self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch) -> dict[str, Any]:
@@ -236,17 +264,18 @@ class Explanation:
             return None
         return rounded(float(value[0]), room, up=not name.startswith("min"))
 
-    def _option(self, name: str, value: Any) -> str:
+    def _relaxation(self, name: str, value: Any) -> Relaxation:
         """Return the option that sets a bound, with what was asked."""
         if value is None:
-            return f"without {option(name)}"
+            return Relaxation(option(name))
         if isinstance(value, Region):
-            return f"{option(name)} {' '.join(f'{number:.5g}' for number in value.box)}"
+            return Relaxation(option(name), " ".join(f"{number:.5g}" for number in value.box))
         asked = self.request.deviation if name == "deviation" else getattr(self.problem.constraints, name)
         if asked is None:
-            return f"{option(name)} {value:.4g} (asked none: {self.problem.stroke * farthest(self.problem):g} at most)"
+            told = f"none: {self.problem.stroke * farthest(self.problem):g} at most"
+            return Relaxation(option(name), f"{value:.4g}", told)
         asked = self.problem.stroke * asked if name in LENGTHS else asked
-        return f"{option(name)} {value:.4g} (asked {asked:g})"
+        return Relaxation(option(name), f"{value:.4g}", f"{asked:g}")
 
 
 def relaxed(problem: Problem, nearest: CandidateBatch, name: str) -> CandidateBatch:

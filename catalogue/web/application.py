@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import asyncio
 import re
-from collections.abc import AsyncIterator, Awaitable, Callable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Sequence
 from contextlib import asynccontextmanager
+from dataclasses import replace
 from functools import partial
 from mimetypes import guess_type
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from urllib.parse import urlencode
 
 from ..draw.moving_style import DARK, LIGHT, STYLE, properties
@@ -38,6 +39,9 @@ from .guard import HOSTS, Guard
 from .own import EXAMPLE as OWN_EXAMPLE
 from .own import Own, measured
 from .wish import Form, Wish, WishError
+
+if TYPE_CHECKING:
+    from ..find.explain import Relaxation
 
 HERE = Path(__file__).parent
 #: Guides that are compared side by side at most.
@@ -118,7 +122,8 @@ class Page:
         except InvalidRequest as error:
             return {"error": str(error), "field": self.form.field_of(str(error))}
         kept = [pair for pair in given if pair[0] != "stage"]
-        advice = [(said(text), self.form.relaxed(kept, text)) for text in answers.advice]
+        offers = answers.advice.alternatives if answers.advice else ()
+        advice = [(said(one), self.form.relaxed(kept, one)) for one in offers]
         return {"wish": wish, "answers": answers, "advice": advice, "error": "", "field": ""}
 
     async def home(self, request: Request) -> Response:
@@ -235,9 +240,10 @@ class Page:
         return self.show("failed.html", request, code, text=shortened(text, 500))
 
 
-def said(advice: str) -> str:
-    """Return advice that names options in the words of the form."""
-    text = re.sub(r"--([a-z-]+)", lambda flag: flag[1].replace("-", " "), advice)
+def said(relaxations: Iterable[Relaxation]) -> str:
+    """Return relaxations in the words of the form."""
+    words = (replace(one, option=one.option.removeprefix("--").replace("-", " ")) for one in relaxations)
+    text = " with ".join(map(str, words))
     return text[:1].upper() + text[1:]
 
 

@@ -10,12 +10,15 @@ import os
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from ..api import Catalogue
 from ..problem.request import Request
 from ..store import Database
 from .cards import Card, card, drawing, variety
+
+if TYPE_CHECKING:
+    from ..find.explain import Advice
 
 _OPEN: list[Catalogue] = []
 
@@ -42,8 +45,7 @@ class Answers:
     others: tuple[Card, ...]
     count: int  #: of all, also of those that first answers leave out
     refined: bool
-    advice: tuple[str, ...]
-    said: str  #: why there are none
+    advice: Advice | None  #: why there are none
 
 
 def search(request: Request, keywords: dict[str, Any], *, refined: bool) -> Answers:
@@ -53,11 +55,5 @@ def search(request: Request, keywords: dict[str, Any], *, refined: bool) -> Answ
     codes = found.remember() if refined else [""] * len(found)
     first, others = variety([*zip(found, codes, strict=True)], [(one.family, one.series) for one in found])
     cards = [[card(one, code, drawing(one)) for one, code in part] for part in (first, others if refined else [])]
-    said, advice = _advice(found.explanation) if refined and not found else ("", ())
-    return Answers(tuple(cards[0]), tuple(cards[1]), len(found), refined, advice, said)
-
-
-def _advice(explanation: Any) -> tuple[str, tuple[str, ...]]:
-    """Return why there is no answer, and what gives one, each in the words of options."""
-    said, _, options = str(explanation.advice()).partition("; what gives one: ")
-    return said, tuple(options.split(", or ")) if options else ()
+    advice = found.explanation.advice() if refined and not found else None
+    return Answers(tuple(cards[0]), tuple(cards[1]), len(found), refined, advice)

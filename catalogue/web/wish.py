@@ -7,7 +7,7 @@ import shlex
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from inspect import signature
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -16,6 +16,9 @@ from ..errors import CatalogueError, InvalidRequest, quoted, shortened
 from ..find.names import SINGULAR
 from ..problem.constraints import DRIVE, LENGTHS, PRESCRIBED, REGIONS, Constraints
 from ..problem.request import Request
+
+if TYPE_CHECKING:
+    from ..find.explain import Relaxation
 
 #: What a request is read by: the name of a command and its options, to a request and the keywords of `Catalogue.find`.
 Read = Callable[[str, dict[str, Any]], tuple[Request, dict[str, Any]]]
@@ -221,14 +224,13 @@ class Form:
                 found[name] = (at.start(), -len(name))
         return min(found, key=lambda name: found[name], default="")
 
-    def relaxed(self, given: Iterable[tuple[str, str]], advice: str) -> list[tuple[str, str]]:
-        """Return an address after one piece of advice of an empty answer, which names options as the command does."""
+    def relaxed(self, given: Iterable[tuple[str, str]], relaxations: Iterable[Relaxation]) -> list[tuple[str, str]]:
+        """Return an address after relaxations that give an empty answer some."""
         flags = {field.flag: field for field in self.fields.values()}
         said = list(given)
-        for part in re.sub(r" \(asked [^)]*\)", "", advice).split(" with "):
-            words = part.removeprefix("without ").split()
-            field = flags[words[0]]
-            said = [pair for pair in said if pair[0] != field.name]
-            if not part.startswith("without "):
-                said.append((field.name, " ".join(words[1:]) or "1"))
+        for one in relaxations:
+            name = flags[one.option].name
+            said = [pair for pair in said if pair[0] != name]
+            if one.value:
+                said.append((name, one.value))
         return said

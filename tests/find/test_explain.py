@@ -82,7 +82,7 @@ def parallelogram(small: Catalogue, request_: StraightLine, cranks: float, point
 def test_what_is_too_large_though_no_size_was_asked_for_is_said(small: Catalogue) -> None:
     """The nearest is a parallelogram with cranks of 200 strokes: straight enough, but larger than is looked for."""
     request_ = StraightLine(10, 1e-2)
-    told = parallelogram(small, request_, 200.0, 0.5 + 1j).advice()
+    told = str(parallelogram(small, request_, 200.0, 0.5 + 1j).advice())
     ((name, size),) = advised(told)[0].items()
     assert name == "max_size"
     assert 2000 < size < 2500

@@ -13,6 +13,7 @@ from hypothesis import strategies as st
 import catalogue
 from catalogue.cli import app
 from catalogue.cli.serve import wish_form
+from catalogue.find.explain import Relaxation
 from catalogue.find.names import SINGULAR
 from catalogue.problem.constraints import Constraints
 from catalogue.web.wish import Form, WishError
@@ -124,9 +125,9 @@ def test_no_address_gets_through_unread(said: list[tuple[str, str]]) -> None:
 
 def test_advice_becomes_an_address(form: Form) -> None:
     asked = [*LINE, ("max_size", "100"), ("fixed_pivots_in", "0 0 1 1"), ("pins_only", "1"), ("unit", "cm")]
-    advice = "--max-size 210.5 (asked 100) with --fixed-pivots-in -5 -6 7 8.5"
-    said = form.relaxed(asked, advice)
+    relaxations = [Relaxation("--max-size", "210.5", "100"), Relaxation("--fixed-pivots-in", "-5 -6 7 8.5")]
+    said = form.relaxed(asked, relaxations)
     assert dict(said) == {"path": "straight-line", "stroke": "150", "deviation": "0.05", "pins_only": "1",
                           "unit": "cm", "max_size": "210.5", "fixed_pivots_in": "-5 -6 7 8.5"}  # fmt: skip
     assert form.wish(said).keywords["max_size"] == 210.5
-    assert "pins_only" not in dict(form.relaxed(asked, "without --pins-only"))
+    assert "pins_only" not in dict(form.relaxed(asked, [Relaxation("--pins-only")]))
