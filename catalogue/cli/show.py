@@ -20,6 +20,7 @@ from .units import UNIT, length, unit, with_unit
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
+    from ..find.stored import StoredGuide
     from ..series.membership import Memberships
     from ..series.named_guides import NamedGuide
 
@@ -171,9 +172,7 @@ def show(
     series on the same stroke, no larger, is named beside it.
     """
     from ..api import open
-    from ..curvature_theory.leading_error import EXACT
     from ..draw.picture import check
-    from ..series.named_guides import named_guides
 
     if plot is not None:
         check(plot, moving=moving)
@@ -194,7 +193,17 @@ def show(
         with open(db, plugins=plugins, build=False) as catalogue:
             _show_answers([catalogue.specimen(collection, int(number), stroke)], name, plot, moving, format)
         return
+    _show_guide(name, stroke, level, plot, moving, format, db, plugins)
+
+
+def _show_guide(
+    name: str, stroke: float, level: int | None, plot: Path | None, moving: bool, format: str, db: Path | None,
+    plugins: Sequence[str],
+) -> None:  # fmt: skip
+    """Print a stored guide or a named design, laid along a path, and draw it."""
+    from ..api import open
     from ..find.candidate import digits
+    from ..series.named_guides import named_guides
 
     with open(db, plugins=plugins) as catalogue, busy("looking"):
         guide = catalogue.guide(name)
@@ -218,6 +227,16 @@ def show(
         return
     for line in words:
         tell(line)
+    _describe(guide)
+    _links(laid.lengths)
+    place = f"Laid from (0, 0) to ({stroke:g}, 0), in mid-stroke; deviation {with_unit(digits(laid.deviation))}"
+    _pivots(place, laid.pivots, laid.guided, "{:.6g}".format)
+
+
+def _describe(guide: StoredGuide) -> None:
+    """Print what a stored guide is, where it comes from and how far it reaches."""
+    from ..curvature_theory.leading_error import EXACT
+
     order = "exact" if guide.order == EXACT else f"order {guide.order}"
     what = f"circle of radius {1 / abs(guide.curvature):.4g}" if guide.curvature else "straight line"
     if guide.is_slot:
@@ -241,6 +260,3 @@ def show(
         for k, a, b, c in zip(r["level"], r["stroke"], r["size"], r["min_transmission"], strict=True)
     ]
     print_table("Reach, in units of rho0 or of the height of crank 1", columns, rows[::-1])
-    _links(laid.lengths)
-    place = f"Laid from (0, 0) to ({stroke:g}, 0), in mid-stroke; deviation {with_unit(digits(laid.deviation))}"
-    _pivots(place, laid.pivots, laid.guided, "{:.6g}".format)

@@ -58,7 +58,7 @@ def find_dwells(
         raise InvalidRequest(f"{other[0]} does not go with a dwell; there are {', '.join(GOVERNED)}")
     check_names(database, constraints)
     found = _found(database, request, constraints, limit, effort)
-    if len(found) or not len(database.plain({"id": int}, "FROM guide LIMIT 1")["id"]):
+    if len(found) or not database.has_guides:
         return found
     return DwellResults([], f"{found.explanation}; {_advice(database, request, constraints, effort)}")
 

@@ -139,7 +139,7 @@ class Explanation:
                 "no guide found: no linkage with these pivots carries the point from end to end; move them, or give a "
                 "tolerance (--within)"
             )
-        if not len(self.database.plain({"id": int}, "FROM guide LIMIT 1")["id"]):
+        if not self.database.has_guides:
             return f"no guide found: {EMPTY}"
         names = [option(n) for n in ("families", "series", "configurations", "order", "slots", "returns", "pins_only")
                  if getattr(wanted, n)]  # fmt: skip

@@ -178,6 +178,11 @@ class Database:
         with database_errors(self.path), self.engine.connect() as connection:
             return read_columns(connection, select)
 
+    @property
+    def has_guides(self) -> bool:
+        """Whether any guide is stored; `DatabaseError` as of `plain`."""
+        return bool(len(self.plain({"id": int}, "FROM guide LIMIT 1")["id"]))
+
     def plain(self, columns: Mapping[str, type], rest: str, values: Iterable[Any] = ()) -> dict[str, Array]:
         """Return columns, given with their Python types, of the SQL text SELECT columns rest, as `read` does: a `find`
         reads so little that to import SQLAlchemy would take it longer.

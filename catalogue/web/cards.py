@@ -71,6 +71,11 @@ def contact(order: int) -> str:
     return "exact" if order == EXACT else f"order {order}"
 
 
+def words(name: str) -> str:
+    """Return the name of a field as a heading."""
+    return name.replace("_", " ").capitalize()
+
+
 def drawing(one: PlacedGuide) -> str:
     """Return the moving drawing of a card; the page has its style sheet."""
     return moving_svg(one, width=WIDTH, height=HEIGHT, style=False, prefix=f"g{token_hex(4)}-")

@@ -22,7 +22,7 @@ from ..find.candidate import Candidate
 from ..find.own_guide import OwnGuide
 from ..series.named_guides import named_guides
 from .asked import opened
-from .cards import Card, Number, card, contact, coordinate, figure
+from .cards import Card, Number, card, contact, coordinate, figure, words
 from .charts import charts
 
 if TYPE_CHECKING:
@@ -129,10 +129,6 @@ def guide_page(name: str) -> GuidePage | tuple[tuple[str, str], ...]:
 ANGLES = ("angle", "between")
 
 
-def _words(name: str) -> str:
-    return name.replace("_", " ").capitalize()
-
-
 def _all_numbers(one: Candidate) -> tuple[Number, ...]:
     """Return what is measured besides the numbers of the card."""
     degrees = ("drive_angle", "rotation", "min_transmission_turn")
@@ -141,14 +137,14 @@ def _all_numbers(one: Candidate) -> tuple[Number, ...]:
     shown = [Number("Stroke", figure(one.stroke, 6), "length")]
     for names, unit in ((lengths, "length"), (degrees, "°"), (plain, "")):
         values = ((name, getattr(one, name)) for name in names)
-        shown += [Number(_words(name), figure(value), unit) for name, value in values if value is not None]
+        shown += [Number(words(name), figure(value), unit) for name, value in values if value is not None]
     return tuple(shown)
 
 
 def _lengths(one: Candidate) -> Iterator[Number]:
     for name, value in one.lengths.items():
         angle = name in ANGLES
-        yield Number(_words(name), coordinate(value, 360 if angle else one.size), "°" if angle else "length")
+        yield Number(words(name), coordinate(value, 360 if angle else one.size), "°" if angle else "length")
 
 
 def _pivots(one: Candidate) -> list[tuple[str, str, str, str]]:

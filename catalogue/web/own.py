@@ -13,7 +13,7 @@ from ..find.own_guide import OwnGuide, guide
 from ..given import positive
 from ..guidance.stretches import straightest
 from ..kinematics.circuits import circuits
-from .cards import Card, Number, card, drawing, figure
+from .cards import Card, Number, card, drawing, figure, words
 
 #: Positions of the path and of the stretch, and letters of a linkage at most.
 ROWS, STRETCH, LONGEST = 241, 61, 2000
@@ -69,7 +69,7 @@ def measured(linkage: str, x: str, y: str, stroke: str, settled: bool) -> Own:
     unless it is `settled` of the circuit it stands on, which is quick enough while it is dragged."""
     one = read(linkage, x, y)
     length = positive("stroke", _number("stroke", stroke))
-    shown = [Number(_words(name), figure(value, 5), "length") for name, value in one.lengths.items()]
+    shown = [Number(words(name), figure(value, 5), "length") for name, value in one.lengths.items()]
     shown.append(Number("Stroke", figure(length, 5), "length"))
     path = _places(one.motion(ROWS).points["guided"])
     stretch, told, drawn, error = (_settled if settled else _dragged)(one, length)
@@ -110,10 +110,6 @@ def _told(deviation: str, transmission: str, circuit: str) -> list[Number]:
         Number("Transmission", transmission, "°", "Least over the stretch, the better crank driving."),
         Number("Circuit", circuit, "", "What the linkage reaches without being taken apart."),
     ]
-
-
-def _words(name: str) -> str:
-    return name.replace("_", " ").capitalize()
 
 
 def _places(z: Any) -> list[list[float]]:
