@@ -29,11 +29,15 @@ from ..store import JOINED, PIVOT_NAMES, Database
 COVER = 2000
 #: How much a length or angle of a stored reach that breaks a constraint counts beside the cost.
 BREAKS = 3.0
-#: Largest and least factor by which a stored stroke is stretched to use the tolerance.
-STRETCH = (0.5, 2.0)
-#: Power of the stroke with which the deviation of a return guide is first taken to grow; how often its window is cut,
-#: and which part of the tolerance it is to use.
-POWER, CORRECTIONS, USED = 4.5, 4, 0.995
+#: Largest and least factor by which a stored stroke is stretched to use the tolerance; of arcs cut to a given sweep.
+STRETCH, CUT = (0.5, 2.0), (0.02, 1.5)
+#: With which power of the stroke the deviation grows, typically, and the stroke with the tolerance.
+GROWTH, GAIN = 4.5, 0.22
+#: What counts as broken: an e-fold of deviation too much; a tolerance that a straight line is off a flat arc; that no
+#: crank turns fully; that an angle is not known [radians].
+DEVIATES, UNBENT, TURNS_NOT, UNKNOWN = 0.1, 0.02, 0.3, 0.5
+#: How often the window of a return guide is corrected, and which part of the tolerance it is to use.
+CORRECTIONS, USED = 4, 0.995
 #: Starts of one series that differ by less than this in size [strokes] and transmission angle [right angles] are one.
 CELL = (0.15, 0.12)
 #: The deviation that is typical of sensitivities of stored guides: the allowance of one that uses no tolerance.
@@ -166,48 +170,57 @@ def estimate(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
     is the one asked for.
     """
     with np.errstate(all="ignore"):
-        relative = np.maximum(reaches.deviation, 1e-12)
-        stretch = np.clip((problem.deviation / relative) ** 0.22, *STRETCH)
-        if problem.ranking.only == "deviation":
-            stretch = np.ones_like(stretch)
-        curved = reaches.sweep > 0
-        missing = np.zeros(len(reaches))
-        if problem.fixed_curvature is not None:
-            sweep = abs(problem.fixed_curvature)
-            share = sweep / np.where(curved, reaches.sweep, sweep)
-            missing = np.where(curved, np.maximum(np.log(share), 0.0), sweep / 8 / problem.deviation * 0.02)
-            stretch = np.where(curved, np.clip(share, 0.02, 1.5), stretch)
-        shorter = 1 / stretch
-        deviation = relative * stretch**4.5 / problem.deviation
-        broken = np.maximum(np.log(deviation), 0.0) * 0.1 + missing
-        size = np.maximum(1.0, reaches.size * shorter)
-        lengths = {name: getattr(reaches, name) * shorter for name in ("max_link", "min_link", "max_ground", "max_arm")}
-        values = {
-            "size": size,
-            **lengths,
-            "min_link": np.nan_to_num(lengths["min_link"], nan=np.inf),
-            "min_ground": np.nan_to_num(lengths["max_ground"], nan=np.inf),
-            "transmission": reaches.min_transmission / 90,
-            "deviation": deviation,
-            "allowance": TYPICAL_ALLOWANCE * np.maximum(1 - np.minimum(deviation, 0.7), 0.0),
-        }
-        cost = problem.ranking.cost(values)
-        bounds = problem.constraints
-        for name, key in (UPPER_BOUNDS | LOWER_BOUNDS).items():
-            if (bound := getattr(bounds, name)) is not None:
-                over = excess(name, values[key], bound)
-                broken += np.where(np.isnan(over), 0.0, np.maximum(over, 0.0))
-        broken += np.maximum(np.radians(bounds.min_transmission - reaches.min_transmission), 0.0)
-        if bounds.full_rotation:
-            broken += np.where(reaches.rotates > 0, 0.0, 0.3)
-        for name, column in (("drive_angle", reaches.drive_angle), ("rotation", reaches.rotation)):
-            for side, sign in (("min", 1), ("max", -1)):
-                if (bound := getattr(bounds, f"{side}_{name}", None)) is not None:
-                    broken += np.where(
-                        np.isnan(column), 0.5, np.maximum(np.radians(sign * (bound - column * stretch)), 0)
-                    )
-        broken += _outside(problem, reaches, shorter)
-    return cost + BREAKS * broken, stretch
+        stretch, missing = _stretches(problem, reaches)
+        values = _values(problem, reaches, stretch)
+        return problem.ranking.cost(values) + BREAKS * _broken(problem, reaches, stretch, missing, values), stretch
+
+
+def _stretches(problem: Problem, reaches: Reaches) -> tuple[Floats, Floats]:
+    """Return by which factor strokes are to be stretched, and what arcs then miss of the sweep asked for, (n,)."""
+    stretch = np.clip((problem.deviation / np.maximum(reaches.deviation, 1e-12)) ** GAIN, *STRETCH)
+    if problem.ranking.only == "deviation":
+        stretch = np.ones_like(stretch)
+    if problem.fixed_curvature is None:
+        return stretch, np.zeros(len(reaches))
+    curved, sweep = reaches.sweep > 0, abs(problem.fixed_curvature)
+    share = sweep / np.where(curved, reaches.sweep, sweep)
+    missing = np.where(curved, np.maximum(np.log(share), 0.0), sweep / 8 / problem.deviation * UNBENT)
+    return np.where(curved, np.clip(share, *CUT), stretch), missing
+
+
+def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Floats]:
+    """Return what a ranking is a function of, as far as stored reaches tell it, see `candidates.feasibility.values`."""
+    shorter = 1 / stretch
+    deviation = np.maximum(reaches.deviation, 1e-12) * stretch**GROWTH / problem.deviation
+    lengths = {name: getattr(reaches, name) * shorter for name in ("max_link", "min_link", "max_ground", "max_arm")}
+    return {
+        "size": np.maximum(1.0, reaches.size * shorter),
+        **lengths,
+        "min_link": np.nan_to_num(lengths["min_link"], nan=np.inf),
+        "min_ground": np.nan_to_num(lengths["max_ground"], nan=np.inf),
+        "transmission": reaches.min_transmission / 90,
+        "deviation": deviation,
+        "allowance": TYPICAL_ALLOWANCE * np.maximum(1 - np.minimum(deviation, 0.7), 0.0),
+    }
+
+
+def _broken(problem: Problem, reaches: Reaches, stretch: Floats, missing: Floats, values: dict[str, Floats]) -> Floats:
+    """Return by how much stored reaches are likely to break the constraints, shape (n,)."""
+    bounds = problem.constraints
+    broken = np.maximum(np.log(values["deviation"]), 0.0) * DEVIATES + missing
+    for name, key in (UPPER_BOUNDS | LOWER_BOUNDS).items():
+        if (bound := getattr(bounds, name)) is not None:
+            over = excess(name, values[key], bound)
+            broken += np.where(np.isnan(over), 0.0, np.maximum(over, 0.0))
+    broken += np.maximum(np.radians(bounds.min_transmission - reaches.min_transmission), 0.0)
+    if bounds.full_rotation:
+        broken += np.where(reaches.rotates > 0, 0.0, TURNS_NOT)
+    for name, column in (("drive_angle", reaches.drive_angle), ("rotation", reaches.rotation)):
+        for side, sign in (("min", 1), ("max", -1)):
+            if (bound := getattr(bounds, f"{side}_{name}", None)) is not None:
+                over = np.maximum(np.radians(sign * (bound - column * stretch)), 0)
+                broken += np.where(np.isnan(column), UNKNOWN, over)
+    return broken + _outside(problem, reaches, 1 / stretch)
 
 
 def _outside(problem: Problem, reaches: Reaches, shorter: Floats) -> Floats:
@@ -294,7 +307,7 @@ def _within(
 ) -> Traced:
     """Return guides over windows that use the tolerance, by the secant method on logarithms; where the deviation is
     ranked only those that were too long are cut."""
-    power, half = np.full(len(half), POWER), np.minimum(half, most)
+    power, half = np.full(len(half), GROWTH), np.minimum(half, most)
     for _ in range(CORRECTIONS):
         before, relative = half, traced.relative.astype(float)
         with np.errstate(all="ignore"):
@@ -305,7 +318,7 @@ def _within(
         traced = trace(guides, half, circle=problem.curved, split=True, centre=centre, nodes=16)
         with np.errstate(all="ignore"):
             slope = np.log(traced.relative.astype(float) / relative) / np.log(half / before)
-        power = np.where(np.isfinite(slope), np.clip(slope, 0.5 * POWER, 3 * POWER), power)
+        power = np.where(np.isfinite(slope), np.clip(slope, 0.5 * GROWTH, 3 * GROWTH), power)
     return traced
 
 
