@@ -7,6 +7,7 @@ slots of slides are not looked at; of a slide the fixed pivot stands for the mov
 
 from __future__ import annotations
 
+from functools import reduce
 from typing import Protocol
 
 import numpy as np
@@ -75,9 +76,9 @@ def intrusion(area: Area, swept: Complexes) -> Floats:
 def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
     """Return how far places on segments are outside (`side` 1) or inside (-1) at most, those between the edges that a
     segment crosses among them."""
-    share = np.linspace(0, 1, STATIONS)
-    along = swept[..., :1] + (swept[..., 1:] - swept[..., :1]) * share
-    amount = largest((side * area.outside(along)).max(axis=(2, 3)))
+    segments = [(swept[..., j, 0], swept[..., j, 1]) for j in range(swept.shape[2])]
+    places = (a + (b - a) * share for a, b in segments for share in np.linspace(0, 1, STATIONS))
+    amount = largest(reduce(np.maximum, (side * area.outside(z) for z in places)))
     some = np.flatnonzero(amount <= 0)
     if len(some):  # between the places that are looked at
         near = swept[:, some]
