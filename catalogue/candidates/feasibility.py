@@ -156,7 +156,9 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
         if wanted.min_transmission_turn:
             turn = min_transmission_turn(machine(problem, found), m.driver)
             amounts["min_transmission_turn"] = over(np.radians(wanted.min_transmission_turn - np.nan_to_num(turn)))
-        amounts |= _drive(problem, found) | pivot_violations(problem, found.linkage.points, found.linkage.finite)
+        amounts |= drive_violations(problem, found) | pivot_violations(
+            problem, found.linkage.points, found.linkage.finite
+        )
         amounts |= swept_violations(problem, found)
         for name, amount in amounts.items():
             amounts[name] = np.where(reached, amount if signed else np.maximum(amount, 0.0), np.inf)
@@ -182,8 +184,8 @@ def farthest(problem: Problem) -> float:
     return min(max(FARTHEST[0], *(10 * v for v in finite)), FARTHEST[1])
 
 
-def _drive(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
-    """Return by how much the bounds on how the guide is driven are broken."""
+def drive_violations(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
+    """Return by how much the bounds on how guides are driven are broken, negative where they are not."""
     bounds = {name: bound for name in DRIVE if (bound := getattr(problem.constraints, name)) is not None}
     if not bounds:
         return {}

@@ -158,7 +158,7 @@ class SampledPoses:
         """By how much the cranks turn per length of the guided path, shape (f, n, 2) [rad/length], infinite where the
         point is at rest: a quotient of two polynomials, not the polynomial of it, which would have a pole there."""
         with np.errstate(all="ignore"):
-            speed = np.abs(self._fine(times(_slopes(len(self.path) - 1), self.path)))
+            speed = np.abs(self._fine(times(differentiation(len(self.path) - 1), self.path)))
             return np.asarray(self._fine(self._turning) / speed[..., None])
 
     @cached_property
@@ -194,11 +194,11 @@ class SampledPoses:
     @cached_property
     def _turning(self) -> Floats:
         """Speeds of the cranks at the nodes."""
-        return times(_slopes(len(self.path) - 1), self._crank)
+        return times(differentiation(len(self.path) - 1), self._crank)
 
 
 @lru_cache
-def _slopes(count: int) -> Floats:
+def differentiation(count: int) -> Floats:
     """Return the matrix (m, m) that differentiates values at the nodes of a grid by the parameter in [-1, 1]."""
     points = grid(count)
     chebyshev = np.polynomial.chebyshev

@@ -71,8 +71,8 @@ class Quantities:
             return self._standing(getattr(self.problem.constraints, name), PIVOT_REGIONS[name])
         made: dict[str, Callable[[], Pieces]] = {
             "size": self._size,
-            "max_link": lambda: Pieces.of(self._links()),
-            "min_link": lambda: Pieces.of(self._links(), -1.0),
+            "max_link": lambda: Pieces.of(self.links()),
+            "min_link": lambda: Pieces.of(self.links(), -1.0),
             "max_ground": lambda: Pieces.of([self._length(*self._frame)]),
             "min_ground": lambda: Pieces.of([self._length(*self._frame)], -1.0),
             "max_arm": lambda: Pieces.of([self._nearer_arm()]),
@@ -87,7 +87,7 @@ class Quantities:
     def collapse(self) -> Pieces:
         """Return pieces that keep links from shrinking to a point, about which the linkage would turn as one body."""
         rows = [
-            (np.fmin(value, LEAST_ARM) - value, -slope) for value, slope in (*self._links(), self._length(*self._frame))
+            (np.fmin(value, LEAST_ARM) - value, -slope) for value, slope in (*self.links(), self._length(*self._frame))
         ]
         return Pieces.of(rows)
 
@@ -102,21 +102,22 @@ class Quantities:
     def _length(self, i: int, j: int) -> Row:
         return apart(self._place(i), i, self._place(j), j)
 
-    def _links(self) -> list[Row]:
+    def links(self) -> list[Row]:
+        """Return the lengths of the two cranks and of the coupler."""
         return [self._length(0, 1), self._length(2, 3), self._length(*self._coupler)]
 
     @property
-    def _ends(self) -> tuple[int, int]:
+    def ends(self) -> tuple[int, int]:
         """Which pivot of a dyad is fixed, and which moves: of slots, traced inverted, the other way round."""
         return (1, 0) if self.problem.constraints.slots else (0, 1)
 
     @property
     def _frame(self) -> tuple[int, int]:
-        return self._ends[0], 2 + self._ends[0]
+        return self.ends[0], 2 + self.ends[0]
 
     @property
     def _coupler(self) -> tuple[int, int]:
-        return self._ends[1], 2 + self._ends[1]
+        return self.ends[1], 2 + self.ends[1]
 
     def _arms(self) -> list[Row]:
         return [self._length(4, j) for j in (1, 3)]
@@ -183,15 +184,15 @@ class Quantities:
 
         Of slots those of the machine, whose moving pivots are the fixed ones of the traced inversion.
         """
-        other, kind, (fixed, moving) = 1 - driver, self.found.linkage.dyads, self._ends
+        other, kind, (fixed, moving) = 1 - driver, self.found.linkage.dyads, self.ends
         slide = PR if self.problem.constraints.slots else RP
-        moving_pivot, fixed_pivot = self._at(other, moving), self._at(other, fixed)
+        moving_pivot, fixed_pivot = self.at(other, moving), self.at(other, fixed)
         crank = moving_pivot[0] - fixed_pivot[0], moving_pivot[1] - fixed_pivot[1]
         sliding = kind[:, other] == slide
         ray = chosen(kind[:, other] == RR, crank, chosen(sliding, moving_pivot, fixed_pivot))
-        contact, driving = chosen(sliding, fixed_pivot, moving_pivot), self._at(driver, moving)
+        contact, driving = chosen(sliding, fixed_pivot, moving_pivot), self.at(driver, moving)
         arm = contact[0] - driving[0], contact[1] - driving[1]
-        arm = chosen(kind[:, driver] == slide, self._at(driver, moving), arm)
+        arm = chosen(kind[:, driver] == slide, self.at(driver, moving), arm)
         with np.errstate(all="ignore"):
             (p, dp), (q, dq) = ((v / np.abs(v), g / np.abs(v)[..., None]) for v, g in (arm, ray))
             sine = (p.conj() * q).imag
@@ -199,7 +200,7 @@ class Quantities:
             slope -= sine[..., None] * ((dp.conj() * p[..., None]).real + (dq.conj() * q[..., None]).real)
         return sine, slope
 
-    def _at(self, i: int, j: int) -> Row:
+    def at(self, i: int, j: int) -> Row:
         """Return where pivot j of dyad i is at the stations, its direction if it is at infinity, with derivatives; as
         moving pivot of a third dyad the guided point."""
         if j == 0:
@@ -209,14 +210,14 @@ class Quantities:
             z, finite = self.found.point, np.ones(len(self.found), bool)
         else:
             z, finite = self.found.linkage.points[:, i, 1], self.found.linkage.finite[:, i, 1]
-        pose = self._pose
+        pose = self.pose
         arm = pose.direction(np.where(finite, z - pose.origin, z))
         slope = (_own(2, 0, 1 + pose.x) if i == 2 else _own(i, 1, 1 + pose.x)) + 1j * arm[..., None] * self.by.angle
         there = np.where(finite, pose.point(z), pose.direction(z))
         return there, slope + np.where(finite[:, None], self.by.shift, 0)
 
     @cached_property
-    def _pose(self) -> Pose:
+    def pose(self) -> Pose:
         """The poses at the stations."""
         return self.guides.motion.pose(self.t)
 
@@ -229,7 +230,7 @@ class Quantities:
         rows: list[Row] = []
         for i, j in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 1)):
             finite = self.found.linkage.finite[:, i, j] if i < 2 else np.ones(len(n), bool)
-            place, slope = self._at(i, j)
+            place, slope = self.at(i, j)
             for corner, out in zip(*region.sides, strict=True):
                 value = ((place - corner) * out.conj()).real
                 most = np.argmax(np.where(np.isnan(value), -np.inf, value), axis=0)
@@ -257,7 +258,7 @@ class Quantities:
     def _driven_by(self, first: Mask) -> tuple[Row, ...]:
         """Return lengths with the first crank where a mask (n,) says so, else with the other: the crank, the frame, the
         coupler, the other crank, its offset, and how far its fixed pivot is from that of the crank."""
-        z, links, (fixed, _) = self.found.linkage.points, self._links(), self._ends
+        z, links, (fixed, _) = self.found.linkage.points, self.links(), self.ends
         return (
             chosen(first, links[0], links[1]), self._length(*self._frame), links[2], chosen(first, links[1], links[0]),
             chosen(first, self._offset(0), self._offset(1)),
@@ -266,7 +267,7 @@ class Quantities:
 
     def _offset(self, i: int) -> Row:
         """Distance of the fixed pivot of crank i from a slider's line, or of its moving pivot from a slide's."""
-        z, o, (fixed, moving) = self.found.linkage.points, 1 - i, self._ends
+        z, o, (fixed, moving) = self.found.linkage.points, 1 - i, self.ends
         slider = machine(self.problem, self.found).dyads[:, o] == PR
         normal = np.where(slider, z[:, o, fixed], z[:, o, moving])
         gap = np.where(slider, z[:, i, fixed] - z[:, o, moving], z[:, o, fixed] - z[:, i, moving])

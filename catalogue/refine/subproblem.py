@@ -14,7 +14,14 @@ from typing import Protocol
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, near_path
-from ..candidates.feasibility import PIVOT_REGIONS, UPPER_BOUNDS, feasibility, swept_violations, values
+from ..candidates.feasibility import (
+    PIVOT_REGIONS,
+    UPPER_BOUNDS,
+    drive_violations,
+    feasibility,
+    swept_violations,
+    values,
+)
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.metrics import LEAST_ARM
@@ -23,7 +30,6 @@ from ..guidance.sensitivity import COUNT, displaced, pose_jacobian, rms_gradient
 from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
-from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
 from ..problem.ranking import RISING
 from ..problem.request import FULLEST
@@ -79,8 +85,6 @@ FLATTEST = 50.0
 BEND_STEP, PIVOT_STEP, WORSE = 1e-6, 1e-5, 0.02
 #: How near a constraint must be for its derivatives to be differenced [strokes, radians].
 NEAR = 0.05
-#: Constraints whose derivatives are differenced, since none is written down.
-DIFFERENCED = (*DRIVE, "keep_out")
 #: Bounds with the pieces that they bound: lengths in strokes, transmission angles in right angles.
 TRANSMISSION = {"min_transmission": "transmission", "min_transmission_turn": "transmission_turn"}
 BOUNDS = {**UPPER_BOUNDS, "min_link": "min_link", "min_ground": "min_ground", **TRANSMISSION}
@@ -135,10 +139,10 @@ def linearise(
     by = pose_jacobian(guides.motion, guides.point, t, tangent)
     basis = moves.basis(found)
     read = Quantities(problem, found, guides, t[::2], by[::2], found.measures.min_transmission)
-    limits, measures = _limits(problem, read), {}
+    limits, measures = _limits(problem, found, read), {}
     if not problem.relaxed:
         measures = {name: read(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}
-    rough = [name for name in DIFFERENCED if getattr(problem.constraints, name)]
+    rough = ["keep_out"] if problem.constraints.keep_out else []
     if problem.constraints.slots and "max_arm" in limits:  # written down for points only
         rough.append("max_arm")
     if (room := problem.constraints.swept_in) is not None:
@@ -203,7 +207,7 @@ def _centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
     return np.asarray(error - (a + b * run) / weight)
 
 
-def _limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
+def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[str, Pieces]:
     """Return the constraints that have derivatives in closed form."""
     wanted, limits = problem.constraints, {"collapse": read.collapse()}
     limits["distance from the moving pivots"] = read("least_arm").less(-LEAST_ARM)
@@ -216,6 +220,11 @@ def _limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
     for name in PIVOT_REGIONS:
         if getattr(wanted, name) is not None:
             limits[name] = read(name)
+    if broken := drive_violations(problem, found):
+        from .driving import Driving
+
+        driving = Driving(read)
+        limits |= {name: driving(name).raised(broken[name]) for name in broken}
     return limits
 
 

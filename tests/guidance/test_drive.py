@@ -9,7 +9,7 @@ import pytest
 
 import catalogue
 from catalogue.guidance.coupler_curve import coupler_curve
-from catalogue.guidance.drive import SampledPoses, _slopes, drive_metrics
+from catalogue.guidance.drive import SampledPoses, differentiation, drive_metrics
 from catalogue.guidance.fixed_nominal import Nominal, in_place
 from catalogue.guidance.metrics import measure
 from catalogue.guidance.minimum_zone import grid
@@ -113,7 +113,7 @@ def test_constraints_hold(small: catalogue.Catalogue, wish: dict[str, Any], hold
 
 def test_differentiation_is_exact_for_polynomials() -> None:
     x = grid(12).nodes
-    np.testing.assert_allclose(_slopes(12) @ x**5, 5 * x**4, atol=1e-12)
+    np.testing.assert_allclose(differentiation(12) @ x**5, 5 * x**4, atol=1e-12)
 
 
 # -- room ------------------------------------------------------------------------------------------------------------

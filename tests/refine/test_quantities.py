@@ -12,15 +12,17 @@ import pytest
 
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.batch import CandidateBatch
-from catalogue.candidates.feasibility import feasibility, nearer_arm, swept_violations, values
+from catalogue.candidates.feasibility import drive_violations, feasibility, nearer_arm, swept_violations, values
 from catalogue.guidance.fixed_nominal import Nominal
 from catalogue.guidance.metrics import min_transmission_turn, rotates, rotation_margin
 from catalogue.guidance.minimum_zone import grid
 from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian
 from catalogue.kinematics.linkage import RR, Linkage
 from catalogue.kinematics.types import Array
+from catalogue.problem.constraints import DRIVE
 from catalogue.problem.problem import Problem
 from catalogue.problem.region import Region
+from catalogue.refine.driving import Driving
 from catalogue.refine.quantities import NONE, Pieces, Quantities, outside
 from tests.refine.starts import problem_of, started
 
@@ -43,6 +45,15 @@ WISHES: list[tuple[Any, dict[str, Any], tuple[str, ...]]] = [
 ]
 
 
+#: Bounds on how guides are driven, which hardly any guide meets.
+DRIVEN: Any = {"min_drive_angle": 300, "max_drive_angle": 1, "max_rotation": 1, "min_uniformity": 0.999,
+               "min_advantage": 9}  # fmt: skip
+
+
+def _pieces(read: Quantities, name: str) -> Pieces:
+    return Driving(read)(name) if name in DRIVE else read(name)
+
+
 class Stations:
     """Pieces of guides and of those that come of a step, at the same places along the nominal."""
 
@@ -57,13 +68,13 @@ class Stations:
     def pieces(self, name: str, least: Array | None = None) -> Pieces:
         guides = self.found.curve
         by = pose_jacobian(guides.motion, guides.point, self.t, self.along)
-        return Quantities(self.problem, self.found, guides, self.t, by, least)(name)
+        return _pieces(Quantities(self.problem, self.found, guides, self.t, by, least), name)
 
     def moved(self, name: str, k: int, sign: int) -> Array:
         """Return the values after a step of coordinate k of all guides, forward or back."""
         if (k, sign) not in self._moved:
             self._moved[k, sign] = self._after(sign * STEP * np.eye(COUNT)[k])
-        return self._moved[k, sign](name).value
+        return _pieces(self._moved[k, sign], name).value
 
     def _after(self, step: Array) -> Quantities:
         found = self.found
@@ -124,6 +135,36 @@ def test_slopes_are_central_differences(
             np.testing.assert_allclose(got[free], want[free], atol=bound, err_msg=f"{name} by coordinate {k}")
             some += int((got != 0).any())
         assert some or (value == NONE).all(), f"{name} depends on nothing"
+
+
+@pytest.mark.parametrize("name", DRIVE)
+@pytest.mark.parametrize("wish", [*({"families": [family]} for family in CRANKS), {"slots": True}], ids=str)
+def test_the_largest_piece_of_a_bound_on_the_drive_is_how_far_it_is_broken(
+    small: Catalogue, wish: dict[str, Any], name: str
+) -> None:
+    """Its slope is a central difference; speeds are read at 9 places of the stroke.  Of a crank that turns back, and is
+    no drive, the measure is not known, and the amount 1."""
+    problem = problem_of(LINE, **wish)
+    found = started(small, problem, 12)
+    problem = problem.with_constraints(**{name: DRIVEN[name]})
+    at = Stations(problem, found)
+    value, slope = at.pieces(name)
+    largest, broken = value.max(1), drive_violations(problem, found)[name]
+    there = largest > NONE
+    assert there.sum() >= 4
+    steady = there & (broken != 1)
+    assert np.median(np.abs(largest - broken)[steady]) < (0.05 if name == "min_uniformity" else 2e-3)
+    lead = np.diff(np.sort(value, axis=1)[:, -2:], axis=1)[:, 0] > 1e-4 if value.shape[1] > 1 else True
+    by = slope[np.arange(len(value)), value.argmax(1)]
+    far = ~np.repeat(found.linkage.finite.reshape(-1, 4), 2, axis=1)
+    for k in range(COUNT):
+        one, other = (at.moved(name, k, sign).max(1) for sign in (1, -1))
+        free = there & lead & (~far[:, k] if k < 8 else True)
+        want = (one - other) / (2 * STEP)
+        np.testing.assert_allclose(
+            by[free, k], want[free], rtol=2e-3, atol=1e-3 * (1 + np.max(np.abs(want[free]), initial=0))
+        )
+    assert by[there].any()
 
 
 @pytest.mark.parametrize("wish", [wish for _, wish, _ in WISHES[:4]], ids=str)

@@ -1,0 +1,125 @@
+"""Bounds on how guides are driven, as smooth pieces with their derivatives by the pivots; loaded if there are any.
+
+At a fixed place along the nominal the angle of the crank that drives has a derivative by the pivots, and so has its
+own derivative along the path: by how much the crank turns per length of the path.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ..guidance.drive import differentiation
+from ..guidance.minimum_zone import times
+from ..kinematics.types import Floats, Indices, Mask
+from .quantities import Pieces, Quantities, Row, chosen, ratio
+
+
+@dataclass(frozen=True)
+class Driving:
+    """Bounds on how candidates are driven, read at the stations of their quantities."""
+
+    of: Quantities
+
+    def __call__(self, name: str) -> Pieces:
+        """Return the pieces by which a bound, one of `catalogue.problem.constraints.DRIVE`, is broken: angles in
+        radians, others as parts of the bound."""
+        side, _, column = name.partition("_")
+        bound, sign = getattr(self.of.problem.constraints, name), -1.0 if side == "min" else 1.0
+        made: dict[str, Callable[[], Iterator[Row]]] = {
+            "drive_angle": self._drive_angle,
+            "rotation": self._rotation,
+            "uniformity": self._uniformity,
+            "advantage": self._advantage,
+        }
+        pieces = Pieces.of(made[column](), sign)
+        if column in ("drive_angle", "rotation"):
+            return pieces.less(sign * np.radians(bound))
+        return Pieces(pieces.value / bound - sign, pieces.slope / bound)
+
+    def _drive_angle(self) -> Iterator[Row]:
+        (angle, by), side = self._crank, self._side
+        yield side * (angle[-1] - angle[0]), side[:, None] * (by[-1] - by[0])
+
+    def _rotation(self) -> Iterator[Row]:
+        angle, by = np.unwrap(np.angle(1 + self.of.pose.x), axis=0), self.of.by.angle
+        most, least = _extremes(angle)
+        for one, other in _pairs(most, least, len(angle)):
+            yield _at(angle, one) - _at(angle, other), _at(by, one) - _at(by, other)
+
+    def _uniformity(self) -> Iterator[Row]:
+        lever, by = self._lever
+        most, least = _extremes(lever)
+        steady = _at(lever, least) > 0
+        for one, other in _pairs(most, least, len(lever)):
+            value, slope = ratio((_at(lever, other), _at(by, other)), (_at(lever, one), _at(by, one)))
+            yield np.where(steady | (one == most), value, np.nan), slope  # of a crank that turns back to the fastest
+
+    def _advantage(self) -> Iterator[Row]:
+        radius, by_radius = chosen(self._first, *self.of.links()[:2])
+        for lever, by in zip(*self._lever, strict=True):
+            yield radius * lever, radius[:, None] * by + lever[:, None] * by_radius
+
+    @property
+    def _first(self) -> Mask:
+        """Whether the first crank drives, shape (n,)."""
+        return np.asarray(self.of.found.measures.driver != 2)
+
+    @cached_property
+    def _crank(self) -> Row:
+        """Angles of the crank that drives, in its machine; NaN where none does."""
+        fixed, moving = self.of.ends
+        dyads = [(self.of.at(i, moving), self.of.at(i, fixed)) for i in (0, 1)]
+        spoke, by = chosen(self._first, *((pin[0] - ground[0], pin[1] - ground[1]) for pin, ground in dyads))
+        spoke = np.where(self.of.found.measures.driver > 0, spoke, np.nan)
+        with np.errstate(all="ignore"):
+            angle, slope = np.unwrap(np.angle(spoke), axis=0), (by / spoke[..., None]).imag
+        if self.of.problem.constraints.slots:  # the frame of the machine is what turns in its inversion
+            angle = angle - np.unwrap(np.angle(1 + self.of.pose.x), axis=0)
+            slope = slope - self.of.by.angle
+        return angle, slope
+
+    @cached_property
+    def _turning(self) -> Row:
+        """By how much that crank turns per length of the path."""
+        along = differentiation(len(self.of.t) - 1)
+        (angle, by), (ahead, by_ahead) = ([times(along, x) for x in row] for row in (self._crank, self.of.at(2, 1)))
+        speed = np.abs(ahead)
+        with np.errstate(all="ignore"):
+            rise = (ahead.conj()[..., None] * by_ahead).real / speed[..., None]
+            return angle / speed, (by - (angle / speed)[..., None] * rise) / speed[..., None]
+
+    @property
+    def _side(self) -> Floats:
+        """In which sense the crank turns on the whole, 1 or -1."""
+        return np.asarray(np.sign(self._turning[0].sum(0)))
+
+    @property
+    def _lever(self) -> Row:
+        """The same, positive where the crank turns in the sense in which it does on the whole."""
+        turning, by = self._turning
+        return self._side * turning, self._side[:, None] * by
+
+
+def _extremes(values: Floats) -> tuple[Indices, Indices]:
+    """Return where values (m, n) are largest and least, shape (n,) each."""
+    good = np.isfinite(values)
+    return (
+        np.argmax(np.where(good, values, -np.inf), axis=0),
+        np.argmin(np.where(good, values, np.inf), axis=0),
+    )
+
+
+def _pairs(most: Indices, least: Indices, count: int) -> Iterator[tuple[Indices, Indices]]:
+    """Yield pairs of stations (n,) each, of which one may become the largest and the other the least."""
+    for station in range(count):
+        yield most, np.full_like(least, station)
+        yield np.full_like(most, station), least
+
+
+def _at(values: Floats, station: Indices) -> Floats:
+    """Return values (m, n, ...) at a station of each, shape (n, ...)."""
+    return np.asarray(values[station, np.arange(len(station))])
