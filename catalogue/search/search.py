@@ -209,10 +209,14 @@ class Search:
         """Return what comes of candidates hardly outside the constraints that are led in, whatever they cost, and then
         refined; and what it costs."""
         inward = replace(self.problem, relaxed="ranking")
-        restored = Refinement.of(inward, near, penalty=LEADING).run(MORE_ROUNDS)
+        restored = Refinement.of(inward, near, penalty=LEADING)
+        for _ in range(MORE_ROUNDS):
+            if self._one_suffices(restored) or not restored.step():
+                break
         refinement = Refinement.of(self.problem, restored.best, hasty=hasty)
         refinement.active &= np.isfinite(restored.best_cost)
-        refinement.run(MORE_ROUNDS)
+        if not self._one_suffices(refinement):
+            refinement.run(MORE_ROUNDS)
         self.report.refined += restored.evaluated + refinement.evaluated
         return refinement.best, refinement.best_cost
 
