@@ -30,9 +30,11 @@ def is_constrained(problem: Problem) -> bool:
 
 
 def is_narrow(problem: Problem) -> bool:
-    """Return whether few designs are left: pivots are to stand in a region, or a crank is to turn fully."""
+    """Return whether few designs are left: pivots are to stand in a region, a crank is to turn fully, or the coupler
+    hardly at all."""
     wanted = problem.constraints
-    return bool(wanted.full_rotation) or any(getattr(wanted, name) is not None for name in PIVOT_REGIONS)
+    limited = any(getattr(wanted, name) is not None for name in ("max_rotation", *PIVOT_REGIONS))
+    return bool(wanted.full_rotation) or limited
 
 
 @dataclass(frozen=True)
@@ -115,8 +117,11 @@ class Starts:
 
     @property
     def _exact(self) -> bool:
-        """Whether exact guides are wanted, be they trivial: of arcs of a given radius, or for the least deviation."""
-        return self.problem.fixed_curvature is not None or self.problem.ranking.only == "deviation"
+        """Whether exact guides are wanted, be they trivial: of arcs of a given radius, for the least deviation, or of
+        bodies that hardly turn."""
+        problem = self.problem
+        steady = problem.constraints.max_rotation is not None
+        return steady or problem.fixed_curvature is not None or problem.ranking.only == "deviation"
 
     def _stored(self, count: int) -> CandidateBatch | None:
         """Return stored starts; where a build replaces them meanwhile, those that it made."""
