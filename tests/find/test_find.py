@@ -423,6 +423,16 @@ def test_a_search_goes_on_where_all_that_is_stored_is_worthless(tmp_path: Path) 
 
 
 @pytest.mark.slow
+def test_a_body_that_may_turn_more_is_guided_no_worse(ask: Ask) -> None:
+    """Sliders along the path guide it hardly turning at all; they are found whatever it may turn."""
+    scores = [ask(LINE, max_rotation=most, max_size=375)[0].score for most in (6, 9, 12)]
+    for less, more in pairwise(scores):
+        assert more is not None
+        assert less is not None
+        assert more >= 0.99 * less
+
+
+@pytest.mark.slow
 def test_a_looser_tolerance_gives_nothing_worse(ask: Ask) -> None:
     sizes = [
         ask(StraightLine(150, v), families=["four-bar"], rank_by="size", limit=1, min_transmission=45)[0].size / 150
