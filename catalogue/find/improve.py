@@ -36,8 +36,10 @@ if TYPE_CHECKING:
 
 #: Rounds of refinement, and starts of the catalogue that are made to keep what is held, per unit of effort.
 ROUNDS, STARTS = 20, 24
-#: Copies of each stretch, moved at random, that are refined too; and how far they are moved [strokes].
-COPIES, SCATTER = 12, 0.1
+#: Copies of each stretch, moved at random, that are refined too, each in all mirrors; and how far they are moved
+#: [strokes].
+COPIES, SCATTER = 3, 0.1
+MIRRORED = np.array([(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])
 #: How much larger than the guide, or the stroke, an answer may be if nothing is said.
 LARGEST = 10.0
 #: What stands where the series of an answer stands.
@@ -121,7 +123,7 @@ def improve(
         guide, request, wanted, hold, switch("in_place", in_place), number("within", within), rank_by, effort
     )
     start = task.start()
-    rows, which = [task.shown(start[[0]])], ["before"]
+    rows, which = [task.shown(task.final(start[[0]]))], ["before"]
     best = task.refined(task.scattered(start))
     if best is not None:
         rows.append(task.shown(best))
@@ -192,11 +194,12 @@ class Task:
         return measured(self.problem, origin, linkage, point, none, bend if self.problem.curved else None)
 
     def scattered(self, start: CandidateBatch) -> CandidateBatch:
-        """Return candidates, each followed by copies that are moved at random."""
-        random, times = np.random.default_rng(20), 1 + COPIES * self.problem.effort
-        each = np.repeat(np.arange(len(start)), times)
-        by = SCATTER * random.normal(size=(len(each), 2, 2, 2))
-        by[::times] = 0.0
+        """Return candidates, each followed by copies that are moved at random, and by the same seen in mirrors along
+        and across the path, so that a guide that is turned, mirrored or run backwards has the same copies."""
+        random, count = np.random.default_rng(20), COPIES * self.problem.effort
+        moves = SCATTER * random.normal(size=(count, 1, 2, 2, 2)) * MIRRORED[:, None, None]
+        by = np.concatenate([np.zeros((1, 2, 2, 2)), moves.reshape(-1, 2, 2, 2)])
+        each, by = np.repeat(np.arange(len(start)), len(by)), np.tile(by, (len(start), 1, 1, 1))
         pivots = start.linkage.pivots[each].copy()
         pivots[..., :2] += by * start.linkage.finite[each][..., None]
         if self.held.frozen is not None:
@@ -224,11 +227,13 @@ class Task:
         inside = problem.tightened()
         done = Refinement.of(inside, start, self.held, self.nominal).run(ROUNDS * problem.effort)
         order = np.argsort(done.best_cost, kind="stable")
-        found = self.closed(done.best[order[np.isfinite(done.best_cost[order])]])
-        if self.nominal is None and len(found):
-            found = final(problem, found, rigid=True)
+        found = self.final(self.closed(done.best[order[np.isfinite(done.best_cost[order])]]))
         good = np.flatnonzero(feasibility(problem, found).all)
         return found[good[:1]] if len(good) else None
+
+    def final(self, found: CandidateBatch) -> CandidateBatch:
+        """Return candidates with what is shown of them: measured on a finer grid, where the path may lie anywhere."""
+        return final(self.problem, found, rigid=True) if self.nominal is None and len(found) else found
 
     def shown(self, found: CandidateBatch) -> Candidate:
         """Return a candidate of one in the user's unit, its fixed pivots where those of the guide are, if it is of the
