@@ -203,5 +203,4 @@ def differentiation(count: int) -> Floats:
     points = grid(count)
     chebyshev = np.polynomial.chebyshev
     # the derivative's coefficients, one less, evaluated at the nodes
-    columns = [chebyshev.chebval(points.nodes, chebyshev.chebder(c)) for c in points.coefficients.T]
-    return np.stack(columns, axis=-1)
+    return np.asarray(chebyshev.chebval(points.nodes, chebyshev.chebder(points.coefficients)).T)
