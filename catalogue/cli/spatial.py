@@ -79,7 +79,7 @@ def _moved(
     """Return the motion over a way of the drive, or over its whole circuit, and what is to be told of its ends."""
     import numpy as np
 
-    held, scalar = [job.drive(name) for name in hold], job.drive(drive)
+    scalar, held = job.driven(drive, hold)
     if (begin is None) != (to is None):
         raise InvalidRequest("give both --from and --to, or neither for the whole circuit")
     if begin is None or to is None:
@@ -121,7 +121,7 @@ def assemblies(file: str, drive: str, at: float, hold: Sequence[str], format: st
 
     with busy("putting it together"):
         job = load(file)
-        held, scalar = [job.drive(name) for name in hold], job.drive(drive)
+        scalar, held = job.driven(drive, hold)
         angular = job.mechanism.system(*held, scalar).scalars[-1].angular
         found = job.mechanism.assemblies(scalar, float(np.radians(at)) if angular else at, held)
         table = job.table(found.motion)

@@ -16,7 +16,7 @@ import pytest
 from click.testing import CliRunner
 
 from catalogue.cli import app
-from catalogue.errors import CatalogueError, InvalidRequest
+from catalogue.errors import CannotDrive, CatalogueError, InvalidRequest
 from catalogue.folders import folder
 from catalogue.spatial import Joint, load
 
@@ -129,6 +129,17 @@ def test_a_wrong_file_is_one_line(tmp_path: Path, text: str, match: str) -> None
     with pytest.raises(CatalogueError, match=match) as caught:
         load(file)
     assert "\n" not in str(caught.value)
+
+
+def test_what_may_be_held_is_named() -> None:
+    """Two freedoms, two drives: one drives, the other is to be held."""
+    axle = str(folder("data") / "spatial" / "double_wishbone.toml")
+    for command in ("sweep", "assemblies"):
+        done = run(command, axle, "--drive", "travel")
+        assert isinstance(done.exception, CannotDrive)
+        assert str(done.exception) == "there are 2 freedoms: travel drives one, hold 1 more of rack"
+    job = load(axle)
+    assert job.driven("rack", ["travel"]) == (job.drive("rack"), [job.drive("travel")])
 
 
 def test_a_drive_that_is_not_there_is_named() -> None:

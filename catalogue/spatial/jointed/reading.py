@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from os import PathLike
 from pathlib import Path
@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import pandas as pd
 
-from ...errors import InvalidRequest, quoted
+from ...errors import CannotDrive, InvalidRequest, quoted
 from ...given import instance, text
 from . import elements as e
 from .axle import Wheel, kinematics
@@ -59,6 +59,24 @@ class Job:
         if instance("name", name, str) not in self.drives:
             raise InvalidRequest(f"there is no drive {quoted(name)}: the file has {', '.join(self.drives) or 'none'}")
         return self.drives[name]
+
+    def driven(self, drive: str, hold: Sequence[str] = ()) -> tuple[Any, list[Any]]:
+        """Return a drive and what is held, by their names.
+
+        Raises
+        ------
+        InvalidRequest
+            If there is no such drive.
+        CannotDrive
+            If more must be held.
+        """
+        scalar, held = self.drive(drive), [self.drive(name) for name in hold]
+        mobility = self.mechanism.mobility
+        missing, others = mobility.freedoms - 1 - len(held), [n for n in self.drives if n not in (drive, *hold)]
+        if missing > 0 and others and not mobility.singular:
+            rest = f"{drive} drives one, hold {missing} more of {', '.join(others)}"
+            raise CannotDrive(f"there are {mobility.freedoms} freedoms: {rest}")
+        return scalar, held
 
     def plot(self, motion: Motion, file: str | Path) -> Figure:
         """Draw a motion with the wheel and the points of the file."""
