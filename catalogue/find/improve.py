@@ -56,13 +56,26 @@ class Improvement(Results[Candidate]):
     which: tuple[str, ...] = ()
 
     @property
+    def before(self) -> Candidate:
+        """The linkage as it was given."""
+        return self.candidates[0]
+
+    @property
+    def improved(self) -> Candidate | None:
+        """What became of it, None if nothing better was found."""
+        return self._called("improved")
+
+    @property
+    def catalogue(self) -> Candidate | None:
+        """The best of the catalogue under the same conditions, None if there is none, or it was not asked for."""
+        return self._called("catalogue")
+
+    @property
     def columns(self) -> list[str]:
         return [*Candidate.columns()]
 
-    def __getattr__(self, name: str) -> Any:
-        if name in ("before", "improved", "catalogue"):
-            return self.candidates[self.which.index(name)] if name in self.which else None
-        raise AttributeError(name)
+    def _called(self, name: str) -> Candidate | None:
+        return self.candidates[self.which.index(name)] if name in self.which else None
 
 
 def improve(
@@ -119,7 +132,7 @@ def improve(
     wanted = Constraints.of(constraints)
     if wanted.given:
         raise InvalidRequest("to improve a linkage hold its own pivots, by `hold`; given pivots belong to `find`")
-    task = Task.of(
+    task = ImprovementTask.of(
         guide, request, wanted, hold, switch("in_place", in_place), number("within", within), rank_by, effort
     )
     start = task.start()
@@ -136,7 +149,7 @@ def improve(
 
 
 @dataclass(frozen=True)
-class Task:
+class ImprovementTask:
     """A guide that is to be improved, and how."""
 
     guide: PlacedGuide
@@ -149,7 +162,7 @@ class Task:
     def of(
         cls, guide: PlacedGuide, request: Request, wanted: Constraints, hold: str | Sequence[str], in_place: bool,
         within: float, rank_by: Any, effort: int,
-    ) -> Task:  # fmt: skip
+    ) -> ImprovementTask:  # fmt: skip
         """Return the task that is asked for."""
         problem = Problem.of(request, wanted, Ranking.of(request, rank_by, 0, 0.0, 1), 1, effort)
         if (within and not in_place) or within < 0:
