@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
@@ -177,26 +177,39 @@ class ImprovementTask:
         return cls(guide, request, problem, _held(guide, hold, problem, in_place, within), nominal)
 
     def start(self) -> CandidateBatch:
-        """Return the stretches of the guide as candidates, the straightest first; where the path stays, of those
-        nearest to it."""
+        """Return the stretches of the guide as candidates: that of an answer first, then the straightest; where the
+        path stays, those nearest to it."""
         problem, arc = self.problem, isinstance(self.request, CircularArc)
         radius = self.request.radius if arc else None
-        stretches = measure(self.guide, stroke=self.request.stroke, radius=radius, arc=arc)
+        known = [self.guide] if self._runs_as_asked(self.guide) else []
+        stretches = [*known, *measure(self.guide, stroke=self.request.stroke, radius=radius, arc=arc)]
         if self.nominal is None:
             found = laid_guides(problem, stretches, OWN)
+            first = np.arange(len(found)) < len(known)
         else:
             linkage = Linkage([one.pivots for one in stretches] or np.zeros((0, 2, 2, 3)))
             back = 1 / problem.scale
             linkage = linkage.moved(back, -problem.shift * back)
             point = (np.array([complex(*one.guided) for one in stretches]) - problem.shift) * back
             found = near_path(problem, Origin.made(linkage, OWN), coupler_curve(linkage, point), self.nominal)
-        found = found[np.flatnonzero(np.isfinite(found.deviation))]
+            first = np.zeros(len(found), bool)
+        order = np.lexsort((found.deviation, ~first))
+        found = found[order[np.isfinite(found.deviation[order])]]
         if not len(found):
             where = " where the request has it" if self.nominal is not None else ""
             raise InvalidRequest(
                 f"the point does not run over a stroke of {self.request.stroke:g}{where}: measure it first"
             )
-        return found[np.argsort(found.deviation, kind="stable")]
+        return found
+
+    def _runs_as_asked(self, guide: PlacedGuide) -> TypeGuard[Candidate]:
+        """Return whether a guide is an answer, so that its stretch is known, along such a path as is asked for."""
+        if not isinstance(guide, Candidate) or (guide.radius is not None and self.request.kind == "line"):
+            return False
+        lengths = [(guide.stroke, self.request.stroke)]
+        if self.request.kind == "circle":
+            lengths.append((guide.radius or np.inf, self.request.radius or guide.radius or np.nan))
+        return all(abs(one - other) <= SAME * other for one, other in lengths)
 
     def measured(self, origin: Origin, linkage: Linkage, point: Complexes, bend: Floats) -> CandidateBatch:
         """Return guides that stand along the path, measured over exactly the stroke, or where they stand."""

@@ -79,6 +79,17 @@ def test_it_does_not_matter_how_the_guide_lies(mine: OwnGuide, hold: Any) -> Non
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("request_", [StraightLine(100, 0.5), CircularArc(100, 0.5, 150)], ids=["line", "arc"])
+def test_an_answer_is_improved_from_its_own_stretch(small: Catalogue, request_: Any) -> None:
+    """That is where it scores best, and seldom where it runs straightest."""
+    for answer in small.find(request_, families=["slider-crank", "four-bar"], limit=4):
+        found = improve(answer, request_, hold="fixed-pivots")
+        assert found.before.deviation == pytest.approx(answer.deviation, rel=1e-3)
+        assert found.before.score == pytest.approx(answer.score, abs=0.01)
+        assert found.improved.score >= answer.score - 0.01
+
+
+@pytest.mark.slow
 def test_the_smallest_deviation_is_sought_if_that_is_ranked(mine: OwnGuide) -> None:
     found = improve(mine, StraightLine(120, 12), hold=("crank 1", "frame"), rank_by="deviation")
     assert found.improved.deviation < 0.1 * found.before.deviation
