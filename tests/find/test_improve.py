@@ -11,6 +11,7 @@ import pytest
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, OwnGuide, StraightLine
 from catalogue.find.improve import ImprovementTask
+from catalogue.find.placed import PlacedGuide
 from catalogue.problem.constraints import Constraints
 from tests.find.conftest import at_home
 
@@ -51,7 +52,7 @@ def test_what_is_held_stays_and_the_rest_becomes_better(
     assert naive.strip_of(path) == pytest.approx(after.deviation, rel=1e-6)
 
 
-def improve(guide: OwnGuide, request_: Any, **how: Any) -> Any:
+def improve(guide: PlacedGuide, request_: Any, **how: Any) -> Any:
     """Return what comes of a guide; typed so that what is None need not be asked of each answer."""
     return catalogue.improve(guide, request_, **how)
 
@@ -86,7 +87,7 @@ def test_an_answer_is_improved_from_its_own_stretch(small: Catalogue, request_: 
         found = improve(answer, request_, hold="fixed-pivots")
         assert found.before.deviation == pytest.approx(answer.deviation, rel=1e-3)
         assert found.before.score == pytest.approx(answer.score, abs=0.01)
-        assert found.improved.score >= answer.score - 0.01
+        assert found.improved.score >= found.before.score - 0.001
 
 
 @pytest.mark.slow

@@ -24,8 +24,8 @@ from .series import base_series, last_residual
 from .unknowns import Equations, State
 
 SINGULAR = "Euler angles are singular: the line of the first two points is along z"
-#: Sine of the nutation below which that is why nothing was found.
-FLAT = 1e-4
+#: Sine of the nutation below which that is why nothing was found, and below which precession and spin are one.
+FLAT, ONE = 1e-4, 1e-8
 #: Part of the largest triangle below which three points make no axes.
 SLENDER = 0.1
 
@@ -92,6 +92,7 @@ class EulerAngles(System):
         sine = np.sin(theta)
         third = np.stack([np.sin(psi) * sine, -np.cos(psi) * sine, np.cos(theta)])
         rotations = np.stack([(now.jacobian[:, :3] * axis).sum(1) for axis in (k, n, third)], axis=1)
+        rotations = np.where(np.abs(sine) < ONE, np.nan, rotations)  # else rounding says whether there is a step
         jacobian = np.concatenate([rotations, now.jacobian[:, 3:]], axis=1)
         return Equations(now.residual, jacobian, now.drivers, now.metric, now.travel)
 
