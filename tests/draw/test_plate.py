@@ -23,11 +23,12 @@ from catalogue.curvature_theory.analysis import PARALLEL
 from catalogue.curvature_theory.instant import Instant
 from catalogue.draw.cells import FAR, ROOM, Cell, cells
 from catalogue.draw.cubics import cubic, hyperbola
-from catalogue.draw.lettering import legend
+from catalogue.draw.lettering import _fit, legend
 from catalogue.draw.plate import file_name, plate
 from catalogue.draw.vignette import BORDER, PATH_LENGTH, Vignette
 from catalogue.errors import CatalogueError, InvalidRequest, MissingExtra, PluginError
 from catalogue.kinematics.types import Array
+from catalogue.paper import blank
 from catalogue.plugin.registry import Registry
 from catalogue.series.sampling import draw as sample
 from catalogue.series.series import Guided
@@ -264,6 +265,15 @@ def test_nothing_is_cut_off_and_captions_keep_their_width(code: str) -> None:
     for i, (one, a) in enumerate(boxes):
         for other, b in boxes[:i]:
             assert not a.overlaps(b), (one.get_text(), other.get_text())
+
+
+def test_a_text_that_is_too_long_fills_the_width_there_is() -> None:
+    figure = blank(6, 1)
+    for words in ("a short one", 12 * "words and more "):
+        text = figure.text(0.0, 0.5, words, size=9)
+        _fit(text, 4.0)
+        wide = text.get_window_extent().width / figure.dpi
+        assert 3.7 < wide <= 4.0 if len(words) > 20 else text.get_fontsize() == 9
 
 
 @pytest.mark.slow

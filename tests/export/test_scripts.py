@@ -139,6 +139,19 @@ def test_a_guide_that_pylinkage_would_lose_is_refused(six: Six) -> None:
         through.export(format="pylinkage")
 
 
+def test_the_crank_that_keeps_off_dead_points_drives() -> None:
+    """On the third stretch crank 2 comes near one, crank 1 does not."""
+    links = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
+    guide = catalogue.guide(links).measure(stroke=118, limit=4)[2]
+    least = []  # angle between the coupler and the crank that does not drive
+    for driver in (1, 2):
+        z, driven = guide.motion(721, driver=driver).points, 3 - driver
+        turned = np.angle((z["A1*"] - z["A2*"]) / (z[f"A{driven}*"] - complex(*guide.pivots[driven - 1][0][:2])))
+        least.append(np.degrees(np.arcsin(np.abs(np.sin(turned)))).min())
+    assert least[0] > 10 * least[1]
+    assert ', name="A1")' in str(guide.export(format="pylinkage"))
+
+
 @pytest.mark.parametrize(
     ("swinging", "stroke", "nears"),
     [

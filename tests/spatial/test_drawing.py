@@ -74,6 +74,33 @@ def test_scales_are_equal_and_all_is_on_the_paper(rssr: Motion) -> None:
     assert (flat[:, 1] < 0.92 * box.height).all()
 
 
+@pytest.mark.parametrize("name", ["double_wishbone", "platform"])
+def test_what_is_shown_fills_the_paper_and_stands_in_its_middle(name: str) -> None:
+    from catalogue.paper import blank
+
+    sheet = Sheet(blank(9, 7), scene(load(FOLDER / f"{name}.toml").mechanism))
+    flat, box = sheet.flat(sheet.scene.places), sheet.ax.get_window_extent()
+    np.testing.assert_allclose(
+        (flat.min(0) + flat.max(0)) / 2, [(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2], atol=0.1
+    )
+    assert max(np.ptp(flat, axis=0) / [0.86 * box.width, 0.84 * box.height]) == pytest.approx(1, rel=1e-6)
+
+
+def test_the_room_of_a_text_is_about_what_it_takes() -> None:
+    """That is what other texts keep off; widths of letters differ."""
+    from catalogue.paper import blank
+
+    figure = blank(6, 6)
+    letters = Letters(figure)
+    for text in ("lower wishbone", "tie rod", "rack", "A1"):
+        for bold in (False, True):
+            letters.write(text, 300 * np.ones((1, 2)), "k", bold)
+            box = figure.texts[-1].get_window_extent()
+            assert 0.8 * box.width < 2 * letters.taken[-1][2] < 1.5 * box.width
+            assert 0.8 * box.height < 2 * letters.taken[-1][3] < 2 * box.height
+        assert letters.taken[-1][2] > letters.taken[-2][2]
+
+
 def test_title_and_note_stand_on_the_paper_above_the_mechanism(rssr: Motion) -> None:
     seen = scene(rssr.mechanism, rssr)
     figure = rssr.plot()

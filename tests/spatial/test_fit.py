@@ -105,6 +105,18 @@ def test_gradients_are_those_of_mechanisms_swept_anew(offset: bool) -> None:
     assert list(trials.pointwise.values()) == [True, True, True, False]
 
 
+def test_a_gradient_does_not_depend_on_how_wide_a_box_is() -> None:
+    """Mechanisms are displaced by the same way for it."""
+    curves = [Target("toe", column("toe [deg]"), BUMP)]
+    slopes = []
+    for wide in (0.5, 200.0):
+        trials = Trials(Variables(axle(), [Box("tie rod.to", wide)]), curves)
+        trial = trials.at(np.zeros(3))
+        assert trial is not None
+        slopes.append(trials.gradient(trial)[0] / wide)
+    np.testing.assert_allclose(slopes[1], slopes[0], atol=1e-6 * np.abs(slopes[0]).max())
+
+
 def rssr(crank: Any = (10, 0, 0), rocker: Any = (40, 5, 40), at: Any = (40, 0, 10)) -> Mechanism:
     return Mechanism(
         [
