@@ -25,7 +25,6 @@ from ..candidates.feasibility import (
 from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import min_transmission_turn
 from ..guidance.swept_area import link_segments
-from ..kinematics.batch import join
 from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import DRIVE, LENGTHS, Constraints
 from ..problem.problem import SEARCH_TOLERANCE, Problem
@@ -34,7 +33,6 @@ from ..problem.request import Request
 from ..refine.sqp import Refinement
 from ..search.report import SearchReport
 from ..search.search import Search
-from ..search.starts import likely
 from ..store import Database
 from .grid_synthesis import reaches
 from .names import EMPTY, option
@@ -216,7 +214,7 @@ class Explanation:
     def _answers(self, bounds: dict[str, Any], one: CandidateBatch) -> CandidateBatch | None:
         """Return what a search finds with constraints relaxed to these bounds, None if no answer.
 
-        Of the starts that there were those are tried from which a candidate that meets them is likely to be found:
+        Of the starts that it would have those are tried from which a candidate that meets them is likely to be found:
         others seldom find what these do not, and take longest where there is nothing.
         """
         problem = self.problem
@@ -234,10 +232,10 @@ class Explanation:
             else:
                 changes[name] = value / stroke if name in LENGTHS else value
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
-        search = Search(looser, self.database, enough=1)
-        search.refine(likely(looser, join(*self.report.starts), one))
+        search = Search(looser, self.database, enough=1, near=one)
+        search.step()
         found = np.flatnonzero(np.isfinite(search.cost))
-        return search.found[found] if search.found is not None and len(found) else None
+        return None if search.found is None or not len(found) else search.found[found]
 
     def _value(self, name: str, one: CandidateBatch, room: float) -> Any:
         """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or

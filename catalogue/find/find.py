@@ -92,8 +92,6 @@ def find(
             else None
         )
     listed = [] if chosen is None else candidates(problem, request, chosen, drifts)
-    if listed:
-        report.starts = []  # kept for the advice of an empty answer
     return Found(listed, Explanation(database, problem, request, report, len(listed)))
 
 

@@ -20,8 +20,6 @@ class SearchReport:
     refined: int = 0  #: trial points that the refinement measured
     solved: int = 0  #: where pivots are prescribed: linkages that the series have in closed form
     completed: int = 0  #: there: others, completed along the path
-    #: the starts of the first two stages, of each kind: those that a search for nearly the same has too
-    starts: list[CandidateBatch] = field(default_factory=list, repr=False)
     #: all that was found, whether it meets the constraints or not
     nearest: CandidateBatch | None = field(default=None, repr=False)
 

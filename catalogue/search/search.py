@@ -23,7 +23,7 @@ from ..problem.problem import Problem
 from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..store import Database
 from .report import SearchReport
-from .starts import Starts, is_constrained, is_narrow
+from .starts import LIKELY, Starts, is_constrained, is_narrow
 
 
 @dataclass(frozen=True)
@@ -70,6 +70,7 @@ class Search:
     report: SearchReport = field(default_factory=SearchReport)
     refines: bool = True  #: whether starts are refined; else they are given as they are stored
     enough: int = AMPLE  #: how many answers end the search
+    near: CandidateBatch | None = None  #: where an answer is likely: starts like it are refined, and few others
     given: InitVar[CandidateBatch | None] = None  #: starts from elsewhere
     effort: int = 1  #: which search for the problem this is, from 1
     stage: int = 0
@@ -78,7 +79,7 @@ class Search:
     status: str = "searching"  #: then ``found`` or ``exhausted``
 
     def __post_init__(self, given: CandidateBatch | None) -> None:
-        self.starts = Starts(self.problem, self.database, self.report, self.effort, self.refines, given)
+        self.starts = Starts(self.problem, self.database, self.report, self.effort, self.refines, self.near, given)
         self._begun = self.stage, self.report.refined
         self._nearest: list[float] = []  # least violation of each stage
 
@@ -99,12 +100,12 @@ class Search:
 
     def step(self) -> None:
         """Refine the starts of one more stage, or of some together, as rounds of many cost little more than of few."""
-        together = 2 if self.stage or is_narrow(self.problem) else 1
+        together = 2 if self.stage or is_narrow(self.problem) or self.near is not None else 1
         with self.report.timed("starts"):
             starts = self.starts.gathered(self.stage, together, self.found)
         self.stage += together
         if starts is not None:
-            self.refine(starts, together)
+            self._refine(starts, together)
         if starts is None or self._should_stop:
             if not self._feasible and self.refines and self.found is not None:
                 self._refine_nearest(self.found)
@@ -112,7 +113,8 @@ class Search:
 
     @cached_property
     def _budget(self) -> Budget:
-        return CONSTRAINED if is_constrained(self.problem) else FREE
+        budget = CONSTRAINED if is_constrained(self.problem) else FREE
+        return budget if self.near is None else replace(budget, kept=(LIKELY, LIKELY, LIKELY))
 
     @property
     def _should_stop(self) -> bool:
@@ -153,8 +155,8 @@ class Search:
         self.found = candidates if self.found is None else join(self.found, candidates)
         self.cost = np.concatenate([self.cost, costs])
 
-    def refine(self, starts: CandidateBatch, together: int = 1) -> None:
-        """Refine the starts of so many stages for some rounds, the best of them farther, and add what comes of them."""
+    def _refine(self, starts: CandidateBatch, together: int) -> None:
+        """Refine all starts of so many stages for some rounds, the best of them farther."""
         if not self.refines:
             met = feasibility(self.problem, starts).all
             self._add(starts, np.where(met, cost(self.problem, starts), np.inf))
@@ -240,7 +242,7 @@ class Search:
             if starts is None or not len(starts):
                 return
             before = self._least
-            self.refine(starts)
+            self._refine(starts, 1)
             in_vain = 0 if self._gained(before) else in_vain + 1
             if in_vain == HOPS_IN_VAIN:
                 return

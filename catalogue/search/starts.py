@@ -60,9 +60,8 @@ PENALTY = 4.0
 #: Starts nearer to each other than this, see `candidates.select.distances`, are alike; how many times as many as are
 #: kept are compared.
 ALIKE, COMPARED = 0.03, 4
-#: How many starts are most like a candidate, and most promising, where an answer is likely to be near it: of the like
-#: ones few, as a search may drop them for more promising ones before they get there.
-LIKE, PROMISING = 4, 20
+#: How many starts are most like a candidate, and most promising, where an answer is likely to be near it.
+LIKELY = 12
 
 
 @dataclass
@@ -74,6 +73,7 @@ class Starts:
     report: SearchReport
     effort: int = 1  #: which search for the problem this is, from 1: the seed of what is drawn
     refines: bool = True  #: whether starts are refined; else they must meet the constraints
+    near: CandidateBatch | None = None  #: where an answer is likely: only starts like it, and the most promising
     given: CandidateBatch | None = None  #: starts from elsewhere
     taken: Indices = field(default_factory=lambda: np.zeros(0, int))  #: stored guides that were starts
 
@@ -90,7 +90,8 @@ class Starts:
         before."""
         parts = [self._of_stage(stage, found) for stage in range(first, first + stages)]
         parts = [part for part in parts if part is not None and len(part)]
-        return join(*parts) if parts else None
+        starts = join(*parts) if parts else None
+        return starts if starts is None or self.near is None else starts[self._likely(starts, self.near)]
 
     def _of_stage(self, stage: int, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return measured starts of a stage, of each kind the most promising first."""
@@ -107,8 +108,6 @@ class Starts:
         kept = [self.promising(part, extent.tried) for part in parts if part is not None and len(part)]
         if stage == 0 and self.given is not None and len(self.given):
             kept.append(self.given)
-        if stage < 2:
-            self.report.starts += kept
         return join(*kept) if kept else None
 
     @cached_property
@@ -187,23 +186,15 @@ class Starts:
                 like |= distances(designs[i : i + 1], designs, mirror=self.problem.curvature == 0)[0] < ALIKE
         return starts[order[kept]]
 
+    def _likely(self, starts: CandidateBatch, near: CandidateBatch) -> Indices:
+        """Return the starts that are most like one candidate, and the most promising."""
+        one, designs = (normal_form(batch.linkage.pivots, 1.0) for batch in (near, starts))
+        away = distances(one, designs, mirror=self.problem.curvature == 0)[0]
+        return np.unique([np.argsort(by, kind="stable")[:LIKELY] for by in (away, self._merits(starts))])
+
     def _merits(self, candidates: CandidateBatch) -> Floats:
-        """Return what candidates cost and break together, infinite where they are to be given as they are and break
-        any, shape (n,)."""
-        merit = merits(self.problem, candidates)
-        return merit if self.refines else np.where(feasibility(self.problem, candidates).all, merit, np.inf)
-
-
-def merits(problem: Problem, candidates: CandidateBatch) -> Floats:
-    """Return what candidates cost and break together, infinite where that is not known, shape (n,)."""
-    with np.errstate(invalid="ignore"):
-        merit = cost(problem, candidates) + PENALTY * feasibility(problem, candidates).total
-    return np.where(np.isnan(merit), np.inf, merit)
-
-
-def likely(problem: Problem, starts: CandidateBatch, one: CandidateBatch) -> CandidateBatch:
-    """Return the starts from which a candidate is likely to be found: those most like it, and the most promising."""
-    its, designs = (normal_form(batch.linkage.pivots, 1.0) for batch in (one, starts))
-    away = distances(its, designs, mirror=problem.curvature == 0)[0]
-    orders = ((away, LIKE), (merits(problem, starts), PROMISING))
-    return starts[np.unique(np.concatenate([np.argsort(by, kind="stable")[:count] for by, count in orders]))]
+        """Return what candidates cost and break together, shape (n,)."""
+        broken = feasibility(self.problem, candidates)
+        with np.errstate(invalid="ignore"):
+            merit = cost(self.problem, candidates) + PENALTY * broken.total
+        return np.where(np.isnan(merit) | (not self.refines and ~broken.all), np.inf, merit)

@@ -19,7 +19,6 @@ from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from catalogue.search.report import SearchReport
-from catalogue.search.starts import Starts
 
 Ask = Callable[..., Found]
 LEAD = "no guide found; what gives one: "
@@ -77,9 +76,7 @@ def parallelogram(small: Catalogue, request_: StraightLine, cranks: float, point
     linkage = Linkage(pivots)
     nothing = np.full(1, complex(np.nan, np.nan))
     nearest = measured(problem, Origin.made(linkage, "parallel"), linkage, np.array([point]), nothing, np.zeros(1))
-    starts = Starts(problem, small.database, SearchReport())
-    assert starts.gathered(0, 2, None) is not None
-    return Explanation(small.database, problem, request_, replace(starts.report, nearest=nearest), 0)
+    return Explanation(small.database, problem, request_, SearchReport(nearest=nearest), 0)
 
 
 def test_what_is_too_large_though_no_size_was_asked_for_is_said(small: Catalogue) -> None:

@@ -10,13 +10,11 @@ import pytest
 
 from catalogue import Catalogue, CircularArc, StraightLine
 from catalogue.candidates.feasibility import cost, feasibility
-from catalogue.kinematics.batch import join
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from catalogue.search import search
 from catalogue.search.search import Search
-from catalogue.search.starts import likely
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 
@@ -139,7 +137,7 @@ def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Ca
     whole.step()
     assert whole.found is not None
     best = int(np.argmin(whole.cost))
-    near = Search(problem, small.database, enough=1)
-    near.refine(likely(problem, join(*whole.report.starts), whole.found[np.array([best])]))
+    near = Search(problem, small.database, near=whole.found[np.array([best])])
+    near.step()
     assert near.report.refined < 0.3 * whole.report.refined
     assert near.cost.min() <= 1.1 * whole.cost[best]
