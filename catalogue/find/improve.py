@@ -39,6 +39,7 @@ ROUNDS, STARTS = 20, 24
 #: Copies of each stretch, moved at random, that are refined too, each in all mirrors; and how far they are moved
 #: [strokes].
 COPIES, SCATTER = 6, 0.1
+#: Signs of a move along and across the path, as it is, and in mirrors across it, along it, and in both.
 MIRRORED = np.array([(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])
 #: How much larger than the guide, or the stroke, an answer may be if nothing is said.
 LARGEST = 10.0
