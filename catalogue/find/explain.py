@@ -232,10 +232,7 @@ class Explanation:
             else:
                 changes[name] = value / stroke if name in LENGTHS else value
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
-        search = Search(looser, self.database, enough=1, near=one)
-        search.step()
-        found = np.flatnonzero(np.isfinite(search.cost))
-        return None if search.found is None or not len(found) else search.found[found]
+        return Search(looser, self.database, enough=1).answers_near(one)
 
     def _value(self, name: str, one: CandidateBatch, room: float) -> Any:
         """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or

@@ -70,7 +70,6 @@ class Search:
     report: SearchReport = field(default_factory=SearchReport)
     refines: bool = True  #: whether starts are refined; else they are given as they are stored
     enough: int = AMPLE  #: how many answers end the search
-    near: CandidateBatch | None = None  #: where an answer is likely: starts like it are refined, and few others
     given: InitVar[CandidateBatch | None] = None  #: starts from elsewhere
     effort: int = 1  #: which search for the problem this is, from 1
     stage: int = 0
@@ -79,7 +78,7 @@ class Search:
     status: str = "searching"  #: then ``found`` or ``exhausted``
 
     def __post_init__(self, given: CandidateBatch | None) -> None:
-        self.starts = Starts(self.problem, self.database, self.report, self.effort, self.refines, self.near, given)
+        self.starts = Starts(self.problem, self.database, self.report, self.effort, self.refines, given)
         self._begun = self.stage, self.report.refined
         self._nearest: list[float] = []  # least violation of each stage
 
@@ -100,21 +99,29 @@ class Search:
 
     def step(self) -> None:
         """Refine the starts of one more stage, or of some together, as rounds of many cost little more than of few."""
-        together = 2 if self.stage or is_narrow(self.problem) or self.near is not None else 1
+        together = 2 if self.stage or is_narrow(self.problem) else 1
         with self.report.timed("starts"):
             starts = self.starts.gathered(self.stage, together, self.found)
         self.stage += together
         if starts is not None:
-            self._refine(starts, together)
+            first = self.stage == together
+            self._refine(starts, self._halves(together, self._budget.kept[together - 1 if first else 2]))
         if starts is None or self._should_stop:
-            if not self._feasible and self.refines and self.found is not None:
-                self._refine_nearest(self.found)
+            if not self._feasible and self.refines:
+                self._refine_nearest()
             self.status = "found" if self._feasible else "exhausted"
+
+    def answers_near(self, candidate: CandidateBatch) -> CandidateBatch | None:
+        """Return answers that are found from those few of the first stored starts which are most like a candidate, or
+        most promising; None if there are none."""
+        starts = self.starts.likely(candidate)
+        if starts is not None:
+            self._refine(starts, (len(starts), LIKELY))
+        return self.found[np.flatnonzero(np.isfinite(self.cost))] if self.found is not None and self._feasible else None
 
     @cached_property
     def _budget(self) -> Budget:
-        budget = CONSTRAINED if is_constrained(self.problem) else FREE
-        return budget if self.near is None else replace(budget, kept=(LIKELY, LIKELY, LIKELY))
+        return CONSTRAINED if is_constrained(self.problem) else FREE
 
     @property
     def _should_stop(self) -> bool:
@@ -155,27 +162,30 @@ class Search:
         self.found = candidates if self.found is None else join(self.found, candidates)
         self.cost = np.concatenate([self.cost, costs])
 
-    def _refine(self, starts: CandidateBatch, together: int) -> None:
-        """Refine all starts of so many stages for some rounds, the best of them farther."""
+    def _halves(self, together: int, kept: int) -> tuple[int, int]:
+        """Return how many of the starts of so many stages are refined for a second round, and how many farther."""
+        tried = self.starts.extent.tried
+        return together * tried, max(kept, min(self.problem.limit, tried))
+
+    def _refine(self, starts: CandidateBatch, halves: tuple[int, int]) -> None:
+        """Refine all starts for a round, as many of the best as are told for a second one and farther."""
         if not self.refines:
             met = feasibility(self.problem, starts).all
             self._add(starts, np.where(met, cost(self.problem, starts), np.inf))
             return
         with self.report.timed("refine"):
             refinement = Refinement.of(self.problem, starts, hasty=self.effort == 1)
-            refined, costs = self._halve_successively(refinement, together)
+            refined, costs = self._halve_successively(refinement, halves)
         self._add(refined, costs)
         violation = feasibility(self.problem, refined).total
         self._nearest.append(float(np.fmin.reduce(violation, initial=np.inf)))
 
-    def _halve_successively(self, refinement: Refinement, together: int) -> tuple[CandidateBatch, Floats]:
+    def _halve_successively(self, refinement: Refinement, halves: tuple[int, int]) -> tuple[CandidateBatch, Floats]:
         """Return what comes of candidates, fewer of which are refined the farther it goes, and what they cost."""
         parts: list[tuple[CandidateBatch, Floats]] = []
         # one is enough to tell the best from the rest, but of deviations, which fall by orders of magnitude at first
         followed = len(RADIUS_FACTORS) if self.problem.ranking.only == "deviation" else 1
-        tried = self.starts.extent.tried
-        kept = self._budget.kept[2 if self.stage > together else together - 1]
-        for keep in (together * tried, max(kept, min(self.problem.limit, tried))):
+        for keep in halves:
             refinement.step(followed)
             order = np.argsort(refinement.merit, kind="stable")
             rest = refinement[order[keep:]]
@@ -220,8 +230,10 @@ class Search:
         self.report.refined += restored.evaluated + refinement.evaluated
         return refinement.best, refinement.best_cost
 
-    def _refine_nearest(self, found: CandidateBatch) -> None:
+    def _refine_nearest(self) -> None:
         """Refine those that came nearest to the constraints once more."""
+        if (found := self.found) is None:
+            return
         violation = feasibility(self.problem, found).total
         nearest = np.argsort(violation, kind="stable")[:NEAREST]
         nearest = nearest[violation[nearest] < FAR]
@@ -242,7 +254,7 @@ class Search:
             if starts is None or not len(starts):
                 return
             before = self._least
-            self._refine(starts, 1)
+            self._refine(starts, self._halves(1, self._budget.kept[2]))
             in_vain = 0 if self._gained(before) else in_vain + 1
             if in_vain == HOPS_IN_VAIN:
                 return

@@ -61,7 +61,7 @@ PENALTY = 4.0
 #: kept are compared.
 ALIKE, COMPARED = 0.03, 4
 #: How many starts are most like a candidate, and most promising, where an answer is likely to be near it.
-LIKELY = 12
+LIKELY = 4
 
 
 @dataclass
@@ -73,7 +73,6 @@ class Starts:
     report: SearchReport
     effort: int = 1  #: which search for the problem this is, from 1: the seed of what is drawn
     refines: bool = True  #: whether starts are refined; else they must meet the constraints
-    near: CandidateBatch | None = None  #: where an answer is likely: only starts like it, and the most promising
     given: CandidateBatch | None = None  #: starts from elsewhere
     taken: Indices = field(default_factory=lambda: np.zeros(0, int))  #: stored guides that were starts
 
@@ -90,13 +89,23 @@ class Starts:
         before."""
         parts = [self._of_stage(stage, found) for stage in range(first, first + stages)]
         parts = [part for part in parts if part is not None and len(part)]
-        starts = join(*parts) if parts else None
-        return starts if starts is None or self.near is None else starts[self._likely(starts, self.near)]
+        return join(*parts) if parts else None
+
+    def likely(self, near: CandidateBatch) -> CandidateBatch | None:
+        """Return those stored starts of the first two stages that are most like one candidate, and the most promising;
+        None if there are none."""
+        parts = [part for part in map(self._stored, (0, 1)) if part is not None]
+        if not parts:
+            return None
+        starts = join(*(self.promising(part, self.extent.tried) for part in parts))
+        one, designs = (normal_form(batch.linkage.pivots, 1.0) for batch in (near, starts))
+        away = distances(one, designs, mirror=self.problem.curvature == 0)[0]
+        return starts[np.unique([np.argsort(by, kind="stable")[:LIKELY] for by in (away, self._merits(starts))])]
 
     def _of_stage(self, stage: int, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return measured starts of a stage, of each kind the most promising first."""
         problem, extent = self.problem, self.extent
-        parts = [self._stored(extent.measured // (1 + stage % 2))]
+        parts = [self._stored(stage)]
         if stage or is_narrow(problem) or problem.fixed_curvature is not None:
             parts += [euler_savary.starts(problem, name, extent.drawn, self._random) for name in self._families]
         if stage == 0 and self._exact:
@@ -123,8 +132,9 @@ class Starts:
         steady = problem.constraints.max_rotation is not None
         return steady or problem.fixed_curvature is not None or problem.ranking.only == "deviation"
 
-    def _stored(self, count: int) -> CandidateBatch | None:
-        """Return stored starts; where a build replaces them meanwhile, those that it made."""
+    def _stored(self, stage: int) -> CandidateBatch | None:
+        """Return stored starts of a stage; where a build replaces them meanwhile, those that it made."""
+        count = self.extent.measured // (1 + stage % 2)
         for _ in range(READS - 1):
             try:
                 return self._shortlisted(count)
@@ -185,12 +195,6 @@ class Starts:
                 kept.append(i)
                 like |= distances(designs[i : i + 1], designs, mirror=self.problem.curvature == 0)[0] < ALIKE
         return starts[order[kept]]
-
-    def _likely(self, starts: CandidateBatch, near: CandidateBatch) -> Indices:
-        """Return the starts that are most like one candidate, and the most promising."""
-        one, designs = (normal_form(batch.linkage.pivots, 1.0) for batch in (near, starts))
-        away = distances(one, designs, mirror=self.problem.curvature == 0)[0]
-        return np.unique([np.argsort(by, kind="stable")[:LIKELY] for by in (away, self._merits(starts))])
 
     def _merits(self, candidates: CandidateBatch) -> Floats:
         """Return what candidates cost and break together, shape (n,)."""

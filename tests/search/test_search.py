@@ -137,7 +137,9 @@ def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Ca
     whole.step()
     assert whole.found is not None
     best = int(np.argmin(whole.cost))
-    near = Search(problem, small.database, near=whole.found[np.array([best])])
-    near.step()
+    near = Search(problem, small.database)
+    answers = near.answers_near(whole.found[np.array([best])])
+    assert answers is not None
     assert near.report.refined < 0.3 * whole.report.refined
     assert near.cost.min() <= 1.1 * whole.cost[best]
+    assert len(answers) == np.isfinite(near.cost).sum()
