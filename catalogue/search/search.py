@@ -50,8 +50,8 @@ FAR, WAITING, NEARER = 0.1, 1, 0.9
 #: best, are not worth a round, which costs nearly as much as one of all of them.
 MORE_ROUNDS, FEW = 6, 3
 #: Restoring feasibility: candidates that break the constraints by less than this, all together, are refined once more,
-#: at this price.
-NEAR, LEADING = 0.1, 1e3
+#: at this price; where nothing has met them, so many, the nearest, and halfway to that no more than these go on.
+NEAR, LEADING, LED = 0.1, 1e3, 24
 #: How many of those that came nearest are refined once more where nothing met the constraints.
 NEAREST = 8
 
@@ -196,14 +196,19 @@ class Search:
                 break
         self._refine_farther(refinement)
         parts.append((refinement.best, refinement.best_cost))
-        near = np.flatnonzero(~np.isfinite(refinement.best_cost) & (refinement.nearest < NEAR))
-        if len(near) and np.isfinite(refinement.best_cost).sum() < self.enough:
+        met = np.isfinite(refinement.best_cost)
+        near = np.flatnonzero(~met & (refinement.nearest < NEAR))
+        if not met.any():
+            near = near[np.argsort(refinement.nearest[near], kind="stable")[:LED]]
+        if len(near) and met.sum() < self.enough:
             parts.append(self._restore_feasibility(refinement.best[near], refinement.hasty))
         return join(*(candidates for candidates, _ in parts)), np.concatenate([costs for _, costs in parts])
 
     def _refine_farther(self, refinement: Refinement) -> None:
         """Take more rounds, as long as more than a few are on their way, or the best is."""
-        for _ in range(MORE_ROUNDS):
+        for taken in range(MORE_ROUNDS):
+            if 2 * taken == MORE_ROUNDS and not np.isfinite(refinement.best_cost).any():
+                refinement.active[np.argsort(refinement.nearest, kind="stable")[LED:]] = False
             left = np.flatnonzero(refinement.active)
             few = len(left) <= FEW and np.argmin(refinement.merit) not in left
             if few or self._one_suffices(refinement):

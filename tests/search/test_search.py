@@ -9,10 +9,13 @@ import numpy as np
 import pytest
 
 from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue.candidates.batch import CandidateBatch
 from catalogue.candidates.feasibility import cost, feasibility
+from catalogue.kinematics.types import Floats, Mask
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
+from catalogue.refine.sqp import Refinement
 from catalogue.search import search
 from catalogue.search.search import Search
 
@@ -111,8 +114,12 @@ def test_what_came_nearest_is_refined_once_more(small: Catalogue, monkeypatch: p
     """It comes nearer, or meets the constraints, if it was not at rest; and nothing that was found is lost."""
     monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, in_vain=1))
     nearer = []
-    for size in (1.4, 1.5):
-        problem = asked(StraightLine(1, 1e-4), pins_only=True, fixed_pivots_in=(0, 0.2, 0.6, 0.6), max_size=size)
+    for deviation, wanted in (
+        (1e-4, {"fixed_pivots_in": (0, 0.2, 0.6, 0.6), "max_size": 1.4}),
+        (3e-5, {"min_transmission": 60, "max_size": 1.6}),
+        (1e-5, {"min_transmission": 50, "max_size": 2.0}),
+    ):
+        problem = asked(StraightLine(1, deviation), pins_only=True, **wanted)
         count, least = [], []
         for insists in (False, True):
             with monkeypatch.context() as patched:
@@ -127,6 +134,44 @@ def test_what_came_nearest_is_refined_once_more(small: Catalogue, monkeypatch: p
         nearer.append(least[0] - least[1])
     assert min(nearer) >= 0
     assert max(nearer) > 1e-6
+
+
+@pytest.mark.slow
+def test_where_nothing_is_found_only_the_nearest_are_followed_to_the_end(
+    small: Catalogue, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Halfway those go on that break the constraints least, and those that are nearest are led in."""
+    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, in_vain=1))
+    problem = asked(StraightLine(1, 1e-5), pins_only=True, pivots_in=(-0.2, 0.0, 1.2, 0.6))
+    rounds: list[tuple[Mask, Floats]] = []
+    led: list[Floats] = []
+    step, restore = Refinement.step, Search._restore_feasibility
+
+    def watched(refinement: Refinement, *args: Any) -> bool:
+        rounds.append((refinement.active.copy(), refinement.nearest.copy()))
+        return step(refinement, *args)
+
+    def leading(one: Search, near: CandidateBatch, hasty: bool) -> tuple[CandidateBatch, Floats]:
+        led.append(feasibility(problem, near).total)
+        return restore(one, near, hasty)
+
+    monkeypatch.setattr(Refinement, "step", watched)
+    monkeypatch.setattr(Search, "_restore_feasibility", leading)
+    monkeypatch.setattr(Search, "_refine_nearest", lambda *_: None)
+    done = Search(problem, small.database)
+    done.step()
+    assert done.status == "exhausted"
+    assert not np.isfinite(done.cost).any()
+    half = 2 + search.MORE_ROUNDS // 2
+    (before, _), (after, nearest) = rounds[half - 1 : half + 1]
+    assert before.sum() > search.LED >= after.sum() > 0, "fewer go on from halfway"
+    assert (nearest < nearest[after].max()).sum() < search.LED, "the nearest"
+    assert len(led) == 1
+    assert done.found is not None
+    broken = np.sort(feasibility(problem, done.found).total)
+    assert 0 < len(led[0]) <= search.LED
+    assert led[0].max() < search.NEAR
+    assert broken[0] <= led[0].min()
 
 
 @pytest.mark.slow
