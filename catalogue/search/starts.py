@@ -94,10 +94,11 @@ class Starts:
     def likely(self, near: CandidateBatch) -> CandidateBatch | None:
         """Return those stored starts of the first two stages that are most like one candidate, and the most promising;
         None if there are none."""
-        parts = [part for part in map(self._stored, (0, 1)) if part is not None]
+        stored = [part for part in map(self._stored, (0, 1)) if part is not None]
+        parts = [part for part in (self.promising(part, self.extent.tried) for part in stored) if len(part)]
         if not parts:
             return None
-        starts = join(*(self.promising(part, self.extent.tried) for part in parts))
+        starts = join(*parts)
         one, designs = (normal_form(batch.linkage.pivots, 1.0) for batch in (near, starts))
         away = distances(one, designs, mirror=self.problem.curvature == 0)[0]
         return starts[np.unique([np.argsort(by, kind="stable")[:LIKELY] for by in (away, self._merits(starts))])]

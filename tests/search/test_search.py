@@ -18,6 +18,7 @@ from catalogue.problem.ranking import Ranking
 from catalogue.refine.sqp import Refinement
 from catalogue.search import search
 from catalogue.search.search import Search
+from catalogue.search.starts import Starts
 
 LINE, ARC = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 1.5)
 
@@ -188,3 +189,17 @@ def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Ca
     assert near.report.refined < 0.3 * whole.report.refined
     assert near.cost.min() <= 1.1 * whole.cost[best]
     assert len(answers) == np.isfinite(near.cost).sum()
+
+
+@pytest.mark.parametrize("stored", [True, False], ids=["that do not reach over the path", "of another family"])
+def test_where_no_stored_start_is_any_good_nothing_is_found_near(
+    small: Catalogue, monkeypatch: pytest.MonkeyPatch, stored: bool
+) -> None:
+    problem = asked(LINE, "size", families=["four-bar"] if stored else ["oldham"])
+    near = Search(asked(LINE, families=["four-bar"]), small.database).starts.gathered(0, 1, None)
+    assert near is not None
+    monkeypatch.setattr(Starts, "_merits", lambda _, some: np.full(len(some), np.inf))
+    search_ = Search(problem, small.database)
+    assert search_.answers_near(near[np.array([0])]) is None
+    assert search_.report.refined == 0
+    assert (search_.report.measured > 0) == stored
