@@ -95,6 +95,7 @@ class Catalogue:
             `Candidate.nearest`.
         effort : int
             How often to search, from other starts each time: the best is never worse for more, the time grows with it.
+            For 1, a search by score ends with a full list of which the best scores 95 (`catalogue.search`).
         refine : bool
             Move the pivots until what is ranked is best, subject to the deviation and all constraints;
             `Candidate.gap` says what could still be gained nearby.  Else guides are given as they are stored, or made.

@@ -2,16 +2,17 @@
 
 A state is an object with `step` and `status`, driven from outside.  Its stages: stored guides with the least estimated
 cost and violation; if these do not give enough, starts made to measure and further stored ones, round after round,
-with perturbed copies of the best points found (a population search with Deb's rules, feasible before infeasible).  Of
-the starts of a stage fewer are refined the farther it goes (successive halving, K. Jamieson and A. Talwalkar, AISTATS
-2016, 240-248).  The best of what was found are perturbed for as long as that pays (basin hopping, D. J. Wales and
-J. P. K. Doye, J. Phys. Chem. A 101 (1997) 5111-5116).  Each further unit of effort is a search anew, from other starts.
+with perturbed copies of the best points found (a population search with Deb's rules, feasible before infeasible).  What
+a score is at best is known: where a few starts lead to answers of which the first is nearly as good, there are no more
+stages.  Of the starts of a stage fewer are refined the farther it goes (successive halving, K. Jamieson and A.
+Talwalkar, AISTATS 2016, 240-248).  The best of what was found are perturbed for as long as that pays (basin hopping,
+D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101 (1997) 5111-5116).  Each further unit of effort is a search anew,
+from other starts.
 """
 
 from __future__ import annotations
 
 from dataclasses import InitVar, dataclass, field, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -22,29 +23,20 @@ from ..kinematics.types import Floats
 from ..problem.problem import Problem
 from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..store import Database
+from .extent import FREE, Extent, is_constrained, is_narrow
 from .report import SearchReport
-from .starts import LIKELY, Starts, is_constrained, is_narrow
+from .starts import LIKELY, Starts
 
-
-@dataclass(frozen=True)
-class Budget:
-    """How far a search goes."""
-
-    kept: tuple[int, int, int]  #: starts refined farther, of the first stage, of the first two together, of later ones
-    #: points that may be measured in refinement where nothing was found, and where less than enough: a bound in time
-    #: would make answers depend on the machine
-    in_vain: int
-    points: int
-
-
-#: Where sorts of guides are asked for, and where there are other constraints.
-FREE, CONSTRAINED = Budget((12, 32, 16), 700, 2000), Budget((30, 60, 30), 2000, 6000)
 #: How many answers are enough to look no farther, and stages at most.  Fewer would make the first answer worse where
 #: fewer are shown.
 AMPLE, STAGES = 6, 10
 #: A search in which the least violation is above this, and in so many stages has not fallen to this part of what it
 #: was, is given up.
 FAR, WAITING, NEARER = 0.1, 1, 0.9
+
+#: Optimality gap: a search by score, which costs 0 at best, ends when its best costs no more, unless more effort is
+#: asked for.
+GAP = 0.05
 
 #: Successive halving: most rounds of refinement for those that are kept; so many that are left alone, none of them the
 #: best, are not worth a round, which costs nearly as much as one of all of them.
@@ -55,8 +47,8 @@ NEAR, LEADING, LED = 0.1, 1e3, 24
 #: How many of those that came nearest are refined once more where nothing met the constraints.
 NEAREST = 8
 
-#: Basin hopping: how often at most, how often in a row without a gain of such a part of the cost, and how many of the
-#: perturbed copies are refined.
+#: Basin hopping: how often at most, how often in a row without a gain of such a part of the cost, or of 1 where it is
+#: less and not a deviation, and how many of the perturbed copies are refined.
 HOPS, HOPS_IN_VAIN, GAIN, HOPPED = 6, 2, 3e-3, 24
 
 
@@ -78,15 +70,18 @@ class Search:
     status: str = "searching"  #: then ``found`` or ``exhausted``
 
     def __post_init__(self, given: CandidateBatch | None) -> None:
-        self.starts = Starts(self.problem, self.database, self.report, self.effort, self.refines, given)
+        self.extent = Extent.of(self.problem)
+        self.starts = Starts(self.problem, self.database, self.report, self.extent, self.effort, self.refines, given)
         self._begun = self.stage, self.report.refined
         self._nearest: list[float] = []  # least violation of each stage
 
     def run(self) -> Search:
         """Search until enough is found or the budget is spent."""
+        if self.stage == 0 and is_constrained(self.problem) and self._has_bound:
+            self._try_few()
         while self.status == "searching":
             self.step()
-        if self.status == "found" and is_constrained(self.problem):  # else what is found leaves little to gain
+        if self.status == "found" and is_constrained(self.problem) and not self._in_gap:  # else there is little to gain
             self._hop_basins()
         return self
 
@@ -105,7 +100,7 @@ class Search:
         self.stage += together
         if starts is not None:
             first = self.stage == together
-            self._refine(starts, self._halves(together, self._budget.kept[together - 1 if first else 2]))
+            self._refine(starts, self._halves(together, self.extent.kept[together - 1 if first else 2]))
         if starts is None or self._should_stop:
             if not self._feasible and self.refines:
                 self._refine_nearest()
@@ -119,9 +114,34 @@ class Search:
             self._refine(starts, (len(starts), LIKELY))
         return self.found[np.flatnonzero(np.isfinite(self.cost))] if self.found is not None and self._feasible else None
 
-    @cached_property
-    def _budget(self) -> Budget:
-        return CONSTRAINED if is_constrained(self.problem) else FREE
+    def _try_few(self) -> None:
+        """Refine a few starts, and be content with what comes of them if that is a list of answers with a first one
+        than which none can be much better."""
+        with self.report.timed("starts"):
+            starts = self.starts.few()
+        if starts is None:
+            return
+        wanted = max(self.enough, self.problem.limit)
+        with self.report.timed("refine"):
+            refinement = Refinement.of(self.problem, starts, hasty=True)
+            refinement.step(1)
+            self.report.refined += refinement.evaluated
+            if np.isfinite(refinement.best_cost).sum() < wanted:
+                return
+            best = np.argsort(refinement.merit, kind="stable")[: max(FREE.tried, wanted)]
+            self._add(*self._halve_successively(refinement[best], (max(FREE.kept[0], wanted),)))
+        if self._worth_something >= wanted and self._in_gap:
+            self.status = "found"
+
+    @property
+    def _has_bound(self) -> bool:
+        """Whether it is known how good an answer can be at best."""
+        return self.refines and self.problem.ranking.only == "score"
+
+    @property
+    def _in_gap(self) -> bool:
+        """Whether no answer can be much better than the best that was found, and none needs to be."""
+        return self._has_bound and self.problem.effort == 1 and self._least <= GAP
 
     @property
     def _should_stop(self) -> bool:
@@ -129,8 +149,8 @@ class Search:
         first, refined = self._begun
         stages, points = self.stage - first, self.report.refined - refined
         least = 1 if self.enough == 1 else self._least_stages
-        most = self._budget.points if self._feasible else self._budget.in_vain
-        ample = self._worth_something >= self.enough and stages >= least
+        most = self.extent.points if self._feasible else self.extent.in_vain
+        ample = self._worth_something >= self.enough and (stages >= least or self._in_gap)
         return ample or (stages > 1 and points > most) or stages >= STAGES or self._stagnates
 
     @property
@@ -164,7 +184,7 @@ class Search:
 
     def _halves(self, together: int, kept: int) -> tuple[int, int]:
         """Return how many of the starts of so many stages are refined for a second round, and how many farther."""
-        tried = self.starts.extent.tried
+        tried = self.extent.tried
         return together * tried, max(kept, min(self.problem.limit, tried))
 
     def _refine(self, starts: CandidateBatch, halves: tuple[int, int]) -> None:
@@ -180,7 +200,7 @@ class Search:
         violation = feasibility(self.problem, refined).total
         self._nearest.append(float(np.fmin.reduce(violation, initial=np.inf)))
 
-    def _halve_successively(self, refinement: Refinement, halves: tuple[int, int]) -> tuple[CandidateBatch, Floats]:
+    def _halve_successively(self, refinement: Refinement, halves: tuple[int, ...]) -> tuple[CandidateBatch, Floats]:
         """Return what comes of candidates, fewer of which are refined the farther it goes, and what they cost."""
         parts: list[tuple[CandidateBatch, Floats]] = []
         # one is enough to tell the best from the rest, but of deviations, which fall by orders of magnitude at first
@@ -259,7 +279,7 @@ class Search:
             if starts is None or not len(starts):
                 return
             before = self._least
-            self._refine(starts, self._halves(1, self._budget.kept[2]))
+            self._refine(starts, self._halves(1, self.extent.kept[2]))
             in_vain = 0 if self._gained(before) else in_vain + 1
             if in_vain == HOPS_IN_VAIN:
                 return
@@ -271,4 +291,5 @@ class Search:
 
     def _gained(self, before: float) -> bool:
         """Whether the least cost has fallen since it was as given."""
-        return self._least < (before - GAIN * abs(before) if np.isfinite(before) else before)
+        unit = abs(before) if self.problem.ranking.only == "deviation" else max(abs(before), 1.0)
+        return self._least < (before - GAIN * unit if np.isfinite(before) else before)

@@ -3,13 +3,13 @@ perturbed copies of the best that was found; of each kind the most promising tha
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, measured
-from ..candidates.feasibility import PIVOT_REGIONS, cost, feasibility
+from ..candidates.feasibility import cost, feasibility
 from ..candidates.select import distances, normal_form
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
@@ -18,37 +18,9 @@ from ..problem.problem import Problem
 from ..store import Database
 from . import euler_savary, exact_guides, retrieve, rotating_crank
 from .draws import allowed
+from .extent import FREE, Extent, is_narrow
 from .report import SearchReport
 
-#: Constraints that choose among sorts of guides.
-SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
-
-
-def is_constrained(problem: Problem) -> bool:
-    """Return whether more is asked for than sorts of guides."""
-    return any(name not in SORTS for name in problem.constraints.active())
-
-
-def is_narrow(problem: Problem) -> bool:
-    """Return whether few designs are left: pivots are to stand in a region, a crank is to turn fully, or the coupler
-    hardly at all."""
-    wanted = problem.constraints
-    limited = any(getattr(wanted, name) is not None for name in ("max_rotation", *PIVOT_REGIONS))
-    return bool(wanted.full_rotation) or limited
-
-
-@dataclass(frozen=True)
-class Extent:
-    """How many starts a stage has."""
-
-    measured: int  #: stored starts that are measured
-    drawn: int  #: linkages drawn to measure, of each kind
-    tried: int  #: starts of each kind that are refined for a round, and of all kinds for another
-
-
-#: Where sorts of guides are asked for, and where there are other constraints: these leave many best places that are no
-#: better than their neighbours, so that it is the number of starts that finds the best of them.
-FREE, CONSTRAINED = Extent(60, 600, 24), Extent(200, 2500, 90)
 #: Exact guides drawn in the first stage.
 EXACT_GUIDES = 200
 #: How often stored guides are read at most while builds replace them.
@@ -71,6 +43,7 @@ class Starts:
     problem: Problem
     database: Database
     report: SearchReport
+    extent: Extent  #: how many starts a stage has
     effort: int = 1  #: which search for the problem this is, from 1: the seed of what is drawn
     refines: bool = True  #: whether starts are refined; else they must meet the constraints
     given: CandidateBatch | None = None  #: starts from elsewhere
@@ -79,17 +52,17 @@ class Starts:
     def __post_init__(self) -> None:
         self._random = np.random.default_rng(19 + self.effort)
 
-    @cached_property
-    def extent(self) -> Extent:
-        """How many starts a stage has."""
-        return CONSTRAINED if is_constrained(self.problem) else FREE
-
     def gathered(self, first: int, stages: int, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return the starts of so many stages from the `first` on, None if there are none; `found` is what was found
         before."""
         parts = [self._of_stage(stage, found) for stage in range(first, first + stages)]
         parts = [part for part in parts if part is not None and len(part)]
         return join(*parts) if parts else None
+
+    def few(self) -> CandidateBatch | None:
+        """Return the starts of a first stage as if nothing but sorts of guides were asked for; they remain starts of
+        later stages."""
+        return replace(self, extent=FREE).gathered(0, 1, None)
 
     def likely(self, near: CandidateBatch) -> CandidateBatch | None:
         """Return those stored starts of the first two stages that are most like one candidate, and the most promising;
@@ -107,7 +80,7 @@ class Starts:
         """Return measured starts of a stage, of each kind the most promising first."""
         problem, extent = self.problem, self.extent
         parts = [self._stored(stage)]
-        if stage or is_narrow(problem) or problem.fixed_curvature is not None:
+        if stage or (is_narrow(problem) and extent is not FREE) or problem.fixed_curvature is not None:
             parts += [euler_savary.starts(problem, name, extent.drawn, self._random) for name in self._families]
         if stage == 0 and self._exact:
             parts.append(exact_guides.starts(problem, EXACT_GUIDES, self._random))

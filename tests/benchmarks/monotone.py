@@ -1,12 +1,12 @@
 """Whether a looser request ever gives a worse answer.
 
-    python tests/benchmarks/monotone.py DB [--pairs 300] [--effort 1] [--seed 1] [--json OUT]
+    python tests/benchmarks/monotone.py DB [--pairs 300] [--effort 1] [--seed 1] [--rank-by score] [--json OUT]
 
 Of the feasible requests (`recall_requests.json`) one or several constraints, or the deviation, are loosened by 5 to
 50 %, all else being equal.  A reversal is a looser request whose best answer costs more by 1 % (by 0.01 where the cost
 is about zero), or that has no answer where the tighter one has one.  Tighter members of pairs are themselves loosened
 requests in part, so that chains are looked at too.  Where a pair is reversed the looser request is asked again, with
-the answer to the tighter one as a start.
+the answer to the tighter one as a start.  With `--rank-by` all are ranked by that, and not as they were recorded.
 """
 
 from __future__ import annotations
@@ -98,6 +98,7 @@ def price(found: Any, entry: dict[str, Any]) -> float:
         "balance": lambda: found.size / stroke - transmission / 90,
         "transmission": lambda: 1 - transmission / 90,
         "deviation": lambda: found.deviation / stroke,
+        "score": lambda: 1 - found.score / 100,
     }
     return prices[rank]()
 
@@ -109,9 +110,12 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=300)
     parser.add_argument("--effort", type=int, default=1)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--rank-by", help="rank all requests by this")
     parser.add_argument("--json", type=Path, help="where to put all results")
     given = parser.parse_args()
     entries = json.loads((HERE / "recall_requests.json").read_text())
+    if given.rank_by:
+        entries = [entry | {"rank_by": given.rank_by} for entry in entries]
     cat = catalogue.open(given.database)
     title("Monotonicity over nested requests")
     known: dict[str, Known] = {}

@@ -16,7 +16,7 @@ from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from catalogue.refine.sqp import Refinement
-from catalogue.search import search
+from catalogue.search import extent, search
 from catalogue.search.search import Search
 from catalogue.search.starts import Starts
 
@@ -82,7 +82,7 @@ def test_a_further_stage_never_loses_the_best(small: Catalogue) -> None:
 
 @pytest.mark.slow
 def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, points=300))
+    monkeypatch.setattr(extent, "CONSTRAINED", replace(extent.CONSTRAINED, points=300))
     problem = asked(LINE, "size", families=["four-bar"], fixed_pivots_in=(-0.5, 0.1, 1.5, 1.5))
     one, other = (Search(problem, small.database).run() for _ in range(2))
     assert one.found is not None
@@ -91,9 +91,71 @@ def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue, monkeypa
     np.testing.assert_array_equal(one.cost, other.cost)
 
 
+EASY = {"families": ["four-bar"], "max_size": 4.0, "min_transmission": 40}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("request_", "wanted"),
+    [
+        (StraightLine(1, 1e-3), EASY),
+        (StraightLine(1, 3e-4), {"pins_only": True, "fixed_pivots_in": (-2, -2, 3, 3)}),
+        (CircularArc(1, 1e-3, 1.5), {"min_transmission": 40, "fixed_pivots_in": (-2, -2, 3, 3)}),
+    ],
+)
+def test_a_few_starts_are_enough_where_no_answer_can_be_much_better(
+    small: Catalogue, request_: Any, wanted: dict[str, Any]
+) -> None:
+    """The list is full, its best is within the gap of the cheapest that there can be, and a whole search finds none
+    that is much better."""
+    problem = replace(asked(request_, **wanted), limit=6)
+    quick, whole = (Search(replace(problem, effort=effort), small.database).run() for effort in (1, 2))
+    assert quick.status == "found"
+    assert np.isfinite(quick.cost).sum() >= 6
+    assert 0 < quick.report.refined < 0.3 * whole.report.refined
+    assert 0 <= whole.cost.min() <= quick.cost.min() <= search.GAP
+
+
+@pytest.mark.parametrize(
+    ("request_", "wanted", "rank_by"),
+    [
+        (LINE, EASY, "size"),  # how small a guide can be is not known
+        (LINE, {**EASY, "max_size": 1.5}, "score"),  # few are so small
+        (StraightLine(1, 1e-5), {"min_transmission": 40, "full_rotation": True}, "score"),  # the best is not that good
+    ],
+)
+def test_a_few_starts_are_not_enough_elsewhere(
+    small: Catalogue, request_: Any, wanted: dict[str, Any], rank_by: str
+) -> None:
+    done = Search(asked(request_, rank_by, **wanted), small.database)
+    done._try_few()
+    assert done.status == "searching"
+
+
+@pytest.mark.parametrize(
+    ("rank_by", "before", "after", "gained"),
+    [
+        ("score", 0.02, 0.0175, False),  # a quarter of a point
+        ("score", 0.02, 0.0165, True),
+        ("size", 2.0, 1.995, False),
+        ("size", 2.0, 1.993, True),
+        ("deviation", 1e-6, 0.998e-6, False),
+        ("deviation", 1e-6, 0.996e-6, True),
+        ("size", np.inf, 9.0, True),
+        ("size", np.inf, np.inf, False),
+    ],
+)
+def test_a_gain_is_a_part_of_the_cost_or_of_one(
+    small: Catalogue, rank_by: str, before: float, after: float, gained: bool
+) -> None:
+    done = Search(asked(LINE, rank_by), small.database)
+    done.cost = np.array([after, 3 + after])
+    assert done._gained(before) == gained
+
+
 @pytest.mark.slow
 def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, in_vain=600))
+    monkeypatch.setattr(extent, "SCORED", replace(extent.SCORED, in_vain=600))
     problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
     done = Search(problem, small.database).run()
     assert done.status == "exhausted"
@@ -103,7 +165,7 @@ def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.
 
 @pytest.mark.slow
 def test_a_search_ends_when_its_points_are_spent(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, in_vain=1))
+    monkeypatch.setattr(extent, "SCORED", replace(extent.SCORED, in_vain=1))
     problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
     done = Search(problem, small.database).run()
     assert done.status == "exhausted"
@@ -113,7 +175,7 @@ def test_a_search_ends_when_its_points_are_spent(small: Catalogue, monkeypatch: 
 @pytest.mark.slow
 def test_what_came_nearest_is_refined_once_more(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     """It comes nearer, or meets the constraints, if it was not at rest; and nothing that was found is lost."""
-    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, in_vain=1))
+    monkeypatch.setattr(extent, "SCORED", replace(extent.SCORED, in_vain=1))
     nearer = []
     for deviation, wanted in (
         (1e-4, {"fixed_pivots_in": (0, 0.2, 0.6, 0.6), "max_size": 1.4}),
@@ -142,7 +204,7 @@ def test_where_nothing_is_found_only_the_nearest_are_followed_to_the_end(
     small: Catalogue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Halfway those go on that break the constraints least, and those that are nearest are led in."""
-    monkeypatch.setattr(search, "CONSTRAINED", replace(search.CONSTRAINED, in_vain=1))
+    monkeypatch.setattr(extent, "SCORED", replace(extent.SCORED, in_vain=1))
     problem = asked(StraightLine(1, 1e-5), pins_only=True, pivots_in=(-0.2, 0.0, 1.2, 0.6))
     rounds: list[tuple[Mask, Floats]] = []
     led: list[Floats] = []

@@ -18,6 +18,7 @@ from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from catalogue.search import retrieve
+from catalogue.search.extent import Extent
 from catalogue.search.report import SearchReport
 from catalogue.search.starts import READS, Starts
 from catalogue.store import Database
@@ -28,7 +29,7 @@ LINE = StraightLine(1, 1e-3)
 def test_no_stored_guide_is_a_start_twice(small: Catalogue) -> None:
     """Be it in a stage or in several together; and as many are tried as a stage may have, of each kind."""
     problem, report = Problem.of(LINE, Constraints(families=["four-bar"], max_size=4.0), Ranking()), SearchReport()
-    starts = Starts(problem, small.database, report)
+    starts = Starts(problem, small.database, report, Extent.of(problem))
     gathered = [starts.gathered(0, 1, None), starts.gathered(1, 2, None)]
     stored: list[int] = []
     for batch, kinds in zip(gathered, (1, 4), strict=True):
