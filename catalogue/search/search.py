@@ -12,6 +12,7 @@ from other starts.
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import InitVar, dataclass, field, replace
 
 import numpy as np
@@ -19,7 +20,7 @@ import numpy as np
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import cost, faults, feasibility
 from ..kinematics.batch import join
-from ..kinematics.types import Floats
+from ..kinematics.types import Array, Floats
 from ..problem.problem import Problem
 from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..store import Database
@@ -115,8 +116,8 @@ class Search:
         return self.found[np.flatnonzero(np.isfinite(self.cost))] if self.found is not None and self._feasible else None
 
     def _try_few(self) -> None:
-        """Refine a few starts, and be content with what comes of them if that is a list of answers with a first one
-        than which none can be much better."""
+        """Refine a few starts, and be content with what comes of them if that is a list of answers of as many series as
+        are asked for, with a first one than which none can be much better."""
         with self.report.timed("starts"):
             starts = self.starts.few()
         if starts is None:
@@ -130,7 +131,7 @@ class Search:
                 return
             best = np.argsort(refinement.merit, kind="stable")[: max(FREE.tried, wanted)]
             self._add(*self._halve_successively(refinement[best], (max(FREE.kept[0], wanted),)))
-        if self._worth_something >= wanted and self._in_gap:
+        if self._worth_something.sum() >= wanted and self._in_gap and self._is_varied:
             self.status = "found"
 
     @property
@@ -150,7 +151,7 @@ class Search:
         stages, points = self.stage - first, self.report.refined - refined
         least = 1 if self.enough == 1 else self._least_stages
         most = self.extent.points if self._feasible else self.extent.in_vain
-        ample = self._worth_something >= self.enough and (stages >= least or self._in_gap)
+        ample = self._worth_something.sum() >= self.enough and (stages >= least or self._in_gap)
         return ample or (stages > 1 and points > most) or stages >= STAGES or self._stagnates
 
     @property
@@ -165,11 +166,21 @@ class Search:
         return bool(np.isfinite(self.cost).any())
 
     @property
-    def _worth_something(self) -> int:
-        """How many were found that meet the constraints and have no faults."""
+    def _worth_something(self) -> Array:
+        """Which of those found meet the constraints and have no faults."""
         if self.found is None:
-            return 0
-        return int((np.isfinite(self.cost) & (faults(self.problem, self.found) == 0)).sum())
+            return np.zeros(0, bool)
+        return np.asarray(np.isfinite(self.cost) & (faults(self.problem, self.found) == 0))
+
+    @property
+    def _is_varied(self) -> bool:
+        """Whether what was found fills the list with no more of a series than are asked for."""
+        most, series = self.problem.ranking.per_series, self.problem.constraints.series
+        if self.found is None or not most:
+            return True
+        count = Counter(self.found.origin.series[self._worth_something])
+        wanted = min(self.problem.limit, most * len(series)) if series else self.problem.limit
+        return sum(min(each, most) for each in count.values()) >= wanted
 
     @property
     def _stagnates(self) -> bool:

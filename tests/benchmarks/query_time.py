@@ -38,7 +38,7 @@ EMPTY: dict[str, tuple[Any, dict[str, Any]]] = {
         StraightLine(150, 0.0005),
         {"min_transmission": 70, "max_size": 170, "pins_only": True},
     ),
-    "line, pivots in a box of 20 x 20": (LINE, {"pivots_in": (60, 40, 80, 60), "min_transmission": 40}),
+    "line, pivots in a box of 10 x 10, 40 degrees": (LINE, {"pivots_in": (60, 40, 70, 50), "min_transmission": 40}),
 }
 TIMES = 5
 
