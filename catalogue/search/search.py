@@ -24,9 +24,8 @@ from ..kinematics.types import Array, Floats
 from ..problem.problem import Problem
 from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..store import Database
-from .extent import FREE, Extent, is_constrained, is_narrow
 from .report import SearchReport
-from .starts import LIKELY, Starts
+from .starts import FREE, LIKELY, Extent, Starts, is_constrained, is_narrow
 
 #: How many answers are enough to look no farther, and stages at most.  Fewer would make the first answer worse where
 #: fewer are shown.

@@ -1,5 +1,6 @@
 """The starts of a stage: stored guides with the least estimated cost and violation, linkages made to measure, and
-perturbed copies of the best that was found; of each kind the most promising that are unlike each other."""
+perturbed copies of the best that was found; of each kind the most promising that are unlike each other, as many as the
+extent of a search allows."""
 
 from __future__ import annotations
 
@@ -9,7 +10,7 @@ from functools import cached_property
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, measured
-from ..candidates.feasibility import cost, feasibility
+from ..candidates.feasibility import PIVOT_REGIONS, cost, feasibility
 from ..candidates.select import distances, normal_form
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
@@ -18,7 +19,6 @@ from ..problem.problem import Problem
 from ..store import Database
 from . import euler_savary, exact_guides, retrieve, rotating_crank
 from .draws import allowed
-from .extent import FREE, Extent, is_narrow
 from .report import SearchReport
 
 #: Exact guides drawn in the first stage.
@@ -34,6 +34,50 @@ PENALTY = 4.0
 ALIKE, COMPARED = 0.03, 4
 #: How many starts are most like a candidate, and most promising, where an answer is likely to be near it.
 LIKELY = 4
+#: Constraints that choose among sorts of guides.
+SORTS = ("families", "series", "configurations", "pins_only", "order", "slots", "returns")
+
+
+def is_constrained(problem: Problem) -> bool:
+    """Return whether more is asked for than sorts of guides."""
+    return any(name not in SORTS for name in problem.constraints.active())
+
+
+def is_narrow(problem: Problem) -> bool:
+    """Return whether few designs are left: pivots are to stand in a region, a crank is to turn fully, or the coupler
+    hardly at all."""
+    wanted = problem.constraints
+    limited = any(getattr(wanted, name) is not None for name in ("max_rotation", *PIVOT_REGIONS))
+    return bool(wanted.full_rotation) or limited
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How far a search goes."""
+
+    measured: int  #: stored starts of a stage that are measured
+    drawn: int  #: linkages drawn to measure for a stage, of each kind
+    tried: int  #: starts of each kind that are refined for a round, and of all kinds for another
+    kept: tuple[int, int, int]  #: starts refined farther, of the first stage, of the first two together, of later ones
+    #: points that may be measured in refinement where nothing was found, and where less than enough: a bound in time
+    #: would make answers depend on the machine
+    in_vain: int
+    points: int
+
+    @classmethod
+    def of(cls, problem: Problem) -> Extent:
+        """Return the extent of a search for a problem."""
+        if not is_constrained(problem):
+            return FREE
+        return SCORED if problem.ranking.only == "score" else CONSTRAINED
+
+
+#: Where sorts of guides are asked for; where there are other constraints, which leave many best places that are no
+#: better than their neighbours, so that it is the number of starts that finds the best of them; and where those are
+#: ranked by score, of which the best places have nearly the same.
+FREE = Extent(60, 600, 24, (12, 32, 16), 700, 2000)
+CONSTRAINED = Extent(200, 2500, 90, (30, 60, 30), 2000, 6000)
+SCORED = Extent(200, 1200, 40, (24, 40, 24), 2000, 6000)
 
 
 @dataclass

@@ -10,7 +10,7 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, StraightLine
-from catalogue.search import extent, search
+from catalogue.search import search, starts
 
 LINE = StraightLine(100, 0.1)
 
@@ -28,7 +28,7 @@ def test_a_looser_request_has_no_worse_answer(
 ) -> None:
     """Even if hardly anything is tried for it."""
     tight = small.find(request_, **constraints, rank_by=rank_by, limit=3, effort=2)
-    monkeypatch.setattr(extent, "CONSTRAINED", replace(extent.CONSTRAINED, measured=1, drawn=1, tried=1))
+    monkeypatch.setattr(starts, "CONSTRAINED", replace(starts.CONSTRAINED, measured=1, drawn=1, tried=1))
     monkeypatch.setattr(search, "HOPS", 0)
     looser = replace(request_, deviation=1.2 * request_.deviation)
     alone = small.find(looser, **constraints, rank_by=rank_by, limit=1)

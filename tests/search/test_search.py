@@ -16,7 +16,7 @@ from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
 from catalogue.problem.ranking import Ranking
 from catalogue.refine.sqp import Refinement
-from catalogue.search import extent, search
+from catalogue.search import search, starts
 from catalogue.search.search import Search
 from catalogue.search.starts import Starts
 
@@ -82,7 +82,7 @@ def test_a_further_stage_never_loses_the_best(small: Catalogue) -> None:
 
 @pytest.mark.slow
 def test_the_same_problem_is_searched_in_the_same_way(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extent, "CONSTRAINED", replace(extent.CONSTRAINED, points=300))
+    monkeypatch.setattr(starts, "CONSTRAINED", replace(starts.CONSTRAINED, points=300))
     problem = asked(LINE, "size", families=["four-bar"], fixed_pivots_in=(-0.5, 0.1, 1.5, 1.5))
     one, other = (Search(problem, small.database).run() for _ in range(2))
     assert one.found is not None
@@ -155,7 +155,7 @@ def test_a_gain_is_a_part_of_the_cost_or_of_one(
 
 @pytest.mark.slow
 def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extent, "SCORED", replace(extent.SCORED, in_vain=600))
+    monkeypatch.setattr(starts, "SCORED", replace(starts.SCORED, in_vain=600))
     problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
     done = Search(problem, small.database).run()
     assert done.status == "exhausted"
@@ -165,7 +165,7 @@ def test_a_search_for_the_impossible_ends(small: Catalogue, monkeypatch: pytest.
 
 @pytest.mark.slow
 def test_a_search_ends_when_its_points_are_spent(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(extent, "SCORED", replace(extent.SCORED, in_vain=1))
+    monkeypatch.setattr(starts, "SCORED", replace(starts.SCORED, in_vain=1))
     problem = asked(StraightLine(1, 1e-9), families=["four-bar"], max_size=1.05, min_transmission=60)
     done = Search(problem, small.database).run()
     assert done.status == "exhausted"
@@ -175,7 +175,7 @@ def test_a_search_ends_when_its_points_are_spent(small: Catalogue, monkeypatch: 
 @pytest.mark.slow
 def test_what_came_nearest_is_refined_once_more(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
     """It comes nearer, or meets the constraints, if it was not at rest; and nothing that was found is lost."""
-    monkeypatch.setattr(extent, "SCORED", replace(extent.SCORED, in_vain=1))
+    monkeypatch.setattr(starts, "SCORED", replace(starts.SCORED, in_vain=1))
     nearer = []
     for deviation, wanted in (
         (1e-4, {"fixed_pivots_in": (0, 0.2, 0.6, 0.6), "max_size": 1.4}),
@@ -204,7 +204,7 @@ def test_where_nothing_is_found_only_the_nearest_are_followed_to_the_end(
     small: Catalogue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Halfway those go on that break the constraints least, and those that are nearest are led in."""
-    monkeypatch.setattr(extent, "SCORED", replace(extent.SCORED, in_vain=1))
+    monkeypatch.setattr(starts, "SCORED", replace(starts.SCORED, in_vain=1))
     problem = asked(StraightLine(1, 1e-5), pins_only=True, pivots_in=(-0.2, 0.0, 1.2, 0.6))
     rounds: list[tuple[Mask, Floats]] = []
     led: list[Floats] = []
