@@ -36,7 +36,8 @@ def parallelograms(problem: Problem, count: int, random: np.random.Generator) ->
     if region_of(problem) is None:
         second = first + np.exp(random.normal(np.log(0.5), 0.5, count)) * np.exp(1j * tilt)
     ground = second - first
-    good = (np.abs(np.arctan(ground.imag / ground.real)) < free) & (-bend * LONGEST >= 1)
+    inclination = np.arctan2(np.abs(ground.imag), np.abs(ground.real))
+    good = (ground != 0) & (inclination < free) & (-bend * LONGEST >= 1)
     bend, fixed = bend[good], np.stack([first[good], second[good]], axis=1)
     if not len(bend):
         return None

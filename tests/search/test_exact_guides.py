@@ -55,6 +55,12 @@ def test_parallelograms_stand_every_way_that_dead_points_leave() -> None:
     assert made.measures.min_transmission.max() > 55  # of 60 at most: the cranks turn by 60 degrees
 
 
+def test_no_parallelogram_is_made_where_both_pivots_would_stand_in_one_place() -> None:
+    """As in a region farther away than any link is long, where all that is drawn stands at its limit."""
+    problem = asked(ARC, pivots_in=(-1e7, -1e7, -1e7 + 1, -1e7 + 1))
+    assert parallelograms(problem, 12, np.random.default_rng(3)) is None
+
+
 @pytest.mark.slow
 def test_an_arc_of_given_radius_is_exact_where_parallelograms_may_be(small: Catalogue) -> None:
     found = small.find(ARC, families=["four-bar"], rank_by="deviation", limit=6, max_size=3.0)
