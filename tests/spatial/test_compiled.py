@@ -244,6 +244,32 @@ def test_what_numba_has_kept_of_another_version_is_not_taken(tmp_path: Path) -> 
     assert len({first, second, version(str(tmp_path / "one.py"))}) == 3
 
 
+@needs_numba
+def test_what_numba_has_kept_is_compiled_anew_where_another_file_has_changed(tmp_path: Path) -> None:
+    """A function that is kept calls one of another file, which is another one in a later version."""
+    folder = tmp_path / "kernel"
+    folder.mkdir()
+    (folder / "__init__.py").touch()
+    (folder / "entry.py").write_text(
+        "from catalogue.spatial.native.compiling import kept, version\n"
+        "from .inner import number\n"
+        "@kept\n"
+        "def read(version=version(__file__)):\n"
+        "    return number()\n"
+    )
+
+    def told(number: float) -> float:
+        inner = f"from catalogue.spatial.native.compiling import compiled\n@compiled\ndef number(): return {number}\n"
+        (folder / "inner.py").write_text(inner)
+        code = "from kernel.entry import read; print(read())"
+        command = [sys.executable, "-c", code]
+        return float(subprocess.run(command, cwd=tmp_path, check=True, timeout=120, stdout=subprocess.PIPE).stdout)
+
+    assert told(1.0) == 1.0
+    assert list(folder.rglob("*.nbc"))
+    assert told(2.5) == 2.5
+
+
 def test_who_waits_for_the_compiler_is_told(capsys: pytest.CaptureFixture[str]) -> None:
     class Waiting:
         """As a function of numba, which is compiled when it is called first."""

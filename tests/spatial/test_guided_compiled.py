@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -188,32 +186,3 @@ follow(m, [[0.8], [0.81], [0.82]], at)
 assert not [name for name in sys.modules if name.startswith(("numba", "llvmlite"))]
 """
     subprocess.run([sys.executable, "-c", code], check=True, timeout=60)
-
-
-@pytest.mark.slow
-def test_what_numba_keeps_is_not_of_another_version(tmp_path: Path) -> None:
-    """A coordinate is another in a later version, of whose files only one has changed, which holds no kept function."""
-    code = """
-import numpy as np
-from catalogue.spatial import Guides, Mechanisms, assemblies, follow
-guides = [Guides("circle", (0.5,)), Guides("circle", (0.9,), (1.6, 0.2, 0.3), (2, 2, 1, 0)), Guides("plane")]
-m = Mechanisms([[0, 0, 0], [0, 0, 1.745], [1.655, 0, 0.516]], guides, [(0, "u")])
-at = assemblies(m, [0.8]).positions[:1]
-print(follow(m, np.linspace(0.8, 0.81, 200)[:, None], at).positions.coordinates[100, 1, 0])
-"""
-    package = Path(compiled.__file__).parents[2]
-    shutil.copytree(package, tmp_path / package.name, ignore=shutil.ignore_patterns("__pycache__"))
-    changed = tmp_path / package.name / "spatial" / "guided" / "kernel" / "guides.py"
-
-    def run() -> float:
-        done = subprocess.run(
-            [sys.executable, "-c", code], cwd=tmp_path, check=True, timeout=300, stdout=subprocess.PIPE
-        )
-        return float(done.stdout)
-
-    before = run()
-    assert list(changed.parent.rglob("*.nbc"))
-    text = changed.read_text()
-    changed.write_text(text.replace("return atan2(y, x), nan", "return atan2(y, x) + 1.0, nan"))
-    assert changed.read_text() != text
-    assert run() == pytest.approx(before + 1, abs=1e-12)
