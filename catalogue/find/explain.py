@@ -45,7 +45,7 @@ ROOMS = (0.1, 0.2)
 #: Amount above which a relaxation is far from what was asked, and is tried to be made less, by that much each time, so
 #: often at most: e-folds of the deviation, strokes, radians, parts of a bound.
 FAR_OFF, CLOSER = 0.2, 3
-#: Amount that nobody would relax a constraint by if another may be relaxed instead: of the deviation twenty times.
+#: Amount that nobody would relax constraints by if others may be relaxed instead: of the deviation twenty times.
 ABSURD = 3.0
 
 
@@ -155,15 +155,20 @@ class Explanation:
             if (amount > ROUNDING).any() and not name.startswith("distance ") and name not in implied:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
                 refined[name] = found, feasibility(self.problem, found)
-        least = {name: self._least(broken, (name,)).min() for name, (_, broken) in refined.items()}
         for count in (1, 2):
+            sources = {
+                names: [refined[names[0]]] if count == 1 else list(refined.values())
+                for names in combinations(sorted(refined), count)
+            }
+            least = {
+                names: min(self._least(broken, names).min() for _, broken in each) for names, each in sources.items()
+            }
             offered: list[tuple[Relaxation, ...]] = []
-            for names in combinations(sorted(refined, key=lambda name: least[name]), count):
-                if offered and count == 1 and least[names[0]] > ABSURD:
-                    continue
-                tried = refined.values() if count > 1 else [refined[names[0]]]
+            for names in sorted(sources, key=lambda names: least[names]):
+                if offered and least[names] > ABSURD:
+                    break
                 rooms = ROOMS[-1:] if offered else ROOMS
-                offered += islice(filter(None, (self._best(*one, names, rooms) for one in tried)), 1)
+                offered += islice(filter(None, (self._best(*one, names, rooms) for one in sources[names])), 1)
             if offered:
                 return offered
         return []

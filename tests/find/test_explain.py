@@ -68,6 +68,17 @@ def test_who_follows_the_advice_finds_an_answer(ask: Ask, request_: Any, wanted:
         assert ask(asked, limit=1, **relaxed), (told, changes)
 
 
+@pytest.mark.slow
+def test_of_pairs_the_one_that_is_relaxed_least_is_offered_first(ask: Ask) -> None:
+    """And none by twenty times the deviation where another helps."""
+    asked = StraightLine(40, 2.17e-4)
+    empty = ask(asked, families=["four-bar"], max_size=57.9, min_transmission=85, min_link=26.8)
+    offers = advised(empty.explain())
+    assert {len(one) for one in offers} == {2}
+    assert set(offers[0]) == {"max_size", "min_transmission"}
+    assert all(one.get("deviation", 0) < 20 * asked.deviation for one in offers)
+
+
 def parallelogram(small: Catalogue, request_: StraightLine, cranks: float, point: complex) -> Explanation:
     """Return what is told of a search in which a parallelogram came nearest; its cranks and point in strokes."""
     problem = Problem.of(request_, Constraints(pins_only=True), Ranking())
