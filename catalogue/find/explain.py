@@ -155,10 +155,11 @@ class Explanation:
             if (amount > ROUNDING).any() and not name.startswith("distance ") and name not in implied:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
                 refined[name] = found, feasibility(self.problem, found)
+        alone = {name: self._least(broken, (name,)).min() for name, (_, broken) in refined.items()}
         for count in (1, 2):
             sources = {
                 names: [refined[names[0]]] if count == 1 else list(refined.values())
-                for names in combinations(sorted(refined), count)
+                for names in combinations(sorted(refined, key=lambda name: alone[name]), count)
             }
             least = {
                 names: min(self._least(broken, names).min() for _, broken in each) for names, each in sources.items()
