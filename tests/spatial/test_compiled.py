@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import inspect
+import os
 import subprocess
 import sys
 import time
@@ -261,12 +262,12 @@ def test_what_numba_has_kept_is_compiled_anew_where_another_file_has_changed(tmp
     def told(number: float) -> float:
         inner = f"from catalogue.spatial.native.compiling import compiled\n@compiled\ndef number(): return {number}\n"
         (folder / "inner.py").write_text(inner)
-        code = "from kernel.entry import read; print(read())"
-        command = [sys.executable, "-c", code]
-        return float(subprocess.run(command, cwd=tmp_path, check=True, timeout=120, stdout=subprocess.PIPE).stdout)
+        command = [sys.executable, "-c", "from kernel.entry import read; print(read())"]
+        environment = {**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "kept")}
+        return float(subprocess.run(command, cwd=tmp_path, env=environment, check=True, capture_output=True).stdout)
 
     assert told(1.0) == 1.0
-    assert list(folder.rglob("*.nbc"))
+    assert list((tmp_path / "kept").rglob("*.nbc"))
     assert told(2.5) == 2.5
 
 
