@@ -25,7 +25,7 @@ from ..problem.problem import Problem
 from ..refine.sqp import RADIUS_FACTORS, Refinement
 from ..store import Database
 from .report import SearchReport
-from .starts import FREE, LIKELY, Extent, Starts, is_constrained, is_narrow
+from .starts import BRIEF, LIKELY, Extent, Starts, is_constrained, is_narrow
 
 #: How many answers are enough to look no farther, and stages at most.  Fewer would make the first answer worse where
 #: fewer are shown.
@@ -128,8 +128,8 @@ class Search:
             self.report.refined += refinement.evaluated
             if np.isfinite(refinement.best_cost).sum() < wanted:
                 return
-            best = np.argsort(refinement.merit, kind="stable")[: max(FREE.tried, wanted)]
-            self._add(*self._halve_successively(refinement[best], (max(FREE.kept[0], wanted),)))
+            best = np.argsort(refinement.merit, kind="stable")[: max(BRIEF.tried, wanted)]
+            self._add(*self._halve_successively(refinement[best], (max(BRIEF.kept[0], wanted),)))
         if self._worth_something.sum() >= wanted and self._in_gap and self._is_varied:
             self.status = "found"
 

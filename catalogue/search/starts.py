@@ -74,10 +74,11 @@ class Extent:
 
 #: Where sorts of guides are asked for; where there are other constraints, which leave many best places that are no
 #: better than their neighbours, so that it is the number of starts that finds the best of them; and where those are
-#: ranked by score, of which the best places have nearly the same.
+#: ranked by score, of which the best places have nearly the same, so that a brief search may be enough.
 FREE = Extent(60, 600, 24, (12, 32, 16), 700, 2000)
 CONSTRAINED = Extent(200, 2500, 90, (30, 60, 30), 2000, 6000)
 SCORED = Extent(200, 1200, 40, (24, 40, 24), 2000, 6000)
+BRIEF = replace(FREE, tried=30, kept=(15, 32, 16))
 
 
 @dataclass
@@ -104,9 +105,8 @@ class Starts:
         return join(*parts) if parts else None
 
     def few(self) -> CandidateBatch | None:
-        """Return the starts of a first stage as if nothing but sorts of guides were asked for; they remain starts of
-        later stages."""
-        return replace(self, extent=FREE).gathered(0, 1, None)
+        """Return the starts of the first stage of a brief search; they remain starts of later stages."""
+        return replace(self, extent=BRIEF).gathered(0, 1, None)
 
     def likely(self, near: CandidateBatch) -> CandidateBatch | None:
         """Return those stored starts of the first two stages that are most like one candidate, and the most promising;
@@ -124,7 +124,7 @@ class Starts:
         """Return measured starts of a stage, of each kind the most promising first."""
         problem, extent = self.problem, self.extent
         parts = [self._stored(stage)]
-        if stage or (is_narrow(problem) and extent is not FREE) or problem.fixed_curvature is not None:
+        if stage or (is_narrow(problem) and extent is not BRIEF) or problem.fixed_curvature is not None:
             parts += [euler_savary.starts(problem, name, extent.drawn, self._random) for name in self._families]
         if stage == 0 and self._exact:
             parts.append(exact_guides.starts(problem, EXACT_GUIDES, self._random))
