@@ -72,6 +72,19 @@ def test_an_axis_that_belongs_to_the_curve_has_its_points(code: str, on_axis: in
     confirm(linkage, pairs, 0.8, 0.5)
 
 
+def test_the_pole_normal_has_four_points_where_the_radius_is_above_four_diameters() -> None:
+    """1/y* - 1/y = 1/rho0 and |y - y*| = R: two quadratics, one of which has real roots only then."""
+    from catalogue.series.sampling import draw
+
+    series = Registry().get("I.GG")
+    linkage = draw(series, series.members[0], 5, 0).linkage[:40]
+    at = curvature(linkage)
+    for radius, there in ((4.5 * at.rho0.max(), 4), (3.9 * at.rho0.min(), 2)):
+        pairs = circling_points(at, radius)
+        assert (np.isfinite(pairs[:, 6:]).all(axis=(2, 3)).sum(1) == there).all()
+        confirm(linkage, pairs, radius, 0.5)
+
+
 def test_without_a_pole_there_are_none() -> None:
     watt = Linkage([[[-1, 0.6, 1], [0, 0.6, 1]], [[1, -0.6, 1], [0, -0.6, 1]]])
     assert np.isnan(circling_points(curvature(watt), 1.0)).all()

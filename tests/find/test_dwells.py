@@ -7,6 +7,7 @@ import re
 import sqlite3
 from collections import Counter
 from contextlib import closing
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -123,6 +124,13 @@ def test_the_crank_has_length_one_and_the_best_comes_first(found: list[DwellCand
         assert d.pivot[1] == pytest.approx(0, abs=1e-9)
     least = [d.min_transmission for d in found]
     assert least == sorted(least, reverse=True)
+
+
+def test_the_pivot_of_the_rocker_is_as_far_from_the_driving_crank_as_is_told(found: list[DwellCandidate]) -> None:
+    for d in found:
+        far = abs(complex(*d.pivot) - complex(*d.pivots[d.driver - 1][0][:2]))
+        for one in (d, replace(d, driver=3 - d.driver, pivots=d.pivots[::-1])):
+            assert one.lengths["rocker pivot"] == pytest.approx(far)
 
 
 @pytest.mark.slow
