@@ -286,6 +286,21 @@ def test_points_of_the_cubic_have_stationary_curvature(random_linkages: Maker, f
     assert found > 1
 
 
+@pytest.mark.parametrize("first", [0, 1])
+def test_slider_cranks_in_cardan_motion_have_no_principal_pairs(first: int) -> None:
+    """Crank and coupler of one length, the slider in line with the crank's pivot: every point of the circle that rolls
+    is guided exactly, whichever dyad comes first."""
+    turn = np.array([0.3, 1.0, 2.2, -0.8])
+    pivots = np.zeros((len(turn), 2, 2, 3))
+    pivots[:, 0, :, 2] = 1
+    pivots[:, 0, 1, 0], pivots[:, 0, 1, 1] = np.cos(turn), np.sin(turn)
+    pivots[:, 1, 0, 1] = pivots[:, 1, 1, 2] = 1
+    pivots[:, 1, 1, 0] = 2 * np.cos(turn)
+    instant = curvature(Linkage(pivots[:, [first, 1 - first]]))
+    assert np.isfinite(instant.pole).all()
+    assert np.isnan(instant.principal_pairs[:, -2:]).all()
+
+
 @pytest.mark.slow
 @every_acyclic
 def test_principal_pairs_hold_five_positions(random_linkages: Maker, follow: Follower, family: str) -> None:

@@ -251,6 +251,7 @@ def test_curves_are_those_of_the_motion() -> None:
     assert "mechanical advantage" not in {one.name for one in exact}  # the coupler drives: there is none
     _, _, dwell = curves(DWELL)
     assert np.ptp(dwell[0].values) == pytest.approx(DWELL.swing, rel=1e-3)
+    assert dwell[0].values[0] == 0
     assert dwell[1].values.min() == pytest.approx(DWELL.min_transmission, abs=0.01)
 
 

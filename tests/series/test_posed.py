@@ -171,8 +171,9 @@ def test_the_inverse_problem_has_the_inverse_answers(registry: Registry) -> None
 
 
 # -- data that are special -------------------------------------------------------------------------------------------
-def test_symmetric_fixed_pivots_give_roberts_linkages_of_order_five_to_a_line(registry: Registry) -> None:
-    problem = posed("fixed", -1 + 0.4j, 1 + 0.4j, 0j)
+@pytest.mark.parametrize("size", [0.3, 1.0, 5.0])
+def test_symmetric_fixed_pivots_give_roberts_linkages_of_order_five_to_a_line(registry: Registry, size: float) -> None:
+    problem = posed("fixed", size * (-1 + 0.4j), size * (1 + 0.4j), 0j)
     found = {code: linkage for code, linkage, _ in solutions(registry, problem)}
     law = leading_error(found["I.GG"], np.zeros(len(found["I.GG"]), complex), circle=False, tolerance=1e-8)
     assert (law.order == 5).sum() == 2

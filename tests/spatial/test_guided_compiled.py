@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import subprocess
 import sys
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -15,7 +16,8 @@ import pytest
 
 from catalogue.spatial.geometry.guides import KINDS
 from catalogue.spatial.geometry.surfaces import Plane
-from catalogue.spatial.guided import compiled
+from catalogue.spatial.guided import compiled, newton
+from catalogue.spatial.guided import predictor_corrector as steps
 from tests.benchmarks.spatial_work_precision import Single, refined
 from tests.spatial import test_follow
 from tests.spatial.test_follow import path_of
@@ -150,6 +152,45 @@ def test_positions_are_right_to_the_last_digits(
             centre = m.guides[0].origin[i]
             apart = (at.points[0] - centre) / m.unit[i] - exact.T.astype(float)
             assert np.abs(apart).max() < 1e-16 * max(50, 20 * at.condition[0])
+
+
+def test_steps_are_judged_the_same() -> None:
+    """Of tangents at both ends, chords nearly along their mean, and rises by which y is about to turn back between."""
+    from catalogue.spatial.guided.kernel import walk
+
+    draw, m, f = np.random.default_rng(6), 6, 2
+    limits = SimpleNamespace(
+        margin=steps.MARGIN, bow=steps.BOW, last=newton.LAST, turn=steps.TURN, wanted_first=steps.WANTED_FIRST,
+        wanted_bow=steps.WANTED_BOW, wanted_turn=steps.WANTED_TURN, shorter=steps.SHORTER, longer=steps.LONGER,
+    )  # fmt: skip
+    verdicts: Counter[bool] = Counter()
+    for _ in range(400):
+        tangent = draw.normal(size=m + 1)
+        after = tangent + draw.choice([0.02, 0.05, 0.1]) * draw.normal(size=m + 1)
+        tangent[-1] = after[-1] = np.abs(tangent[-1])
+        tangent, after = (v / np.linalg.norm(v) for v in (tangent, after))
+        turn, slope = np.linalg.norm(after - tangent), 0.5 * (tangent[-1] + after[-1])
+        least = draw.choice([0.5, 2.0]) * steps.MARGIN * turn**3  # slope between, as if both ends had the same
+        h, rise = draw.uniform(0.01, 0.1), (0.5 * slope + least) / 1.5
+        metric, metric_after = draw.uniform(0.5, 2, (2, f))
+        chord = 0.5 * h * (tangent + after) + 1e-3 * h * draw.normal(size=m + 1)
+        chord[-1 - f : -1] /= (1 + metric_after / metric) / 2
+        correction, first, found = 1e-3 * h * draw.normal(size=m + 1), draw.uniform(1e-4, 1e-2), draw.random() < 0.9
+        z = chord - correction
+
+        front: Any = SimpleNamespace(tangent=tangent[:, None], y=np.zeros(1), metric=metric[:, None])
+        there: Any = SimpleNamespace(
+            tangent=after[:, None], y=np.array([h * rise]), metric=metric_after[:, None], first=np.array([first]),
+            correction=correction[:, None], found=np.array([found]),
+        )  # fmt: skip
+        good, longer = steps.Corrected.judged(there, z[:, None], np.array([h]), front)
+        t = SimpleNamespace(tangent=tangent, z=z, metric=metric)
+        w = SimpleNamespace(along=after, shift=correction.copy(), metric=metric_after)
+        same, by = walk.judged.py_func(h, h * rise, first, found, limits, t, w)
+        assert same == good[0]
+        assert not same or by == pytest.approx(longer[0])
+        verdicts[bool(same)] += 1
+    assert min(verdicts[True], verdicts[False]) > 50
 
 
 def test_what_is_no_guide_of_ours_is_left_to_numpy(spatial: SimpleNamespace, make: Make) -> None:

@@ -33,7 +33,7 @@ from catalogue.spatial import (
     sensitivities,
     transmission,
 )
-from catalogue.spatial.jointed.dead_points import stationary
+from catalogue.spatial.jointed.dead_points import _with_node, stationary
 from catalogue.spatial.jointed.newton import across
 
 
@@ -164,6 +164,19 @@ def test_a_dead_point_a_little_beyond_two_nodes_is_found_too(part: float) -> Non
         assert before.slope[k] * before.slope[k + 1] > 0
         (_, found), _ = stationary(curve, before, k)
         np.testing.assert_allclose(found, state, atol=1e-8)
+
+
+def test_the_drive_at_a_node_that_is_put_between_two_is_between_theirs() -> None:
+    """The angle of an arm goes on from the node before, beyond half a turn too."""
+    data = random_rssr(np.random.default_rng(4))
+    axis = np.array(data[1])
+    circuit = rssr(*data).circuit(Angle("crank", np.cross(axis, (0.3, 0.2, 1.0)), axis))
+    curve, trace = circuit.curve, circuit.trace
+    assert curve.system.scalars[-1].periodic
+    for k in np.flatnonzero(trace.slope[:-1] * trace.slope[1:] > 0).tolist():
+        more = _with_node(curve, trace, k, 0.5 * float(trace.s[k] + trace.s[k + 1]))
+        low, high = sorted(trace.drive[k : k + 2])
+        assert low < more.drive[k + 1] < high
 
 
 def test_a_slider_follows_the_closed_form() -> None:
