@@ -7,6 +7,7 @@ import re
 import shutil
 import subprocess
 import xml.etree.ElementTree as ET
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -108,6 +109,8 @@ def test_file_is_whole_and_says_what_it_shows(made: PlacedGuide) -> None:
     ]
     assert len(set(facts)) == len(facts) > len(made.lengths)
     assert all(0 < x < width and 0 < y < height for x, y in facts)
+    columns = {float(e.attrib["x"]) for e in root.iter(f"{SVG}text") if re.search(r" = | at \(", e.text or "")}
+    assert all(b - a >= 60 for a, b in pairwise(sorted(columns)))
 
 
 def test_usual_scales() -> None:
