@@ -104,6 +104,8 @@ def test_deviation_is_magnified_by_what_the_strip_says(made: Candidate) -> None:
         assert said == "exact straight line: no deviation but rounding"
         return
     (times,) = re.findall(r"^deviation × (\d+)  from", said)
+    nought, *sides = [line.get_ydata()[0] for line in strip.lines if np.ptp(line.get_ydata()) == 0]
+    np.testing.assert_allclose([nought, *sides], [0, -made.deviation, made.deviation], rtol=2e-3)
     along, across = (np.diff(strip.transData.transform([(0, 0), ends]), axis=0)[0] for ends in ((1, 0), (0, 1)))
     assert across[1] / along[0] == pytest.approx(float(times))
     low, high = strip.get_ylim()
@@ -175,6 +177,15 @@ def expected(made: Candidate) -> set[str]:
             for end in ("start", "end")
         }
     return names
+
+
+@every
+def test_the_ends_of_the_scale_are_three_points_high(made: Candidate) -> None:
+    figure = draw(made)
+    (scale,) = [line for line in figure.axes[0].lines if line.get_gid() == "scale"]
+    ends = figure.axes[0].transData.transform(scale.get_xydata()) * 72 / figure.dpi
+    assert np.ptp(ends[:, 1]) == pytest.approx(3)
+    assert np.ptp(ends[:, 0]) > 50
 
 
 @every

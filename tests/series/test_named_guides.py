@@ -235,6 +235,18 @@ def test_each_is_in_the_database_with_its_guide_and_reaches(small_db: Path) -> N
         assert levels
 
 
+def test_stored_arcs_are_about_the_centres_of_their_designs(small_db: Path) -> None:
+    arcs = {name: design for name, design in ALL.items() if design.circle}
+    assert len(arcs) > 2
+    query = "SELECT g.x, g.y, g.curvature FROM guide g JOIN mechanism m ON m.id = g.mechanism_id WHERE m.name = ?"
+    with closing(sqlite3.connect(small_db)) as connection:
+        for name, design in arcs.items():
+            ((x, y, curvature),) = connection.execute(query, (name,))
+            _, point, centre, _ = design.canonical()
+            assert complex(x, y) == pytest.approx(point)
+            assert 1 / abs(curvature) == pytest.approx(abs(centre - point), rel=1e-9)
+
+
 @pytest.mark.slow
 def test_a_build_of_one_series_holds_them_all_and_a_second_one_leaves_them(tmp_path: Path, registry: Registry) -> None:
     path = tmp_path / "one.db"

@@ -196,6 +196,15 @@ def test_centres_on_one_line_across_the_axis_give_parallel_cranks_of_order_four(
     assert 0.7 + law.normal / law.curvature == pytest.approx(np.array([0j]), abs=1e-12)
 
 
+@pytest.mark.parametrize("by", [3e5 * np.exp(0.4j), 2e-6 * np.exp(1.3j)])
+def test_so_they_do_however_large_they_are_and_wherever_the_axis_points(registry: Registry, by: complex) -> None:
+    problem = posed("fixed", 1.0j * by, 2.3j * by, 0.7 * by, 0j)
+    (linkage,) = [linkage for code, linkage, _ in solutions(registry, problem) if code == "IV.l"]
+    law = leading_error(linkage, np.array([0.7 * by]), circle=True, tolerance=1e-8)
+    assert law.order.tolist() == [4]
+    assert 0.7 + law.normal / law.curvature / by == pytest.approx(np.array([0j]), abs=1e-12)
+
+
 @pytest.mark.parametrize(
     ("a", "b", "point", "centre", "lost", "kept"),
     [

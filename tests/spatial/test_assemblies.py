@@ -80,6 +80,7 @@ def test_near_assemblies_are_told_apart_and_those_that_coincide_are_double(
     assert [found.double[found.mechanism == i].tolist() for i in (1, 2, 3)] == [[True] * 2, [False] * 4, [False] * 4]
     assert found.even.all()
     assert found.complete.all()
+    assert found.certified.tolist() == [False] * 2 + [True] * 8  # a double root is none that Newton's method is sure of
     gap = np.ptp(found.positions.coordinates[found.mechanism == 2, 1, 0])
     assert abs(gap / (2 * np.sqrt(4 - q[2, 0] ** 2)) - 1) < 1e-6
 
