@@ -50,6 +50,9 @@ HELD = {
 FARTHEST = 1e4
 #: Nor so many times as far as the stroke is long, and the given pivots are off.
 FARTHER = 100.0
+#: Part of the terms of a path below which one is rounding; of what a series gives: how far, in parts of the radius, the
+#: circle may be from the one asked, or in rad the tangent.
+ROUNDED, ASTRAY = 1e-7, 1e-4
 #: Designs whose pivots and points differ by less than this part of the stroke are one.
 SAME = 1e-3
 
@@ -137,7 +140,7 @@ def _nominal(problem: Problem) -> Nominal:
 
 
 def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) -> Built:
-    """Return all linkages that the series give, of the families that are wanted."""
+    """Return all linkages that the series give and that guide the point, of the families that are wanted."""
     found = [Built(Linkage.trusted(np.zeros((0, 2, 2, 3))), np.zeros(0, complex), np.zeros(0, str), np.zeros(0, bool))]
     exact = (problems.pivots == problems.pivots[:1]).all(1)
     for one in series:
@@ -148,13 +151,25 @@ def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) 
             continue
         k = answers.shape[1]
         linkage, good = Linkage.valid(answers.reshape(-1, 2, 2, 3))
+        of = np.repeat(np.arange(len(answers)), k)[good]
+        chosen = _guides(linkage, problems, of)
         if constraints.families:
-            chosen = np.isin(linkage.family, constraints.families)
-            good[good] = chosen
-            linkage = linkage[chosen]
-        point, first = (np.repeat(values, k)[good] for values in (problems.point, exact))
-        found.append(Built(linkage, point, np.full(len(linkage), one.code), first))
+            chosen &= np.isin(linkage.family, constraints.families)
+        linkage, of = linkage[chosen], of[chosen]
+        found.append(Built(linkage, problems.point[of], np.full(len(linkage), one.code), exact[of]))
     return join(*found)
+
+
+def _guides(linkage: Linkage, problems: Posed, of: Indices) -> Mask:
+    """Return which linkages guide the point of their problem along its nominal to third order; where the equations of a
+    series are singular, what it gives is rounding."""
+    point, centre, across = problems.point[of], problems.centre[of], problems.axis[of]
+    circle = problems.path == "circle"
+    law = leading_error(linkage, point, circle=circle, tolerance=ROUNDED)
+    with np.errstate(all="ignore"):
+        about = np.abs(point + law.normal / law.curvature - centre) / np.abs(point - centre)
+        astray = about if circle else np.abs((law.normal * across.conj()).imag)
+    return np.asarray((law.order >= 3) & (astray < ASTRAY))
 
 
 def _completed(problems: Posed, nominal: Nominal) -> Built:
@@ -195,7 +210,7 @@ def distinct(built: Built | CandidateBatch, count: int) -> Indices:
 
 def _refined(ancestors: Built, problem: Problem, nominal: Nominal, report: SearchReport) -> CandidateBatch:
     """Return the refined guides in mid-stroke: first as straight as they become, then for what is ranked."""
-    law = leading_error(ancestors.linkage, ancestors.point, circle=problem.curved, tolerance=1e-7)
+    law = leading_error(ancestors.linkage, ancestors.point, circle=problem.curved, tolerance=ROUNDED)
     n = len(law.order)
     configuration = Instant(ancestors.linkage).configuration.astype(object)
     origin = Origin(

@@ -11,6 +11,10 @@ import pytest
 
 import catalogue
 from catalogue.errors import InvalidRequest
+from catalogue.find.prescribed_pivots import solved
+from catalogue.plugin.registry import Registry
+from catalogue.problem.constraints import Constraints
+from catalogue.series.posed import Posed, unit
 
 Ask = Callable[..., catalogue.Found]
 LINE = catalogue.StraightLine(1.0, 0.01)
@@ -26,6 +30,20 @@ def strays(c: catalogue.Candidate, naive: SimpleNamespace, request: Any) -> floa
         return float(np.abs(path.imag).max())
     centre = complex(0.5, -np.sqrt(request.radius**2 - 0.25))
     return float(np.abs(np.abs(path - centre) - request.radius).max())
+
+
+@pytest.mark.parametrize("by", [np.exp(0.4j), 3e5 * np.exp(0.4j), 2e-6 * np.exp(1.3j)])
+def test_what_is_rounding_where_equations_are_singular_is_no_answer(naive: SimpleNamespace, by: complex) -> None:
+    """As where both pivots stand across from the point: turned, as then nothing that vanishes is exactly 0."""
+    point, series = np.array([0.7 * by]), Registry().series
+    problem = Posed("fixed", np.array([[1.0j * by, 2.3j * by]]), point, np.zeros(1, complex), unit(point))
+    given = [code for code, one in series.items() if np.isfinite(one.answers(problem)).all((2, 3, 4)).any()]
+    built = solved(series.values(), problem, Constraints())
+    assert set(built.series) == {"IV.l", "parallel"} < set(given)
+    for pivots in built.linkage.pivots / np.array([abs(by), abs(by), 1]):
+        path = naive.Loop(pivots, complex(point[0] / abs(by))).close("crank", np.array([-2e-3, -1e-3, 0, 1e-3, 2e-3]))
+        assert np.abs(np.diff(path)).min() > 1e-4
+        assert np.abs(np.abs(path) - 0.7).max() < 1e-9  # of its circle, order 3 or more
 
 
 @pytest.mark.slow
