@@ -11,6 +11,7 @@ What takes minutes on purpose is left out, with the reason.
 from __future__ import annotations
 
 import os
+import platform
 import re
 import subprocess
 import sys
@@ -91,7 +92,7 @@ def transcript() -> str:
             if " find " in asked and (found := re.search(r"^─+\n(\w{7}) ", done.stdout, re.MULTILINE)):
                 code = found[1]
             out = done.stdout.splitlines() + [f"[err] {one}".rstrip() for one in told.splitlines()]
-            out = [one.replace(folder, "/tmp/new") for one in out]
+            out = [one.replace(folder, "/new").replace(platform.platform(), platform.system()) for one in out]
             assert "Traceback" not in told, told
             wide = [one for one in done.stdout.splitlines() if len(one) > WIDTH]
             more = [f"... {len(out) - SHOWN} more lines"] * (len(out) > SHOWN)
