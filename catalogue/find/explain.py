@@ -156,16 +156,17 @@ class Explanation:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
                 refined[name] = found, feasibility(self.problem, found)
         alone = {name: self._least(broken, (name,)).min() for name, (_, broken) in refined.items()}
+        order = sorted(refined, key=alone.__getitem__)
         for count in (1, 2):
             sources = {
-                names: [refined[names[0]]] if count == 1 else list(refined.values())
-                for names in combinations(sorted(refined, key=lambda name: alone[name]), count)
+                names: [refined[names[0]]] if count == 1 else [*refined.values()]
+                for names in combinations(order, count)
             }
             least = {
                 names: min(self._least(broken, names).min() for _, broken in each) for names, each in sources.items()
             }
             offered: list[tuple[Relaxation, ...]] = []
-            for names in sorted(sources, key=lambda names: least[names]):
+            for names in sorted(sources, key=least.__getitem__):
                 if offered and least[names] > ABSURD:
                     break
                 rooms = ROOMS[-1:] if offered else ROOMS
