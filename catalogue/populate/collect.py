@@ -55,13 +55,14 @@ def collect(
     PluginError
         If the collection raises or breaks its contract.
     DatabaseError
-        If the disk is full, the file is locked, or another process draws the collection otherwise.
+        If the file is damaged or locked, the disk is full, or another process draws the collection otherwise.
     """
     name, families = collection.name, collection.families
     begun = state(database, name)
     count = begun.get("count", COUNT) if count is None else count
     seed = begun.get("seed", 0) if seed is None else seed
     count, seed = whole("count", count, 1), whole("seed", seed, 0)
+    database.check()
     source = {"seed": seed, "plan": collection.plan, "version": version}
     with database.begin() as connection:
         if not source.items() <= _state(connection, name).items():

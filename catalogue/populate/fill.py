@@ -82,7 +82,7 @@ def fill(
     InvalidRequest
         If count, seed or processes is too small, or a code is unknown.
     DatabaseError
-        If the file cannot be written, or another process is filling it.
+        If the file is damaged or cannot be written, or another process is filling it.
     """
     count, seed = whole("count", count, 1), whole("seed", seed, 0)
     processes = None if processes is None else whole("processes", processes, 1)
@@ -92,6 +92,7 @@ def fill(
     unknown = [code for code in series if code not in registry.series]
     if unknown:
         raise InvalidRequest(f"unknown series {unknown[0]}; there are {', '.join(registry.series)}")
+    database.check()  # a file that has changed since it was sealed must not be sealed again
     start, rows = time.perf_counter(), 0
     sources = plan(database, registry, series or list(registry.series), count, seed)
 

@@ -16,8 +16,8 @@ import numpy as np
 from sqlalchemy import Connection, Index, delete
 
 from ..errors import DatabaseError
-from .database import UNSEALED, Database
-from .engine import connect, database_errors
+from .database import Database
+from .engine import connect, database_errors, unseal
 from .models import PIVOTS, Base, Batch, Mechanism
 
 Columns = Mapping[str, Any]
@@ -132,10 +132,10 @@ def finish(database: Database) -> bool:
 
 @contextmanager
 def _writing(connection: Connection) -> Iterator[None]:
-    """Open a transaction that has the write lock from its start, and say plainly what the disk has against it."""
+    """Open a transaction with the write lock, once the seal is checked; name what the disk has against it."""
     path = Path(connection.engine.url.database or "")
     with database_errors(path), connection.execution_options(immediate=True).begin():
-        connection.exec_driver_sql(UNSEALED)
+        unseal(connection, path)
         yield
 
 

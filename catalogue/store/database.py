@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import json
 import sqlite3
-import subprocess  # nosec B404
-import sys
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from decimal import Decimal
@@ -23,7 +21,7 @@ from ..kinematics.linkage import Linkage, faults
 from ..kinematics.types import Array, Floats
 from . import engine as files
 from . import seal
-from .engine import IMPOSSIBLE, bring_up_to_date, database_errors, engine_for
+from .engine import IMPOSSIBLE, bring_up_to_date, check_seal, database_errors, engine_for, unseal
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine, Select
@@ -161,10 +159,16 @@ class Database:
 
     @contextmanager
     def begin(self) -> Iterator[Connection]:
-        """Yield a connection in a transaction that may write; it is committed at the end, rolled back on an error."""
+        """Yield a connection in a transaction that may write; it is committed at the end, rolled back on an error.
+
+        Raises
+        ------
+        DatabaseError
+            If the file is not as it was sealed, or cannot be written.
+        """
         engine = self.engine.execution_options(immediate=True)
         with database_errors(self.path), engine.begin() as connection:
-            connection.exec_driver_sql(UNSEALED)
+            unseal(connection, self.path)
             yield connection
 
     def read(self, select: Select[*tuple[Any, ...]]) -> dict[str, Array]:
@@ -239,10 +243,8 @@ class Database:
             if self._checked in ((*stamp, True), (*stamp, rules)):
                 return
             with closing(self._connect()) as connection:
-                (sealed,) = connection.execute("PRAGMA user_version").fetchone()
-                if sealed and sealed != _digest(connection, self.path):
-                    raise sqlite3.DataError(f"{IMPOSSIBLE}it is not as it was written")
-                if not sealed and rules:
+                check_seal(connection, self.path)
+                if rules and not seal.is_sealed(connection):
                     [(said,)] = connection.execute("PRAGMA integrity_check(1)").fetchall()
                     orphan = connection.execute("PRAGMA foreign_key_check").fetchone()
                     if said != "ok" or orphan:
@@ -292,7 +294,7 @@ class Database:
         """Keep a digest of the file in it, by which `check` sees any change; who writes takes it away."""
         with database_errors(self.path), closing(files.connect(self.path)) as connection:
             connection.execute("BEGIN IMMEDIATE")
-            connection.execute(f"PRAGMA user_version = {_digest(connection, self.path)}")
+            connection.execute(f"PRAGMA user_version = {seal.digest_now(connection, self.path)}")
             connection.execute("COMMIT")
 
     def get_setting(self, key: str) -> str | None:
@@ -341,24 +343,6 @@ class Database:
 
     def __repr__(self) -> str:
         return f"Database({str(self.path)!r})"
-
-
-#: What every transaction that writes begins with.
-UNSEALED = "PRAGMA user_version = 0"
-#: Files that are larger are read by a process of their own, see `seal`.
-LARGE = 1 << 27
-
-
-def _digest(connection: sqlite3.Connection, path: Path) -> int:
-    """Return the digest of a file as a connection sees it."""
-    (mode,) = connection.execute("PRAGMA journal_mode").fetchone()
-    if path.stat().st_size <= LARGE or mode == "wal":  # what is in a log is not yet in the file
-        return seal.digest([connection.serialize()])
-    command = [sys.executable, "-I", seal.__file__, str(path)]
-    done = subprocess.run(command, capture_output=True, text=True, check=False)  # nosec B603  # this Python, our file
-    if done.returncode:
-        raise sqlite3.OperationalError((done.stderr.strip().splitlines() or ["its digest cannot be told"])[-1])
-    return int(done.stdout)
 
 
 def stacked_pivots(rows: Mapping[str, Array]) -> Floats:

@@ -15,10 +15,11 @@ from filecmp import cmp
 from functools import partial
 from itertools import chain, count
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import DatabaseError, DatabaseTooNew, InvalidRequest, quoted, shortened
 from ..folders import folder
+from . import seal
 
 if TYPE_CHECKING:
     from sqlalchemy import Connection, Engine
@@ -115,6 +116,22 @@ def engine_for(path: Path, *, writable: bool = True) -> Engine:
 def _begin(connection: Connection) -> None:
     immediate = connection.get_execution_options().get("immediate", False)
     connection.exec_driver_sql("BEGIN IMMEDIATE" if immediate else "BEGIN")
+
+
+def check_seal(connection: sqlite3.Connection, path: Path) -> None:
+    """Raise `sqlite3.DataError` where a file has a seal and has changed since it got it."""
+    if seal.is_broken(connection, path):
+        raise sqlite3.DataError(f"{IMPOSSIBLE}it is not as it was written")
+
+
+def unseal(connection: Connection, path: Path) -> None:
+    """Check the seal, then remove it, in a transaction that will write.
+
+    Whoever writes seals the file again at the end: a change that somebody else made would be sealed with it.
+    """
+    driver = cast(sqlite3.Connection, connection.connection.driver_connection)
+    check_seal(driver, path)
+    driver.execute(seal.REMOVE)
 
 
 _OURS = {"alembic_version", "mechanism", "guide"}
@@ -230,9 +247,9 @@ def _migrate(path: Path) -> None:
                 older = revision(path)  # another process may have been faster
                 if older == revisions()[-1]:
                     return
+                unseal(connection, path)
                 if older is not None:
                     stack.enter_context(_backed_up(path, older))
-                connection.exec_driver_sql("PRAGMA user_version = 0")  # the seal of the older tables
                 config.attributes.update(connection=connection, metadata=Base.metadata)
                 drop_views(connection)  # SQLite renames no table that a view reads
                 command.upgrade(config, "head")

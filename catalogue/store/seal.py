@@ -8,6 +8,7 @@ standard library.
 from __future__ import annotations
 
 import sqlite3
+import subprocess  # nosec B404
 import sys
 import zlib
 from collections.abc import Iterable
@@ -17,6 +18,10 @@ from pathlib import Path
 #: Bytes of a file that change though nothing is changed: journal mode, counters, and the seal itself.
 COUNTERS = ((18, 20), (24, 28), (60, 64), (92, 100))
 BLOCK = 1 << 20
+#: Size from which a process of its own reads the file [bytes]: a copy in memory would take twice as much.
+LARGE = 1 << 27
+#: What every transaction that writes does to the seal, once `is_broken` denies that it is broken.
+REMOVE = "PRAGMA user_version = 0"
 
 
 def digest(blocks: Iterable[bytes]) -> int:
@@ -38,6 +43,29 @@ def digest_of(path: Path) -> int:
         connection.execute("BEGIN")
         connection.execute("SELECT count(*) FROM sqlite_master").fetchone()  # from here on it is locked
         return digest(iter(lambda: file.read(BLOCK), b""))
+
+
+def digest_now(connection: sqlite3.Connection, path: Path) -> int:
+    """Return the digest of a file as a connection sees it."""
+    (mode,) = connection.execute("PRAGMA journal_mode").fetchone()
+    if path.stat().st_size <= LARGE or mode == "wal":  # what is in a log is not yet in the file
+        return digest([connection.serialize()])
+    command = [sys.executable, "-I", __file__, str(path)]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)  # nosec B603  # this Python, our file
+    if done.returncode:
+        raise sqlite3.OperationalError((done.stderr.strip().splitlines() or ["its digest cannot be told"])[-1])
+    return int(done.stdout)
+
+
+def is_sealed(connection: sqlite3.Connection) -> bool:
+    """Return whether a file has a seal."""
+    return bool(connection.execute("PRAGMA user_version").fetchone()[0])
+
+
+def is_broken(connection: sqlite3.Connection, path: Path) -> bool:
+    """Return whether a file has a seal that is not its digest."""
+    (sealed,) = connection.execute("PRAGMA user_version").fetchone()
+    return bool(sealed) and sealed != digest_now(connection, path)
 
 
 if __name__ == "__main__":

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import os
 import re
 import runpy
 import shutil
 import sqlite3
+import subprocess
+import sys
+from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from types import SimpleNamespace
@@ -16,7 +20,7 @@ import pytest
 
 import catalogue
 from catalogue import Catalogue, DatabaseError, InvalidRequest, StraightLine
-from catalogue.store import database
+from catalogue.store import Database, seal
 
 LINE = StraightLine(100, 0.5)
 QUESTIONS = ("find", "show", "export")
@@ -116,7 +120,7 @@ def test_one_bit_is_noticed_by_whoever_quotes_the_file(copied: Path, attack: Sim
 
 
 def test_a_large_file_is_read_in_blocks_with_the_same_digest(copied: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(database, "LARGE", 0)
+    monkeypatch.setattr(seal, "LARGE", 0)
     with catalogue.open(copied, build=False) as opened:
         opened.database.check()
     content = bytearray(copied.read_bytes())
@@ -131,6 +135,49 @@ def test_a_file_that_is_edited_and_says_so_is_read(copied: Path, small: Catalogu
         file.executescript("PRAGMA user_version = 0; PRAGMA foreign_keys = ON; DELETE FROM guide WHERE id = 7")
     with catalogue.open(copied, build=False) as opened:
         assert [*opened.guides()["id"]] == [i for i in small.guides()["id"] if i != 7]
+
+
+#: What writes to a file, by name.
+WRITERS: dict[str, Callable[[Catalogue], object]] = {
+    "build": lambda opened: opened.build(),
+    "a larger build": lambda opened: opened.build(count=2000, processes=1),
+    "a build of other series": lambda opened: opened.build(count=10, series=["I.GG"], processes=1),
+    "build_collection": lambda opened: opened.build_collection("spatial-guidance", count=6),
+    "set_setting": lambda opened: opened.database.set_setting("mine", "1"),
+}
+
+
+@pytest.mark.parametrize("writer", WRITERS)
+def test_no_command_that_writes_seals_a_file_that_was_changed(copied: Path, writer: str) -> None:
+    with closing(sqlite3.connect(copied, isolation_level=None)) as file:
+        file.execute("UPDATE reach SET size = size * 10")
+    before = copied.read_bytes()
+    with catalogue.open(copied, build=False) as opened:
+        with pytest.raises(DatabaseError, match="not as it was written"):
+            WRITERS[writer](opened)
+        with pytest.raises(DatabaseError, match="not as it was written"):
+            opened.find(LINE)
+    assert copied.read_bytes() == before
+
+
+def test_a_build_on_a_changed_file_ends_with_the_code_of_a_damaged_one(copied: Path) -> None:
+    with closing(sqlite3.connect(copied, isolation_level=None)) as file:
+        file.execute("UPDATE reach SET size = size * 10")
+    environment = {**os.environ, "CATALOGUE_DB": str(copied)}
+    for _ in range(2):
+        done = subprocess.run(
+            [sys.executable, "-m", "catalogue", "build"], env=environment, capture_output=True, text=True, check=False
+        )
+        assert (done.returncode, "not as it was written" in done.stderr) == (4, True), done.stderr
+
+
+def test_a_change_while_a_file_is_open_is_seen_before_it_is_written_to(copied: Path) -> None:
+    with Database.open(copied) as opened:
+        opened.check()
+        with closing(sqlite3.connect(copied, isolation_level=None)) as file:
+            file.execute("UPDATE reach SET size = size * 10")
+        with pytest.raises(DatabaseError, match="not as it was written"):
+            opened.set_setting("mine", "1")
 
 
 def test_what_writes_takes_the_seal_away_and_a_build_gives_it_back(copied: Path, small: Catalogue) -> None:

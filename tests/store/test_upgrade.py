@@ -130,6 +130,21 @@ def test_upgrade_keeps_all_rows_and_a_copy(filled: Path, add_migration: Callable
     assert len(copy.read_bytes()) == len(before)
 
 
+def test_a_file_that_was_changed_since_it_was_sealed_is_not_upgraded(
+    filled: Path, add_migration: Callable[[str], None]
+) -> None:
+    with Database.open(filled) as database:
+        database.seal()
+    with closing(sqlite3.connect(filled)) as connection, connection:
+        connection.execute("UPDATE reach SET size = size * 10")
+    before = filled.read_bytes()
+    add_migration(ADD_COLUMN)
+    with pytest.raises(DatabaseError, match="not as it was written"):
+        Database.open(filled)
+    assert filled.read_bytes() == before
+    assert [file.name for file in filled.parent.glob("some.db*")] == ["some.db"]
+
+
 def test_older_copy_is_not_overwritten(filled: Path, add_migration: Callable[[str], None]) -> None:
     filled.with_name(f"some.db.backup-{HEAD}").write_text("precious")
     add_migration(ADD_COLUMN)
