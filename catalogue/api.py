@@ -102,8 +102,8 @@ class Catalogue:
         cognates : bool
             Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see `Candidate.cognate`.
         round_to : float, optional
-            Make the lengths of links, and the place of the guided point in the coupler, multiples of this; see
-            `Candidate.lengths`.
+            Round the lengths of links, and the place of the guided point in the coupler, to multiples of this; each
+            rounded linkage is placed anew where it guides best, then judged.  See `Candidate.lengths`.
         desires : mapping of str to (best, worst) or (best, worst, weight), optional
             What makes the score: a size, transmission angle, allowance, shortest link (``min_link``) or distance of the
             fixed pivots (``min_ground``) is desired fully from `best` on and not at all from `worst` on; lengths in the

@@ -12,10 +12,10 @@ from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import LEAST_ARM, min_transmission_turn, rotation_margin
 from ..guidance.swept_area import intrusion, link_ends, link_segments, protrusion
 from ..kinematics.linkage import Linkage
-from ..kinematics.types import Complexes, Floats, Indices, Mask
+from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
-from .batch import CandidateBatch
+from .batch import CandidateBatch, every_flip, flipped
 
 #: Bounds on lengths of the linkage by the measure that they bound; each is the largest allowed, or the least.
 UPPER_BOUNDS = {"max_size": "size", "max_link": "max_link", "max_ground": "max_ground", "max_arm": "max_arm"}
@@ -37,6 +37,8 @@ EXACT_DEVIATION = 1e-12
 SWEPT = 16
 #: Amounts below this break nothing: lengths in strokes, angles in radians, rounding of both.
 ROUNDING = 1e-9
+#: Violations nearer than this count as equal, so that the orientation given wins ties [strokes].
+TIE = 1e-12
 
 
 @dataclass(frozen=True)
@@ -221,3 +223,39 @@ def pivot_violations(problem: Problem, z: Complexes, finite: Mask) -> dict[str, 
             out = np.where(finite[..., planes], region.outside(np.where(finite, z, 0)[..., planes]), 0.0)
             amounts[name] = np.maximum(out, 0.0).sum(axis=(1, 2))
     return amounts
+
+
+def best_orientation(
+    problem: Problem, linkage: Linkage, point: Complexes, pole: Complexes
+) -> tuple[Linkage, Complexes, Complexes]:
+    """Reverse or mirror placed guides where that lowers the violation of the pivot regions.
+
+    Parameters
+    ----------
+    linkage : Linkage
+        n linkages in mid-stroke, their paths from (0, 0) to (1, 0) [strokes].
+    point, pole : complex ndarray, shape (n,)
+        Guided points and poles there [strokes].
+
+    Returns
+    -------
+    tuple of Linkage, complex ndarray, complex ndarray
+        Linkages, points and poles, shape (n,), in the orientation of least violation.
+    """
+    best: tuple[Array, ...] | None = None
+    for reverse, over in every_flip(problem, len(point)):
+        there, z, p = flipped(linkage, point, pole, reverse, over)
+        violations = pivot_violations(problem, there.points, there.finite).values()
+        total = np.sum([*violations, np.zeros(len(z))], axis=0)
+        now = (total, there.pivots, z, p)
+        if best is None:
+            best = now
+            if not total.any():
+                break
+            continue
+        better = total < best[0] - TIE
+        best = tuple(
+            np.where(better.reshape(-1, *(1,) * (new.ndim - 1)), new, old) for new, old in zip(now, best, strict=True)
+        )
+    assert best is not None
+    return Linkage.trusted(best[1].copy()), best[2], best[3]

@@ -7,14 +7,24 @@ from dataclasses import replace
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path, unscaled
+from ..candidates.feasibility import best_orientation, feasibility
+from ..guidance.circuit_curve import CircuitCurve, fitted, on_path
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.placement import at_stroke
+from ..guidance.stretches import straightest
 from ..guidance.trace import Traced
 from ..kinematics.batch import join, take
+from ..kinematics.circuits import circuits
 from ..kinematics.cognates import cognates
 from ..kinematics.link_lengths import rounded
+from ..kinematics.linkage import Linkage
+from ..kinematics.motion import CHANGE, conditioning
+from ..kinematics.types import Complexes, Indices
 from ..problem.problem import Problem
 from ..refine.sqp import Refinement
+
+#: Stretches of a rounded linkage that are tried, so that one inside the constraints is among them.
+STRETCHES = 2
 
 
 def with_cognates(problem: Problem, found: CandidateBatch, *, refine: bool) -> CandidateBatch:
@@ -32,13 +42,57 @@ def with_cognates(problem: Problem, found: CandidateBatch, *, refine: bool) -> C
 
 
 def with_round_lengths(problem: Problem, found: CandidateBatch, step: float) -> CandidateBatch:
-    """Return candidates whose lengths are multiples of a step [strokes]; those that can be made so."""
+    """Round the lengths of candidates to multiples of a step [strokes], and place each anew.
+
+    Rounding moves the stretch over which a point runs straightest.  Each rounded linkage is placed
+    where it stood and on the best stretches of its circuit; the feasible placement of least deviation
+    is kept.  Linkages without round lengths nearby are left out.
+    """
     linkage, point, made = rounded(found.linkage, found.point, step)
-    guides = coupler_curve(linkage, point, pole=found.pole[made])
+    origin, pole = take(found.origin, made), found.pole[made]
+    row = np.arange(len(point))
+    placed = _laid_unscaled(problem, origin, coupler_curve(linkage, point, pole=pole))
+    # at a change point the branch is known in this position alone
+    movable = np.flatnonzero(conditioning(linkage).max(0) >= CHANGE)
+    if len(movable) and not problem.constraints.returns:
+        curve, of = _best_stretches(problem, linkage[movable], point[movable])
+        which = movable[of]
+        guides = coupler_curve(curve.linkage, curve.point)
+        placed = join(placed, _laid_unscaled(problem, take(origin, which), guides))
+        row = np.concatenate([row, which])
+    order = np.lexsort((placed.deviation, ~feasibility(problem, placed).all, row))
+    first = np.diff(row[order], prepend=-1) > 0
+    return placed[order[first]]
+
+
+def _best_stretches(problem: Problem, linkage: Linkage, point: Complexes) -> tuple[CircuitCurve, Indices]:
+    """Return the straightest stretches of unit stroke on the given circuits.
+
+    Returns
+    -------
+    CircuitCurve, ndarray of int
+        k guides in mid-stroke; the numbers, (k,), of the linkages to which they belong.
+    """
+    found = circuits(linkage)
+    found = found[np.flatnonzero(np.isfinite(found.phase))]
+    bend = problem.fixed_curvature
+    radius = None if bend is None else 1 / abs(bend)
+    at, circle = point[found.of], problem.curved
+    best = straightest(found, at, np.ones(len(found)), circle=circle, radius=radius, count=STRETCHES)
+    some, z = found[best.circuit], at[best.circuit]
+    fit = fitted(some, z, best.low, best.high, circle=circle, radius=radius)
+    good = np.flatnonzero(np.isfinite(fit.deviation))
+    curve, _ = on_path(some[good], z[good], best.low[good], best.high[good], fit[good])
+    return curve, some.of[good]
+
+
+def _laid_unscaled(problem: Problem, origin: Origin, guides: CouplerCurve) -> CandidateBatch:
+    """Place guides of fixed lengths along the path, in the orientation their pivots fit best."""
     traced = at_stroke(guides, 1.0, circle=problem.curved, nodes=16, extend=False)
-    return _laid(problem, take(found.origin, made), guides, unscaled(traced))
+    return _laid(problem, origin, guides, unscaled(traced))
 
 
 def _laid(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
-    linkage, point, pole = place_on_path(problem, guides, traced)
-    return measured(problem, origin, linkage, point, pole, -np.abs(traced.fit.curvature))
+    """Place traced guides along the path, in the orientation their pivots fit best."""
+    placed = best_orientation(problem, *place_on_path(problem, guides, traced))
+    return measured(problem, origin, *placed, -np.abs(traced.fit.curvature))

@@ -10,8 +10,8 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin, every_flip, flipped, measured, place_on_path
-from ..candidates.feasibility import LOWER_BOUNDS, UPPER_BOUNDS, excess, pivot_violations
+from ..candidates.batch import CandidateBatch, Origin, every_flip, measured, place_on_path
+from ..candidates.feasibility import LOWER_BOUNDS, UPPER_BOUNDS, best_orientation, excess
 from ..candidates.select import ranks
 from ..errors import DatabaseError
 from ..guidance.arc_window import at_sweep
@@ -286,20 +286,7 @@ def candidates_of(
             traced = _within(problem, guides, traced, half * stretch, most, centre)
     linkage, point, pole = place_on_path(problem, guides, traced)
     bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
-    best: tuple[Array, ...] | None = None
-    for reverse, over in every_flip(problem, len(point)):
-        there, z, p = flipped(linkage, point, pole, reverse, over)
-        out = np.sum([*pivot_violations(problem, there.points, there.finite).values(), np.zeros(len(z))], axis=0)
-        now = (out, there.pivots, z, p)
-        if best is None:
-            best = now
-            if not out.any():
-                break
-            continue
-        better = out < best[0] - 1e-12
-        best = tuple(np.where(better.reshape(-1, *(1,) * (a.ndim - 1)), a, b) for a, b in zip(now, best, strict=True))
-    assert best is not None
-    return measured(problem, origin, Linkage.trusted(best[1].copy()), best[2], best[3], bend)
+    return measured(problem, origin, *best_orientation(problem, linkage, point, pole), bend)
 
 
 def _within(
