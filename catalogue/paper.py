@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 # Distinct to colour-blind eyes, and in grey (Okabe and Ito).
 PAPER, INK, GREY, FAINT = "#fdfcf9", "#26323d", "#75808a", "#c9ced2"
-COUPLER, PATH, CRANK = "#0072b2", "#d55e00", "#4d5a66"
+COUPLER, PATH, CRANK, DRIVER = "#0072b2", "#d55e00", "#4d5a66", "#00795a"
 #: What can be written, by suffix, with what keeps the time of day out of the file.
 FORMATS: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
 #: What says that matplotlib is missing.

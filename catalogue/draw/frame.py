@@ -9,6 +9,7 @@ import numpy as np
 
 from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Array, Complexes, Floats
+from .drive_marks import RADIUS
 from .poses import Poses
 from .symbols import BLOCK, LINK
 
@@ -16,8 +17,6 @@ from .symbols import BLOCK, LINK
 FLAT, TALL = 0.3, 1.0
 #: Height of a bearing, half its foot and the distance of its hatching [points].
 BEARING, FOOT, HATCHING = 14.0, 13.0, 5.0
-#: Least radius and angle of the arc that marks the drive [points, rad].
-DRIVE, LEAST = 25.0, 1.1
 
 
 @dataclass(frozen=True)
@@ -109,7 +108,7 @@ def room(shown: Poses, point: float) -> tuple[Complexes, Floats]:
             upwards = abs(normal.real) * spare.real + abs(normal.imag) * spare.imag
             parts.append((shown.moving[:, i], (across, across, upwards, upwards)))
         else:
-            parts.append((shown.fixed[i : i + 1], (FOOT + 6, FOOT + 3, foot + 1, DRIVE + 5)))
+            parts.append((shown.fixed[i : i + 1], (FOOT + 6, FOOT + 3, foot + 1, RADIUS + 5)))
         if shown.kinds[i] == RP:
             parts.append((shown.carried(shown.rods[i]).ravel(), (block, block, block, block)))
     if shown.joint is not None:

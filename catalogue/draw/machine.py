@@ -6,7 +6,8 @@ import numpy as np
 
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.types import Array, Complexes
-from .frame import BEARING, DRIVE, FOOT, HATCHING, LEAST, Frame
+from .drive_marks import drive_marks
+from .frame import BEARING, FOOT, HATCHING, Frame
 from .poses import Poses
 from .svg import Clock, element, group, number, pair, plate, polyline
 from .symbols import BLOCK, LINK, PIVOT, ROD
@@ -159,19 +160,7 @@ def _drive(shown: Poses, frame: Frame) -> str:
     """Return the arc with arrow heads that marks the driving crank, over the angles through which it drives."""
     if not shown.driver:
         return ""
-    angle = shown.cranks[shown.driver - 1]
-    low, high = float(angle.min()), float(angle.max())
-    turns = high - low > 1.9 * np.pi
-    if turns:
-        low, high = (angle[0] - 0.9 * np.pi, angle[0] + 0.6 * np.pi)
-    elif high - low < LEAST:
-        low, high = 0.5 * (low + high - LEAST), 0.5 * (low + high + LEAST)
-    ends = (high,) if turns and angle[-1] > angle[0] else (low,) if turns else (low, high)
-    centre, radius = frame.at(shown.fixed[shown.driver - 1]), DRIVE * frame.point
-    arc = centre + radius * np.exp(-1j * np.linspace(low, high, 33))
-    data = [polyline(arc)]
-    for end in ends:
-        tip, forward = centre + radius * np.exp(-1j * end), (-1j if end == high else 1j) * np.exp(-1j * end)
-        heads = [tip - 4 * frame.point * forward * np.exp(side * 0.5j) for side in (-1, 1)]
-        data.append(polyline(np.array([heads[0], tip, heads[1]])))
+    centre = frame.at(shown.fixed[shown.driver - 1])
+    marks = drive_marks(shown.cranks[shown.driver - 1])
+    data = [polyline(centre + frame.point * mark.conj()) for mark in marks]
     return element("path", class_="drive", d="".join(data))

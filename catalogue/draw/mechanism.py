@@ -6,9 +6,10 @@ import numpy as np
 
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.types import Complexes
-from ..paper import COUPLER, CRANK, GREY, INK, PATH
+from ..paper import COUPLER, CRANK, DRIVER, GREY, INK, PATH
+from .drive_marks import drive_marks
 from .scene import Scene
-from .symbols import BLOCK, ROD, Pen
+from .symbols import BLOCK, ROD, SOLID, Pen
 
 #: The way in which a bearing points.
 DOWN = -1j
@@ -20,6 +21,7 @@ def drawn(pen: Pen, shown: Scene) -> None:
     for i in (0, 1):
         if shown.kinds[i] == RR:
             pen.line(shown.moving[:, i], f"sweep-{i + 1}", **dotted)
+    _drive(pen, shown)
     for pose, prefix in zip(shown.ghosts, ("start-", "end-"), strict=False):
         links(pen, shown, pose, prefix, ghost=True)
     links(pen, shown, shown.middle)
@@ -41,7 +43,8 @@ def links(pen: Pen, shown: Scene, pose: int, prefix: str = "", *, ghost: bool = 
     pen.link(corners, prefix + "coupler", COUPLER, ghost=ghost, zorder=1 if ghost else 4)
     for i, kind in enumerate(shown.kinds):
         rod = _rod(pen, shown, i, pose) if kind == RP else None
-        dyad(pen, kind, shown.fixed[i], shown.moving[pose, i], rod, f"{prefix}%s-{i + 1}", ghost=ghost)
+        colour = DRIVER if shown.driver == i + 1 else CRANK
+        dyad(pen, kind, shown.fixed[i], shown.moving[pose, i], rod, f"{prefix}%s-{i + 1}", colour, ghost=ghost)
     pen.dot(corners[-1], prefix + "guided", PATH, ghost=ghost, zorder=8 if ghost else 10)
 
 
@@ -58,17 +61,36 @@ def ground(pen: Pen, shown: Scene) -> None:
     pen.line(shown.path, "path", color=PATH, linewidth=2.4, zorder=7)
 
 
+def _drive(pen: Pen, shown: Scene) -> None:
+    """Draw the arc with arrow heads that marks the driving crank."""
+    if not shown.driver:
+        return
+    i = shown.driver - 1
+    angle = np.unwrap(np.angle(shown.moving[:, i] - shown.fixed[i]))
+    for number, mark in enumerate(drive_marks(angle)):
+        z = shown.fixed[i] + pen.point * mark
+        pen.line(z, f"drive-{number}", color=DRIVER, linewidth=1.2, zorder=SOLID)
+
+
 def dyad(
-    pen: Pen, kind: int, fixed: complex, moving: complex, rod: Complexes | None, gid: str, *, ghost: bool = False
+    pen: Pen,
+    kind: int,
+    fixed: complex,
+    moving: complex,
+    rod: Complexes | None,
+    gid: str,
+    colour: str = CRANK,
+    *,
+    ghost: bool = False,
 ) -> None:
     """Draw what moves of a dyad of a kind `RR`, `PR` or `RP`, but for the coupler.
 
     In place of a pivot at infinity stands its unit normal; `rod` are the ends of the coupler line of a slide, shape
-    (2,); `gid` names the elements, with %s for the part.
+    (2,); `gid` names the elements, with %s for the part; `colour` is that of a crank.
     """
     back = 1.0 if ghost else 4.0
     if kind == RR:
-        pen.link(np.array([fixed, moving]), gid % "crank", CRANK, ghost=ghost, zorder=back + 1)
+        pen.link(np.array([fixed, moving]), gid % "crank", colour, ghost=ghost, zorder=back + 1)
     elif kind == PR:
         pen.block(moving, gid % "slider", 1j * fixed, CRANK, ghost=ghost, zorder=back + 0.5)
     elif rod is not None:

@@ -172,15 +172,9 @@ def _slides(
 
 
 def output(guide: PlacedGuide, guided: Complexes) -> tuple[Complexes | None, complex]:
-    """Return where the joint of a dwell's rod and rocker is when the guided point is at places (m,), and the rocker's
-    pivot; none of another guide."""
-    if not hasattr(guide, "joint"):
+    """Return the joints of a dwell's rod and rocker (m,) for guided points (m,), and the rocker's pivot; None and NaN
+    of another guide."""
+    dwell: Any = guide  # a `DwellCandidate`, which is above, if it has a joint
+    if not hasattr(dwell, "joint"):
         return None, complex("nan")
-    start, joint, pivot = (complex(*z) for z in (guide.guided, guide.joint, guide.pivot))  # type: ignore[attr-defined]  # a dwell
-    rod, rocker = abs(start - joint), abs(joint - pivot)
-    side = np.sign(((start - pivot).conjugate() * (joint - pivot)).imag)
-    arm = guided - pivot
-    square = np.abs(arm) ** 2
-    foot = 0.5 * (square + rocker**2 - rod**2)  # of the perpendicular from the joint, times |arm|
-    with np.errstate(invalid="ignore"):
-        return pivot + arm * (foot + 1j * side * np.sqrt(square * rocker**2 - foot**2)) / square, pivot
+    return dwell.joints(guided), complex(*dwell.pivot)

@@ -48,6 +48,7 @@ class Scene:
     joint: Complexes | None = None  #: of a dwell, of its rod and rocker, shape (m,)
     pivot: complex = complex("nan")  #: and the fixed pivot of its rocker
     ghosts: tuple[int, ...] = (0, -1)  #: poses that are drawn faintly
+    driver: int = 0  #: number of the driving crank; 0: none
     middle: int = POSES // 2  #: index of the pose in mid-stroke, or in the position given
 
     @property
@@ -66,7 +67,7 @@ def scene_of(shown: Poses) -> Scene:
     return Scene(
         shown.kinds, shown.fixed, shown.moving, shown.carried(shown.home),
         {i: shown.carried(ends) for i, ends in shown.rods.items()}, shown.path, none.astype(complex),
-        none.astype(complex), none, none, shown.joint, shown.pivot, (), shown.middle,
+        none.astype(complex), none, none, shown.joint, shown.pivot, (), shown.driver, shown.middle,
     )  # fmt: skip
 
 
@@ -98,7 +99,8 @@ def scene(candidate: Candidate) -> Scene:
         before, after = after, before
     position, error = _deviation(candidate, here, traced)
     shown = Scene(
-        kinds, z[:, 0], moving, np.stack([*corners, guided], 1), rods, path, before, after, position, error
+        kinds, z[:, 0], moving, np.stack([*corners, guided], 1), rods, path, before, after, position, error,
+        driver=candidate.driver or 0,
     )  # fmt: skip
     return _carried(shown, complex(request.origin), complex(request.direction))
 

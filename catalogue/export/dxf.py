@@ -26,7 +26,8 @@ from scipy.interpolate import make_interp_spline
 
 from ..errors import MissingExtra
 from ..kinematics.types import Complexes
-from .links import GUIDED, SAME, Links, spans, taken_apart
+from .levels import POSES, Levels, stacked
+from .links import GUIDED, SAME, Links, placed_over, spans, taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
 if TYPE_CHECKING:
@@ -86,7 +87,8 @@ def drawing(guide: PlacedGuide, links: Links, cut: list[Part], options: Options)
     letter = LETTER * links.size
     _names(space, cut, letter)
     _dimensions(document, guide, links, letter)
-    _laid_out(space, cut, links, letter)
+    levels = stacked(cut, placed_over(guide, links, POSES))
+    _laid_out(space, cut, levels, links, letter)
     zoom.extents(space)
     return document
 
@@ -181,8 +183,8 @@ def _meet(one: tuple[complex, complex], other: tuple[complex, complex], near: fl
     )
 
 
-def _laid_out(space: Modelspace, cut: list[Part], links: Links, letter: float) -> None:
-    """Lay the parts out in a column to the right of the linkage, each along x, with their names."""
+def _laid_out(space: Modelspace, cut: list[Part], levels: Levels, links: Links, letter: float) -> None:
+    """Lay the parts out in a column to the right of the linkage, with their names and levels; notes below."""
     placed = [z for part in cut for z in part.edge.placed(part.link.origin, part.link.turn).points()]
     every = np.array([*placed, *links.path])
     gap = SPACE * links.size
@@ -195,5 +197,9 @@ def _laid_out(space: Modelspace, cut: list[Part], links: Links, letter: float) -
         for z in part.holes.values():
             space.add_circle(_xy(z + shift), 0.5 * part.bore, dxfattribs={"layer": "CUT"})
         bottom = part.edge.box[1] + shift.imag
-        _text(space, part.link.name, complex(left, bottom - 1.6 * letter), letter)
+        name = f"{part.link.name}, level {levels.of[part.link.name]}"
+        _text(space, name, complex(left, bottom - 1.6 * letter), letter)
         top = bottom - 1.6 * letter - gap
+    for pin, link in levels.crossed:
+        top -= 1.6 * letter
+        _text(space, f"pin {pin} meets {link} between its levels", complex(left, top), letter)

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 from .. import __version__
 from ..units import MILLIMETRES
 from .formats import Options
-from .links import taken_apart
+from .levels import POSES, stacked
+from .links import placed_over, taken_apart
 from .outlines import Outline, Sizes, parts
 from .parameters import parameters, positional
 
@@ -31,7 +32,7 @@ PARAMETERS = [
 
 # name, level, place of the origin, angle [deg], outline, slots and holes in coordinates of the link;
 # a corner is (x, y, tangent of a quarter of the angle of the arc to the next one)
-LINKS = [
+{notes}LINKS = [
 {links}]
 
 PATH = [
@@ -78,7 +79,7 @@ for name, level, (x, y), angle, outline, slots, holes in LINKS:
     part.Placement = Placement(vector(x, y, level * THICKNESS), Rotation(Vector(0, 0, 1), angle))
 
 curve = Part.BSplineCurve()
-curve.interpolate([vector(x, y, 3 * THICKNESS) for x, y in PATH])
+curve.interpolate([vector(x, y, {top} * THICKNESS) for x, y in PATH])
 path = document.addObject("Part::Feature", "path")
 path.Shape = curve.toShape()
 document.recompute()
@@ -93,10 +94,12 @@ def macro(guide: PlacedGuide, options: Options) -> str:
         f"    ({p.name!r}, {positional(p.value)!r}, {p.unit!r}, {p.comment!r}),\n" for p in parameters(guide, options)
     ]
     told = []
-    for part in parts(links, sizes):
+    cut = parts(links, sizes)
+    levels = stacked(cut, placed_over(guide, links, POSES))
+    for part in cut:
         link = part.link
         told.append(
-            f"    (\n        {link.name!r}, {part.level}, {_xy(link.origin)}, {link.angle!r},\n"
+            f"    (\n        {link.name!r}, {levels.of[link.name]}, {_xy(link.origin)}, {link.angle!r},\n"
             f"        {_corners(part.edge)},\n        [{', '.join(map(_corners, part.slots.values()))}],\n"
             f"        [{', '.join(map(_xy, part.holes.values()))}],\n    ),\n"
         )
@@ -109,6 +112,8 @@ def macro(guide: PlacedGuide, options: Options) -> str:
         hole=sizes.hole,
         parameters="".join(rows),
         links="".join(told),
+        notes="".join(f"# {line}\n" for line in levels.notes()),
+        top=levels.top,
         path="".join(f"    {_xy(complex(z))},\n" for z in links.drawn_path),
     )
 

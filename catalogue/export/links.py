@@ -102,7 +102,7 @@ def taken_apart(guide: PlacedGuide) -> Links:
     path = moved.points["guided"]
     every = np.concatenate([z[finite], [guided], path])
     size = float(np.abs(every[:, None] - every[None, :]).max())
-    frame: dict[str, complex] = {f"A{i + 1}": complex(z[i, 0]) for i in (0, 1) if finite[i, 0]}
+    frame = _fixed_places(guide)
     pins: dict[str, complex] = {f"A{i + 1}*": complex(z[i, 1]) for i in (0, 1) if finite[i, 1]}
     links, tracks, ways = [], {}, {}
     for i in (0, 1):
@@ -123,7 +123,7 @@ def taken_apart(guide: PlacedGuide) -> Links:
             ways[f"slide {i + 1}"] = (fixed + along * low, fixed + along * high)
             links.append(Link(f"slide {i + 1}", "block", fixed, along, {f"A{i + 1}": 0j}, {}))
     if output := rod_and_rocker(guide):
-        (_, joint), (frame["B"], _) = output
+        joint = output[0][1]
         links += [
             _link("rod", "crank", {GUIDED: guided, "J": joint}),
             _link("rocker", "crank", {"B": frame["B"], "J": joint}),
@@ -145,6 +145,68 @@ def travelled(guide: PlacedGuide) -> GuideMotion:
             "export that by its code"
         )
     return guide.motion(POSITIONS)
+
+
+#: Origin and unit vector of the x axis of each link over the motion, by its name, shape (m,) each.
+Places = dict[str, tuple[Complexes, Complexes]]
+
+
+def host(name: str) -> str:
+    """Return the link in whose slot a block runs; of another link its own name."""
+    return {"slider": "frame", "slide": "coupler"}.get(name.split()[0], name)
+
+
+def placed_over(guide: PlacedGuide, links: Links, poses: int) -> Places:
+    """Place the links of a guide over its motion.
+
+    Parameters
+    ----------
+    guide : PlacedGuide
+    links : Links
+        The guide, taken apart.
+    poses : int
+        How many positions.
+
+    Returns
+    -------
+    Places
+        Over the whole circuit where the driving crank turns fully, else over the stroke.
+    """
+    answer: Any = guide  # a `Candidate` or a dwell, which are above
+    if hasattr(answer, "stroke"):
+        turns = answer.driver in answer.rotates or bool(answer.span().cusp.any())
+        moved = answer.motion(poses, whole=turns)
+    else:
+        moved = guide.motion(poses)
+    turn = np.exp(1j * np.radians(moved.coupler))
+    start, now = complex(*guide.guided), moved.points[GUIDED]
+    still = np.ones(len(moved), complex)
+    points = {**moved.points, **{name: z * still for name, z in _fixed_places(guide).items()}}
+    if rod_and_rocker(guide):
+        points["J"] = answer.joints(now)
+    found: Places = {}
+    for link in links.links:
+        if link.name == "coupler":
+            found[link.name] = now + turn * (link.origin - start), turn * link.turn
+        elif link.kind == "frame" or link.name.startswith("slider"):
+            origin = points[next(iter(link.holes))] if link.kind == "block" else link.origin * still
+            found[link.name] = origin, link.turn * still
+        elif link.name.startswith("slide"):
+            found[link.name] = link.origin * still, turn * link.turn
+        else:
+            first, second = (points[name] for name in list(link.holes)[:2])
+            way = second - first
+            found[link.name] = first, way / np.abs(way)
+    return found
+
+
+def _fixed_places(guide: PlacedGuide) -> dict[str, complex]:
+    """Return the finite fixed pivots by name, of a dwell that of its rocker too."""
+    z, finite = guide.linkage.points[0], guide.linkage.finite[0]
+    found = {f"A{i + 1}": complex(z[i, 0]) for i in (0, 1) if finite[i, 0]}
+    if output := rod_and_rocker(guide):
+        found["B"] = output[1][0]
+    return found
 
 
 def _ends(run: Floats) -> tuple[float, float]:

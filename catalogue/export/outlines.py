@@ -58,18 +58,15 @@ class Outline:
 @dataclass(frozen=True)
 class Part:
     """What is cut of one link, in its own coordinates: its edge, its slots, its holes by the names of pivots, and their
-    diameter."""
+    diameter.  The edge is the hull of the `core`, widened by the `border`."""
 
     link: Link
     edge: Outline
     slots: dict[str, Outline]
     holes: dict[str, complex]
     bore: float
-
-    @property
-    def level(self) -> int:
-        """In which layer it lies: the frame with its sliders, cranks, the coupler with its slides."""
-        return {"frame": 0, "slider": 0, "crank": 1}.get(self.link.name.split()[0], 2)
+    core: list[complex]
+    border: float
 
 
 @dataclass(frozen=True)
@@ -114,11 +111,13 @@ def parts(links: Links, sizes: Sizes) -> list[Part]:
     found = []
     for link in links.links:
         if link.kind == "block":
-            found.append(Part(link, rectangle(0j, 0j, length, sizes.width), {}, link.holes, sizes.hole))
+            edge = rectangle(0j, 0j, length, sizes.width)
+            found.append(Part(link, edge, {}, link.holes, sizes.hole, edge.corners, 0.0))
             continue
         slots = {name: rectangle(a, b, length, sizes.width) for name, (a, b) in link.slots.items()}
         corners = [*link.holes.values(), *(z for slot in slots.values() for z in slot.corners)]
-        found.append(Part(link, rounded_hull(corners, half), slots, link.holes, sizes.hole))
+        core = convex(corners)
+        found.append(Part(link, rounded_hull(core, half), slots, link.holes, sizes.hole, core, half))
     return found
 
 

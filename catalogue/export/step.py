@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 from ..errors import MissingExtra
 from ..units import MILLIMETRES
 from .formats import Options
-from .links import taken_apart
+from .levels import POSES, stacked
+from .links import placed_over, taken_apart
 from .outlines import Outline, Part, Sizes, parts
 
 if TYPE_CHECKING:
@@ -36,15 +37,19 @@ def solids(guide: PlacedGuide, options: Options) -> str:
     sizes = Sizes.of(links, options.bar_width, options.hole)
     unit, rise = MILLIMETRES[options.unit], MILLIMETRES[options.unit] * sizes.thickness
     made: list[Any] = []
-    for part in parts(links, sizes):
+    cut = parts(links, sizes)
+    levels = stacked(cut, placed_over(guide, links, POSES))
+    for part in cut:
         origin = unit * part.link.origin
         solid = cad.Solid.extrude(_face(cad, part, unit), cad.Vector(0, 0, rise))
-        solid = solid.moved(cad.Location((origin.real, origin.imag, part.level * rise), (0, 0, part.link.angle)))
+        solid = solid.moved(
+            cad.Location((origin.real, origin.imag, levels.of[part.link.name] * rise), (0, 0, part.link.angle))
+        )
         solid.label = part.link.name
         made.append(solid)
-    path = cad.Edge.make_spline([(z.real, z.imag, 3 * rise) for z in (unit * links.drawn_path).tolist()])
+    path = cad.Edge.make_spline([(z.real, z.imag, levels.top * rise) for z in (unit * links.drawn_path).tolist()])
     path.label = "path"
-    whole = cad.Compound(label=guide.linkage.family[0], children=[*made, path])
+    whole = cad.Compound(label="; ".join([guide.linkage.family[0], *levels.notes()]), children=[*made, path])
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "guide.step"
         cad.export_step(whole, file, timestamp=EPOCH)

@@ -7,8 +7,11 @@ from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from ..errors import InvalidRequest
 from ..given import positive
+from ..kinematics.types import Complexes
 from .placed import PlacedGuide
 from .results import Results
 
@@ -82,6 +85,29 @@ class DwellCandidate(PlacedGuide):
         rod, rocker = math.dist(self.guided, self.joint), math.dist(self.joint, self.pivot)
         home = self.pivots[self.driver - 1][0][:2]
         return {**super().lengths, "rod": rod, "rocker": rocker, "rocker pivot": math.dist(home, self.pivot)}
+
+    def joints(self, guided: Complexes) -> Complexes:
+        """Return where the joint of rod and rocker is.
+
+        Parameters
+        ----------
+        guided : complex ndarray, shape (m,)
+            Places of the guided point [length].
+
+        Returns
+        -------
+        complex ndarray, shape (m,)
+            Places of the joint [length], NaN where rod and rocker do not reach the point.
+        """
+        start, joint, pivot = (complex(*z) for z in (self.guided, self.joint, self.pivot))
+        rod, rocker = abs(start - joint), abs(joint - pivot)
+        side = np.sign(((start - pivot).conjugate() * (joint - pivot)).imag)
+        arm = guided - pivot
+        square = np.abs(arm) ** 2
+        foot = 0.5 * (square + rocker**2 - rod**2)  # of the perpendicular from the joint, times |arm|
+        with np.errstate(invalid="ignore"):
+            height = np.sqrt(square * rocker**2 - foot**2)
+            return np.asarray(pivot + arm * (foot + 1j * side * height) / square)
 
     def scaled(self, crank: float) -> DwellCandidate:
         """Return the same dwell with a driving crank of this length [any unit; all lengths are then in it].

@@ -12,9 +12,11 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
 from catalogue.draw import draw
+from catalogue.draw.datasheet_pdf import sheet_figure
 from catalogue.draw.mechanism import _rod
 from catalogue.draw.scene import POINTS, _beyond, scene
 from catalogue.draw.svg import plate
@@ -23,6 +25,7 @@ from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.find.candidate import Candidate
 from catalogue.guidance.placement import at_stroke
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR
+from catalogue.paper import DRIVER
 from catalogue.testing import load
 from tests.draw.samples import ARC, EVERY, EXACT, MADE, NAMES, candidate
 
@@ -292,6 +295,7 @@ def test_drawing_leaves_pyplot_and_settings_alone() -> None:
     run(f"""
 import sys, matplotlib
 from catalogue.draw import draw
+from catalogue.draw.datasheet_pdf import sheet_figure
 from catalogue.find.candidate import Candidate
 before = matplotlib.rcParams.copy()
 draw(Candidate(**{asdict(ARC)!r}))
@@ -418,3 +422,22 @@ def test_the_line_of_a_slider_lies_on_the_other_side_of_it_than_the_linkage() ->
             assert (side * line.real < 0).all()
             np.testing.assert_allclose(line.imag, [-4, 6], atol=1e-12)
             assert (np.abs(strokes[1::3].real) > np.abs(line.real[0])).all()  # hatched on the far side
+
+
+@pytest.mark.parametrize("driver", [None, 1, 2])
+def test_stills_and_sheets_mark_the_driving_crank(driver: int | None) -> None:
+    made = replace(MADE["four-bar"], driver=driver)
+    for figure in (draw(made), sheet_figure(made, unit="mm")):
+        marks = [one for axes in figure.axes for one in axes.lines if str(one.get_gid()).startswith("drive-")]
+        cranks = {
+            str(one.get_gid()): one.get_edgecolor() for axes in figure.axes for one in axes.patches
+            if str(one.get_gid()).startswith("crank-")
+        }  # fmt: skip
+        assert set(cranks) == {"crank-1", "crank-2"}
+        assert len(marks) == (0 if driver is None else 3), "an arc with two heads: the crank swings"
+        for one in marks:
+            x, y, _ = made.pivots[driver - 1][0] if driver else (0.0, 0.0, 1.0)
+            away = np.hypot(*(np.asarray(one.get_xydata()) - (x, y)).T)
+            assert np.ptp(away) < 0.5 * away.max(), "about its fixed pivot"
+        coloured = {name for name, colour in cranks.items() if np.allclose(colour[:3], to_rgb(DRIVER))}
+        assert coloured == (set() if driver is None else {f"crank-{driver}"})

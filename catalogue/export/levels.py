@@ -1,0 +1,170 @@
+"""Stack the parts of a guide in levels, so that no two that meet in motion share one.
+
+Every part is a convex hull with a rounded border.  Parts whose hulls come nearer than their borders in any
+pose of the stroke conflict.  A block lies in the level of the link whose slot it runs in.  Of all assignments
+without a conflict the one is chosen whose pins cross the fewest parts between the levels they join, then the
+one with the fewest levels.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations, product
+
+import numpy as np
+
+from ..kinematics.types import Complexes, Mask
+from .links import GUIDED, Places, host
+from .outlines import Part
+
+#: Poses in which parts are compared: two degrees apart where the driving crank turns fully.
+POSES = 181
+
+
+@dataclass(frozen=True)
+class Levels:
+    """The level of every part, counted from the frame.
+
+    Attributes
+    ----------
+    of : mapping of str to int
+        Level by the name of the link, 0 for the frame.
+    crossed : tuple of (str, str)
+        Pins, by the name of the pivot, with the link that each meets between the levels it joins.
+    """
+
+    of: Mapping[str, int]
+    crossed: tuple[tuple[str, str], ...]
+
+    @property
+    def top(self) -> int:
+        """First level above all parts."""
+        return 1 + max(self.of.values())
+
+    def notes(self) -> list[str]:
+        """Return one line per level and per crossed pin, as files tell them."""
+        named: dict[int, list[str]] = {}
+        for name, level in self.of.items():
+            named.setdefault(level, []).append(name)
+        lines = [f"level {level}: {', '.join(named[level])}" for level in sorted(named)]
+        return lines + [
+            f"pin {pin} meets {link} between its levels: shape {link} around it" for pin, link in self.crossed
+        ]
+
+
+def stacked(cut: Sequence[Part], places: Places) -> Levels:
+    """Assign a level to every part.
+
+    Parameters
+    ----------
+    cut : sequence of Part
+        Parts of one guide.
+    places : Places
+        Origins and directions of its links over the stroke.
+
+    Returns
+    -------
+    Levels
+    """
+    groups: dict[str, list[Part]] = {}
+    for part in cut:
+        groups.setdefault(host(part.link.name), []).append(part)
+    names = list(groups)
+    hulls = {name: [_over_motion(part, places) for part in parts] for name, parts in groups.items()}
+    conflicts = {pair for pair in combinations(names, 2) if _meet(hulls[pair[0]], hulls[pair[1]])}
+    pins = _pins(groups, places)
+    crossings = {
+        (pin, name)
+        for pin, (ends, hull) in pins.items()
+        for name in names
+        if name not in ends and _meet([hull], hulls[name])
+    }
+    best: tuple[tuple[int, ...], dict[str, int], tuple[tuple[str, str], ...]] | None = None
+    for levels in product(range(len(names)), repeat=len(names) - 1):
+        of = dict(zip(names, (0, *levels), strict=True))
+        if any(of[one] == of[other] for one, other in conflicts):
+            continue
+        crossed = tuple(
+            (pin, name)
+            for pin, name in sorted(crossings)
+            if min(of[end] for end in pins[pin][0]) < of[name] < max(of[end] for end in pins[pin][0])
+        )
+        rank = (len(crossed), max(levels, default=0), sum(levels), *levels)
+        if best is None or rank < best[0]:
+            best = (rank, of, crossed)
+    assert best is not None  # every group on a level of its own has no conflict
+    return Levels({part.link.name: best[1][host(part.link.name)] for part in cut}, best[2])
+
+
+#: Corners of a hull over the motion, shape (m, k), and the width of its border.
+Hull = tuple[Complexes, float]
+
+
+def _over_motion(part: Part, places: Places) -> Hull:
+    """Return the hull of a part in all poses."""
+    origin, turn = places[part.link.name]
+    corners = np.array(part.core, complex)
+    return origin[:, None] + turn[:, None] * corners, part.border
+
+
+def _pins(groups: Mapping[str, list[Part]], places: Places) -> dict[str, tuple[tuple[str, ...], Hull]]:
+    """Return the pins by pivot: the groups that each joins, and its disc in all poses."""
+    found: dict[str, tuple[tuple[str, ...], Hull]] = {}
+    for group, parts in groups.items():
+        for part in parts:
+            origin, turn = places[part.link.name]
+            for pivot, z in part.holes.items():
+                ends, _ = found.get(pivot, ((), None))
+                at = (origin + turn * z)[:, None]
+                found[pivot] = ((*ends, group), (at, 0.5 * part.bore))
+    return {pin: (ends, hull) for pin, (ends, hull) in found.items() if len(ends) > 1 or pin == GUIDED}
+
+
+def _meet(one: Sequence[Hull], other: Sequence[Hull]) -> bool:
+    """Return whether any two hulls overlap in any pose."""
+    return any(bool(_overlap(a, b).any()) for a in one for b in other)
+
+
+def _overlap(one: Hull, other: Hull) -> Mask:
+    """Return in which poses two hulls overlap, shape (m,)."""
+    (a, border_a), (b, border_b) = one, other
+    m = max(len(a), len(b))
+    a, b = (np.broadcast_to(z, (m, z.shape[1])) for z in (a, b))
+    near = np.minimum(_gap(a, b), _gap(b, a)) < (border_a + border_b) * (1 - 1e-9)
+    return np.asarray(near | _cross(a, b) | _holds(a, b[:, 0]) | _holds(b, a[:, 0]))
+
+
+def _sides(z: Complexes) -> tuple[Complexes, Complexes]:
+    """Return where the sides of polygons (m, k) start, and their vectors, shape (m, k)."""
+    return z, np.roll(z, -1, axis=1) - z
+
+
+def _gap(corners: Complexes, polygon: Complexes) -> np.ndarray:
+    """Return the least distance of corners (m, p) from the sides of polygons (m, q), shape (m,)."""
+    start, way = _sides(polygon)
+    away = corners[:, :, None] - start[:, None]
+    square = np.maximum(np.abs(way) ** 2, np.finfo(float).tiny)
+    share = np.clip((away * way.conj()[:, None]).real / square[:, None], 0, 1)
+    return np.asarray(np.abs(away - share * way[:, None]).min((1, 2)))
+
+
+def _cross(a: Complexes, b: Complexes) -> Mask:
+    """Return in which poses a side of one polygon crosses one of the other, shape (m,)."""
+    (start, way), (other, along) = _sides(a), _sides(b)
+
+    def sides_of(line: Complexes, vector: Complexes, first: Complexes, ends: Complexes) -> Mask:
+        left = ((first - line) * vector.conj()).imag
+        return np.asarray(left * ((first + ends - line) * vector.conj()).imag < 0)
+
+    one = sides_of(start[:, :, None], way[:, :, None], other[:, None], along[:, None])
+    two = sides_of(other[:, None], along[:, None], start[:, :, None], way[:, :, None])
+    return np.asarray((one & two).any((1, 2)))
+
+
+def _holds(polygon: Complexes, z: Complexes) -> Mask:
+    """Return in which poses a convex polygon (m, k), counterclockwise, holds a place (m,)."""
+    start, way = _sides(polygon)
+    if polygon.shape[1] < 3:
+        return np.zeros(len(z), bool)
+    return np.asarray((((z[:, None] - start) * way.conj()).imag >= 0).all(1))
