@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Sequence
-from html import escape
 from itertools import chain, count
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -14,6 +13,7 @@ import click
 
 from ..errors import InvalidRequest
 from ..folders import replacing
+from ..markup import Markup, element, fill, join
 from ..progress import busy
 from .completion import held
 from .options import PATH, PLUGINS, Argument, option
@@ -98,34 +98,40 @@ def _files(every: list[Series]) -> list[str]:
     return [f"{name}.svg" for name in names]
 
 
-def _index(every: list[Series], files: list[str]) -> str:
-    plates = "\n".join(
-        f'<a href="{quote(file)}"><img src="{quote(file)}" alt="" loading="lazy">'
-        f"<b>{escape(series.code)}</b> <i>{escape(series.title)}</i></a>"
+def _index(every: list[Series], files: list[str]) -> Markup:
+    plates = [
+        element(
+            "a", element("img", src=quote(file), alt="", loading="lazy"), element("b", series.code), " ",
+            element("i", series.title), href=quote(file),
+        )
         for series, file in zip(every, files, strict=True)
-    )
-    return f"""<!DOCTYPE html>
+    ]  # fmt: skip
+    return fill(_INDEX, count=str(len(every)), plates=join(plates, "\n"))
+
+
+#: The page of all plates.
+_INDEX = """<!DOCTYPE html>
 <html lang="en">
 <head>
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width">
 <title>Guide mechanisms: the plates</title>
 <style>
-body {{ margin: 3rem auto; max-width: 80rem; padding: 0 1.5rem; background: #f3f1ea; color: #26323d;
-  font-family: STIXGeneral, "Times New Roman", serif; }}
-h1, p {{ text-align: center; }}
-main {{ display: grid; grid-template-columns: repeat(auto-fill, minmax(17rem, 1fr)); gap: 2.5rem; align-items: end; }}
-a {{ color: inherit; text-decoration: none; text-align: center; }}
-img {{ display: block; width: 100%; margin-bottom: .7rem; background: #fdfcf9; box-shadow: 0 1px 6px #0004; }}
-a:hover img, a:focus img {{ box-shadow: 0 3px 18px #0007; }}
-b {{ font-size: 1.25rem; }}
+body { margin: 3rem auto; max-width: 80rem; padding: 0 1.5rem; background: #f3f1ea; color: #26323d;
+  font-family: STIXGeneral, "Times New Roman", serif; }
+h1, p { text-align: center; }
+main { display: grid; grid-template-columns: repeat(auto-fill, minmax(17rem, 1fr)); gap: 2.5rem; align-items: end; }
+a { color: inherit; text-decoration: none; text-align: center; }
+img { display: block; width: 100%; margin-bottom: .7rem; background: #fdfcf9; box-shadow: 0 1px 6px #0004; }
+a:hover img, a:focus img { box-shadow: 0 3px 18px #0007; }
+b { font-size: 1.25rem; }
 </style>
 </head>
 <body>
 <h1>Guide mechanisms</h1>
-<p>{len(every)} series, each with its families and configurations</p>
+<p>$count series, each with its families and configurations</p>
 <main>
-{plates}
+$plates
 </main>
 </body>
 </html>

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import TYPE_CHECKING, Any
 
 from ..errors import CatalogueError, MissingExtra
 from ..html_table import html_table
+from ..markup import NOTHING, Markup, element, join
 from .datasheet import EXACT_ORDER
 from .moving import moving_svg
 from .words import described, family
@@ -25,9 +25,9 @@ COLUMNS = {
 }  # fmt: skip
 
 
-def guide_html(guide: PlacedGuide) -> str:
+def guide_html(guide: PlacedGuide) -> Markup:
     """Return a guide that moves, with one line that says what it is."""
-    return f"<div>{moving_svg(guide, width=WIDTH, layers=('names',))}<p>{escape(described(guide))}</p></div>"
+    return element("div", moving_svg(guide, width=WIDTH, layers=("names",)), element("p", described(guide)))
 
 
 def guide_png(guide: PlacedGuide) -> bytes | None:
@@ -40,23 +40,24 @@ def guide_png(guide: PlacedGuide) -> bytes | None:
         return None
 
 
-def cards_html(answers: Sequence[Any], title: str) -> str:
+def cards_html(answers: Sequence[Any], title: str) -> Markup:
     """Return the first answers as cards that move, and all of them as a table behind."""
     cards = [_card(k, one) for k, one in enumerate(answers[:MOST])]
-    shown = f"<div style='display:flex;flex-wrap:wrap;gap:8px'>{''.join(cards)}</div>" if any(cards) else ""
+    shown = element("div", *cards, style="display:flex;flex-wrap:wrap;gap:8px") if any(cards) else NOTHING
     told = f"{len(answers)} answers" if len(answers) != 1 else "1 answer"
     table = _table([_told(one) for one in answers])
-    return f"<p>{escape(title)}</p>{shown}<details><summary>{told} as a table</summary>{table}</details>"
+    folded = element("details", element("summary", f"{told} as a table"), table)
+    return join((element("p", title), shown, folded))
 
 
-def _card(number: int, one: Any) -> str:
+def _card(number: int, one: Any) -> Markup:
     """Return one card; empty of what cannot be drawn so, as answers of collections."""
     if not hasattr(one, "drawn_motion"):
-        return ""
+        return NOTHING
     try:
         svg = moving_svg(one, width=CARD, height=0.75 * CARD, style=number == 0)
     except CatalogueError as error:
-        svg = f"<p>{escape(str(error))}</p>"
+        svg = element("p", str(error))
     said = " ".join(part for part in (f"{number}:", getattr(one, "series", ""), family(one)) if part)
     numbers = [
         f"{name} {getattr(one, field):{format}}{unit}"
@@ -66,8 +67,8 @@ def _card(number: int, one: Any) -> str:
         )
         if getattr(one, field, None) is not None
     ]  # fmt: skip
-    words = f"<b>{escape(said)}</b><br>{escape(', '.join(numbers))}"
-    return f"<div style='width:{CARD:.0f}px'>{svg}<div style='font-size:smaller'>{words}</div></div>"
+    words = element("div", element("b", said), element("br"), ", ".join(numbers), style="font-size:smaller")
+    return element("div", svg, words, style=f"width:{CARD:.0f}px")
 
 
 def _told(one: Any) -> Mapping[str, Any]:
@@ -75,7 +76,7 @@ def _told(one: Any) -> Mapping[str, Any]:
     return told | ({"order": "exact"} if told.get("order") == EXACT_ORDER else {})
 
 
-def _table(rows: Sequence[Mapping[str, Any]]) -> str:
+def _table(rows: Sequence[Mapping[str, Any]]) -> Markup:
     names = [name for name in COLUMNS if any(row.get(name) is not None for row in rows)]
     heads = ["", *((">" if COLUMNS[name] else "") + name.replace("_", " ") for name in names)]
     lines = [

@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from html import escape
-from string import Template
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ..kinematics.types import Floats
+from ..markup import Markup, element, fill, join
 from ..units import millimetres
 from .curves import TALLEST, Curve, curves
 from .datasheet import Content, Table, content, paper_of
@@ -16,7 +15,7 @@ from .frame import Frame, largest_scale
 from .moving import drawing
 from .moving_style import DARK, LIGHT, properties
 from .poses import poses
-from .svg import Clock, element, number, polyline, text
+from .svg import Clock, number, polyline, text
 from .units import Scale, length
 from .words import described
 
@@ -28,7 +27,7 @@ MARGIN, BELOW, POINT = 14.0, 182.0, 0.36
 #: Width and height of a curve [mm].
 CURVE = (86.0, 20.0)
 
-_PAGE = Template("""<!doctype html>
+_PAGE = """<!doctype html>
 <html lang="en">
 <meta charset="utf-8">
 <meta name="viewport" content="width=device-width">
@@ -67,26 +66,26 @@ footer { border-top: 0.25mm solid var(--guide-faint); margin-top: 2mm; padding-t
 <footer>$theory<p class="grey small">$provenance</p></footer>
 </body>
 </html>
-""")
+"""
 
 
-def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str = "mm", scale: str | None = None) -> str:
+def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str = "mm", scale: str | None = None) -> Markup:
     """Return the data sheet of a guide as a page that loads nothing; see `catalogue.Candidate.sheet`."""
     wide, high = paper_of(paper)
     told = content(guide, unit)
     svg = _drawn(guide, unit, scale, wide - 2 * MARGIN, high - BELOW)
     name, drive, shown = curves(guide, unit)
-    return _PAGE.substitute(
-        title=escape(described(guide, told.code)), light=properties(LIGHT), dark=properties(DARK), wide=number(wide),
-        high=number(high), margin=number(MARGIN), series=escape(told.series), kind=escape(told.kind), code=told.code,
-        facts=escape("   ·   ".join(told.facts)), drawing=svg, tables=_tables(told),
-        note=escape(told.lengths.note), stops=escape(told.limits.note),
-        curves="".join(_curve(name, drive, one) for one in shown[:4]),
-        theory="".join(f"<p>{escape(line)}</p>" for line in told.theory), provenance=escape(told.provenance),
+    return fill(
+        _PAGE, title=described(guide, told.code), light=properties(LIGHT), dark=properties(DARK), wide=number(wide),
+        high=number(high), margin=number(MARGIN), series=told.series, kind=told.kind, code=told.code,
+        facts="   ·   ".join(told.facts), drawing=svg, tables=_tables(told),
+        note=told.lengths.note, stops=told.limits.note,
+        curves=join(_curve(name, drive, one) for one in shown[:4]),
+        theory=join(element("p", line) for line in told.theory), provenance=told.provenance,
     )  # fmt: skip
 
 
-def _drawn(guide: PlacedGuide, unit: str, scale: str | None, wide: float, high: float) -> str:
+def _drawn(guide: PlacedGuide, unit: str, scale: str | None, wide: float, high: float) -> Markup:
     """Return the moving drawing in true millimetres with a scale bar."""
     shown, per = poses(guide), millimetres(unit)
     room = high - 7
@@ -103,17 +102,17 @@ def _drawn(guide: PlacedGuide, unit: str, scale: str | None, wide: float, high: 
     )  # fmt: skip
 
 
-def _tables(told: Content) -> str:
-    return "".join(_table(table) for table in (told.lengths, told.pivots, told.limits))
+def _tables(told: Content) -> Markup:
+    return join(_table(table) for table in (told.lengths, told.pivots, told.limits))
 
 
-def _table(table: Table) -> str:
-    head = "".join(f"<th>{escape(name)}</th>" for name in table.columns) if any(table.columns) else ""
-    rows = "".join("<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>" for row in table.rows)
-    return f"<section><h2>{escape(table.heading)}</h2><table><tr>{head}</tr>{rows}</table></section>"
+def _table(table: Table) -> Markup:
+    head = [element("th", name) for name in table.columns] if any(table.columns) else []
+    rows = [element("tr", *(element("td", cell) for cell in row)) for row in table.rows]
+    return element("section", element("h2", table.heading), element("table", element("tr", *head), *rows))
 
 
-def _curve(name: str, drive: Floats, curve: Curve) -> str:
+def _curve(name: str, drive: Floats, curve: Curve) -> Markup:
     """Return one curve over the drive, with its least and greatest values at its axis."""
     wide, high = CURVE
     left, top, bottom = 12.0, 4.5, high - 5.0

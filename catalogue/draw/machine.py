@@ -6,14 +6,15 @@ import numpy as np
 
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.types import Array, Complexes
+from ..markup import NOTHING, Markup, element, join
 from .drive_marks import drive_marks
 from .frame import BEARING, FOOT, HATCHING, Frame
 from .poses import Poses
-from .svg import Clock, element, group, number, pair, plate, polyline
+from .svg import Clock, group, number, pair, plate, polyline
 from .symbols import BLOCK, LINK, PIVOT, ROD
 
 
-def machine(shown: Poses, frame: Frame, clock: Clock) -> tuple[str, str]:
+def machine(shown: Poses, frame: Frame, clock: Clock) -> tuple[Markup, Markup]:
     """Return what stands below and above: frame and path; links and joints."""
     path = element("path", class_="path", d=polyline(frame.at(shown.path)))
     traces = [element("path", class_="path second", d=polyline(frame.at(z))) for z in shown.traces.values()]
@@ -24,14 +25,12 @@ def machine(shown: Poses, frame: Frame, clock: Clock) -> tuple[str, str]:
     sliders = [_slider(shown, frame, clock, i) for i in (0, 1) if shown.kinds[i] == PR]
     if shown.joint is not None:
         held.append(bearing(complex(frame.at(shown.pivot)), frame))
-    below = group("ground", *held, _drive(shown, frame)) + path + "".join(traces)
+    below = group("ground", *held, _drive(shown, frame)) + path + join(traces)
     output = _output(shown, frame, clock)
-    return below, "".join(
-        [*cranks, *sliders, *output[:1], _coupler(shown, frame, clock), *blocks, *output[1:], *joints]
-    )
+    return below, join([*cranks, *sliders, *output[:1], _coupler(shown, frame, clock), *blocks, *output[1:], *joints])
 
 
-def _coupler(shown: Poses, frame: Frame, clock: Clock) -> str:
+def _coupler(shown: Poses, frame: Frame, clock: Clock) -> Markup:
     """Return the coupler with its pins and the guided point, carried by one of its points and turned about it."""
     point, origin = frame.point, shown.home[shown.origin]
     rods = [
@@ -63,7 +62,7 @@ def _spared(ends: Complexes, foot: complex, frame: Frame) -> Array:
     return np.asarray(ends + np.where(np.abs(ends - foot) < 1e-9 * abs(along), 0, spare))
 
 
-def _crank(shown: Poses, frame: Frame, clock: Clock, i: int) -> str:
+def _crank(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
     length = abs(frame.along(shown.home[i] - shown.fixed[i]))
     body = element("path", d=plate(np.array([0j, complex(length)]), LINK * frame.point))
     kind = "link crank driver" if shown.driver == i + 1 else "link crank"
@@ -71,23 +70,23 @@ def _crank(shown: Poses, frame: Frame, clock: Clock, i: int) -> str:
     return group(kind, turned, transform=f"translate({pair(complex(frame.at(shown.fixed[i])))})")
 
 
-def _slider(shown: Poses, frame: Frame, clock: Clock, i: int) -> str:
+def _slider(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
     angle = number(float(-np.degrees(np.angle(1j * shown.fixed[i]))), 3)
     return clock.moved(
         frame.at(shown.moving[:, i]), "slider", element("path", d=_block(frame), transform=f"rotate({angle})")
     )
 
 
-def _slide(shown: Poses, frame: Frame, clock: Clock, i: int) -> str:
+def _slide(shown: Poses, frame: Frame, clock: Clock, i: int) -> Markup:
     block = clock.turned(shown.turn, None, element("path", d=_block(frame, float(np.angle(1j * shown.normals[i])))))
     return group("slide", block, transform=f"translate({pair(complex(frame.at(shown.fixed[i])))})")
 
 
-def _output(shown: Poses, frame: Frame, clock: Clock) -> list[str]:
+def _output(shown: Poses, frame: Frame, clock: Clock) -> list[Markup]:
     """Return the rocker of a dwell and its rod, with their joints; nothing of another guide."""
     if shown.joint is None:
         return []
-    parts: list[str] = []
+    parts: list[Markup] = []
     for start, end in ((np.full(len(shown.joint), shown.pivot), shown.joint), (shown.guided, shown.joint)):
         away = end - start
         length = float(np.abs(frame.along(away[shown.middle])))
@@ -108,20 +107,20 @@ def _block(frame: Frame, angle: float = 0.0) -> str:
     return polyline(corner) + "Z"
 
 
-def _pin(z: complex, frame: Frame) -> str:
+def _pin(z: complex, frame: Frame) -> Markup:
     return element(
         "circle", class_="pin", cx=number(float(z.real)), cy=number(float(z.imag)), r=number(PIVOT * frame.point)
     )
 
 
-def _held(shown: Poses, frame: Frame, i: int) -> str:
+def _held(shown: Poses, frame: Frame, i: int) -> Markup:
     """Return what holds a dyad: a bearing, its foot below, or the line of a slider."""
     if shown.kinds[i] == PR:
         return _track(shown, frame, i)
     return bearing(complex(frame.at(shown.fixed[i])), frame)
 
 
-def bearing(z: complex, frame: Frame) -> str:
+def bearing(z: complex, frame: Frame) -> Markup:
     """Return a bearing, its foot below."""
     p = frame.point
     foot = z + 1j * BEARING * p
@@ -131,7 +130,7 @@ def bearing(z: complex, frame: Frame) -> str:
     )
 
 
-def _track(shown: Poses, frame: Frame, i: int) -> str:
+def _track(shown: Poses, frame: Frame, i: int) -> Markup:
     """Return the line of a slider, on the side where the rest of the linkage is not."""
     normal, p = complex(np.conj(shown.fixed[i])), frame.point
     at = frame.at(shown.moving[:, i])
@@ -146,7 +145,7 @@ def _track(shown: Poses, frame: Frame, i: int) -> str:
     return _hatched(foot + (run.min() - spare) * along, foot + (run.max() + spare) * along, side * normal, frame)
 
 
-def _hatched(a: complex, b: complex, towards: complex, frame: Frame) -> str:
+def _hatched(a: complex, b: complex, towards: complex, frame: Frame) -> Markup:
     """Return a fixed line with hatching on the side `towards`."""
     along = (b - a) / abs(b - a)
     length = HATCHING * frame.point
@@ -156,10 +155,10 @@ def _hatched(a: complex, b: complex, towards: complex, frame: Frame) -> str:
     return element("path", class_="frame", d=polyline(np.append(strokes, [a, b])))
 
 
-def _drive(shown: Poses, frame: Frame) -> str:
+def _drive(shown: Poses, frame: Frame) -> Markup:
     """Return the arc with arrow heads that marks the driving crank, over the angles through which it drives."""
     if not shown.driver:
-        return ""
+        return NOTHING
     centre = frame.at(shown.fixed[shown.driver - 1])
     marks = drive_marks(shown.cranks[shown.driver - 1])
     data = [polyline(centre + frame.point * mark.conj()) for mark in marks]

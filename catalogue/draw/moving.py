@@ -7,19 +7,19 @@ meet in every pose because the poses were measured together.
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping
-from html import escape
 from itertools import count
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from ..errors import InvalidRequest
+from ..markup import NOTHING, Markup, element
 from .frame import Frame
 from .machine import machine
 from .moving_layers import LAYERS, Layers
 from .moving_style import STYLE
 from .poses import Poses, poses
-from .svg import Clock, element, number
+from .svg import Clock, number
 from .words import described
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ def moving_svg(
     hidden: Collection[str] = (), points: Mapping[str, Any] | None = None, turn: bool = False, still: bool = False,
     seconds: float = 5.0, count: int | None = None, title: str | None = None, prefix: str | None = None,
     style: bool = True,
-) -> str:  # fmt: skip
+) -> Markup:  # fmt: skip
     """Return a guide that moves, as one self-contained ``<svg>`` element: a card of a page, or a file.
 
     It moves without a script (SMIL), over its stroke to and fro, or round and round.  In a page
@@ -81,13 +81,14 @@ def moving_svg(
 
     Returns
     -------
-    str
-        The root has the class ``guide-drawing``; groups have the classes ``frame`` (bearings, guide lines), ``path``,
-        ``link`` with ``crank``, ``crank driver``, ``coupler``, ``slider``, ``slide``, ``output``, and ``layer`` with
-        the layer's name.  Colours are the properties ``--guide-paper``, ``--guide-ink``, ``--guide-grey``,
-        ``--guide-faint``, ``--guide-coupler``, ``--guide-coupler-face``, ``--guide-crank``, ``--guide-crank-face``,
-        ``--guide-driver``, ``--guide-driver-face``, ``--guide-path``, ``--guide-theory``; where a page sets none they
-        are those of the plates on light paper.
+    Markup
+        A text.  The root has the class ``guide-drawing``; groups have the classes ``frame``
+        (bearings, guide lines), ``path``, ``link`` with ``crank``, ``crank driver``, ``coupler``,
+        ``slider``, ``slide``, ``output``, and ``layer`` with the layer's name.  Colours are the
+        properties ``--guide-paper``, ``--guide-ink``, ``--guide-grey``, ``--guide-faint``,
+        ``--guide-coupler``, ``--guide-coupler-face``, ``--guide-crank``, ``--guide-crank-face``,
+        ``--guide-driver``, ``--guide-driver-face``, ``--guide-path``, ``--guide-theory``; where a
+        page sets none they are those of the plates on light paper.
 
     Raises
     ------
@@ -107,15 +108,15 @@ def moving_svg(
 
 def drawing(
     guide: PlacedGuide, shown: Poses, frame: Frame, clock: Clock, layers: Collection[str], hidden: Collection[str],
-    title: str, prefix: str, *, style: bool = True, clip: tuple[float, float] | None = None, inside: str = "",
+    title: str, prefix: str, *, style: bool = True, clip: tuple[float, float] | None = None, inside: Markup = NOTHING,
     **root: str,
-) -> str:  # fmt: skip
+) -> Markup:  # fmt: skip
     """Return the drawing of poses in a frame, `inside` on top; the theory is clipped between two heights of the paper,
     and `root` are further attributes of the root."""
     wanted = [name for name in LAYERS if name in layers]
     every = Layers(guide, shown, frame, clock)
     drawn = {name: every.drawn(name) for name in wanted}
-    window, clipped = "", {}
+    window, clipped = NOTHING, {}
     if clip is not None:
         place = {"y": number(clip[0]), "height": number(clip[1] - clip[0])}
         window = element("clipPath", element("rect", x="0", width="100%", **place), id=f"{prefix}window")
@@ -125,8 +126,8 @@ def drawing(
     kind = " ".join(["guide-drawing", *(f"hide-{name}" for name in wanted if name in hidden)])
     return element(
         "svg",
-        element("title", escape(title), id=f"{prefix}title"),
-        element("style", STYLE) if style else "",
+        element("title", title, id=f"{prefix}title"),
+        element("style", STYLE) if style else NOTHING,
         element("rect", class_="paper", width="100%", height="100%"),
         window,
         element("g", *(drawn[name] for name in wanted if name not in ABOVE), **clipped),

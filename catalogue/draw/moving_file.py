@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from ..markup import NOTHING, Markup, element, join
 from ..units import millimetres
 from .frame import Frame, largest_scale, size_at
 from .moving import drawing
 from .moving_layers import LAYERS
 from .moving_style import colour
 from .poses import poses
-from .svg import Clock, element, group, number, pair, text
+from .svg import Clock, group, number, pair, text
 from .units import Scale, length
 from .words import described, facts, family, places
 
@@ -84,7 +85,7 @@ _STYLE = f"""
 """
 
 
-def moving_file(guide: PlacedGuide, *, unit: str = "mm", scale: str | None = None, code: str = "") -> str:
+def moving_file(guide: PlacedGuide, *, unit: str = "mm", scale: str | None = None, code: str = "") -> Markup:
     """Return a guide that moves as an SVG file, in true millimetres at a scale that it states.
 
     Parameters
@@ -131,7 +132,7 @@ def moving_file(guide: PlacedGuide, *, unit: str = "mm", scale: str | None = Non
     hidden = [name for name in layers if name not in SHOWN]
     return drawing(
         guide, shown, frame, clock, layers, hidden, described(guide, code), "guide-", clip=(HEAD - 1, top),
-        inside="".join(inside),
+        inside=join(inside),
         width=f"{number(width)}mm", height=f"{number(height)}mm",
     )  # fmt: skip
 
@@ -141,18 +142,18 @@ def _across(width: float) -> int:
     return max(1, int((width - 2 * MARGIN) // BOX))
 
 
-def _title(guide: PlacedGuide, code: str, unit: str) -> str:
+def _title(guide: PlacedGuide, code: str, unit: str) -> Markup:
     series = getattr(guide, "series", "") or getattr(guide, "name", "")
     head = element("tspan", series, "\u2002" if series else "") + element("tspan", family(guide), class_="family")
     told = " · ".join(part for part in ([code] if code else []) + facts(guide, unit))
     return element("text", head, class_="series", x=number(MARGIN), y="10") + text(told, complex(MARGIN, 15.5), "fact")
 
 
-def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> str:
+def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> Markup:
     """Return the dimension line of the stroke, on the side of the path where less of the linkage is."""
     stroke = getattr(guide, "stroke", None)
     if stroke is None:
-        return ""
+        return NOTHING
     request = guide.request  # type: ignore[attr-defined]  # what has a stroke has a request
     ends = frame.at(request.origin + stroke * request.direction * np.array([0, 1]))
     along = (ends[1] - ends[0]) / abs(ends[1] - ends[0])
@@ -174,7 +175,7 @@ def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> str:
     return element("path", class_="dimension", d="".join(parts)) + words
 
 
-def _bar(frame: Frame, scale: Scale, unit: str, top: float) -> str:
+def _bar(frame: Frame, scale: Scale, unit: str, top: float) -> Markup:
     """Return a scale bar of a round length, with the scale."""
     step = scale.bar(unit, 45.0)
     right = complex(MARGIN + step * frame.scale, top + 4)
@@ -184,7 +185,7 @@ def _bar(frame: Frame, scale: Scale, unit: str, top: float) -> str:
     return element("path", class_="dimension", d=data) + text(said, right + 2 + 0.8j, "fact")
 
 
-def _controls(layers: Sequence[str], clock: Clock, frame: Frame, top: float) -> str:
+def _controls(layers: Sequence[str], clock: Clock, frame: Frame, top: float) -> Markup:
     """Return the check boxes of the layers, and the bar that holds the motion and leads it by hand."""
     parts, across = [], _across(frame.width)
     for k, name in enumerate(layers):
@@ -199,7 +200,7 @@ def _controls(layers: Sequence[str], clock: Clock, frame: Frame, top: float) -> 
     return group("controls", *parts, bar)
 
 
-def _box(at: complex, words: str, ticked: bool, play: str = "", **data: str) -> str:
+def _box(at: complex, words: str, ticked: bool, play: str = "", **data: str) -> Markup:
     tick = f"M{pair(at + 0.7 + 1.7j)}L{pair(at + 1.4 + 2.4j)}L{pair(at + 2.6 + 0.7j)}"
     return element(
         "g", element("rect", class_="box", x=number(at.real), y=number(at.imag), width="3.2", height="3.2", rx="0.6"),

@@ -12,11 +12,12 @@ from ..curvature_theory.analysis import curvature
 from ..curvature_theory.finite_pole import finite_pole
 from ..kinematics.linkage import PR, RP, Linkage, homogeneous
 from ..kinematics.types import Array, Complexes, Floats, Mask
+from ..markup import NOTHING, Markup, element, join
 from .cubics import cubic
 from .frame import Frame
 from .moving_style import LAYER_NAMES
 from .poses import POINTS, Poses
-from .svg import Clock, element, group, number, pair, polyline, text
+from .svg import Clock, group, number, pair, polyline, text
 
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
@@ -38,7 +39,7 @@ class Layers:
     frame: Frame
     clock: Clock
 
-    def drawn(self, name: str) -> str:
+    def drawn(self, name: str) -> Markup:
         """Return a layer by its name."""
         draw = {
             "turn": self._turn, "circle": self._circle, "cubics": self._cubics, "centrodes": self._centrodes,
@@ -46,23 +47,23 @@ class Layers:
         }[name]  # fmt: skip
         return group(f"layer {name}", draw())
 
-    def _pole(self) -> str:
+    def _pole(self) -> Markup:
         pole, _ = self._instants
         seen = self.frame.near(pole, 0.5)
         if not seen.any():
-            return ""
+            return NOTHING
         r = 4.5 * self.frame.point
         cross = polyline(np.array([-r, r, np.nan, -1j * r, 1j * r]))
         sign = element("circle", class_="theory", r=number(0.6 * r)) + element("path", class_="theory", d=cross)
         moved = self.clock.moved(self.frame.at(_held(pole, seen)), "sign", sign)
         return element("g", self._blinking(seen), moved, **self._seen(seen))
 
-    def _circle(self) -> str:
+    def _circle(self) -> Markup:
         pole, diameter = self._instants
         radius: Floats = 0.5 * np.abs(diameter) * self.frame.scale
         seen = np.asarray(radius < WIDE * self.frame.width)
         if not seen.any():
-            return ""
+            return NOTHING
         centre, radius = _held(self.frame.at(pole + 0.5 * diameter), seen), _held(radius, seen)
         values = {
             "cx": [number(z.real) for z in centre],
@@ -73,7 +74,7 @@ class Layers:
         moves = [self.clock.animate(name, each) for name, each in values.items()]
         return element("circle", *moves, self._blinking(seen), class_="theory", **now, **self._seen(seen))
 
-    def _centrodes(self) -> str:
+    def _centrodes(self) -> Markup:
         """Return both centrodes: one rolls upon the other and carries the coupler with it."""
         pole, _ = self._instants
         pole = np.where(self.frame.near(pole, 1.0), pole, np.nan)
@@ -81,13 +82,13 @@ class Layers:
         rolling = self.frame.along(self.shown.at_home(pole) - self._origin)
         return fixed + self._carried(element("path", class_="theory dashed", d=polyline(rolling)))
 
-    def _cubics(self) -> str:
+    def _cubics(self) -> Markup:
         """Return the circling-point curve, which the coupler carries, and the centring-point curve, of the position
         given."""
         found = curvature(self.guide.linkage)
         rho0 = float(found.rho0[0])
         if not np.isfinite(rho0):
-            return ""
+            return NOTHING
         axes, pole = found.axes[0] @ np.array([1, 1j]), complex(*found.pole[0])
         reach = 3 * max(self.frame.width, self.frame.height) / self.frame.scale / rho0
 
@@ -101,12 +102,12 @@ class Layers:
         centring = element("path", class_="theory", d=polyline(self.frame.at(curve(found.kappa[0])), 1))
         return centring + self._carried(element("path", class_="theory dashed", d=polyline(circling, 1)))
 
-    def _velocity(self) -> str:
+    def _velocity(self) -> Markup:
         """Return the velocity of the guided point at a steady drive, the longest arrow of one length."""
         speed = np.abs(self.shown.velocity)
         seen = np.isfinite(speed)
         if not seen.any() or np.nanmax(speed) == 0:
-            return ""
+            return NOTHING
         arrow = self.frame.along(self.shown.velocity) / (np.nanmax(speed) * self.frame.scale) * ARROW * self.frame.width
         arrow = _held(arrow, seen)
         head = 5 * self.frame.point
@@ -119,14 +120,14 @@ class Layers:
         moved = self.clock.moved(self.frame.at(self.shown.guided), "sign", path)
         return element("g", self._blinking(seen), moved, **self._seen(seen))
 
-    def _turn(self) -> str:
+    def _turn(self) -> Markup:
         """Return the path of the guided point over the whole circuit."""
         moved, _ = self.guide.drawn_motion(2 * POINTS, whole=True)
         z = moved.points["guided"]
         z = np.where(self.frame.near(z, 0.5), z, np.nan)
         return element("path", class_="faint", d=polyline(self.frame.at(z), 1))
 
-    def _names(self) -> str:
+    def _names(self) -> Markup:
         """Return the names of the pivots; those of the coupler go with them, upright."""
         parts, p = [], self.frame.point
         away = complex(7 * p, -6 * p)
@@ -136,7 +137,7 @@ class Layers:
             if self.shown.kinds[i] != RP:
                 name = text(f"A{'₁₂'[i]}*", away, "halo")
                 parts.append(self.clock.moved(self.frame.at(self.shown.moving[:, i]), "name", name))
-        return "".join(parts)
+        return join(parts)
 
     @property
     def _origin(self) -> complex:
@@ -165,11 +166,11 @@ class Layers:
         """Return the opacity of what is seen in some poses only, where nothing moves."""
         return {} if seen.all() else {"opacity": "1" if seen[self.clock.middle] else "0"}
 
-    def _blinking(self, seen: Mask) -> str:
+    def _blinking(self, seen: Mask) -> Markup:
         """Return what hides an element in the poses in which it is not seen."""
         return self.clock.animate("opacity", ["1" if one else "0" for one in seen], calcMode="discrete")
 
-    def _carried(self, *content: str) -> str:
+    def _carried(self, *content: str) -> Markup:
         """Return what the coupler carries, drawn in its position given about its origin."""
         carrier = self.shown.carried(np.array([self._origin]))[:, 0]
         return self.clock.moved(self.frame.at(carrier), "carried", self.clock.turned(self.shown.turn, None, *content))

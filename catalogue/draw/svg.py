@@ -1,34 +1,23 @@
-"""Elements of an SVG as text, places and angles as they stand there: y downwards, angles clockwise in degrees."""
+"""Elements of an SVG, places and angles as they stand there: y downwards, angles clockwise in degrees."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from html import escape
 
 import numpy as np
 
 from ..kinematics.types import Array, Complexes, Floats
+from ..markup import NOTHING, Markup, element
 
 
-def element(name: str, *content: str, **attributes: object) -> str:
-    """Return an element; a trailing underscore of an attribute's name is dropped, others stand for hyphens."""
-    told = "".join(
-        f' {key.rstrip("_").replace("_", "-")}="{escape(str(value))}"'
-        for key, value in attributes.items()
-        if value is not None
-    )
-    inner = "".join(content)
-    return f"<{name}{told}>{inner}</{name}>" if inner else f"<{name}{told}/>"
-
-
-def group(kind: str, *content: str, **attributes: object) -> str:
+def group(kind: str, *content: str, **attributes: object) -> Markup:
     """Return a group of a class."""
     return element("g", *content, class_=kind, **attributes)
 
 
-def text(words: str, at: complex, kind: str, **attributes: object) -> str:
+def text(words: str, at: complex, kind: str, **attributes: object) -> Markup:
     """Return a line of text that begins, or by its anchor ends, at a place."""
-    return element("text", escape(words), class_=kind, x=number(at.real), y=number(at.imag), **attributes)
+    return element("text", words, class_=kind, x=number(at.real), y=number(at.imag), **attributes)
 
 
 def number(value: float, digits: int = 2) -> str:
@@ -112,30 +101,30 @@ class Clock:
         """Return the values of all poses as they follow one another over a period."""
         return ";".join(values if self.closed else values + values[-2::-1])
 
-    def animate(self, attribute: str, values: list[str], **attributes: object) -> str:
+    def animate(self, attribute: str, values: list[str], **attributes: object) -> Markup:
         """Return what changes an attribute of the element it is in; empty if nothing moves or changes."""
         if self.still or len(set(values)) == 1:
-            return ""
+            return NOTHING
         return element(
             "animate", attributeName=attribute, values=self.order(values), dur=f"{number(self.seconds)}s",
             repeatCount="indefinite", **attributes,
         )  # fmt: skip
 
-    def _transform(self, kind: str, values: list[str]) -> str:
+    def _transform(self, kind: str, values: list[str]) -> Markup:
         if self.still or len(set(values)) == 1:
-            return ""
+            return NOTHING
         return element(
             "animateTransform", attributeName="transform", type=kind, values=self.order(values),
             dur=f"{number(self.seconds)}s", repeatCount="indefinite",
         )  # fmt: skip
 
-    def moved(self, at: Complexes, kind: str, *content: str) -> str:
+    def moved(self, at: Complexes, kind: str, *content: str) -> Markup:
         """Return a group that is carried to places, shape (m,)."""
         values = [pair(z) for z in at.tolist()]
         start = f"translate({values[self.middle]})"
         return group(kind, self._transform("translate", values), *content, transform=start)
 
-    def turned(self, angle: Floats, kind: str | None, *content: str) -> str:
+    def turned(self, angle: Floats, kind: str | None, *content: str) -> Markup:
         """Return a group that is turned about its origin by angles, shape (m,) [rad, against the clock as seen]."""
         values = [number(-a, 3) for a in np.degrees(angle).tolist()]
         inner = (self._transform("rotate", values), *content)

@@ -6,7 +6,6 @@ import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
 
@@ -69,9 +68,10 @@ class Results(Sequence[T]):
     def _repr_html_(self) -> str:
         """What a notebook shows: cards that move, a table behind; of no answers why there are none."""
         from ..draw.cards import cards_html
+        from ..markup import element
 
         if not self.candidates:
-            return f"<pre>{escape(self.explain())}</pre>"
+            return element("pre", self.explain())
         return cards_html(self.candidates, f"{type(self).__name__} of {len(self)}")
 
     @overload

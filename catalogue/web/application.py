@@ -15,6 +15,7 @@ from urllib.parse import urlencode
 
 from ..draw.moving_style import DARK, LIGHT, STYLE, properties
 from ..errors import CatalogueError, DatabaseError, InvalidRequest, MissingExtra, shortened
+from ..markup import element
 from ..units import MILLIMETRES
 
 try:
@@ -59,9 +60,10 @@ class Page:
         self.templates = Environment(
             loader=FileSystemLoader(HERE / "templates"), autoescape=True, trim_blocks=True, lstrip_blocks=True
         )
-        self.templates.globals["drawings"] = (
+        self.templates.globals["drawings"] = element(
+            "style",
             f"{STYLE}:root{{{properties(LIGHT)}}}@media(prefers-color-scheme:dark){{:root{{{properties(DARK)}}}}}"
-            ".guide-drawing{--guide-paper:var(--sheet)}"
+            ".guide-drawing{--guide-paper:var(--sheet)}",
         )
         self.templates.filters["address"] = urlencode
         self.templates.tests["given"] = lambda name, values: any(values.get(name, ()))
@@ -93,10 +95,12 @@ class Page:
 
     def show(self, template: str, request: Request, code: int = 200, **values: Any) -> HTMLResponse:
         """Return a page, or a part of one."""
-        unit = request.query_params.get("unit", "mm")
-        if unit not in MILLIMETRES:
-            unit = "mm"
-        values |= {"unit": unit, "units": [*MILLIMETRES], "query": request.url.query, "path": request.url.path}
+        values |= {
+            "unit": shown_unit(request),
+            "units": [*MILLIMETRES],
+            "query": request.url.query,
+            "path": request.url.path,
+        }
         return HTMLResponse(self.templates.get_template(template).render(values), code)
 
     async def ask(self, request: Request, key: str, task: Callable[..., Any], *arguments: Any, quick: bool) -> Any:
@@ -149,7 +153,8 @@ class Page:
     async def guide(self, request: Request) -> Response:
         """The page of one guide."""
         name = request.path_params["name"]
-        found = await self.ask(request, f"guide {name}", guides.guide_page, name, quick=True)
+        unit = shown_unit(request)
+        found = await self.ask(request, f"guide {name} {unit}", guides.guide_page, name, unit, quick=True)
         if isinstance(found, tuple):
             return RedirectResponse(f"/own?{urlencode(found)}")
         return self.show(
@@ -175,7 +180,9 @@ class Page:
         names = tuple(dict.fromkeys(request.query_params.getlist("pick")))
         if len(names) > SIDE_BY_SIDE:
             raise InvalidRequest(f"{SIDE_BY_SIDE} guides fit side by side: leave some out")
-        found = await self.ask(request, f"compare {names}", guides.compared, names, quick=True) if names else []
+        unit, found = shown_unit(request), []
+        if names:
+            found = await self.ask(request, f"compare {names} {unit}", guides.compared, names, unit, quick=True)
         return self.show("compare.html", request, guides=found, groups=guides.side_by_side(found))
 
     async def own(self, request: Request) -> Response:
@@ -238,6 +245,12 @@ class Page:
         elif isinstance(error, InvalidRequest) and request.url.path.startswith("/guide/"):
             code = 404
         return self.show("failed.html", request, code, text=shortened(text, 500))
+
+
+def shown_unit(request: Request) -> str:
+    """Return the unit in which an address wants lengths shown."""
+    unit = request.query_params.get("unit", "mm")
+    return unit if unit in MILLIMETRES else "mm"
 
 
 def said(relaxations: Iterable[Relaxation]) -> str:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from ..curvature_theory.leading_error import EXACT
 from ..draw import moving_svg
+from ..markup import Markup
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
@@ -40,7 +41,7 @@ class Card:
     family: str
     configuration: str
     title: str
-    drawing: str
+    drawing: Markup
     numbers: tuple[Number, ...]
     score: float | None
 
@@ -76,7 +77,7 @@ def words(name: str) -> str:
     return name.replace("_", " ").capitalize()
 
 
-def drawing(one: PlacedGuide) -> str:
+def drawing(one: PlacedGuide) -> Markup:
     """Return the moving drawing of a card; the page has its style sheet."""
     return moving_svg(one, width=WIDTH, height=HEIGHT, style=False, prefix=f"g{token_hex(4)}-")
 
@@ -101,7 +102,7 @@ def numbers(one: Candidate) -> tuple[Number, ...]:
     return tuple(shown)
 
 
-def card(one: Candidate, code: str, drawn: str) -> Card:
+def card(one: Candidate, code: str, drawn: Markup) -> Card:
     """Return the card of an answer with its drawing."""
     title = " · ".join(part for part in (one.configuration, contact(one.order) if one.order else "") if part)
     return Card(code, one.series or "own", one.family, one.configuration, title, drawn, numbers(one), one.score)

@@ -2,51 +2,88 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Iterable
+
 import numpy as np
 
 from ..draw.curves import TALLEST, Curve, curves
 from ..errors import InvalidRequest
 from ..find.candidate import Candidate
 from ..kinematics.types import Floats
+from ..markup import Markup, element
 from .cards import figure
 
-#: Width, height and margins of a chart, and points of a curve at most.
-WIDTH, HEIGHT, LEFT, TOP, POINTS = 320, 120, 6, 20, 121
-#: What stands for the unit until the page knows it.
-UNIT = "UNIT"
+#: Width and height of a chart [px].
+WIDTH, HEIGHT = 320, 130
+#: Room for the figures at the axes: to the left, to the right, for the name above, below [px].
+LEFT, RIGHT, TOP, BELOW = 46, 12, 22, 30
+#: Points of a curve at most.
+POINTS = 121
+#: Intervals between ticks at most.
+TICKS = 4
 
 
-def charts(one: Candidate) -> tuple[str, ...]:
+def charts(one: Candidate, unit: str) -> tuple[Markup, ...]:
     """Return the curves of a guide over its drive; none where its point returns."""
     try:
-        name, drive, found = curves(one, UNIT)
+        name, drive, found = curves(one, unit)
     except InvalidRequest:
         return ()
     return tuple(chart(curve, drive, name) for curve in found)
 
 
-def chart(curve: Curve, drive: Floats, name: str) -> str:
-    """Return one curve as SVG: its name with its unit, its greatest and least value."""
+def chart(curve: Curve, drive: Floats, name: str) -> Markup:
+    """Return one curve as SVG: its name with its unit, ticks at round values, its least and greatest value."""
     some = np.linspace(0, len(drive) - 1, min(POINTS, len(drive))).astype(int)
-    values, angle = curve.values[some], drive[some]
+    values, angle = curve.values[some], np.abs(drive[some] - drive[0])
     good = values[np.isfinite(values)]
     least, most = float(good.min()), float(good.max())
     high = min(most, TALLEST * float(np.median(np.abs(good)))) if curve.zero else most
     low = min(least, 0.0)
-    x = LEFT + (WIDTH - 2 * LEFT) * (angle - angle[0]) / (angle[-1] - angle[0] or 1.0)
-    y = TOP + (HEIGHT - 2 * TOP) * (high - values) / (high - low or 1.0)
-    zero = TOP + (HEIGHT - 2 * TOP) * high / (high - low or 1.0)
+    across = (WIDTH - LEFT - RIGHT) / (angle[-1] or 1.0)
+    up = (HEIGHT - TOP - BELOW) / (high - low or 1.0)
+    foot = HEIGHT - BELOW
+    x, y = LEFT + across * angle, foot - up * (values - low)
     shown = np.isfinite(values) & (values <= high)
     runs = np.split(np.arange(len(x)), np.flatnonzero(np.diff(shown)) + 1)
-    lines = "".join(
-        f'<polyline points="{" ".join(f"{x[k]:.1f},{y[k]:.1f}" for k in run)}"/>' for run in runs if shown[run[0]]
+    lines = [
+        element("polyline", points=" ".join(f"{x[k]:.1f},{y[k]:.1f}" for k in run)) for run in runs if shown[run[0]]
+    ]
+    marks = [
+        part
+        for value in ticks(low, high)
+        for at in [f"{foot - up * (value - low):.1f}"]
+        for part in (
+            element("line", x1=LEFT, x2=WIDTH - RIGHT, y1=at, y2=at, class_=None if value else "zero"),
+            element("text", figure(value), x=LEFT - 5, y=at, dy="0.35em", text_anchor="end"),
+        )
+    ]
+    for value in ticks(0.0, float(angle[-1])):
+        at = f"{LEFT + across * value:.1f}"
+        marks.append(element("line", x1=at, x2=at, y1=foot, y2=foot + 4))
+        marks.append(element("text", f"{figure(value)}°", x=at, y=foot + 14, text_anchor="middle"))
+    extent = f"{figure(least)} … {figure(most)}"
+    return element(
+        "svg",
+        element("title", f"{curve.name}: {figure(least)} to {figure(most)} over {figure(float(angle[-1]))}° of {name}"),
+        element("text", curve.name, x=6, y=12, class_="name"),
+        element("text", extent, x=WIDTH - RIGHT, y=12, text_anchor="end"),
+        *marks,
+        *lines,
+        element("text", f"turn of {name}", x=WIDTH - RIGHT, y=HEIGHT - 3, text_anchor="end"),
+        class_="chart",
+        viewBox=f"0 0 {WIDTH} {HEIGHT}",
+        role="img",
     )
-    span = f"{figure(abs(float(drive[-1] - drive[0])))}° of {name}"
-    return (
-        f'<svg class="chart" viewBox="0 0 {WIDTH} {HEIGHT}" role="img"><title>{curve.name}: {figure(least)} to '
-        f'{figure(most)} over {span}</title><text x="{LEFT}" y="12">{curve.name}</text>'
-        f'<text x="{WIDTH - LEFT}" y="12" text-anchor="end">{figure(least)} … {figure(most)}</text>'
-        f'<line x1="{LEFT}" x2="{WIDTH - LEFT}" y1="{zero:.1f}" y2="{zero:.1f}"/>{lines}'
-        f'<text x="{LEFT}" y="{HEIGHT - 4}">start</text>'
-        f'<text x="{WIDTH - LEFT}" y="{HEIGHT - 4}" text-anchor="end">after {span}</text></svg>'
-    )
+
+
+def ticks(low: float, high: float) -> Iterable[float]:
+    """Return round values from low to high, at most `TICKS` intervals apart."""
+    if not high > low:
+        return [low]
+    rough = (high - low) / TICKS
+    power = 10.0 ** math.floor(math.log10(rough))
+    step = next(power * part for part in (1, 2, 2.5, 5, 10) if power * part >= rough * (1 - 1e-9))
+    first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
+    return [step * k for k in range(first, last + 1)]

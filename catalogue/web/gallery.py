@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from ..errors import CatalogueError
 from ..find.candidate import Candidate
 from ..find.stored import as_published
+from ..markup import NOTHING, Markup
 from ..series.named_guides import named_guides
 from .asked import opened
 from .cards import drawing
@@ -24,7 +25,7 @@ class Plate:
     line: str  #: proportions of a guide, families of a series
     text: str  #: its place in the theory
     source: str
-    drawing: str
+    drawing: Markup
     series: str
 
 
@@ -45,7 +46,7 @@ def gallery() -> tuple[tuple[Plate, ...], tuple[Plate, ...]]:
     for one_series in catalogue.registry.series.values():
         code = one_series.code
         number = best.get(code)
-        drawn = "" if number is None else _drawn(catalogue.guide(number).at(1.0))
+        drawn = NOTHING if number is None else _drawn(catalogue.guide(number).at(1.0))
         inverse = "its own inverse" if one_series.inverse == code else f"inverse of {one_series.inverse}"
         line = f"{', '.join(one_series.families)}; {inverse}"
         name = "" if number is None else str(number)
@@ -53,11 +54,11 @@ def gallery() -> tuple[tuple[Plate, ...], tuple[Plate, ...]]:
     return tuple(guides), tuple(series)
 
 
-def _drawn(one: Candidate) -> str:
+def _drawn(one: Candidate) -> Markup:
     try:
         return drawing(one)
     except CatalogueError:
-        return ""
+        return NOTHING
 
 
 def _examples() -> dict[str, int]:

@@ -20,6 +20,7 @@ from ..export.formats import FORMATS, SUFFIXES
 from ..find.answers import is_code, recall
 from ..find.candidate import Candidate
 from ..find.own_guide import OwnGuide
+from ..markup import NOTHING, Markup
 from ..series.named_guides import named_guides
 from .asked import opened
 from .cards import Card, Number, card, contact, coordinate, figure, words
@@ -48,13 +49,13 @@ class GuidePage:
     heading: str
     words: tuple[str, ...]  #: of a named guide: proportions, place, source
     card: Card
-    drawing: str
+    drawing: Markup
     numbers: tuple[Number, ...]
     lengths: tuple[Number, ...]
     pivots: tuple[tuple[str, str, str, str], ...]  #: name, x, y, remark
     theory: tuple[Number, ...]
     remarks: tuple[str, ...]
-    charts: tuple[str, ...]
+    charts: tuple[Markup, ...]
     own: tuple[tuple[str, str], ...]  #: the address of the page of own linkages that has it
 
 
@@ -97,8 +98,8 @@ def address(one: Candidate | OwnGuide) -> tuple[tuple[str, str], ...]:
     return (("linkage", pivots), *point, *stroke)
 
 
-def guide_page(name: str) -> GuidePage | tuple[tuple[str, str], ...]:
-    """Return the page of a guide; of an own linkage without a stroke its address on the page of such."""
+def guide_page(name: str, unit: str) -> GuidePage | tuple[tuple[str, str], ...]:
+    """Return the page of a guide, its curves in a unit; of a linkage without a stroke its address among own ones."""
     found, design = pick(name)
     if not isinstance(found, Candidate):
         return address(found)
@@ -113,14 +114,14 @@ def guide_page(name: str) -> GuidePage | tuple[tuple[str, str], ...]:
         name,
         design.title if design is not None else f"{found.series or 'Own linkage'} {found.family}",
         words,
-        card(found, name, ""),
+        card(found, name, NOTHING),
         moving_svg(found, width=LARGE[0], height=LARGE[1], layers=LAYERS, hidden=LAYERS, seconds=SECONDS, style=False),
         _all_numbers(found),
         tuple(_lengths(found)),
         tuple(_pivots(found)),
         theory,
         remarks,
-        charts(found),
+        charts(found, unit),
         address(found),
     )
 
@@ -207,9 +208,9 @@ def file_of(name: str, kind: str, unit: str) -> str | bytes:
     return export(one, format=kind, unit=unit)
 
 
-def compared(names: tuple[str, ...]) -> list[Any]:
+def compared(names: tuple[str, ...], unit: str) -> list[Any]:
     """Return the pages of guides side by side, of those with a stroke."""
-    return [found for found in map(guide_page, names) if isinstance(found, GuidePage)]
+    return [page for page in (guide_page(name, unit) for name in names) if isinstance(page, GuidePage)]
 
 
 #: A row of a comparison: label, help, and the number of each guide, None where it has none.

@@ -8,11 +8,13 @@ import xml.etree.ElementTree as ET
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from catalogue.draw.curves import curves
 from catalogue.find.candidate import Candidate
 from catalogue.web.cards import coordinate, numbers
-from catalogue.web.charts import HEIGHT, LEFT, TOP, UNIT, WIDTH, charts
+from catalogue.web.charts import BELOW, HEIGHT, LEFT, RIGHT, TICKS, TOP, WIDTH, charts, ticks
 from catalogue.web.own import measured
 from tests.draw.samples import ARC, MADE
 
@@ -46,22 +48,61 @@ def test_coordinates_have_seven_digits_of_the_size(value: float, size: float, sa
 
 @every
 def test_curves_run_from_edge_to_edge_of_their_drawing_as_the_values_do(made: Candidate) -> None:
-    _, drive, found = curves(made, UNIT)
-    drawn = charts(made)
+    _, drive, found = curves(made, "mm")
+    drawn = charts(made, "mm")
     assert len(drawn) == len(found) > 0
     for curve, text in zip(found, drawn, strict=True):
         lines = [line.attrib["points"].split() for line in ET.fromstring(text).iter("polyline")]
         x, y = np.array([point.split(",") for line in lines for point in line], float).T
         assert (x >= LEFT).all()
-        assert (x <= WIDTH - LEFT).all()
+        assert (x <= WIDTH - RIGHT).all()
         assert (y >= TOP - 0.1).all()
-        assert (y <= HEIGHT - TOP + 0.1).all()
+        assert (y <= HEIGHT - BELOW + 0.1).all()
         if np.isfinite(curve.values).all() and not curve.zero:
-            assert (x[0], x[-1]) == pytest.approx((LEFT, WIDTH - LEFT), abs=0.1)
-            share = (x - LEFT) / (WIDTH - 2 * LEFT) * (drive[-1] - drive[0]) + drive[0]
+            assert (x[0], x[-1]) == pytest.approx((LEFT, WIDTH - RIGHT), abs=0.1)
+            share = (x - LEFT) / (WIDTH - LEFT - RIGHT) * (drive[-1] - drive[0]) + drive[0]
             way = np.argsort(drive)
             there = np.interp(share, drive[way], curve.values[way])
             assert np.corrcoef(there, -y)[0, 1] > 0.99
+
+
+@every
+def test_ticks_of_a_curve_stand_where_their_value_is(made: Candidate) -> None:
+    name, drive, found = curves(made, "mm")
+    for curve, text in zip(found, charts(made, "mm"), strict=True):
+        root = ET.fromstring(text)
+        told = [(float(one.attrib["y"]), number(one.text)) for one in root.iter("text") if "dy" in one.attrib]
+        assert 2 <= len(told) <= TICKS + 2
+        y, value = np.array(told).T
+        slope, zero = np.polyfit(value, y, 1)
+        assert np.abs(zero + slope * value - y).max() < 0.2
+        lines = [line.attrib["points"].split() for line in root.iter("polyline")]
+        drawn = np.array([point.split(",")[1] for line in lines for point in line], float)
+        shown = (drawn - zero) / slope
+        assert shown.min() == pytest.approx(np.nanmin(curve.values), abs=0.2 / abs(slope))
+        angles = [float(str(one.text).rstrip("°")) for one in root.iter("text") if str(one.text).endswith("°")]
+        assert angles[0] == 0
+        assert max(angles) <= abs(drive[-1] - drive[0]) * (1 + 1e-9)
+        assert name in "".join(root.itertext())
+
+
+def number(text: str | None) -> float:
+    """Read a number as the page writes it."""
+    plain = str(text).translate(str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹−", "-0123456789-"))
+    return float(plain.replace(" × 10", "e"))
+
+
+@given(st.floats(-1e6, 1e6), st.floats(1e-6, 1e6))
+def test_ticks_are_round_and_within_their_range(low: float, extent: float) -> None:
+    extent = max(extent, 1e-3 * abs(low))
+    high = low + extent
+    found = [*ticks(low, high)]
+    assert 2 <= len(found) <= TICKS + 1
+    step = found[1] - found[0]
+    assert np.diff(found) == pytest.approx(step, rel=1e-6)
+    assert low - 1e-6 * extent <= found[0] <= found[-1] <= high + 1e-6 * extent
+    assert found[0] - low < step * (1 + 1e-6)
+    assert high - found[-1] < step * (1 + 1e-6)
 
 
 def test_lengths_of_an_own_linkage_have_five_digits_and_those_that_are_rounding_none() -> None:
