@@ -7,6 +7,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from errno import ENOENT
 from pathlib import Path
+from secrets import token_hex
+from stat import S_IMODE
+from typing import BinaryIO
 
 _PACKAGE = Path(__file__).resolve().parent
 
@@ -67,26 +70,38 @@ def is_folder(path: Path) -> bool:
 
 
 @contextmanager
-def replacing(file: Path) -> Iterator[Path]:
-    """Yield a name to write to, beside a file whose place it takes at the end: what was there stays until then.
+def replacing(file: Path) -> Iterator[BinaryIO]:
+    """Yield a new file, open for bytes, that takes the place of `file` at the end: what was there stays until then.
+
+    It is a file of its own in the same folder, with the mode of the one it replaces, or the mode that the umask leaves.
 
     Raises
     ------
     OSError
         If it cannot be written, or what is there is a folder, a device or a link, which must not be replaced.
     """
-    part = file.parent / f"{file.name}.part"
-    try:
-        if file.is_symlink():
-            raise OSError(0, "a link is there", str(file))
-        if file.exists() and not file.is_file():
-            raise OSError(0, "a folder or a device is there", str(file))
-        part.unlink(missing_ok=True)
-        yield part
-        part.replace(file)
-    finally:
-        with suppress(OSError):
-            part.unlink(missing_ok=True)
+    if file.is_symlink():
+        raise OSError(0, "a link is there", str(file))
+    if file.exists() and not file.is_file():
+        raise OSError(0, "a folder or a device is there", str(file))
+    part = unused_name(file)
+    with part.open("xb") as content:  # made here: no file, and nothing that a link leads to, is opened by that name
+        try:
+            if file.exists():
+                part.chmod(S_IMODE(file.stat().st_mode))
+            yield content
+            content.close()
+            part.replace(file)
+        except BaseException:
+            content.close()
+            with suppress(OSError):
+                part.unlink()
+            raise
+
+
+def unused_name(file: Path, beginning: str = ".catalogue-") -> Path:
+    """Return an unguessable name beside a file."""
+    return file.with_name(f"{beginning}{token_hex(8)}.part")
 
 
 def plugin_folders(extra: tuple[str, ...] = ()) -> list[Path]:

@@ -74,7 +74,7 @@ def write_bytes(content: bytes, file: Path) -> None:
     """Write a file, in place of one that is there."""
     try:
         with replacing(file) as part:
-            part.write_bytes(content)
+            part.write(content)
     except OSError as error:
         raise InvalidRequest(f"cannot write {file}: {error.strerror}") from error
 

@@ -18,6 +18,8 @@ from .references import HELP, REFERENCE, keep, resolve
 from .tables import FORCE, OUTPUT
 
 if TYPE_CHECKING:
+    from typing import BinaryIO
+
     import pandas as pd
 
 #: Formats of the whole store, and those that a suffix names.
@@ -159,7 +161,7 @@ def _store(format: str, out: Path | None, db: Path | None, plugins: Any, which: 
     print(f"written: {out}, {len(guides)} rows", file=sys.stderr)
 
 
-def _write_parquet(guides: pd.DataFrame, file: Path) -> None:
+def _write_parquet(guides: pd.DataFrame, file: BinaryIO) -> None:
     try:
         guides.to_parquet(file, engine="pyarrow", index=False)
     except ImportError as error:

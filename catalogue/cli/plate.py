@@ -80,7 +80,7 @@ def atlas(out: Path, plugins: Sequence[str]) -> None:
     index = out / "index.html"
     try:
         with replacing(index) as part:
-            part.write_text(_index(every, files), "utf-8")
+            part.write(_index(every, files).encode())
     except OSError as error:
         raise InvalidRequest(f"cannot write {index}: {error.strerror}") from error
     print(f"drawn: {len(every)} plates; open {index}", file=sys.stderr)

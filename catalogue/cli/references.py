@@ -99,7 +99,7 @@ def keep(one: Any) -> None:
 
 def is_answer(reference: str) -> bool:
     """Return whether a reference is a file, or may be the code of an answer."""
-    from ..find.answers import is_code
+    from ..find.codes import is_code
 
     return _is_file(reference) or (not reference.isdigit() and not _is_design(reference) and is_code(reference))
 

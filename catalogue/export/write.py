@@ -47,7 +47,7 @@ def export(
     if path is not None:
         try:
             with replacing(path) as part:
-                part.write_bytes(made if isinstance(made, bytes) else made.encode())
+                part.write(made if isinstance(made, bytes) else made.encode())
         except OSError as error:
             raise InvalidRequest(f"cannot write {path}: {error.strerror}") from error
         except ValueError:  # a name that no file can have

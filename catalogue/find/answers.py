@@ -7,12 +7,9 @@ catalogue: none is written to.
 
 from __future__ import annotations
 
-import hashlib
 import json
 import math
-import sqlite3
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import closing, contextmanager
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from os import PathLike
 from pathlib import Path
@@ -20,12 +17,13 @@ from typing import TYPE_CHECKING, Any
 
 from .. import __version__
 from ..errors import InvalidRequest, quoted
-from ..folders import answers_file, replacing
+from ..folders import replacing
 from ..given import number, positive, switch, whole
 from ..given import text as printable
 from ..kinematics.linkage import Linkage
 from ..problem.request import point
 from .candidate import Candidate
+from .codes import KEPT, LENGTH, code_of, is_code, keep, kept
 from .dwell_results import DwellCandidate
 from .own_guide import OwnGuide
 from .placed import PlacedGuide
@@ -34,16 +32,8 @@ if TYPE_CHECKING:
     from ..collections.results import CollectionCandidate
     from ..collections.spec import Collection
 
-#: How many answers are kept.
-KEPT = 20_000
-#: Letters of codes: no two that look alike; the first is none of the digits, so that no code is a number.
-LETTERS, DIGITS = "abcdefghjkmnpqrstvwxyz", "0123456789"
-#: Letters of a code; one more for as long as another answer has the same.
-LENGTH = 7
 #: What a file of answers begins with.
 FORMAT = "mechanism-catalogue answers"
-#: Seconds to wait for another process that is writing.
-PATIENCE = 5.0
 
 Answer = Any  # a Candidate, Stretch, OwnGuide, DwellCandidate or CollectionCandidate
 
@@ -56,42 +46,7 @@ def remember(answers: Sequence[Answer]) -> list[str]:
     InvalidRequest
         If the file of answers cannot be written; nothing else is lost by that.
     """
-    records = [text_of(record(one)) for one in answers]
-    codes = []
-    with _opened(write=True) as file, file:
-        for text in records:
-            code = _free_code(file, text)
-            file.execute("INSERT OR REPLACE INTO answer (code, record) VALUES (?, ?)", (code, text))
-            codes.append(code)
-        file.execute("DELETE FROM answer WHERE number <= (SELECT max(number) FROM answer) - ?", (KEPT,))
-    return codes
-
-
-def _free_code(file: sqlite3.Connection, text: str) -> str:
-    """Return the shortest code of a record that no other one has."""
-    length = LENGTH
-    while True:
-        code = code_of(text, length)
-        held = file.execute("SELECT record FROM answer WHERE code = ?", (code,)).fetchone()
-        if held is None or held[0] == text:
-            return code
-        length += 1
-
-
-def code_of(text: str, length: int = LENGTH) -> str:
-    """Return so many letters of the digest of a record."""
-    number = int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
-    number, first = divmod(number, len(LETTERS))
-    code = LETTERS[first]
-    while len(code) < length:
-        number, k = divmod(number, len(LETTERS + DIGITS))
-        code += (LETTERS + DIGITS)[k]
-    return code
-
-
-def is_code(text: str) -> bool:
-    """Return whether a text may be a code."""
-    return len(text) >= LENGTH and text[0] in LETTERS and set(text) <= {*LETTERS, *DIGITS}
+    return keep([text_of(record(one)) for one in answers])
 
 
 def recall(code: str, collection: Callable[[str], Collection] | None = None) -> Answer:
@@ -104,15 +59,14 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
     """
     if not isinstance(code, str) or not is_code(code):
         raise InvalidRequest(f"{quoted(code)} is no code of an answer: these have {LENGTH} letters and digits or more")
-    with _opened(write=False) as file:
-        found = None if file is None else file.execute("SELECT record FROM answer WHERE code = ?", (code,)).fetchone()
+    found = kept(code)
     if found is None:
         raise InvalidRequest(
             f"no answer has the code {code} here: the last {KEPT} of this user on this machine are kept; "
             "`find --save FILE` keeps answers for good"
         )
     try:
-        held = json.loads(found[0])
+        held = json.loads(found)
     except (TypeError, ValueError, RecursionError):
         raise InvalidRequest(f"the answer {code} is damaged: what is kept of it is no JSON") from None
     return answer({**held, "code": code} if isinstance(held, dict) else held, collection)
@@ -132,7 +86,7 @@ def save(answers: Sequence[Answer], path: str | Path) -> None:
     path = Path(path)
     try:
         with replacing(path) as part:
-            part.write_text(json.dumps(held, indent=1, allow_nan=False) + "\n", "utf-8")
+            part.write(f"{json.dumps(held, indent=1, allow_nan=False)}\n".encode())
     except OSError as error:
         raise InvalidRequest(f"cannot write {path}: {error.strerror}") from None
 
@@ -242,28 +196,3 @@ def _of_collection(values: dict[str, Any], collection: Callable[[str], Collectio
     one = CollectionCandidate(**named)
     check(one)
     return one
-
-
-@contextmanager
-def _opened(*, write: bool) -> Iterator[Any]:
-    """Open the file of answers; None if it is only to be read and is not there."""
-    path: Path | str = "CATALOGUE_ANSWERS"
-    try:
-        path = answers_file()
-        if not write and not path.exists():
-            yield None
-            return
-        if write:
-            path.parent.mkdir(parents=True, exist_ok=True)
-        with closing(sqlite3.connect(path, timeout=PATIENCE)) as file:
-            if write:
-                file.execute("PRAGMA journal_mode = WAL")
-                file.execute("PRAGMA synchronous = NORMAL")
-                file.execute(
-                    "CREATE TABLE IF NOT EXISTS answer (number INTEGER PRIMARY KEY AUTOINCREMENT, "
-                    "code TEXT NOT NULL UNIQUE, record TEXT NOT NULL)"
-                )
-            yield file
-    except (OSError, sqlite3.Error) as error:
-        done = "written" if write else "read"
-        raise InvalidRequest(f"the file of answers {path} cannot be {done}: {error}") from None

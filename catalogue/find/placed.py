@@ -293,7 +293,8 @@ class PlacedGuide:
     def code(self) -> str:
         """Letters and digits that tell this guide from all others; by them it is picked up again once it has been
         remembered, see `Results.remember`."""
-        from .answers import code_of, record, text_of
+        from .answers import record, text_of
+        from .codes import code_of
 
         return code_of(text_of(record(self)))
 

@@ -10,15 +10,16 @@ from __future__ import annotations
 import os
 import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from filecmp import cmp
 from functools import partial
 from itertools import chain, count
 from pathlib import Path
+from stat import S_IMODE
 from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import DatabaseError, DatabaseTooNew, InvalidRequest, quoted, shortened
-from ..folders import folder
+from ..folders import folder, unused_name
 from . import seal
 
 if TYPE_CHECKING:
@@ -81,13 +82,12 @@ def database_errors(path: Path) -> Iterator[None]:
         raise DatabaseError(f"{path} {saying}") from error
 
 
-def connect(path: Path, *, create: bool = False, writable: bool = True) -> sqlite3.Connection:
+def connect(path: Path, *, writable: bool = True) -> sqlite3.Connection:
     """Return a connection to the file `path` (absolute) in which only an explicit BEGIN opens a transaction.
 
     Where the file may not be written, SQLite falls back to reading by itself.
     """
-    mode = ("rwc" if create else "rw") if writable else "ro"
-    uri = f"{path.as_uri()}?mode={mode}"
+    uri = f"{path.as_uri()}?mode={'rw' if writable else 'ro'}"
     connection = sqlite3.connect(uri, uri=True, timeout=PATIENCE, isolation_level=None, check_same_thread=False)
     try:
         connection.executescript(_PRAGMAS)
@@ -182,7 +182,8 @@ def bring_up_to_date(path: Path) -> None:
         return
     if found is None:
         path.parent.mkdir(parents=True, exist_ok=True)
-        connect(path, create=True).close()
+        with suppress(FileExistsError):  # SQLite would leave out what the umask gives to the group
+            path.touch(exist_ok=False)
         _migrate(path)
     elif found not in known:
         raise DatabaseTooNew(
@@ -206,10 +207,11 @@ def _backed_up(path: Path, found: str) -> Iterator[None]:
     copy is, and goes if what is done meanwhile fails."""
     endings = chain([""], (f"-{number}" for number in count(2)))
     copies = (path.with_name(f"{path.name}.backup-{found}{ending}") for ending in endings)
-    part = path.with_name(f"{path.name}.backup.part")  # who copies has the write lock, so that no other does
+    part = unused_name(path, f"{path.name}.backup-")  # `catalogue doctor` lists one that a kill has left
     try:
-        part.unlink(missing_ok=True)
-        with closing(connect(path)) as source, closing(connect(part, create=True)) as target:
+        part.touch(0o600, exist_ok=False)
+        part.chmod(S_IMODE(path.stat().st_mode))  # a copy is as private as what it is of
+        with closing(connect(path)) as source, closing(connect(part)) as target:
             source.backup(target)
         copy = next(name for name in copies if not name.exists() or cmp(name, part, shallow=False))
         new = not copy.exists()

@@ -5,6 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from contextlib import closing
 from pathlib import Path
+from shutil import copyfileobj
+from tempfile import TemporaryDirectory
+from typing import BinaryIO
 
 from .database import Database
 from .engine import connect, database_errors
@@ -18,22 +21,25 @@ _TABLES = {
 }
 
 
-def write_extract(database: Database, guides: Iterable[int], file: Path) -> None:
-    """Write guides, by their numbers, to a new file: ``guides``, ``pivots``, ``reach`` and ``description``, each a
-    table.
+def write_extract(database: Database, guides: Iterable[int], file: BinaryIO) -> None:
+    """Write guides, by their numbers: ``guides``, ``pivots``, ``reach`` and ``description``, each a table.
 
     Raises
     ------
     DatabaseError
-        If it cannot be written.
+        If they cannot be written.
     """
-    with database_errors(file), closing(connect(database.path)) as connection:
-        connection.execute("ATTACH ? AS extract", (f"{file.absolute().as_uri()}?mode=rwc",))
-        connection.execute("CREATE TEMP TABLE wanted (id INTEGER PRIMARY KEY)")
-        connection.execute("BEGIN")
-        connection.executemany("INSERT INTO wanted VALUES (?)", ((number,) for number in guides))
-        for table, condition in _TABLES.items():
-            connection.execute(f"CREATE TABLE extract.{table} AS SELECT * FROM main.{table} WHERE {condition}")  # nosec B608  # names of our own tables
-        connection.execute("CREATE UNIQUE INDEX extract.guides_id ON guides (id)")
-        connection.execute("CREATE UNIQUE INDEX extract.reach_guide ON reach (guide_id, level)")
-        connection.execute("COMMIT")
+    with TemporaryDirectory() as folder:  # of the user alone: SQLite opens its files by their names
+        extract = Path(folder) / "extract.db"
+        with database_errors(extract), closing(connect(database.path)) as connection:
+            connection.execute("ATTACH ? AS extract", (f"{extract.as_uri()}?mode=rwc",))
+            connection.execute("CREATE TEMP TABLE wanted (id INTEGER PRIMARY KEY)")
+            connection.execute("BEGIN")
+            connection.executemany("INSERT INTO wanted VALUES (?)", ((number,) for number in guides))
+            for table, condition in _TABLES.items():
+                connection.execute(f"CREATE TABLE extract.{table} AS SELECT * FROM main.{table} WHERE {condition}")  # nosec B608  # names of our own tables
+            connection.execute("CREATE UNIQUE INDEX extract.guides_id ON guides (id)")
+            connection.execute("CREATE UNIQUE INDEX extract.reach_guide ON reach (guide_id, level)")
+            connection.execute("COMMIT")
+        with extract.open("rb") as content:
+            copyfileobj(content, file)

@@ -17,8 +17,9 @@ from ..draw.moving_file import moving_file
 from ..errors import InvalidRequest, quoted
 from ..export import export
 from ..export.formats import FORMATS, SUFFIXES
-from ..find.answers import is_code, recall
+from ..find.answers import recall
 from ..find.candidate import Candidate
+from ..find.codes import is_code
 from ..find.own_guide import OwnGuide
 from ..markup import NOTHING, Markup
 from ..series.named_guides import named_guides

@@ -19,6 +19,7 @@ import pytest
 import catalogue
 from catalogue import Catalogue, CircularArc, Found, InvalidRequest, StraightLine
 from catalogue.find import answers
+from catalogue.find.codes import is_code
 from catalogue.find.dwell_results import StandStill
 
 LINE = StraightLine(100, 0.5)
@@ -56,7 +57,7 @@ def test_the_same_answer_has_the_same_code_and_another_has_another(ask: Callable
     codes = found.remember()
     assert found.remember() == codes
     assert len({*codes}) == len(found)
-    assert all(answers.is_code(code) and not code.isdigit() for code in codes)
+    assert all(is_code(code) and not code.isdigit() for code in codes)
     file.unlink()
     assert found.remember() == codes
 
@@ -73,7 +74,8 @@ def test_a_code_is_good_in_another_process(ask: Callable[..., Found], file: Path
 
 
 def test_two_answers_of_one_code_are_both_kept(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(answers, "code_of", lambda _, length=7: "abcdefgh"[:length])
+    for module in ("answers", "codes"):
+        monkeypatch.setattr(f"catalogue.find.{module}.code_of", lambda _, length=7: "abcdefgh"[:length])
     one, other = (catalogue.guide({**MINE, "along": along}) for along in (1, 2))
     codes = answers.remember([one, other])
     assert codes == ["abcdefg", "abcdefgh"]
@@ -82,7 +84,7 @@ def test_two_answers_of_one_code_are_both_kept(file: Path, monkeypatch: pytest.M
 
 
 def test_the_oldest_are_dropped_and_said_to_be(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(answers, "KEPT", 5)
+    monkeypatch.setattr("catalogue.find.codes.KEPT", 5)
     codes = answers.remember([catalogue.guide({**MINE, "along": along}) for along in range(9)])
     with closing(sqlite3.connect(file)) as held:
         assert held.execute("SELECT count(*) FROM answer").fetchone() == (5,)

@@ -178,10 +178,13 @@ def test_upgrade_that_was_killed_after_its_copy_makes_no_second_one(
             Database.open(filled)
     copy = filled.with_name(f"some.db.backup-{HEAD}")
     assert copy.exists()
-    filled.with_name("some.db.backup.part").write_bytes(b"half a copy")
+    left, other = filled.parent.glob("*.part"), filled.with_name("some.db.backup.part")
+    assert not [*left]  # the name was given to the copy
+    other.write_bytes(b"of the user")
     Database.open(filled).close()
     assert revision(filled) == NEXT
-    assert {file.name for file in filled.parent.glob("some.db*")} == {"some.db", copy.name}
+    assert {file.name for file in filled.parent.glob("some.db*")} == {"some.db", copy.name, other.name}
+    assert other.read_bytes() == b"of the user"
 
 
 def test_a_published_revision_is_as_it_was_published() -> None:

@@ -231,7 +231,7 @@ def write(given: Mapping[str, Any], file: Path) -> None:
     text = json.dumps(given, indent=1) + "\n" if file.suffix.lower() == ".json" else toml(given)
     try:
         with replacing(file) as part:
-            part.write_text(text, "utf-8")
+            part.write(text.encode())
     except OSError as error:
         raise InvalidRequest(f"cannot write {file}: {error.strerror}") from error
 
