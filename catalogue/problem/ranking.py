@@ -77,8 +77,11 @@ RISING = frozenset(name for name, desire in DESIRES.items() if desire.best > des
 
 
 def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, float]:
-    """Return criteria with weights from ``"size"``, ``"size=1,transmission=0.5"`` or a mapping; `InvalidRequest` if a
-    criterion is unknown or a weight is not positive."""
+    """Read criteria with weights, which add up to 1, from ``"size"``, ``"size=1,transmission=0.5"`` or a mapping.
+
+    Neither the scale of the weights nor the order of the criteria changes what the search compares with penalties.
+    `InvalidRequest` if a criterion is unknown or a weight is not positive.
+    """
     if isinstance(rank_by, str):
         parts = [part.partition("=") for part in rank_by.split(",")]
         given: Mapping[str, Any] = {name.strip(): _number(value) if equal else 1.0 for name, equal, value in parts}
@@ -90,7 +93,9 @@ def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, flo
     if unknown or not given:
         wrong = unknown[0] if unknown else "nothing"
         raise InvalidRequest(f"cannot rank by {wrong}; choose from {', '.join(CRITERIA)}")
-    return {name: positive(f"the weight of {name}", weight) for name, weight in given.items()}
+    read = {name: positive(f"the weight of {name}", given[name]) for name in CRITERIA if name in given}
+    total = sum(read.values())
+    return {name: digits(weight / total) for name, weight in read.items()}
 
 
 def _number(text: str) -> float | str:
@@ -198,4 +203,4 @@ class Ranking:
     def _mean(self, parts: Values) -> Floats:
         """Return the mean of something of each desire, by their weights, shape (n,)."""
         total = sum(d.weight for d in self.desires.values())
-        return np.asarray(sum(d.weight * parts[q] for q, d in self.desires.items()) / total)
+        return np.asarray(sum(digits(d.weight / total) * parts[q] for q, d in self.desires.items()))

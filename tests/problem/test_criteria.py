@@ -18,12 +18,15 @@ from catalogue.problem.ranking import DESIRES, WORTHLESS, Desire, weights
     ("given", "expected"),
     [
         ("size", {"size": 1.0}),
-        ("size=2, transmission=0.5", {"size": 2.0, "transmission": 0.5}),
-        ({"deviation": 3}, {"deviation": 3.0}),
-        ("size,deviation", {"size": 1.0, "deviation": 1.0}),
+        ("size=2, transmission=0.5", {"size": 0.8, "transmission": 0.2}),
+        ("transmission=500,size=2000", {"size": 0.8, "transmission": 0.2}),
+        ("size=1e304,transmission=1e304", {"size": 0.5, "transmission": 0.5}),
+        ({"deviation": 3}, {"deviation": 1.0}),
+        ("size=0.001", {"size": 1.0}),
+        ("size,deviation", {"size": 0.5, "deviation": 0.5}),
     ],
 )
-def test_weights_are_read(given: Any, expected: dict[str, float]) -> None:
+def test_weights_are_read_as_shares_of_their_sum(given: Any, expected: dict[str, float]) -> None:
     assert weights(given) == expected
 
 

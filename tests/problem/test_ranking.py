@@ -50,7 +50,7 @@ def test_no_merit_is_punished(criterion: str, quantity: str, step: float) -> Non
 
 def test_a_mix_weighs_its_criteria() -> None:
     mix = Ranking.of(LINE, "size=2,transmission=0.5")
-    assert mix.cost(arrays(VALUES)) == pytest.approx(2 * COST["size"] + 0.5 * COST["transmission"])
+    assert mix.cost(arrays(VALUES)) == pytest.approx(0.8 * COST["size"] + 0.2 * COST["transmission"])
     assert mix.only is None
     assert mix.quantities == {"size", "transmission"}
 
