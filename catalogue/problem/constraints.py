@@ -228,7 +228,7 @@ class Constraints:
 
     def active(self) -> list[str]:
         """Return the names of the constraints that are set."""
-        return [f.name for f in fields(self) if getattr(self, f.name) not in ((), None, 0, 0.0, False)]
+        return [f.name for f in fields(self) if getattr(self, f.name) != f.default]
 
 
 def _acute(name: str, given: Any) -> float:

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from ..api import Catalogue
+from ..find.answers import recall
 from ..problem.request import Request
 from ..store import Database
 from .cards import Card, card, drawing, variety
@@ -51,7 +52,9 @@ class Answers:
 def search(request: Request, keywords: dict[str, Any], *, refined: bool) -> Answers:
     """Return the answers to a wish: refined ones with their codes; or, at once, the best stored guide of each kind as
     it is, which is not kept."""
-    found = opened().find(request, **keywords, refine=refined)
+    catalogue = opened()
+    starts = [recall(code, catalogue.registry.collection) for code in keywords.get("starts", ())]
+    found = catalogue.find(request, **{**keywords, "starts": starts}, refine=refined)
     codes = found.remember() if refined else [""] * len(found)
     first, others = variety([*zip(found, codes, strict=True)], [(one.family, one.series) for one in found])
     cards = [[card(one, code, drawing(one)) for one, code in part] for part in (first, others if refined else [])]

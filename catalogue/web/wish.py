@@ -10,9 +10,11 @@ from inspect import signature
 from typing import TYPE_CHECKING, Any
 
 import click
+import numpy as np
 
 from ..api import Catalogue
 from ..errors import CatalogueError, InvalidRequest, quoted, shortened
+from ..find.answers import is_code
 from ..find.names import SINGULAR
 from ..problem.constraints import DRIVE, LENGTHS, PRESCRIBED, REGIONS, Constraints
 from ..problem.request import Request
@@ -39,8 +41,14 @@ GROUPS = {
 }
 #: Fields that stand before the groups: what is asked most.
 FIRST = ("min_transmission", "max_size", "fixed_pivots_in", "pins_only")
-#: Bounds of what one request may cost, and letters that one field may have.
-MOST, LONGEST = {"effort": 4, "limit": 48}, 2000
+#: Bounds of numbers on which the time of a search depends.
+MOST = {"effort": 4, "limit": 48}
+#: Letters that one field may have: `MAX_CORNERS` corners of 25 letters.
+LONGEST = 2000
+#: Zones to keep free, and corners of all regions: a search tests each link against each side in every pose.
+MAX_ZONES, MAX_CORNERS = 12, 60
+#: Values of a field that may be given several times.
+MAX_VALUES = 40
 
 
 class WishError(InvalidRequest):
@@ -108,14 +116,32 @@ class Wish:
 
     @property
     def key(self) -> str:
-        """The same for all ways to say the same."""
-        said = {name: value for name, value in self.keywords.items() if value not in (None, (), [], {}, False)}
-        return repr((self.request, sorted(said.items())))
+        """The request itself, written out: other values, or values of another type, have another key."""
+        return repr((type(self.request).__name__, _plain(vars(self.request)), _plain(self.keywords)))
 
     @property
     def line(self) -> str:
         """The command that gives the same answers."""
         return shlex.join(["catalogue", "find", self.command, *self.arguments])
+
+
+def _check_zones(regions: Sequence[Any]) -> None:
+    """Raise `WishError` for more zones, or corners of them, than a search on the page may cost."""
+    corners = sum(np.size(region) // 2 for region in regions)
+    if len(regions) > MAX_ZONES or corners > MAX_CORNERS:
+        what = f"at most {MAX_ZONES} zones with {MAX_CORNERS} corners in all"
+        raise WishError(f"{what} on this page; the command takes more", "keep_out")
+
+
+def _plain(value: Any) -> Any:
+    """Return a value of a request as nested tuples, mappings sorted; an array shows no more than its first numbers."""
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, Mapping):
+        return tuple((name, _plain(value[name])) for name in sorted(value))
+    if isinstance(value, list | tuple):
+        return tuple(map(_plain, value))
+    return value
 
 
 class Form:
@@ -178,6 +204,9 @@ class Form:
             for bounded, most in MOST.items():
                 if (options.get(bounded) or 0) > most:
                     raise WishError(f"{bounded} is at most {most} on this page; the command takes more", bounded)
+            _check_zones(options.get("keep_out") or ())
+            if wrong := [code for code in options.get("starts") or () if not is_code(code)]:
+                raise WishError(f"{quoted(wrong[0])} is no code of an answer", "starts")
             request, keywords = self._read(name, options)
             Constraints.of({k: v for k, v in keywords.items() if k in {one.name for one in fields(Constraints)}})
         except click.UsageError as error:
@@ -210,6 +239,8 @@ class Form:
             return [field.flag, *parts]
         if field.kind == "lines":
             values = [line.strip() for value in values for line in value.splitlines() if line.strip()]
+        if field.kind in ("lines", "choices") and len(values) > MAX_VALUES:
+            raise WishError(f"these are more than {MAX_VALUES}; the command takes more", field.name)
         if field.kind not in ("lines", "choices"):
             values = values[-1:]
         return [part for value in values for part in (field.flag, value)]

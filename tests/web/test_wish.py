@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shlex
 from dataclasses import fields
 from typing import Any
@@ -18,6 +19,7 @@ from catalogue.find.names import SINGULAR
 from catalogue.problem.constraints import Constraints
 from catalogue.web.wish import Form, WishError
 
+WITHOUT_SERIES = wish_form(())
 LINE = [("path", "straight-line"), ("stroke", "150"), ("deviation", "0.05")]
 
 
@@ -75,6 +77,47 @@ def test_the_same_wish_has_the_same_key(form: Form) -> None:
     assert one.key != form.wish([*LINE, ("max_size", "401"), ("min_transmission", "40")]).key
 
 
+#: Values of fields, of which some are equal in Python, empty, or nothing.
+VALUES = {
+    "per_series": ("0", "1", "12"), "round_to": ("1", "2"), "distinct": ("0", "0.0", "0.02", "1"), "order": ("0", "1"),
+    "within": ("0",), "play": ("0", "1"), "along": ("0", "1", "-0.0"), "min_transmission": ("0", "1"),
+    "limit": ("1", "12"), "effort": ("1",), "pins_only": ("1",), "slots": ("1",), "cognates": ("1",),
+    "family": ("four-bar", "oldham"), "series": ("IV.l",), "fixed_pivots_in": ("0 0 1 1", "-1 0 1 1"),
+    "keep_out": ("0,0,1,1", "0,0,1,2"), "desires": ("size=2:4", "size=2:5"), "rank_by": ("size", "score"),
+}  # fmt: skip
+SAID = st.dictionaries(st.sampled_from(sorted(VALUES)), st.integers(0, 2)).map(
+    lambda said: [(name, VALUES[name][k % len(VALUES[name])]) for name, k in said.items()]
+)
+
+
+def written(said: list[tuple[str, str]]) -> str:
+    """Return what the command makes of a line, values with their types: 0, False, () and None are four."""
+    find: Any = app.get_command(None, "find")  # type: ignore[arg-type]  # it needs no context
+    words = shlex.split(WITHOUT_SERIES.wish([*LINE, *said]).line)[3:]
+    told = find.get_command(None, "straight-line").make_context("straight-line", words).params
+    return json.dumps(
+        {name: (type(value).__name__, value) for name, value in told.items()}, sort_keys=True, default=str
+    )
+
+
+@settings(max_examples=150, deadline=None)
+@given(SAID, SAID)
+def test_wishes_have_one_key_only_if_the_command_reads_them_as_one(
+    one: list[tuple[str, str]], other: list[tuple[str, str]]
+) -> None:
+    keys = [WITHOUT_SERIES.wish([*LINE, *said]).key for said in (one, other, one[::-1])]
+    assert (keys[0] == keys[1]) == (written(one) == written(other))
+    assert keys[0] == keys[2]
+
+
+def test_keys_tell_many_zones_apart_to_the_last_digit(form: Form) -> None:
+    polygon = [f"{k / 7},{k * k / 7}" for k in range(60)]
+    keys = set()
+    for last in ("1", "1.0000000000000002", "2"):
+        keys.add(form.wish([*LINE, ("keep_out", ",".join([*polygon[:-1], f"{last},3"]))]).key)
+    assert len(keys) == 3
+
+
 @pytest.mark.parametrize(
     ("field", "value", "words"),
     [
@@ -107,9 +150,6 @@ def test_a_name_that_is_no_field_is_refused(form: Form) -> None:
         form.wish([*LINE, ("max_sise", "3")])
     with pytest.raises(WishError, match="no path 'spiral'"):
         form.wish([("path", "spiral")])
-
-
-WITHOUT_SERIES = wish_form(())
 
 
 @settings(max_examples=60, deadline=None)
