@@ -27,7 +27,8 @@ if TYPE_CHECKING:
 def serve(port: int, browser: bool, db: Path | None, plugins: Sequence[str]) -> None:
     """Serve the page: a form with the constraints of `find`, answers that move, own linkages dragged, exports.
 
-    Only this machine can ask it, the database is only read, and nothing is fetched from anywhere.
+    Open the address that is printed: its token lets your browser in, and nobody else on this machine. The database is
+    only read, and nothing is fetched from anywhere.
 
     \b
     catalogue serve

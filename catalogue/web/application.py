@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import re
-from collections.abc import AsyncIterator, Awaitable, Callable, Iterable, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Hashable, Iterable, Sequence
 from contextlib import asynccontextmanager
 from dataclasses import replace
 from functools import partial
@@ -86,12 +86,12 @@ class Page:
         wish = self.form.wish(EXAMPLE.items())
         lanes = [(self.desk.quick, False), (self.desk.thorough, True)]
         first = [
-            self.desk.ask(f"warm {lane.count - k} {refined}", lane, never, partial(asked.search, refined=refined),
+            self.desk.ask(("warm", lane.count - k, refined), lane, never, partial(asked.search, refined=refined),
                           wish.request, wish.keywords)
             for lane, refined in lanes for k in range(lane.count)
         ]  # fmt: skip
         await asyncio.gather(*first)
-        await self.desk.ask("gallery", self.desk.thorough, never, gallery)
+        await self.desk.ask(("gallery",), self.desk.thorough, never, gallery)
 
     def show(self, template: str, request: Request, code: int = 200, **values: Any) -> HTMLResponse:
         """Return a page, or a part of one."""
@@ -103,13 +103,15 @@ class Page:
         }
         return HTMLResponse(self.templates.get_template(template).render(values), code)
 
-    async def ask(self, request: Request, key: str, task: Callable[..., Any], *arguments: Any, quick: bool) -> Any:
+    async def ask(
+        self, request: Request, key: tuple[Hashable, ...], task: Callable[..., Any], *arguments: Any, quick: bool
+    ) -> Any:
         lane = self.desk.quick if quick else self.desk.thorough
         return await self.desk.ask(key, lane, request.is_disconnected, task, *arguments)
 
     async def _answers(self, request: Request, wish: Wish, *, refined: bool) -> asked.Answers:
         task = partial(asked.search, refined=refined)
-        key = f"{wish.key} {refined}"
+        key = ("answers", wish.key, refined)
         found: asked.Answers = await self.ask(request, key, task, wish.request, wish.keywords, quick=not refined)
         return found
 
@@ -118,7 +120,7 @@ class Page:
         given = request.query_params.multi_items()
         try:
             wish = self.form.wish(given)
-            known = self.desk.knows(f"{wish.key} True")
+            known = self.desk.knows(("answers", wish.key, True))
             refined = known or request.query_params.get("stage") == "refined"
             answers = await self._answers(request, wish, refined=refined)
         except WishError as error:
@@ -154,7 +156,7 @@ class Page:
         """The page of one guide."""
         name = request.path_params["name"]
         unit = shown_unit(request)
-        found = await self.ask(request, f"guide {name} {unit}", guides.guide_page, name, unit, quick=True)
+        found = await self.ask(request, ("guide", name, unit), guides.guide_page, name, unit, quick=True)
         if isinstance(found, tuple):
             return RedirectResponse(f"/own?{urlencode(found)}")
         return self.show(
@@ -169,7 +171,7 @@ class Page:
         unit = request.query_params.get("unit", "mm")
         if unit not in MILLIMETRES:
             raise InvalidRequest(f"the unit is one of {', '.join(MILLIMETRES)}")
-        content = await self.ask(request, f"file {name} {kind} {unit}", guides.file_of, name, kind, unit, quick=True)
+        content = await self.ask(request, ("file", name, kind, unit), guides.file_of, name, kind, unit, quick=True)
         plain, suffix = re.sub(r"[^\w.-]", "_", name, flags=re.ASCII), guides.FILES[kind][0]
         plain += f"-{kind}" * (kind in ("fusion", "solidworks"))
         headers = {"Content-Disposition": f'attachment; filename="{plain}.{suffix}"'}
@@ -182,7 +184,7 @@ class Page:
             raise InvalidRequest(f"{SIDE_BY_SIDE} guides fit side by side: leave some out")
         unit, found = shown_unit(request), []
         if names:
-            found = await self.ask(request, f"compare {names} {unit}", guides.compared, names, unit, quick=True)
+            found = await self.ask(request, ("compare", names, unit), guides.compared, names, unit, quick=True)
         return self.show("compare.html", request, guides=found, groups=guides.side_by_side(found))
 
     async def own(self, request: Request) -> Response:
@@ -220,12 +222,12 @@ class Page:
         else:
             arguments = (OWN_EXAMPLE, "0", "0", "40")
         kept = given.get("stage") != "draft"
-        found: Own = await self.ask(request, f"own {arguments} {kept}", measured, *arguments, kept, quick=True)
+        found: Own = await self.ask(request, ("own", arguments, kept), measured, *arguments, kept, quick=True)
         return found
 
     async def gallery(self, request: Request) -> Response:
         """The named guides and the series."""
-        named, series = await self.ask(request, "gallery", gallery, quick=False)
+        named, series = await self.ask(request, ("gallery",), gallery, quick=False)
         return self.show("gallery.html", request, guides=named, series=series)
 
     async def failed(self, request: Request, error: Exception) -> Response:
@@ -261,8 +263,9 @@ def said(relaxations: Iterable[Relaxation]) -> str:
 
 
 def application(
-    path: Path, form: Form, plugins: Sequence[str] = (), *, make: Callable[..., Any] = process, warm: bool = False
-) -> Starlette:
+    path: Path, form: Form, plugins: Sequence[str] = (), *, tokens: Sequence[str],
+    make: Callable[..., Any] = process, warm: bool = False,
+) -> Starlette:  # fmt: skip
     """Return the page of a database as an ASGI application.
 
     Parameters
@@ -272,6 +275,8 @@ def application(
     form : Form
     plugins : sequence of str
         Folders with plugins.
+    tokens : sequence of str
+        By which a browser is let in, see `Guard`.
     make : callable
         `process`, or `thread`: of which kind those who answer are.
     warm : bool
@@ -304,7 +309,7 @@ def application(
     )
     return Starlette(
         routes=routes,
-        middleware=[Middleware(Guard), Middleware(TrustedHostMiddleware, allowed_hosts=HOSTS)],
+        middleware=[Middleware(Guard, tokens=[*tokens]), Middleware(TrustedHostMiddleware, allowed_hosts=HOSTS)],
         exception_handlers=handlers,
         lifespan=lifespan,
     )

@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import os
 from collections import OrderedDict
-from collections.abc import Awaitable, Callable
+from collections.abc import Awaitable, Callable, Hashable
 from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import active_children, get_context
 from typing import Any
@@ -18,6 +18,11 @@ from ..errors import CatalogueError
 
 #: Answers that are kept, and how often it is asked whether somebody still waits [s].
 KEPT, POLL = 256, 0.1
+#: How long a question may take, so that others get their turn [s]: a refined search takes 1 on a machine with nothing
+#: else to do, the most that the form allows about 15.
+LIMIT = 60.0
+#: Questions that may wait in a lane: with one more somebody would wait several times `LIMIT`.
+MAX_WAITING = 12
 #: How long what nobody waits for may run on before its process is killed, and begun anew [s].
 LEFT = 2.0
 #: By how much thorough questions let others go first.
@@ -32,7 +37,7 @@ class NobodyWaits(Exception):
 
 
 class Busy(CatalogueError):
-    """The processes that answer were killed, twice."""
+    """No process answers: too much is asked, or they were killed twice."""
 
     exit_code = 5
 
@@ -84,27 +89,43 @@ class Lane:
     def __init__(self, make: Callable[[], Executor], count: int) -> None:
         self._workers = [Worker(make) for _ in range(count)]
         self._free: asyncio.Queue[Worker] = asyncio.Queue()
+        self._waiting = 0
         for worker in self._workers:
             self._free.put_nowait(worker)
         self.count, self._closed = count, False
 
     async def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
         """Return what a function returns in the next process that is free.  Who is cancelled while it runs gives it
-        some seconds to end, then the process is begun anew."""
-        worker = await self._free.get()
+        some seconds to end, then the process is begun anew.
+
+        Raises
+        ------
+        Busy
+            If too many wait already, or it takes longer than `LIMIT`.
+        """
+        if self._waiting >= MAX_WAITING:
+            raise Busy(f"{MAX_WAITING} questions are waiting already: ask again in a minute")
+        self._waiting += 1
+        try:
+            worker = await self._free.get()
+        finally:
+            self._waiting -= 1
         running = asyncio.ensure_future(worker.run(task, *arguments))
         try:
-            return await asyncio.shield(running)
+            done, _ = await asyncio.wait({running}, timeout=LIMIT)
+            if done:
+                return running.result()
+            raise Busy(f"this takes longer than the {LIMIT:.0f} s of a question: ask for less, or ask the command")
         except asyncio.CancelledError:
             if not self._closed:
                 await asyncio.wait({running}, timeout=LEFT)
+            raise
+        finally:
             if not running.done():
                 running.cancel()
                 worker.close()
                 if not self._closed:
                     worker.begin()
-            raise
-        finally:
             self._free.put_nowait(worker)
 
     def close(self) -> None:
@@ -121,10 +142,10 @@ class Desk:
         count = max(2, min(4, os.cpu_count() or 1))
         self.quick = Lane(lambda: make(begin, 0), count)
         self.thorough = Lane(lambda: make(begin, PATIENCE), count)
-        self._kept: OrderedDict[str, asyncio.Task[Any]] = OrderedDict()
-        self._waiting: dict[str, int] = {}
+        self._kept: OrderedDict[Hashable, asyncio.Task[Any]] = OrderedDict()
+        self._waiting: dict[Hashable, int] = {}
 
-    async def ask(self, key: str, lane: Lane, gone: Gone, task: Callable[..., Any], *arguments: Any) -> Any:
+    async def ask(self, key: Hashable, lane: Lane, gone: Gone, task: Callable[..., Any], *arguments: Any) -> Any:
         """Return an answer, of the same question at once if it was asked before.
 
         Raises
@@ -157,7 +178,7 @@ class Desk:
             self._kept.pop(key, None)
         return running.result()
 
-    def knows(self, key: str) -> bool:
+    def knows(self, key: Hashable) -> bool:
         """Return whether a question has been answered."""
         found = self._kept.get(key)
         return found is not None and found.done() and not found.cancelled() and found.exception() is None

@@ -7,14 +7,19 @@ import socket
 from collections.abc import Sequence
 from contextlib import suppress
 from pathlib import Path
+from secrets import token_urlsafe
 
 from ..errors import InvalidRequest, MissingExtra
 from .application import application
+from .guard import TOKEN
 from .wish import Form
+
+#: Connections at once: a browser opens six for each of its windows.
+MAX_CONNECTIONS = 64
 
 
 def serve(path: Path, form: Form, plugins: Sequence[str], port: int, *, browser: bool = False) -> None:
-    """Serve the page on loopback until it is interrupted.
+    """Serve the page on loopback until it is interrupted, to who has the address that is printed.
 
     Raises
     ------
@@ -25,6 +30,8 @@ def serve(path: Path, form: Form, plugins: Sequence[str], port: int, *, browser:
     """
     try:
         import uvicorn
+
+        from .connection import ImpatientProtocol
     except ImportError as error:
         raise MissingExtra('the page needs uvicorn: pip install "mechanism-catalogue[web]"') from error
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listening:
@@ -35,14 +42,16 @@ def serve(path: Path, form: Form, plugins: Sequence[str], port: int, *, browser:
         except OSError as error:
             raise InvalidRequest(f"port {port} cannot be used ({error.strerror}): name another with --port") from None
         listening.listen()  # who asks before the server takes over waits
-        address = f"http://127.0.0.1:{listening.getsockname()[1]}/"
-        print(f"{address}  (Ctrl-C ends it)", flush=True)
+        tokens = [token_urlsafe(), token_urlsafe()]
+        printed, once = (f"http://127.0.0.1:{listening.getsockname()[1]}/?{TOKEN}={token}" for token in tokens)
+        print(f"{printed}  (Ctrl-C ends it)", flush=True)
         if browser:
             import webbrowser
 
-            webbrowser.open(address)
+            webbrowser.open(once)  # other users see the arguments of a browser
         config = uvicorn.Config(
-            application(path, form, plugins, warm=True), log_level="warning", access_log=False, lifespan="on"
-        )
+            application(path, form, plugins, tokens=tokens, warm=True), http=ImpatientProtocol, ws="none",
+            limit_concurrency=MAX_CONNECTIONS, log_level="error", access_log=False, lifespan="on",
+        )  # fmt: skip
         with suppress(KeyboardInterrupt):  # how a server is ended
             uvicorn.Server(config).run([listening])

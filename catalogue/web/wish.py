@@ -14,7 +14,7 @@ import numpy as np
 
 from ..api import Catalogue
 from ..errors import CatalogueError, InvalidRequest, quoted, shortened
-from ..find.answers import is_code
+from ..find.codes import is_code
 from ..find.names import SINGULAR
 from ..problem.constraints import DRIVE, LENGTHS, PRESCRIBED, REGIONS, Constraints
 from ..problem.request import Request

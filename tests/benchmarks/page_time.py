@@ -18,7 +18,7 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from pathlib import Path
 from urllib.parse import urlencode
-from urllib.request import urlopen
+from urllib.request import HTTPCookieProcessor, build_opener, install_opener, urlopen
 
 from measuring import arguments, table, title
 
@@ -42,11 +42,13 @@ def served(database: Path) -> Iterator[str]:
     with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
         assert process.stdout is not None
         try:
-            found = re.match(r"(http://\S+)/ ", process.stdout.readline())
+            found = re.match(r"((http://\S+)/\?token=\S+) ", process.stdout.readline())
             assert found
-            got(found[1], "/gallery")
-            wait(found[1], 2)
-            yield found[1]
+            install_opener(build_opener(HTTPCookieProcessor()))
+            urlopen(found[1]).read()
+            got(found[2], "/gallery")
+            wait(found[2], 2)
+            yield found[2]
         finally:
             process.terminate()
 

@@ -23,6 +23,7 @@ from catalogue.web.wish import Form
 if TYPE_CHECKING:
     from playwright.sync_api import Browser
 
+TOKEN = "a token of these tests"
 STORED = ("I.GG", "II.ooo", "II.xy", "II*.xy", "IV.l", "IV*.l")
 
 
@@ -34,13 +35,14 @@ def form() -> Form:
 @pytest.fixture(scope="session")
 def page(small_db: Path, form: Form) -> Iterator[TestClient]:
     """Return a client of the page of the small database."""
-    with TestClient(application(small_db, form, make=thread), base_url="http://127.0.0.1") as client:
+    with TestClient(application(small_db, form, tokens=[TOKEN], make=thread), base_url="http://127.0.0.1") as client:
+        assert client.get("/", params={"token": TOKEN}).status_code == 200
         yield client
 
 
 @pytest.fixture(scope="session")
-def address(small_db: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
-    """Return the address of the command `catalogue serve`."""
+def printed(small_db: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+    """Return the address that the command `catalogue serve` prints."""
     home = str(tmp_path_factory.mktemp("home"))
     kept = {name: value for name, value in os.environ.items() if not name.startswith("CATALOGUE_")}
     kept |= {"PYTHONPATH": str(Path(catalogue.__file__).parents[1]), "XDG_DATA_HOME": home, "HOME": home}
@@ -49,11 +51,17 @@ def address(small_db: Path, tmp_path_factory: pytest.TempPathFactory) -> Iterato
         assert served.stdout is not None
         try:
             line = served.stdout.readline()
-            found = re.match(r"(http://127\.0\.0\.1:\d+)/ ", line)
+            found = re.match(r"(http://127\.0\.0\.1:\d+/\?token=[\w-]{40,}) ", line)
             assert found, line
             yield found[1]
         finally:
             served.terminate()
+
+
+@pytest.fixture(scope="session")
+def address(printed: str) -> str:
+    """Return the address without the token."""
+    return printed.partition("/?")[0]
 
 
 @pytest.fixture(scope="session")

@@ -15,7 +15,7 @@ import numpy as np
 import pytest
 
 if TYPE_CHECKING:
-    from playwright.sync_api import Browser, Page
+    from playwright.sync_api import Browser, BrowserContext, Page
 
 pytestmark = pytest.mark.slow
 WISH = "/?path=straight-line&stroke=150&deviation=0.5&limit=4"
@@ -26,12 +26,27 @@ WIDE, NARROW = {"width": 1400, "height": 900}, {"width": 390, "height": 844}
 
 
 @pytest.fixture
-def opened(browser: Browser, address: str) -> Callable[..., Any]:
+def entered(browser: Browser, address: str, printed: str) -> Callable[..., BrowserContext]:
+    """Return what makes a browser that the printed address has let in."""
+
+    def enter(**how: Any) -> BrowserContext:
+        context = browser.new_context(**how)
+        page = context.new_page()
+        page.goto(printed)
+        page.wait_for_url(address + "/")
+        page.close()
+        return context
+
+    return enter
+
+
+@pytest.fixture
+def opened(entered: Callable[..., BrowserContext], address: str) -> Callable[..., Any]:
     """Return what opens a page of the server; at its end nothing may have gone wrong, nor left this machine."""
 
     @contextmanager
     def open(path: str, **how: Any) -> Iterator[Page]:
-        context = browser.new_context(**{"viewport": WIDE, **how})
+        context = entered(**{"viewport": WIDE, **how})
         page = context.new_page()
         page.set_default_timeout(60_000)
         wrong: list[str] = []
@@ -231,8 +246,8 @@ def test_an_own_linkage_is_typed(opened: Callable[..., Any]) -> None:
         until(page, "document.querySelector('#told').innerText.includes('0.485')")
 
 
-def test_what_is_wrong_is_said_at_the_field(browser: Browser, address: str) -> None:
-    page = browser.new_page()  # whose console says that the answer was 400
+def test_what_is_wrong_is_said_at_the_field(entered: Callable[..., BrowserContext], address: str) -> None:
+    page = entered().new_page()  # whose console says that the answer was 400
     page.goto(address + WISH)
     page.wait_for_selector(REFINED, timeout=60_000)
     page.fill("#f-max_size", "wide")
@@ -295,8 +310,8 @@ def test_a_narrow_screen_holds_it_light_and_dark(opened: Callable[..., Any], pat
             assert (sum(map(int, re.findall(r"\d+", paper)[:3])) > 380) == (scheme == "light")
 
 
-def test_it_serves_without_a_script(browser: Browser, address: str) -> None:
-    context = browser.new_context(java_script_enabled=False)
+def test_it_serves_without_a_script(entered: Callable[..., BrowserContext], address: str) -> None:
+    context = entered(java_script_enabled=False)
     page = context.new_page()
     page.goto(address + "/")
     page.fill("#f-stroke", "150")

@@ -24,6 +24,7 @@ from catalogue.web.application import application
 from catalogue.web.desk import Desk, thread
 from catalogue.web.own import EXAMPLE
 from catalogue.web.wish import Form
+from tests.web.conftest import TOKEN
 
 WISH = {"path": "straight-line", "stroke": "150", "deviation": "0.5", "limit": "4"}
 
@@ -51,7 +52,9 @@ def test_a_page_is_there_and_loads_nothing_from_elsewhere(page: TestClient, path
 
 
 def test_a_database_that_is_gone_is_service_unavailable(form: Form, tmp_path: Path) -> None:
-    with TestClient(application(tmp_path / "gone.db", form, make=thread), base_url="http://127.0.0.1") as client:
+    page = application(tmp_path / "gone.db", form, tokens=[TOKEN], make=thread)
+    with TestClient(page, base_url="http://127.0.0.1") as client:
+        client.get("/", params={"token": TOKEN})
         assert client.get("/answers", params=WISH).status_code == 503
 
 
@@ -257,7 +260,7 @@ def test_other_hosts_and_other_sites_are_refused(page: TestClient) -> None:
     assert page.get("/", headers={"host": "evil.example"}).status_code == 400
     foreign = {"sec-fetch-site": "cross-site", "sec-fetch-mode": "no-cors"}
     assert page.get("/answers", params=WISH, headers=foreign).status_code == 403
-    assert page.get("/", headers={**foreign, "sec-fetch-mode": "navigate"}).status_code == 200
+    assert page.get("/", headers={**foreign, "sec-fetch-mode": "navigate"}).status_code == 403
     assert page.post("/").status_code == 405
 
 
@@ -357,6 +360,65 @@ def test_what_fails_is_told_and_asked_again_the_next_time() -> None:
             await desk.ask("wrong", desk.quick, _never, divmod, 1, 0)
         assert not desk.knows("wrong")
         assert await desk.ask("wrong", desk.quick, _never, divmod, 7, 2) == (3, 1)
+
+    in_threads(test)
+
+
+@pytest.mark.parametrize("order", [1, -1])
+def test_a_wish_has_the_same_answer_before_and_after_another(
+    small_db: Path, form: Form, small: catalogue.Catalogue, order: int
+) -> None:
+    base = {**WISH, "limit": "8", "stage": "refined"}
+    wishes = [base, {**base, "per_series": "0"}, {**base, "round_to": "0"}, {**base, "distinct": "0"}]
+    with TestClient(application(small_db, form, tokens=[TOKEN], make=thread), base_url="http://127.0.0.1") as client:
+        client.get("/", params={"token": TOKEN})
+        got = [client.get("/answers", params=wish) for wish in wishes[::order]][::order]
+    assert [one.status_code for one in got] == [200, 200, 400, 200]
+    plain, unbound, _, close = ([*codes(one.text)] for one in got)
+    for found, options in ((plain, {}), (unbound, {"per_series": 0}), (close, {"distinct": 0.0})):
+        alone = small.find(StraightLine(150, 0.5), limit=8, **options)
+        assert sorted(found) == sorted(alone.remember())
+    assert len({*map(str, (plain, unbound, close))}) >= 2
+
+
+def test_a_question_that_takes_too_long_is_ended_and_others_get_their_turn(monkeypatch: pytest.MonkeyPatch) -> None:
+    import asyncio
+    import time
+
+    from catalogue.web import desk as desks
+
+    monkeypatch.setattr(desks, "LIMIT", 0.2)
+
+    async def test(desk: Desk) -> None:
+        start = time.monotonic()
+        slow = [asyncio.create_task(desk.ask(f"slow {k}", desk.quick, _never, _slow, [], 3.0))
+                for k in range(desk.quick.count)]  # fmt: skip
+        await asyncio.sleep(0.05)
+        assert await desk.ask("other", desk.quick, _never, _slow, [], 0.0) == "answer"
+        assert time.monotonic() - start < 1.5
+        for one in slow:
+            with pytest.raises(desks.Busy, match="takes longer than"):
+                await one
+        assert not desk.knows("slow 0")
+
+    in_threads(test)
+
+
+def test_questions_beyond_those_that_can_wait_are_told_so(monkeypatch: pytest.MonkeyPatch) -> None:
+    import asyncio
+
+    from catalogue.web import desk as desks
+
+    monkeypatch.setattr(desks, "MAX_WAITING", 3)
+
+    async def test(desk: Desk) -> None:
+        many = [asyncio.create_task(desk.ask(k, desk.quick, _never, _slow, [], 0.2))
+                for k in range(desk.quick.count + 4)]  # fmt: skip
+        found = await asyncio.gather(*many, return_exceptions=True)
+        refused = [one for one in found if isinstance(one, desks.Busy)]
+        assert len(refused) == 1
+        assert "are waiting already" in str(refused[0])
+        assert found.count("answer") == desk.quick.count + 3
 
     in_threads(test)
 

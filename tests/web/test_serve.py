@@ -9,7 +9,8 @@ import socket
 import subprocess
 import sys
 from pathlib import Path
-from urllib.request import urlopen
+from urllib.error import HTTPError
+from urllib.request import HTTPCookieProcessor, build_opener, urlopen
 
 import pytest
 
@@ -33,9 +34,13 @@ def test_it_listens_on_loopback_and_ends_with_its_processes(small_db: Path, envi
     with subprocess.Popen(command, env=environment, stdout=pipe, stderr=pipe, text=True) as served:
         assert served.stdout is not None
         assert served.stderr is not None
-        found = re.match(r"http://127\.0\.0\.1:(\d+)/ ", served.stdout.readline())
+        found = re.match(r"(http://127\.0\.0\.1:\d+/)(\?token=\S+) ", served.stdout.readline())
         assert found
-        with urlopen(f"http://127.0.0.1:{found[1]}/", timeout=30) as got:
+        with pytest.raises(HTTPError, match="403"):
+            urlopen(found[1], timeout=30)
+        browser = build_opener(HTTPCookieProcessor())
+        browser.open(found[1] + found[2], timeout=30).close()
+        with browser.open(found[1], timeout=30) as got:
             assert b"Carry a point along" in got.read()
         served.send_signal(signal.SIGINT)
         assert served.wait(30) == 0
