@@ -154,8 +154,8 @@ def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> Markup:
     stroke = getattr(guide, "stroke", None)
     if stroke is None:
         return NOTHING
-    request = guide.request  # type: ignore[attr-defined]  # what has a stroke has a request
-    ends = frame.at(request.origin + stroke * request.direction * np.array([0, 1]))
+    way = guide.frame  # type: ignore[attr-defined]  # what has a stroke has a frame of its path
+    ends = frame.at(way.origin + stroke * way.direction * np.array([0, 1]))
     along = (ends[1] - ends[0]) / abs(ends[1] - ends[0])
     finite = guide.linkage.points[0][guide.linkage.finite[0]]
     side = 1j if ((frame.at(finite) - ends[0]) * np.conj(1j * along)).real.sum() < 0 else -1j

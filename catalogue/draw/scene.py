@@ -79,7 +79,7 @@ def scene(candidate: Candidate) -> Scene:
     InvalidRequest
         If the linkage does not lead the guided point over the whole stroke.
     """
-    request, candidate = candidate.request, candidate.at_home()
+    way, candidate = candidate.frame, candidate.at_home()
     here = candidate.span()
     traced = at_stroke(here, candidate.stroke, circle=candidate.radius is not None)
     low, high = (traced.low.astype(float), traced.high.astype(float))
@@ -102,7 +102,7 @@ def scene(candidate: Candidate) -> Scene:
         kinds, z[:, 0], moving, np.stack([*corners, guided], 1), rods, path, before, after, position, error,
         driver=candidate.driver or 0,
     )  # fmt: skip
-    return _carried(shown, complex(request.origin), complex(request.direction))
+    return _carried(shown, complex(way.origin), complex(way.direction))
 
 
 def _carried(shown: Scene, origin: complex, direction: complex) -> Scene:

@@ -15,7 +15,7 @@ from ..errors import InvalidRequest, quoted
 from ..given import complexes, switch
 from ..guidance.sensitivity import NODES, sensitivity
 from ..kinematics.types import Complexes, Floats
-from ..problem.request import CircularArc, Request, StraightLine
+from ..problem.request import CircularArc, PathFrame, Request, StraightLine
 from .columns import CANDIDATE, attributes
 from .guide_motion import SAMPLES, GuideMotion, sampled
 from .placed import PlacedGuide
@@ -81,8 +81,19 @@ class Candidate(PlacedGuide):
     __hash__ = PlacedGuide.__hash__
 
     @property
+    def frame(self) -> PathFrame:
+        """Where the path starts, and which way it runs."""
+        return PathFrame((self.start[0], self.start[1]), self.along)
+
+    @property
     def request(self) -> Request:
-        """The nominal that this candidate follows, with its own deviation as tolerance."""
+        """The nominal that this candidate follows, with its own deviation as tolerance.
+
+        Raises
+        ------
+        InvalidRequest
+            Where that is above a tenth of the stroke, as of a measured stretch it may be.
+        """
         tolerance = max(self.deviation, 1e-300)
         start = (self.start[0], self.start[1])
         if self.radius is None:
@@ -101,7 +112,7 @@ class Candidate(PlacedGuide):
         """Return the same candidate in the frame in which its path runs from (0, 0) to (stroke, 0)."""
         if self.along == 0 and self.start == [0.0, 0.0]:
             return self
-        turn, origin = self.request.direction.conjugate(), self.request.origin
+        turn, origin = self.frame.direction.conjugate(), self.frame.origin
 
         def carried(x: float, y: float, w: float = 1.0) -> list[float]:
             z = turn * (complex(x, y) - (origin if w else 0))
@@ -170,7 +181,7 @@ class Candidate(PlacedGuide):
         pose = here.motion.pose(np.stack([traced.low, traced.high]).astype(float))
         phases = circuits(here.linkage)[:1].phases(pose)
         z = pose.point(here.point)[:, 0]
-        forward = ((z[1] - z[0]) * self.request.direction.conjugate()).real > 0
+        forward = ((z[1] - z[0]) * self.frame.direction.conjugate()).real > 0
         return (phases[0], phases[1]) if forward else (phases[1], phases[0])
 
     def off_nominal(self, z: Complexes) -> Floats:
@@ -190,7 +201,7 @@ class Candidate(PlacedGuide):
         _, traced = self._trace
         fit = traced.fit
         if self.radius is None:
-            side = 1.0 if (fit.along[0].conjugate() * self.request.direction).real > 0 else -1.0
+            side = 1.0 if (fit.along[0].conjugate() * self.frame.direction).real > 0 else -1.0
             return np.asarray(side * ((z - fit.start[0]) * fit.along[0].conjugate()).imag)
         return from_circle(z, (z[0], z[-1]), self.radius, max(self.deviation, 1e-18 * self.stroke))
 
@@ -210,7 +221,7 @@ class Candidate(PlacedGuide):
         traced = at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
         if self.radius is None or here.cusp.any() or not np.isfinite(traced.fit.deviation).all():
             return here, traced
-        forward = (here.tangent * self.request.direction.conjugate()).real > 0
+        forward = (here.tangent * self.frame.direction.conjugate()).real > 0
         bend = np.where(forward, -1, 1) / self.radius  # the arc bulges to the left of its chord
         return here, again(here, traced, circle=True, nodes=NODES, held=bend)
 
@@ -221,7 +232,7 @@ class Candidate(PlacedGuide):
         share = np.linspace(-1, 1, points)
         u, v = here.path.window(traced.low.astype(float), traced.high.astype(float), share)
         z = here.point + (u + 1j * v)[:, 0] * here.tangent
-        z = z if ((z[-1] - z[0]) * self.request.direction.conjugate()).real > 0 else z[::-1]
+        z = z if ((z[-1] - z[0]) * self.frame.direction.conjugate()).real > 0 else z[::-1]
         return np.stack([z.real, z.imag], axis=-1)
 
     def sensitivity(self) -> Sensitivity:

@@ -29,14 +29,38 @@ def places(name: str, given: Any) -> dict[str, tuple[float, float]]:
     return {str(one): point(f"{name} {one}", at) for one, at in given.items()}
 
 
-class _Placed:
+class _Directed:
+    """Where a path starts, and which way it runs."""
+
+    start: tuple[float, float]
+    along: float
+
+    @property
+    def origin(self) -> complex:
+        """Where the path starts."""
+        return complex(*self.start)
+
+    @property
+    def direction(self) -> complex:
+        """Unit vector from the start to the end; exact for right angles."""
+        quarters, rest = divmod(self.along, 90.0)
+        return cmath.exp(1j * math.radians(self.along)) if rest else (1 + 0j, 1j, -1 + 0j, -1j)[int(quarters) % 4]
+
+
+@dataclass(frozen=True)
+class PathFrame(_Directed):
+    """The frame of a path, whatever its deviation: its start, and the direction to its end [deg]."""
+
+    start: tuple[float, float]
+    along: float
+
+
+class _Placed(_Directed):
     """What the requests share: the size of a path and where it lies."""
 
     kind: ClassVar[str]
     stroke: float
     deviation: float
-    start: tuple[float, float]
-    along: float
 
     def __post_init__(self) -> None:
         read = {name: positive(name, getattr(self, name)) for name in ("stroke", "deviation")}
@@ -56,17 +80,6 @@ class _Placed:
     def relative(self) -> float:
         """Deviation over stroke."""
         return self.deviation / self.stroke
-
-    @property
-    def origin(self) -> complex:
-        """Where the path starts."""
-        return complex(*self.start)
-
-    @property
-    def direction(self) -> complex:
-        """Unit vector from the start to the end; exact for right angles."""
-        quarters, rest = divmod(self.along, 90.0)
-        return cmath.exp(1j * math.radians(self.along)) if rest else (1 + 0j, 1j, -1 + 0j, -1j)[int(quarters) % 4]
 
 
 def ends(start: Any, end: Any) -> dict[str, Any]:
