@@ -27,6 +27,9 @@ if TYPE_CHECKING:
 TABLE = ("number", "code", "circuit", "crank", "stroke", "deviation", "radius", "allowance", "size", "links",
          "min_transmission", "nearest_series")  # fmt: skip
 COLUMNS = {**MADE, **STRETCH}
+#: What is said of circuits that cross at change points, and of a stretch on the one not given.
+JOINED = "joined at the change points, where only a guard keeps the linkage from flipping from one into the other"
+JOINED_CIRCUIT = "another circuit, joined to that given at a change point: lead the linkage over there, with a guard"
 SPARE = ("nearest_series", "links", "crank", "size")
 
 
@@ -87,13 +90,21 @@ def measure(
 
 def describe(guide: PlacedGuide) -> None:
     """Say of what kind a linkage is, how long its links are and how it moves."""
+    from ..find.placed import IMMOBILE
+
     lengths = ", ".join(f"{name} {with_unit(f'{value:.6g}')}" for name, value in guide.lengths.items())
     tell(f"{guide.linkage.family[0]}: {lengths}")
+    if guide.is_immobile:
+        tell(IMMOBILE)
+        return
     circuits = guide.circuits
-    turns = sorted({c.lead for c in circuits if c.motion == "turns"})
-    moves = [f"{lead} turns fully" for lead in turns]
+    turning = [crank for crank, angles in guide.dead_points.items() if not angles]
+    if not guide.dead_points and any(c.motion == "turns" for c in circuits):
+        turning = ["the coupler"]
+    moves = [f"{' and '.join(turning)} {'turns' if len(turning) == 1 else 'turn'} fully"] * bool(turning)
     moves += [f"{c.lead} swings from {c.low:.2f}\u00b0 to {c.high:.2f}\u00b0" for c in circuits if c.motion == "swings"]
     moves += ["the coupler runs from infinity to infinity"] * any(c.motion == "open" for c in circuits)
+    moves += [JOINED] * any(c.joined for c in circuits)
     tell(f"{len(circuits)} circuit{'s' * (len(circuits) != 1)}: {'; '.join(moves)}")
     for what, stops in (("dead points", guide.dead_points), ("change points", guide.change_points)):
         places = [
@@ -108,7 +119,10 @@ def _table(found: Measured, *, many: bool) -> None:
     names = [name for name in TABLE if asked.get(name, True)]
     rows = [row(c, names, code=code) for code, c in zip(codes(found), found, strict=True)]
     what = "straight lines" if first.radius is None else "arcs"
-    apart = "* another circuit than that given: take the linkage apart to reach it\n" * any(not c.given for c in found)
+    apart = "* another circuit than that given: take the linkage apart to reach it\n" * any(
+        not c.given and not c.joined for c in found
+    )
+    apart += f"\u2020 {JOINED_CIRCUIT}\n" * any(not c.given and c.joined for c in found)
     caption = f"{apart}`catalogue show CODE` gives all numbers; --legend explains the columns"
     title = f"Stretches along {what}" + f", lengths in {unit()}" * bool(unit())
     print_table(title, names, rows, caption, meanings=COLUMNS, spare=SPARE)

@@ -90,10 +90,14 @@ def _draw(one: Any, file: Path, moving: bool) -> None:
 
 def _card(one: Any, name: str) -> None:
     """Print one answer: what it is, its numbers with what they mean, its links and its pivots."""
+    from ..find.placed import IMMOBILE, PlacedGuide
+
     numbers = one.to_dict()
     pivots, guided, lengths = (numbers.pop(key, None) for key in ("pivots", "guided", "lengths"))
     kind = " ".join(str(numbers.pop(key)) for key in ("series", "family", "configuration") if numbers.get(key))
     tell(f"{name}: {kind}")
+    if isinstance(one, PlacedGuide) and one.is_immobile:
+        tell(IMMOBILE)
     known = {"DwellCandidate": DWELL, "CollectionCandidate": {}}.get(type(one).__name__, STRETCH)
     if hasattr(one, "collection"):
         known = {key: Column(key, m.unit, m.meaning) for key, m in one.collection.metrics.items()}

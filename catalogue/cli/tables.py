@@ -242,7 +242,7 @@ _MADE = {
     "order": lambda one: contact(one.order),
     "transmission": _transmission,
     "rotates": lambda one: " ".join(f"crank {k}" for k in one.rotates) or None,
-    "circuit": lambda one: f"{one.circuit}{'' if one.given else '*'}",
+    "circuit": lambda one: f"{one.circuit}{'' if one.given else chr(0x2020) if one.joined else '*'}",
     "crank": _crank,
     "nearest_series": _nearest_series,
 }

@@ -108,22 +108,25 @@ def finite_pole(linkage: Linkage) -> dict[str, Floats]:
         pairs = principal_pairs(kappa, star, s, h, cos, sin, a, a_star)
         undulation = _singular_point(s, -kappa, 1.0)
         cuspidation = _singular_point(s, -star, -1.0)
-    axes = np.stack([np.stack([x.real, x.imag], -1), np.stack([y.real, y.imag], -1)], axis=1)
-    pole = np.stack([q.real, q.imag], -1)
-    place = np.where(pairs[..., 2:] != 0, pole[:, None, None], 0.0)
-    scale = np.where(pairs[..., 2] != 0, rho0[:, None, None], 1.0)[..., None]
-    xy = np.einsum("nijk,nkl->nijl", pairs[..., :2] * scale, axes) + place
-    return {
-        "pole": pole,
-        "axes": axes,
-        "rho0": rho0,
-        "kappa": kappa / rho0,
-        "kappa_star": star / rho0,
-        "s": s / rho0,
-        "undulation": pole + rho0[:, None] * np.einsum("nk,nkl->nl", undulation, axes),
-        "cuspidation": pole + rho0[:, None] * np.einsum("nk,nkl->nl", cuspidation, axes),
-        "principal_pairs": np.concatenate([xy, np.where(np.isnan(pairs[..., 2:]), np.nan, pairs[..., 2:])], axis=-1),
-    }
+        # a pole whose inflection circle is a point leaves no unit of length: NaN
+        axes = np.stack([np.stack([x.real, x.imag], -1), np.stack([y.real, y.imag], -1)], axis=1)
+        pole = np.stack([q.real, q.imag], -1)
+        place = np.where(pairs[..., 2:] != 0, pole[:, None, None], 0.0)
+        scale = np.where(pairs[..., 2] != 0, rho0[:, None, None], 1.0)[..., None]
+        xy = np.einsum("nijk,nkl->nijl", pairs[..., :2] * scale, axes) + place
+        return {
+            "pole": pole,
+            "axes": axes,
+            "rho0": rho0,
+            "kappa": kappa / rho0,
+            "kappa_star": star / rho0,
+            "s": s / rho0,
+            "undulation": pole + rho0[:, None] * np.einsum("nk,nkl->nl", undulation, axes),
+            "cuspidation": pole + rho0[:, None] * np.einsum("nk,nkl->nl", cuspidation, axes),
+            "principal_pairs": np.concatenate(
+                [xy, np.where(np.isnan(pairs[..., 2:]), np.nan, pairs[..., 2:])], axis=-1
+            ),
+        }
 
 
 def principal_pairs(

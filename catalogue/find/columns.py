@@ -100,10 +100,13 @@ CANDIDATE: Mapping[str, Column] = dict([
 
 STRETCH: Mapping[str, Column] = {**CANDIDATE, **dict([
     _column("number", "", "which of the linkages that were given, from 1", "#"),
-    _column("circuit", "", "what it reaches without being taken apart; *: another one than that given"),
+    _column("circuit", "", "what it reaches without being taken apart; *: another one, \u2020: joined to that given "
+            "at a change point"),
     _column("given", "", "whether the circuit is that of the position given"),
+    _column("joined", "", "whether the two circuits cross at change points"),
     _column("drive_from", "deg", "angle of the driving crank at the start of the path"),
-    _column("drive_to", "deg", "angle of the driving crank at its end"),
+    _column("drive_to", "deg", "angle of the driving crank at its end, counted on from the start: less where it turns "
+            "clockwise"),
     _column("nearest_series", "", "the series to which the linkage comes nearest on the stretch, and its residual",
             right=False),
     _column("residual", "", "how near that series is: 0 is a member"),

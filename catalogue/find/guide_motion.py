@@ -11,9 +11,10 @@ import numpy as np
 from ..errors import InvalidRequest
 from ..given import whole
 from ..kinematics.circuits import COUPLER, Circuits
+from ..kinematics.closure import Closure
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.rates import rates
-from ..kinematics.types import Array, Complexes, Floats
+from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..problem.request import places
 
 if TYPE_CHECKING:
@@ -21,6 +22,10 @@ if TYPE_CHECKING:
 
     from .placed import PlacedGuide
 
+#: Why a motion has no velocities where two branches cross.
+CHANGE_POINT = "change point: two branches cross, the drive alone leads into neither"
+#: How near to the angle of its change point a crank stands at it [rad]; rates are NaN within about 1e-7 of it.
+AT_CHANGE = 1e-4
 #: Positions of a motion if it is not said how many, and at most.
 SAMPLES, MOST = 361, 1_000_000
 
@@ -109,7 +114,7 @@ class GuideMotion:
             at, velocities, {k: moves.acceleration_of(p) for k, p in at.items()},
             _transmission(here, chosen), np.where(np.isfinite(advantage), advantage, np.nan),
             np.full(len(s), np.nan),
-            np.where(dead, f"dead point of {name}", ""),
+            np.where(dead, np.where(_at_change(linkage, chosen, z), CHANGE_POINT, f"dead point of {name}"), ""),
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -162,6 +167,16 @@ def _transmission(linkage: Linkage, driver: int) -> Floats:
     sines = transmission_sines(linkage, [linkage.points[None, :, i, 1] for i in (0, 1)], x)[:, 0]
     angle = np.degrees(np.arcsin(np.clip(np.abs(sines), 0, 1)))
     return np.asarray(angle[driver - 1 if driver else int(angle.min(1).argmax())])
+
+
+def _at_change(linkage: Linkage, driver: int, z: Complexes) -> Mask:
+    """Return in which positions, pivots z (m, 2, 2), the crank of that number is at a change point."""
+    if not driver:
+        return np.zeros(len(z), bool)
+    closure = Closure.of(linkage, np.array([driver - 1]))
+    crank = z[:, driver - 1]
+    away = np.abs(np.angle((crank[:, 1] - crank[:, 0]) / closure.arm))
+    return np.asarray((closure.change & (np.abs(away - closure.at) < AT_CHANGE)).any(0))
 
 
 def _cranks(kinds: Sequence[int]) -> str:

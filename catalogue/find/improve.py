@@ -183,7 +183,10 @@ class ImprovementTask:
         problem, arc = self.problem, isinstance(self.request, CircularArc)
         radius = self.request.radius if arc else None
         known = [self.guide] if self._runs_as_asked(self.guide) else []
-        stretches = [*known, *measure(self.guide, stroke=self.request.stroke, radius=radius, arc=arc)]
+        sought = measure(self.guide, stroke=self.request.stroke, radius=radius, arc=arc)
+        stretches = [*known, *sought]
+        if not stretches:
+            raise InvalidRequest(sought.explanation)
         if self.nominal is None:
             found = laid_guides(problem, stretches, OWN)
             first = np.arange(len(found)) < len(known)

@@ -10,7 +10,7 @@ import numpy as np
 
 from ..errors import InvalidRequest, quoted
 from ..given import positive, switch, whole
-from ..guidance.circuit_curve import CircuitCurve, ends, fitted, laid, on_path
+from ..guidance.circuit_curve import CircuitCurve, fitted, laid, on_path
 from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
 from ..guidance.stretches import longest, straightest
@@ -24,17 +24,21 @@ from ..kinematics.types import Array, Complexes, Floats, Indices
 from ..problem.request import CircularArc
 from ..series.classification import classify
 from .candidate import Candidate
-from .placed import PlacedGuide
+from .placed import IMMOBILE, PlacedGuide
 from .results import Frames, Results, listed, measured_columns
 
 if TYPE_CHECKING:
     from ..series.series import Series
 
+#: Positions between which a driving crank is followed over a stroke: none turns half round from one to the next.
+TURNS = 65
 #: Positions of a stroke in which the series are looked at.
 INSTANTS = 9
 #: Corrections of a stretch until its stroke, as the finer grid has it, is that asked for, and by which part it, and a
 #: deviation, may be off.
 CORRECTIONS, CLOSE = 8, 1e-9
+#: Part of the longest stroke over which a point runs forward that is named as one to ask for.
+SURELY = 0.98
 #: By which part a stroke is made shorter per part that its deviation is above the one allowed, up to `LITTLE` of that.
 SHORTER, LITTLE = 0.5, 1.02
 #: By which part a stroke that is given may be missed.
@@ -52,11 +56,12 @@ class Stretch(Candidate):
     ----------
     number : int
         Which of the linkages that were given, from 1.
-    circuit, given : int, bool
-        Number of the circuit, see `PlacedGuide.circuits`; whether it is that of the position given.  To reach another
-        one the linkage has to be taken apart.
+    circuit, given, joined : int, bool, bool
+        Number of the circuit, see `PlacedGuide.circuits`; whether it is that of the position given, and whether the two
+        circuits cross at the change points.  To reach another one that is not joined the linkage has to be taken apart.
     drive_from, drive_to : float or None
-        Angle of the driving crank from the x axis at the start and the end of the path [deg]; None without a crank.
+        Angle of the driving crank from the x axis at the start of the path, from -180 to 180, and at its end, counted
+        on from there: below `drive_from` where the crank turns clockwise [deg]; None without a crank.
     nearest_series, residual : str or None, float or None
         The degenerate series to which the linkage comes nearest on the stretch, and how near, see `Membership`.
     """
@@ -64,6 +69,7 @@ class Stretch(Candidate):
     number: int = 1
     circuit: int = 1
     given: bool = True
+    joined: bool = False
     drive_from: float | None = None
     drive_to: float | None = None
     nearest_series: str | None = None
@@ -190,16 +196,22 @@ def _reason(
     radius: float | None,
 ) -> str:  # fmt: skip
     """Say why a linkage has no stretch, and what to ask for instead."""
-    some = np.flatnonzero(found.of == number)
-    shortest = float(Curves.of(found[some], point[some], some).shortest.min())
+    its = np.flatnonzero(found.of == number)
+    some, at = found[its], point[its]
+    if some.is_immobile.any():
+        return IMMOBILE
+    shortest = float(Curves.of(some, at, np.arange(len(some))).shortest.min())
     if stroke is None:
-        least = straightest(found[some], point[some], np.full(len(some), shortest), circle=curved, radius=radius)
+        least = straightest(some, at, np.full(len(some), shortest), circle=curved, radius=radius)
         value = np.nanmin(least.deviation, initial=np.inf)
         better = f"allow {1.05 * value:.3g}" if value < np.inf else "ask for another kind of path"
         return f"none longer than {shortest:.3g} keeps within {deviation:g}: {better}"
     if stroke < shortest:
         return f"a stroke of {stroke:g} is too short to be looked for: ask for {shortest:.3g} or more"
-    return f"on no circuit does its point run forward over a stroke of {stroke:g}: ask for a shorter one"
+    forward = longest(some, at, np.full(len(some), np.inf), circle=curved, radius=radius)
+    most = np.max(forward.stroke, initial=0.0)
+    better = f"ask for {SURELY * most:.3g} or less" if most > shortest else "ask for another kind of path"
+    return f"on no circuit does its point run forward over a stroke of {stroke:g}: {better}"
 
 
 @dataclass(frozen=True)
@@ -306,6 +318,7 @@ def _rows(
         "number": found.of[at.circuit] + 1,
         "circuit": at.circuit - first + 1,
         "given": np.isfinite(found.phase[at.circuit]).astype(object),
+        "joined": found.is_joined[at.circuit].astype(object),
         "nearest_series": codes,
         "residual": residual,
     }
@@ -320,12 +333,17 @@ def _rows(
 
 
 def driven(curve: CircuitCurve, traced: Traced, driver: Floats, frames: Frames) -> dict[str, Floats]:
-    """Return the angles of the driving cranks, NaN for none, at the start and the end of the path, by name [deg]."""
+    """Return the angles of the driving cranks at the start and the end of the path, NaN for none, by name [deg].
+
+    The angle at the end is counted on from that at the start, so that it says which way round the crank turns.
+    """
     n, number = len(curve), np.nan_to_num(driver).astype(int)
-    z = ends(curve, traced).points.reshape(2, n, 2, 2)[:, np.arange(n), np.maximum(number - 1, 0)]
-    turned = np.degrees(np.angle((z[..., 1] - z[..., 0]) * frames.direction))
+    steps = traced.parameters(np.linspace(-1, 1, TURNS)).astype(float)
+    z = curve.motion.pose(steps).linkages(curve.linkage).points.reshape(TURNS, n, 2, 2)
+    z = z[:, np.arange(n), np.maximum(number - 1, 0)]
+    turned = np.degrees(np.unwrap(np.angle((z[..., 1] - z[..., 0]) * frames.direction), axis=0))
     turned = np.where(number > 0, turned, np.nan)
-    return {"drive_from": turned[0], "drive_to": turned[1]}
+    return {"drive_from": turned[0], "drive_to": turned[-1]}
 
 
 def _nearest(at: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tuple[Array, Floats]:

@@ -27,6 +27,10 @@ if TYPE_CHECKING:
     from .measure import Measured
 
 
+#: What a chain is told to be that closes in one position only.
+IMMOBILE = (
+    "the chain just closes, in one position only: the linkage cannot move; make a link a little longer or shorter"
+)
 #: A length is 0 but for rounding if it is no more than this part of the longest.
 ROUNDING = 1e-12
 
@@ -40,11 +44,14 @@ class Circuit:
     lead : str
         What its positions are told by: ``crank 1``, ``crank 2`` or ``coupler``.
     motion : str
-        ``turns`` (fully), ``swings`` (between dead points) or ``open`` (from infinity to infinity).
+        ``turns`` (fully), ``swings`` (between dead points), ``open`` (from infinity to infinity) or ``stands`` (cannot
+        move).
     low, high : float
         Range of the lead's angle from the x axis [deg]; of the coupler, from the given position.
     given : bool
         Whether the linkage is given in a position of this circuit.
+    joined : bool
+        Whether it crosses the other circuit at the change points: only a guard keeps the linkage from flipping over.
     """
 
     lead: str
@@ -52,6 +59,7 @@ class Circuit:
     low: float
     high: float
     given: bool
+    joined: bool = False
 
 
 class PlacedGuide:
@@ -98,6 +106,7 @@ class PlacedGuide:
         """All circuits; that of the given position first."""
         found = circuits(self.linkage)
         axis = np.degrees(np.angle(found.closure.arm))
+        stuck, joined = found.is_immobile, found.is_joined
         told = []
         for k in range(len(found)):
             led, kind = int(found.lead[k]), int(found.kind[k])
@@ -109,13 +118,19 @@ class PlacedGuide:
             told.append(
                 Circuit(
                     "coupler" if led == COUPLER else f"crank {led + 1}",
-                    ("turns", "swings", "open")[kind],
+                    "stands" if stuck[k] else ("turns", "swings", "open")[kind],
                     low + offset if kind != TURN else 0.0,
                     high + offset if kind != TURN else 360.0,
                     bool(np.isfinite(found.phase[k])),
+                    bool(joined[k]),
                 )
             )
         return told
+
+    @property
+    def is_immobile(self) -> bool:
+        """Whether the chain just closes, in one position only."""
+        return bool(circuits(self.linkage).is_immobile.any())
 
     @property
     def dead_points(self) -> dict[str, list[float]]:
@@ -146,10 +161,12 @@ class PlacedGuide:
         Raises
         ------
         InvalidRequest
-            If a point is no pair of numbers, there is no such crank, or samples are fewer than 2 or more than a
-            million.
+            If a point is no pair of numbers, there is no such crank, samples are fewer than 2 or more than a
+            million, or the chain cannot move.
         """
         found = circuits(self.linkage)[:1]
+        if found.is_immobile.any():
+            raise InvalidRequest(IMMOBILE)
         s = found.phase + np.linspace(0, 1, sampled(samples))[:, None] * found.period
         return GuideMotion.of(self, found, s, points, driver)
 

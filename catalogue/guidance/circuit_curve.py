@@ -163,8 +163,3 @@ def laid(curve: CircuitCurve, traced: Traced) -> tuple[CircuitCurve, Traced]:
             fit.curvature * fit.stroke, fit.unresolved / fit.stroke,
         )  # fmt: skip
         return CircuitCurve(moving, (curve.point - fit.start) / scale), replace(traced, fit=carried)
-
-
-def ends(curve: CircuitCurve, traced: Traced) -> Linkage:
-    """Return the linkages at the start and at the end of the path, 2 k of them."""
-    return curve.motion.pose(np.stack([traced.low, traced.high]).astype(float)).linkages(curve.linkage)

@@ -75,7 +75,10 @@ def longest(
 
     def found(block: Indices) -> Stretches:
         seek = Search(Curves.of(circuits[block], point[block], block), circle, radius, quick)
-        at, by = seek.about(seek.longer(deviation[block], count))
+        at = seek.longer(deviation[block], count)
+        if not len(at.low):
+            return at
+        at, by = seek.about(at)
         grow = _Growing(seek, at, by, deviation[block][at.circuit])
         rough, fine = CORRECTIONS[quick]
         for turn in range(rough):

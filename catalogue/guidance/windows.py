@@ -81,6 +81,12 @@ class Stretches(Rows):
     deviation: Floats
     extremes: Indices
 
+    @classmethod
+    def none(cls) -> Stretches:
+        """Return no window."""
+        nothing, whole = np.zeros(0), np.zeros(0, int)
+        return cls(whole, nothing, nothing, nothing, nothing, np.zeros((0, 3), int))
+
 
 @dataclass(frozen=True)
 class Curves(Columns):
@@ -315,6 +321,8 @@ class Search:
             parts.append(found[before[share, found.circuit] < 2])
             held = held + holds.sum(0)
             which, rung = which[held[which] < 2], rung + len(shares)
+        if not parts:  # no point moves
+            return Stretches.none()
         tried = join(*parts)
         order = np.lexsort((tried.stroke, tried.circuit))
         tried = tried[order]

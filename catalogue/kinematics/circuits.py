@@ -67,6 +67,17 @@ class Circuits(Columns):
     def __len__(self) -> int:
         return len(self.of)
 
+    @property
+    def is_immobile(self) -> Mask:
+        """Whether the chain just closes, in one position only, (k,)."""
+        return np.asarray(self.closure.stuck & (self.lead != COUPLER))
+
+    @property
+    def is_joined(self) -> Mask:
+        """Whether the two circuits of the linkage cross at its change points, (k,)."""
+        two = (self.kind == TURN) & self.closure.change.all(0)
+        return np.asarray(two & (self.lead != COUPLER))
+
     def angle(self, s: Floats) -> Floats:
         """Return the lead's angle from its axis at phases (m, k) [rad]; of a coupler, from the position given."""
         swing, run = self.centre - self.half * np.cos(s), self.centre + self.half * (s / np.pi - 1)

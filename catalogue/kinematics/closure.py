@@ -53,6 +53,7 @@ class Closure(Columns):
     q_down: Floats  # 1 - q
     dead: Mask  # whether the crank comes to a dead point
     change: Mask  # or to a change point
+    stuck: Mask  # whether the chain just closes, in one position of the crank
     at: Floats  # angles from the axis at which it does [rad]
     side: Floats  # a number with the sign of the root in the given position
 
@@ -86,14 +87,20 @@ class Closure(Columns):
             nearly = CHANGE * np.maximum(
                 np.maximum(r, l), np.where(slider, np.abs(e), np.maximum(f, np.where(slide, 0, c)))
             )
-            short = bounds[[0, 3]]
+            # and by how much they are long enough to close at all, where one of these ends is reached
+            spare = np.where(slider, [r - e + l, r + e + l], np.where(slide, [far, far - high],
+                             [l + c - near, far - np.abs(l - c)]))  # fmt: skip
             change, dead = np.abs(excess) <= nearly, excess > nearly
-            short = np.where(change, 0.0, short)
+            stuck = (dead & (spare <= nearly)).any(0)
+            bounds[[0, 3]] = np.where(change, 0.0, bounds[[0, 3]])
+            short = bounds[[0, 3]]
             at = 2 * np.arctan2(np.sqrt(np.maximum(bounds[[1, 3]], 0)), np.sqrt(np.maximum(bounds[[0, 2]], 0)))
         square = np.where(slider, e, np.where(slide, h, 0.5 * (l - c) * (l + c)))
         way = np.where(slide, pin2, pin2 - pin)
         side = cross(np.where(slider, goal, goal - pin), way)
-        return cls(kind, pivot, pin, r * axis, goal, way, r, f, square, short[0], short[1], dead, change, at, side)
+        return cls(
+            kind, pivot, pin, r * axis, goal, way, r, f, square, short[0], short[1], dead, change, stuck, at, side
+        )
 
     @property
     def angle(self) -> Floats:

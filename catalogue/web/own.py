@@ -88,7 +88,8 @@ def _settled(one: OwnGuide, stroke: float) -> Found:
     if not found:
         return [], [], None, str(found.explanation)
     best = found[0]
-    circuit = f"{best.circuit}{'' if best.given else ', to be assembled anew'}"
+    reached = "" if best.given else ", joined at a change point" if best.joined else ", to be assembled anew"
+    circuit = f"{best.circuit}{reached}"
     told = _told(figure(best.deviation), figure(best.min_transmission, 2), circuit)
     return best.path(STRETCH).round(9).tolist(), told, card(best, found.remember()[0], drawing(best)), ""
 

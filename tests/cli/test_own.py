@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+import catalogue
 from catalogue import CircularArc, InvalidRequest, StraightLine
 
 Run = Callable[..., Any]
@@ -34,6 +35,41 @@ def test_measure_takes_what_it_printed_by_code(run: Run, mine: Path) -> None:
     again = json.loads(run("measure", rows[0]["code"], "--stroke", 120, "--format", "json").out)
     assert again[0]["deviation"] == pytest.approx(rows[0]["deviation"], rel=1e-4)
     assert "deviation" in run("show", rows[0]["code"]).out
+
+
+def test_describing_names_all_cranks_that_turn(run: Run, tmp_path: Path) -> None:
+    drag, kite, still = (tmp_path / f"{name}.json" for name in ("drag", "kite", "still"))
+    point = {"along": 0.5, "across": 0.7}
+    drag.write_text(json.dumps({"ground": 1, "crank": 2, "coupler": 2, "rocker": 2, **point}))
+    kite.write_text(json.dumps({"ground": 2, "crank": 1, "coupler": 1, "rocker": 2, **point}))
+    still.write_text(json.dumps({"ground": 10, "crank": 2, "coupler": 4, "rocker": 4, **point}))
+    assert "crank 1 and crank 2 turn fully" in run("measure", drag, "--stroke", 0.5).out
+    done = run("measure", kite, "--stroke", 0.5)
+    told = " ".join(done.out.split())
+    assert "only a guard keeps the linkage from flipping" in told
+    assert "take the linkage apart" not in told
+    assert "invalid value" not in done.err
+    assert "change points: crank 1 at 0.00, 180.00°; crank 2 at 180.00°" in told
+    for command in (("measure", "--deviation", 0.01), ("trace",)):
+        failed = run(command[0], still, *command[1:])
+        assert failed.code in (1, 2)
+        assert "cannot move" in failed.err
+    assert "cannot move" in " ".join(run("show", still).out.split())
+
+
+def test_every_stretch_that_is_listed_is_taken_by_all_commands(run: Run, mine: Path, tmp_path: Path) -> None:
+    """Of one the deviation is above a tenth of the stroke: no guidance to ask for, but what the linkage does."""
+    rows = json.loads(run("measure", mine, "--stroke", 230, "--format", "json").out)
+    assert max(row["deviation"] for row in rows) > 23
+    for code in (row["code"] for row in rows):
+        for command in (
+            ("show", code), ("show", code, "--plot", tmp_path / "a.svg", "--moving"), ("trace", code),
+            ("show", code, "--plot", tmp_path / "a.png"), ("sheet", code, "--out", tmp_path / "a.html"),
+            ("export", code, "--out", tmp_path / "a.dxf"), ("measure", code, "--stroke", 230),
+        ):  # fmt: skip
+            done = run(*command, *(["--force"] if "--plot" in command or "--out" in command else []))
+            assert done.code == 0, (command, done.err)
+    assert catalogue.recall(code).improve(StraightLine(230, 20))
 
 
 def test_the_longest_stroke_within_a_deviation(run: Run, mine: Path) -> None:
