@@ -10,7 +10,7 @@ import click
 from ..progress import busy
 from .options import FORMAT, PLUGINS, Argument, number, switch
 from .tables import contact, print_csv, print_json, print_table
-from .units import UNIT, length
+from .units import UNIT, length, unit
 
 if TYPE_CHECKING:
     from ..series.classification import Classification
@@ -48,7 +48,7 @@ def classify(
     from ..api import classify as run
     from .reading import read_linkages
 
-    linkages = read_linkages(file)
+    linkages = read_linkages(file, unit())
     with busy("classifying"):
         found = run(linkages, tolerance=tolerance, plugins=plugins)
         rows = _rows(found)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +15,7 @@ from .find import CONFIG
 from .find_options import PLOT
 from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, option, switch
 from .tables import FORCE, OUTPUT, Tabled, codes, print_results, print_table, row
-from .units import UNIT, angle, length, unit
+from .units import UNIT, angle, length, unit, with_unit
 
 if TYPE_CHECKING:
     from ..find.dwell_results import DwellResults
@@ -44,7 +43,7 @@ SPARE = ("id", "rod", "rocker", "crank", "family")
         angle("--residual", "DEG", "Band of angles in which the rocker may stray meanwhile.", required=True),
         angle("--swing", "DEG", "How far the rocker swings over a turn, at least.", required=True),
         angle("--min-transmission", "DEG", "Least transmission angle over the full turn.", default=0.0),
-        length("--crank-length", "L", "Length of the driving crank: all others are in its unit.", default=1.0),
+        length("--crank-length", "L", "Length of the driving crank, of which the others are multiples.", default=1.0),
         FAMILY, SERIES, ORDER, PINS_ONLY, EFFORT, LIMIT,
         switch("--explain", "Say how many were looked at, and how near the nearest came."),
         option("--save", "FILE", "Keep what is listed in a file, from which it is read again anywhere.", OUTPUT),
@@ -69,12 +68,12 @@ def dwell(
                 **{name: f"{d.lengths[name]:.4g}" for name in ("rod", "rocker")})
             for code, d in zip(codes(found), found, strict=True)
         ]  # fmt: skip
-        of = f" of {crank_length:g} {unit()}".rstrip() if crank_length != 1 or unit() else ""
+        of = f" of {with_unit(f'{crank_length:g}')}" if crank_length != 1 or unit() else ""
         caption = f"lengths for a driving crank{of or ' of 1'}; `catalogue show CODE` gives all pivots"
         print_table(f"Dwells of {angle:g}\u00b0", TABLE, rows, caption, meanings=COLUMNS, spare=SPARE)
 
     with open(db, plugins=plugins) as catalogue, busy("trying rockers"):
-        found = catalogue.find_dwells(StandStill(angle, residual, swing), families=family, **options)
-    if crank_length != 1:
-        found = replace(found, candidates=[d.scaled(crank_length) for d in found])
+        found = catalogue.find_dwells(
+            StandStill(angle, residual, swing, crank_length, unit()), families=family, **options
+        )
     print_results(found, table, format, explain=explain, save=save, plot=plot)

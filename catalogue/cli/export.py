@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest, MissingExtra
-from ..export.formats import BINARY, FORMATS, SUFFIXES, Options, chosen
+from ..export.formats import ASSUMING, BINARY, FORMATS, SUFFIXES, Options, chosen
 from ..export.write import check
 from ..folders import is_folder, replacing
-from ..units import MILLIMETRES
-from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, Argument, number, option, several, switch
+from .options import DB, FAMILY, ORDER, PINS_ONLY, PLUGINS, SERIES, Argument, option, several, switch
 from .references import HELP, REFERENCE, keep, resolve
 from .tables import FORCE, OUTPUT
+from .units import UNIT, length, unit, warn_of_unit
 
 if TYPE_CHECKING:
     from typing import BinaryIO
@@ -28,13 +28,11 @@ STORE_SUFFIXES = {".parquet": "parquet", ".db": "sqlite", ".sqlite": "sqlite"}
 
 #: Options for one guide, and for the store.
 OF_GUIDE = [
-    number("--stroke", "L", "Lay a stored guide or a named design along a path of this stroke."),
-    number("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
-    option("--unit", None, "In which the lengths of the guide are; none is converted.", click.Choice([*MILLIMETRES]),
-           show_default="mm"),
-    number("--bar-width", "W", "Of the parts to cut (dxf, freecad, step, parameters).",
+    length("--stroke", "L", "Lay a stored guide or a named design along a path of this stroke."),
+    length("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
+    length("--bar-width", "W", "Of the parts to cut (dxf, freecad, step, parameters).",
            show_default="a round one after the size"),
-    number("--hole", "D", "Diameter of their holes; nothing is added for the tool.",
+    length("--hole", "D", "Diameter of their holes; nothing is added for the tool.",
            show_default="half the width or less"),
     option("--positions", "N", "Rows of the table of the motion (csv, xlsx, parquet).", int, show_default="73"),
     several("--columns", "NAME,...", "Only these columns of it, by the beginnings of their headings; may be repeated."),
@@ -49,7 +47,7 @@ OF_STORE = [
     ORDER,
     PINS_ONLY,
 ]
-_FLAGS = {str(one.name): one.opts[0] for one in (*OF_GUIDE, *OF_STORE)}
+_FLAGS = {str(one.name): one.opts[0] for one in (*OF_GUIDE, UNIT, *OF_STORE)}
 
 
 @click.command(
@@ -60,6 +58,7 @@ _FLAGS = {str(one.name): one.opts[0] for one in (*OF_GUIDE, *OF_STORE)}
         option("--out", "FILE", "Where to; without it, or with -, text goes to standard output.", OUTPUT),
         FORCE,
         *OF_GUIDE,
+        UNIT,
         *OF_STORE,
         DB,
         PLUGINS,
@@ -73,6 +72,9 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
     solidworks, fusion: parameters by name, to be imported. pylinkage: a script that moves the guide and asserts its
     deviation. json: the guide with lengths, limits and provenance, which `measure`, `improve`, `trace`, `show` read.
     csv, xlsx, parquet: the motion.
+
+    Lengths are in the unit of the guide, or converted to --unit. Where no unit is known, dxf, step, freecad, solidworks
+    and fusion take them as millimetres and say so; the others name none.
 
     The suffix of --out says which: .dxf, .step, .FCMacro, .txt (solidworks), .py (pylinkage), .json, .csv, .xlsx,
     .parquet.
@@ -94,6 +96,7 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
     db, plugins = options.pop("db"), options.pop("plugins")
     of_store = {str(one.name): options.pop(str(one.name)) for one in OF_STORE}
     misplaced = of_store if reference is not None else options
+    misplaced |= {"unit": unit()} if reference is None else {}
     if wrong := [_FLAGS[name] for name, value in misplaced.items() if value not in (None, False, 0, ())]:
         where = "is for all that is stored: leave out CODE" if reference is not None else "is for one guide: name it"
         raise InvalidRequest(f"{wrong[0]} {where}")
@@ -111,7 +114,7 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
         raise InvalidRequest(f"{kind} cannot be printed: name a file with --out")
     point, stroke = options.pop("point"), options.pop("stroke")
     options["columns"] = [name for text in options["columns"] for name in text.split(",")]
-    how = {name: value for name, value in options.items() if value is not None}
+    how = {name: value for name, value in options.items() if value is not None} | {"unit": unit()}
     Options(**how)
     every = resolve(reference, point, db, plugins, stroke)
     if len(every) != 1:
@@ -122,6 +125,8 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
         sys.stdout.write(str(made))
     else:
         print(f"written: {out}, {kind}", file=sys.stderr)
+    if kind in ASSUMING:
+        warn_of_unit(every[0])
 
 
 def _of_store(format: str | None, out: Path | None) -> str:

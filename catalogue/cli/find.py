@@ -13,7 +13,7 @@ from ..progress import busy
 from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
 from .options import option
 from .tables import Tabled, codes, print_results, print_table, row
-from .units import with_unit
+from .units import unit, with_unit
 
 if TYPE_CHECKING:
     from ..find.results import Found
@@ -74,8 +74,8 @@ def request_from(options: dict[str, Any], *, curved: bool, share: float | None =
     if deviation is None and share is not None:
         deviation = share * path["stroke"]
     if curved:
-        return CircularArc(deviation=deviation, radius=radius, **path)
-    return StraightLine(deviation=deviation, **path)
+        return CircularArc(deviation=deviation, radius=radius, unit=unit(), **path)
+    return StraightLine(deviation=deviation, unit=unit(), **path)
 
 
 def _path(options: dict[str, Any]) -> dict[str, Any]:

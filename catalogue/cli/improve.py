@@ -16,7 +16,7 @@ from .find_options import IMPROVE, PLACE, RADIUS, STROKE
 from .options import Argument, option, several, switch
 from .references import HELP, REFERENCE, resolve
 from .tables import FORCE, OUTPUT, Tabled, codes, print_results, print_table, row
-from .units import length, with_unit
+from .units import in_output_unit, length, with_unit
 
 if TYPE_CHECKING:
     from ..find.improve import Improvement
@@ -61,13 +61,13 @@ def improve(
     from ..api import open
     from ..find.improve import improve as improved
 
+    every = in_output_unit(resolve(reference, point, options["db"], options["plugins"]))
     if options["deviation"] is None:
         options["rank_by"] = options["rank_by"] or "deviation"
     request = request_from(options, curved=arc or options["radius"] is not None, share=0.1)
     to_keywords(options)
     output, plot, db, plugins = (options.pop(name) for name in ("format", "plot", "db", "plugins"))
     names = [part for text in hold for part in text.split(",")]
-    every = resolve(reference, point, db, plugins)
     if len(every) != 1:
         raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be improved at a time")
     with open(db, plugins=plugins) if catalogue else nullcontext() as opened, busy("improving"):

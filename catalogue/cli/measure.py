@@ -16,7 +16,7 @@ from .completion import references
 from .options import DB, FORMAT, PLUGINS, Argument, option, switch
 from .references import HELP, REFERENCE, resolve
 from .tables import FORCE, OUTPUT, PICTURE, Tabled, codes, print_results, print_table, row, tell
-from .units import UNIT, length, unit, with_unit
+from .units import UNIT, in_output_unit, length, unit, with_unit
 
 if TYPE_CHECKING:
     from ..find.measure import Measured
@@ -71,7 +71,7 @@ def measure(
     from ..find.measure import measure as measured
     from ..plugin.registry import Registry
 
-    every = resolve(reference, point, db, plugins)
+    every = in_output_unit(resolve(reference, point, db, plugins))
     count = (4 if len(every) == 1 else 1) if limit is None else limit
     with busy("measuring"):
         found = measured(

@@ -7,11 +7,34 @@ from typing import Any
 
 import click
 
+from ..given import decimal
 from ..problem.criteria import ANSWERS
 from .completion import held
 
 #: A file or a folder, which need not be there.
 PATH: Any = click.Path(path_type=Path)
+
+
+class _Number(click.types.FloatParamType):
+    """A number as `decimal` reads it."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if isinstance(value, str) and decimal(value) is None:
+            self.fail(f"{value!r} is not a valid float.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+class _Whole(click.types.IntParamType):
+    """A whole number in the same digits."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if isinstance(value, str) and decimal(value) is None:
+            self.fail(f"{value!r} is not a valid integer.", param, ctx)
+        return super().convert(value, param, ctx)
+
+
+#: How numbers are read, by the type that an option names.
+READ = {float: _Number(), int: _Whole()}
 
 
 class Argument(click.Argument):
@@ -27,7 +50,7 @@ class Argument(click.Argument):
 
 def option(flag: str, metavar: str | None, help: str, type: Any = str, **more: Any) -> click.Option:
     """Return an option; its flag may be followed by a space and the name of the parameter."""
-    return click.Option(flag.split(), metavar=metavar, help=help, type=type, **more)
+    return click.Option(flag.split(), metavar=metavar, help=help, type=READ.get(type, type), **more)
 
 
 def number(flag: str, metavar: str | None, help: str, **more: Any) -> click.Option:

@@ -15,7 +15,9 @@ from ..kinematics.from_lengths import guide_from_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Complexes
 from ..problem.request import point
+from ..units import factor
 from .rows import LENGTHS, NUMBERS, Row, rows_of
+from .units import UNITS, WRITTEN
 
 #: What may stand beside link lengths and is not read; beside pivots may stand whatever does not contradict them.
 NOTES = ("name", "note", "code", "id")
@@ -38,8 +40,9 @@ def read_text(file: str) -> str:
         raise InvalidRequest(f"cannot read {file}: {getattr(error, 'strerror', None) or error}") from None
 
 
-def read_linkages(file: str) -> Linkage:
-    """Return the linkages of a file, those of link lengths at the angle that is given.
+def read_linkages(file: str, unit: str | None = None) -> Linkage:
+    """Return the linkages of a file, those of link lengths at the angle that is given, converted to a unit; if none is
+    said, to the first that the file says.
 
     Raises
     ------
@@ -47,16 +50,20 @@ def read_linkages(file: str) -> Linkage:
         If it cannot be read, or holds something else.
     """
     rows = read_rows(file)
-    for place, given in rows:
+    for place, given, _ in rows:
         if "pivots" not in given and "angle" not in given:
             raise InvalidLinkage(
                 f"{place}: link lengths need the `angle` of the first crank, in degrees: a series is of one position"
             )
-    return linkages_of(rows)[0]
+    chosen = unit or next((row.unit for row in rows if row.unit), None)
+    times = np.array([float(factor(row.unit, chosen)) if row.unit and chosen else 1.0 for row in rows])
+    linkages = linkages_of(rows)[0]
+    return linkages if (times == 1).all() else linkages.moved(times)
 
 
 def read_rows(file: str) -> list[Row]:
-    """Return for each linkage of a file its `pivots` and `point` (complex), if it has one, or its link lengths.
+    """Return for each linkage of a file its `pivots` and `point` (complex), if it has one, or its link lengths; and the
+    unit that it says.
 
     Raises
     ------
@@ -66,7 +73,21 @@ def read_rows(file: str) -> list[Row]:
     rows = rows_of(read_text(file), file)
     if not rows:
         raise InvalidRequest(f"{file} holds no linkage")
-    return [Row(place, (_placed if "pivots" in given else _lengths)(place, given)) for place, given in rows]
+    read = []
+    for place, given, _ in rows:
+        unit = _unit(place, given.pop("unit", None))
+        read.append(Row(place, (_placed if "pivots" in given else _lengths)(place, given), unit))
+    return read
+
+
+def _unit(place: str, given: Any) -> str | None:
+    """Return the unit of length that a linkage says, by any of the ways to write it."""
+    if given is None:
+        return None
+    times, unit = WRITTEN.get(given.strip().lower(), (0, "")) if isinstance(given, str) else (0, "")
+    if times != 1:
+        raise InvalidRequest(f"{place}: there is no unit {quoted(given)} of length; there are {', '.join(UNITS)}")
+    return unit
 
 
 def linkages_of(rows: list[Row]) -> tuple[Linkage, Complexes]:
@@ -80,7 +101,7 @@ def linkages_of(rows: list[Row]) -> tuple[Linkage, Complexes]:
     try:
         return _together([row.given for row in rows])
     except InvalidLinkage:
-        for place, given in rows:
+        for place, given, _ in rows:
             try:
                 _together([given])
             except InvalidLinkage as error:

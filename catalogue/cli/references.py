@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -109,20 +110,22 @@ def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
 
     from ..find.own_guide import OwnGuide
     from .reading import linkages_of, read_rows
+    from .units import unit
 
     rows = read_rows(reference)
     linkage, points = linkages_of(rows)
-    if point is not None:
-        points = np.full(len(points), complex(*point))
+    chosen = None if point is None else unit()  # of a point that is given
     missing = np.flatnonzero(np.isnan(points))
-    if len(missing):
+    if len(missing) and point is None:
         raise InvalidRequest(
             f"{rows[missing[0]].place} has no guided point: give `x` and `y`, or `along` and `across` beside link "
             "lengths, or --point X Y"
         )
-    return [
-        OwnGuide(pivots, [z.real, z.imag]) for pivots, z in zip(linkage.pivots.tolist(), points.tolist(), strict=True)
+    found = [
+        OwnGuide(pivots, [z.real, z.imag], unit=row.unit).in_unit(chosen)
+        for pivots, z, row in zip(linkage.pivots.tolist(), points.tolist(), rows, strict=True)
     ]
+    return found if point is None else [replace(one, guided=[*point]) for one in found]
 
 
 def _is_file(reference: str) -> bool:

@@ -17,6 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InvalidLinkage, InvalidRequest, quoted
+from ..given import decimal
 from ..kinematics.from_lengths import CLOSURES, POINT, POSITION
 
 LENGTHS = {name for names in CLOSURES for name in names}
@@ -31,10 +32,11 @@ COUNTS = {8: 0, 10: 2, 12: 0, 14: 2}
 
 
 class Row(NamedTuple):
-    """A linkage as it is given: where it stands, and its values by name."""
+    """A linkage as it is given: where it stands, its values by name, and the unit of its lengths, if it says one."""
 
     place: str
     given: dict[str, Any]
+    unit: str | None = None
 
 
 def rows_of(text: str, file: str) -> list[Row]:
@@ -104,7 +106,7 @@ def _cells(place: str, line: str, delimiter: str) -> list[str]:
 
 def _has_number(cell: str) -> bool:
     """Return whether a cell is no part of a heading: a word in it begins with a digit, as in x1 and A1* none does."""
-    return re.search(r"\b\d", cell) is not None or _float(cell) is not None
+    return re.search(r"\b\d", cell) is not None or decimal(cell) is not None
 
 
 def _unnamed(place: str, cells: list[str], delimiter: str) -> dict[str, Any]:
@@ -138,17 +140,10 @@ def _value(place: str, name: str, cell: str) -> Any:
 
 
 def _number(place: str, column: str, cell: str) -> float:
-    value = _float(cell)
+    value = decimal(cell)
     where = f"{place}, column {column}"
     if value is None:
         raise InvalidRequest(f"{where}: {quoted(cell)} is no number: write it with a point and without a unit")
     if not math.isfinite(value):
         raise InvalidLinkage(f"{where}: {quoted(cell)} is NaN or infinite")
     return value
-
-
-def _float(cell: str) -> float | None:
-    try:
-        return None if "_" in cell else float(cell)  # which takes 1_0 for 10
-    except ValueError:
-        return None

@@ -9,10 +9,10 @@ from pathlib import Path
 import click
 
 from ..errors import InvalidRequest
-from ..units import MILLIMETRES
-from .options import DB, PLUGINS, Argument, number, option
+from .options import DB, PLUGINS, Argument, option
 from .references import HELP, REFERENCE, keep, resolve
 from .tables import FORCE, OUTPUT
+from .units import UNIT, length, unit, warn_of_unit
 
 
 @click.command(
@@ -20,20 +20,22 @@ from .tables import FORCE, OUTPUT
         Argument("reference", REFERENCE, HELP),
         option("--out", "FILE", "Where to: PDF or HTML by the suffix.", OUTPUT, required=True),
         option("--paper", None, "Size of the page.", click.Choice(["a4", "letter"]), default="a4"),
-        option("--unit", None, "In which the lengths of the guide are; none is converted.",
-               click.Choice([*MILLIMETRES]), default="mm"),
+        UNIT,
         option("--scale", "A:B", "Of the drawing, as 1:2.", show_default="the largest usual one that fits"),
-        number("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
+        length("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
         FORCE,
         DB,
         PLUGINS,
     ]
 )  # fmt: skip
 def sheet(
-    reference: str, out: Path, paper: str, unit: str, scale: str | None, point: tuple[float, float] | None,
+    reference: str, out: Path, paper: str, scale: str | None, point: tuple[float, float] | None,
     db: Path | None, plugins: Sequence[str],
 ) -> None:  # fmt: skip
     """Write a data sheet of one page: drawing to scale, lengths with tolerances, limits, curves, theory.
+
+    Lengths are in the unit of the guide, or converted to --unit. Where none is known they are taken as millimetres, as
+    the sheet then says.
 
     \b
     catalogue sheet CODE --out guide.pdf --paper letter
@@ -45,6 +47,7 @@ def sheet(
     every = resolve(reference, point, db, plugins)
     if len(every) != 1:
         raise InvalidRequest(f"{reference} holds {len(every)} linkages: a sheet shows one")
-    every[0].sheet(out, paper=paper, unit=unit, scale=scale)
+    every[0].sheet(out, paper=paper, unit=unit(), scale=scale)
     keep(every[0])
     print(f"written: {out}", file=sys.stderr)
+    warn_of_unit(every[0])

@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from ..errors import InvalidRequest
-from ..find.columns import DWELL, LENGTH, STRETCH, Column
+from ..find.columns import LENGTH, Column
 from ..progress import busy
 from .completion import references
 from .options import COMMON, Argument, option, switch
 from .references import is_answer, keep
 from .tables import FORCE, PICTURE, codes, print_json, print_table, tell
-from .units import UNIT, length, unit, with_unit
+from .units import UNIT, in_output_unit, length, unit, warn_of_unit, with_unit
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
@@ -67,7 +68,8 @@ def _kept(name: str, db: Path | None, plugins: Sequence[str]) -> list[Any]:
 
 
 def _show_answers(found: list[Any], name: str, plot: Path | None, moving: bool, format: str) -> None:
-    """Print answers with all their numbers, and draw the first."""
+    """Print answers with all their numbers, and draw the first, in the unit of output."""
+    found = in_output_unit(found)
     if plot is not None:
         _draw(found[0], plot, moving)
     if format != "table":
@@ -86,6 +88,8 @@ def _draw(one: Any, file: Path, moving: bool) -> None:
     one.plot(file, **({"moving": True} if moving else {}))
     keep(one)
     print(f"drawn: {file}", file=sys.stderr)
+    if moving and file.suffix.lower() == ".svg":
+        warn_of_unit(one)
 
 
 def _card(one: Any, name: str) -> None:
@@ -98,7 +102,7 @@ def _card(one: Any, name: str) -> None:
     tell(f"{name}: {kind}")
     if isinstance(one, PlacedGuide) and one.is_immobile:
         tell(IMMOBILE)
-    known = {"DwellCandidate": DWELL, "CollectionCandidate": {}}.get(type(one).__name__, STRETCH)
+    known = getattr(one, "meanings", {})
     if hasattr(one, "collection"):
         known = {key: Column(key, m.unit, m.meaning) for key, m in one.collection.metrics.items()}
     numbers.pop("parameters", None)  # of a collection: for programs
@@ -115,7 +119,7 @@ def _card(one: Any, name: str) -> None:
 
 
 def _unit(column: Column) -> str:
-    return unit() or LENGTH if column.unit == LENGTH else column.unit
+    return column.unit.replace(LENGTH, unit() or LENGTH)
 
 
 def _links(lengths: Mapping[str, float]) -> None:
@@ -195,7 +199,8 @@ def show(
         if level is not None:
             raise InvalidRequest(f"{name} is of a collection: --level is for a stored guide or a named design")
         with open(db, plugins=plugins, build=False) as catalogue:
-            _show_answers([catalogue.specimen(collection, int(number), stroke)], name, plot, moving, format)
+            one = replace(catalogue.specimen(collection, int(number), stroke), unit=unit())
+            _show_answers([one], name, plot, moving, format)
         return
     _show_guide(name, stroke, level, plot, moving, format, db, plugins)
 
@@ -213,11 +218,11 @@ def _show_guide(
         guide = catalogue.guide(name)
         design, told, words = named_guides().get(guide.name or ""), {}, []
         if design is None or level is not None:
-            laid = guide.at(stroke, level)
+            laid = guide.at(stroke, level, unit=unit())
         if design is not None:
             from ..find.stored import as_published, best_of_series
 
-            published = as_published(design, guide, stroke)
+            published = as_published(design, guide, stroke, unit=unit())
             laid = published if level is None else laid
             best = best_of_series(catalogue, published)
             words = _words(design, catalogue.classify(design.linkage)[0], published, best)

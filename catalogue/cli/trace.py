@@ -13,7 +13,7 @@ from ..progress import busy
 from .completion import references
 from .options import DB, PLUGINS, Argument, option, several
 from .references import HELP, REFERENCE, resolve
-from .units import NAMED_POINT, NAMED_UNIT, length, unit
+from .units import NAMED_POINT, UNIT, in_output_unit, length
 
 
 @click.command(
@@ -27,7 +27,7 @@ from .units import NAMED_POINT, NAMED_UNIT, length, unit
         length("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
         several("--also", "NAME=X,Y", "A further coupler point, where it is in that position; may be repeated.",
                 NAMED_POINT),
-        NAMED_UNIT,
+        UNIT,
         option("--format", None, "How to print.", click.Choice(["csv", "json"]), default="csv"),
         DB,
         PLUGINS,
@@ -46,7 +46,7 @@ def trace(
     """
     from ..find.candidate import Candidate
 
-    every = resolve(reference, point, db, plugins)
+    every = in_output_unit(resolve(reference, point, db, plugins))
     if len(every) != 1:
         raise InvalidRequest(f"{reference} holds {len(every)} linkages: one can be traced at a time")
     one, points = every[0], dict(also)
@@ -59,7 +59,7 @@ def trace(
             motion = one.motion(samples, points=points, driver=driver, whole=True)
         else:
             motion = one.motion(samples, points=points, driver=driver)
-    table = motion.to_pandas(unit() or "length")
+    table = motion.to_pandas()
     if format == "csv":
         table.to_csv(sys.stdout, index=False)
     else:

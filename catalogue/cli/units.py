@@ -1,20 +1,23 @@
 """Lengths and angles as they are written in a workshop: ``80mm``, ``3.5in``, ``3 1/2"``, ``1/8in``, ``30deg``.
 
-There is one unit of output: that of ``--unit``, else of the first length that is given with one.  Numbers without a
-unit, in files too, are in it; lengths in others are converted, exactly, before they are rounded to a double.
+There is one unit of output: that of ``--unit``, else of the first length that is given with one, else that of the
+answers or linkages that the command reads.  Numbers without a unit, in files too, are in it; lengths in others are
+converted, exactly, before they are rounded to a double.
 """
 
 from __future__ import annotations
 
 import math
 import re
+import sys
+from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
 
 import click
 
 from ..errors import InvalidRequest
-from ..units import MILLIMETRES
+from ..units import ASSUMPTION, MILLIMETRES, factor
 from .options import option
 
 if TYPE_CHECKING:
@@ -22,19 +25,30 @@ if TYPE_CHECKING:
 else:  # which is no generic type in its older versions
     _ParamType = click.ParamType
 
-#: Units of output [mm].
-UNITS = {unit: Fraction(str(MILLIMETRES[unit])) for unit in ("mm", "cm", "m", "in")}
+
+class _WithUnit(Protocol):
+    @property
+    def unit(self) -> str | None: ...
+    def in_unit(self, unit: str | None) -> Self: ...
+
+
+T = TypeVar("T", bound=_WithUnit)
+
+#: Units of output.
+UNITS = (*MILLIMETRES,)
 #: Other ways to write a unit of length, and how many of which it is.
 WRITTEN = {
     **{unit: (Fraction(1), unit) for unit in UNITS},
     **dict.fromkeys(("um", "\u00b5m", "\u03bcm"), (Fraction(1, 1000), "mm")),
     **dict.fromkeys(('"', "\u2033", "\u201d", "''", "inch", "inches"), (Fraction(1), "in")),
-    **dict.fromkeys(("ft", "'", "\u2032", "\u2019"), (Fraction(12), "in")),
+    **dict.fromkeys(("'", "\u2032", "\u2019", "foot", "feet"), (Fraction(1), "ft")),
 }
 #: Units of angles [deg].
 ANGLES = {"": 1.0, "deg": 1.0, "\u00b0": 1.0, "rad": math.degrees(1.0)}
 #: Where a context keeps the unit of output.
 KEY = "catalogue.unit"
+#: A number without end, or none: they have no unit.
+_NO_NUMBER = re.compile(r"[+-]?(?:inf(?:inity)?|nan)", re.IGNORECASE | re.ASCII)
 #: A number, perhaps mixed with a fraction, and a unit: 3.5in, 3 1/2", 3-1/2", 1/8 in, 80.
 _NUMBER = re.compile(
     r"(?P<sign>[+-]?)(?:(?:(?P<whole>\d+)(?:\s+|-))?(?P<over>\d+)\s*/\s*(?P<under>\d+)|"
@@ -59,9 +73,7 @@ class Length(_ParamType):
             return float(number)
         times, base = WRITTEN[unit.lower()]
         target = base if ctx is None else ctx.meta.setdefault(KEY, base)
-        if target not in UNITS:
-            self.fail(f"{value!r} cannot be told in {target!r}; --unit knows {', '.join(UNITS)}", param, ctx)
-        return float(number * times * UNITS[base] / UNITS[target])
+        return float(number * times * factor(base, target))
 
 
 class Angle(_ParamType):
@@ -130,11 +142,10 @@ class NamedPoint(_ParamType):
 
 
 def _plain(value: Any) -> float | None:
-    """Return a number, also one that is infinite or none, that is written without a unit."""
-    try:
-        return float(value)
-    except (TypeError, ValueError):
+    """Return what is a number already, or a text that says it is infinite or none; None for other texts."""
+    if isinstance(value, str) and not _NO_NUMBER.fullmatch(value.strip()):
         return None
+    return float(value)
 
 
 def _read(text: str) -> tuple[Fraction | None, str]:
@@ -164,14 +175,9 @@ def _chosen(ctx: click.Context, param: click.Parameter, value: str | None) -> st
 ZONE, DESIRE, NAMED_POINT = Zone(), Desire(), NamedPoint()
 #: The unit of output.
 UNIT = option(
-    "--unit", None, "Unit of what is printed, and of lengths without one: mm, cm, m or in. A length may be given in "
-    "another, such as 80mm, 3.5in, 3 1/2\" or 1/8in.", click.Choice([*UNITS]), is_eager=True, expose_value=False,
-    callback=_chosen, show_default="that of the first length that has one",
-)  # fmt: skip
-#: The unit in the headings, whatever it is called.
-NAMED_UNIT = option(
-    "--unit", "NAME", "Unit of the lengths, for the headings; lengths in other ones are converted to mm, cm, m or in.",
-    is_eager=True, expose_value=False, callback=_chosen, show_default="length",
+    "--unit", None, "Unit of what is printed and written, to which answers are converted, and of lengths without one. "
+    "A length may be given in another, such as 80mm, 3.5in, 3 1/2\" or 1/8in.", click.Choice([*UNITS]), is_eager=True,
+    expose_value=False, callback=_chosen, show_default="that of the first length that has one, else of the answer",
 )  # fmt: skip
 
 
@@ -183,11 +189,27 @@ def angle(flag: str, metavar: str | None, help: str, **more: Any) -> click.Optio
     return option(flag, metavar, help, ANGLE, **more)
 
 
-def unit() -> str:
-    """Return the unit of output of the command that runs; an empty text if lengths have none."""
-    return str(click.get_current_context().meta.get(KEY, ""))
+def unit() -> str | None:
+    """Return the unit of output of the command that runs; None if lengths have none."""
+    running = click.get_current_context(silent=True)
+    found: str | None = running.meta.get(KEY) if running else None
+    return found
+
+
+def in_output_unit(guides: Sequence[T]) -> list[T]:
+    """Return guides converted to the unit of output, which is that of the first that has one if none is chosen."""
+    chosen = unit() or next((one.unit for one in guides if one.unit), None)
+    if chosen is not None:
+        click.get_current_context().meta[KEY] = chosen
+    return [one.in_unit(chosen) for one in guides]
+
+
+def warn_of_unit(guide: _WithUnit) -> None:
+    """Say on standard error that a guide whose unit nobody knows was taken to be in millimetres."""
+    if guide.unit is None and unit() is None:
+        print(f"catalogue: {ASSUMPTION}; --unit names another", file=sys.stderr)
 
 
 def with_unit(text: str) -> str:
     """Return a length, as it is printed, with the unit of output."""
-    return f"{text} {unit()}".rstrip()
+    return f"{text} {unit() or ''}".rstrip()

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InvalidRequest, quoted
-from ..given import number
+from ..given import decimal, number
 from .spec import LENGTH, Collection
 
 _CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")
@@ -73,11 +73,10 @@ def parsed(conditions: Iterable[str]) -> dict[str, tuple[float | None, float | N
     found: dict[str, tuple[float | None, float | None]] = {}
     for text in conditions:
         match = _CONDITION.fullmatch(text)
-        try:
-            name, sign, number = match.groups() if match else ("", "", "")
-            value = float(number)
-        except ValueError:
-            raise InvalidRequest(f"--where takes a condition such as 'range>=0.5' (or <=), not {text!r}") from None
+        name, sign, written = match.groups() if match else ("", "", "")
+        value = decimal(written)
+        if value is None:
+            raise InvalidRequest(f"--where takes a condition such as 'range>=0.5' (or <=), not {text!r}")
         low, high = found.get(name, (None, None))
         if (low if sign == ">=" else high) is not None:
             raise InvalidRequest(f"--where bounds {name} {sign} twice; give one of them")

@@ -31,6 +31,8 @@ class CollectionCandidate:
         What the collection measures; lengths in the user's unit.
     parameters : mapping
         All of the mechanism, as laid.
+    unit : str or None
+        Of all lengths: mm, cm, m, in or ft; None if it is not known.
     """
 
     id: int
@@ -44,6 +46,7 @@ class CollectionCandidate:
     radius: float | None
     metrics: dict[str, float]
     parameters: Parameters = field(repr=False)
+    unit: str | None = None
 
     def to_dict(self) -> dict[str, Any]:
         """Return the candidate as plain Python numbers, lists and strings, a column for each metric."""

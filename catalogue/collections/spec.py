@@ -40,7 +40,8 @@ Parameters = Mapping[str, Any]
 LENGTH = "length"
 #: Columns of every answer, which no metric may be called.
 COLUMNS = (
-    "id", "collection", "family", "series", "configuration", "special", "stroke", "deviation", "radius", "parameters",
+    "id", "collection", "family", "series", "configuration", "special", "stroke", "deviation", "radius", "unit",
+    "parameters",
 )  # fmt: skip
 #: Kinds of nominal that can be asked for: a request says its own.
 KINDS = ("line", "circle")

@@ -21,7 +21,7 @@ WIDTH, CARD, MOST = 520.0, 250.0, 6
 COLUMNS = {
     "series": "", "family": "", "configuration": "", "order": ">", "stroke": "g", "deviation": ".3g", "radius": ".4g",
     "angle": ".4g", "residual": ".3g", "swing": ".4g", "allowance": ".3g", "size": ".4g", "min_transmission": ".0f",
-    "score": ".0f",
+    "score": ".0f", "unit": "",
 }  # fmt: skip
 
 
@@ -60,9 +60,10 @@ def _card(number: int, one: Any) -> Markup:
         svg = element("p", str(error))
     said = " ".join(part for part in (f"{number}:", getattr(one, "series", ""), family(one)) if part)
     numbers = [
-        f"{name} {getattr(one, field):{format}}{unit}"
+        f"{name} {getattr(one, field):{format}}{unit}".rstrip()
         for field, name, format, unit in (
-            ("deviation", "deviation", ".3g", ""), ("size", "size", ".4g", ""),
+            ("deviation", "deviation", ".3g", f" {one.unit or ''}"),
+            ("size", "size", ".4g", f" {one.unit or ''}"),
             ("min_transmission", "transmission", ".0f", "°"),
         )
         if getattr(one, field, None) is not None

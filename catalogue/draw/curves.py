@@ -9,6 +9,7 @@ import numpy as np
 
 from ..kinematics.types import Floats
 from ..paper import COUPLER, FAINT, GREY, INK, PATH, SANS, SERIF, blank, kind_of, write
+from ..units import LENGTH
 from .poses import output
 from .words import described, plain
 
@@ -34,11 +35,12 @@ class Curve(NamedTuple):
     zero: bool  #: whether the axis begins at zero
 
 
-def curves(guide: PlacedGuide, unit: str = "") -> tuple[str, Floats, list[Curve]]:
-    """Return what the drive is called, its angles from the start on [deg], and the curves that there are."""
+def curves(guide: PlacedGuide) -> tuple[str, Floats, list[Curve]]:
+    """Return what the drive is called, its angles from the start on [deg], and the curves that there are, in the unit
+    of the guide."""
     moved, _ = guide.drawn_motion(SAMPLES)
     drive = moved.drive - moved.drive[0]
-    length = f" [{unit}]" if unit else ""
+    length = f" [{guide.unit}]" if guide.unit else ""
     found = [Curve(f"deviation{length}", moved.deviation, PATH, False)]
     joint, pivot = output(guide, moved.points["guided"])
     if joint is not None:
@@ -47,7 +49,9 @@ def curves(guide: PlacedGuide, unit: str = "") -> tuple[str, Floats, list[Curve]
         between = np.sin(np.angle((moved.points["guided"] - joint) / (pivot - joint)))
         found.append(Curve("transmission angle of the rod [°]", np.degrees(np.arcsin(np.abs(between))), INK, True))
     found += [
-        Curve(f"speed of the guided point [{unit or 'length'}/rad]", np.abs(moved.velocities["guided"]), COUPLER, True),
+        Curve(
+            f"speed of the guided point [{guide.unit or LENGTH}/rad]", np.abs(moved.velocities["guided"]), COUPLER, True
+        ),
         Curve("transmission angle [°]", moved.transmission, INK, True),
         Curve("mechanical advantage", moved.advantage, GREY, True),
     ]
@@ -55,10 +59,11 @@ def curves(guide: PlacedGuide, unit: str = "") -> tuple[str, Floats, list[Curve]
     return name, drive, [one for one in found if np.isfinite(one.values).any()]
 
 
-def draw_curves(guide: PlacedGuide, file: str | Path | None = None, *, unit: str = "") -> Figure:
+def draw_curves(guide: PlacedGuide, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
     """Draw the curves of a guide; see `catalogue.Candidate.plot_curves`."""
     kind = None if file is None else kind_of(file)
-    name, drive, shown = curves(guide, unit)
+    guide = guide.in_unit(unit)
+    name, drive, shown = curves(guide)
     total = TITLE + HEIGHT * len(shown) + LABELS
     figure = blank(WIDTH, total)
     title = described(guide)

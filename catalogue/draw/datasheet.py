@@ -13,7 +13,7 @@ from .. import __version__
 from ..curvature_theory.analysis import REGULAR, curvature
 from ..errors import InvalidRequest, quoted
 from ..kinematics.linkage import PR
-from ..units import millimetres
+from ..units import ASSUMED, ASSUMPTION
 from .units import decimals, fixed, length
 from .words import asked, facts, family
 
@@ -53,26 +53,20 @@ class Content:
     provenance: str
 
 
-def content(guide: PlacedGuide, unit: str) -> Content:
-    """Return what a sheet says of a guide, lengths in its unit.
-
-    Raises
-    ------
-    InvalidRequest
-        If there is no such unit.
-    """
-    millimetres(unit)
+def content(guide: PlacedGuide, code: str) -> Content:
+    """Return what a sheet says of a guide, in its unit, and its code; lengths without a unit are taken as `ASSUMED`."""
+    unit = guide.unit or ASSUMED
     configuration = getattr(guide, "configuration", "")
     return Content(
         series=getattr(guide, "series", "") or getattr(guide, "name", ""),
         kind=family(guide) + (f", configuration {configuration}" if configuration else ""),
-        code=guide.code,
+        code=code,
         facts=facts(guide, unit),
         lengths=_lengths(guide, unit),
         pivots=_pivots(guide, unit),
         limits=Table("Limits", ("", ""), _limits(guide, unit), _stops(guide)),
         theory=_theory(guide, unit),
-        provenance=_provenance(guide),
+        provenance=_provenance(guide, code),
     )
 
 
@@ -206,8 +200,8 @@ def _ratio(value: float) -> str:
     return f"{0.0 if abs(value) < 1e-9 else value:.4g}".replace("-", "−")
 
 
-def _provenance(guide: PlacedGuide) -> str:
+def _provenance(guide: PlacedGuide, code: str) -> str:
     number = getattr(guide, "id", None)
-    parts = [f"code {guide.code}", f"guide {number} of the catalogue" if number is not None else "", asked(guide)]
-    parts.append(f"mechanism-catalogue {__version__}")
+    parts = [f"code {code}", f"guide {number} of the catalogue" if number is not None else "", asked(guide)]
+    parts += ["" if guide.unit else ASSUMPTION, f"mechanism-catalogue {__version__}"]
     return " · ".join(part for part in parts if part)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from ..paper import kind_of, write, write_bytes
-from ..units import millimetres
+from ..units import unit_or_none
 from .datasheet import paper_of
 from .units import Scale
 
@@ -18,12 +18,12 @@ KINDS = ("pdf", "html")
 
 
 def sheet(
-    guide: PlacedGuide, file: str | Path, *, paper: str = "a4", unit: str = "mm", scale: str | None = None
+    guide: PlacedGuide, file: str | Path, *, paper: str = "a4", unit: str | None = None, scale: str | None = None
 ) -> None:
     """Write the data sheet of a guide; see `catalogue.Candidate.sheet`."""
     kind = kind_of(file, KINDS)
     paper_of(paper)
-    millimetres(unit)
+    unit_or_none(unit)
     if scale is not None:
         Scale.named(scale)
     if kind == "html":

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..kinematics.types import Floats
 from ..markup import Markup, element, fill, join
-from ..units import millimetres
+from ..units import ASSUMED, millimetres
 from .curves import TALLEST, Curve, curves
 from .datasheet import Content, Table, content, paper_of
 from .frame import Frame, largest_scale
@@ -69,14 +69,14 @@ footer { border-top: 0.25mm solid var(--guide-faint); margin-top: 2mm; padding-t
 """
 
 
-def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str = "mm", scale: str | None = None) -> Markup:
+def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> Markup:
     """Return the data sheet of a guide as a page that loads nothing; see `catalogue.Candidate.sheet`."""
     wide, high = paper_of(paper)
-    told = content(guide, unit)
-    svg = _drawn(guide, unit, scale, wide - 2 * MARGIN, high - BELOW)
-    name, drive, shown = curves(guide, unit)
+    told = content(here := guide.in_unit(unit), guide.code)
+    svg = _drawn(here, scale, wide - 2 * MARGIN, high - BELOW)
+    name, drive, shown = curves(here)
     return fill(
-        _PAGE, title=described(guide, told.code), light=properties(LIGHT), dark=properties(DARK), wide=number(wide),
+        _PAGE, title=described(here, told.code), light=properties(LIGHT), dark=properties(DARK), wide=number(wide),
         high=number(high), margin=number(MARGIN), series=told.series, kind=told.kind, code=told.code,
         facts="   ·   ".join(told.facts), drawing=svg, tables=_tables(told),
         note=told.lengths.note, stops=told.limits.note,
@@ -85,8 +85,9 @@ def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str = "mm", scale
     )  # fmt: skip
 
 
-def _drawn(guide: PlacedGuide, unit: str, scale: str | None, wide: float, high: float) -> Markup:
+def _drawn(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> Markup:
     """Return the moving drawing in true millimetres with a scale bar."""
+    unit = guide.unit or ASSUMED
     shown, per = poses(guide), millimetres(unit)
     room = high - 7
     to = Scale.named(scale) if scale is not None else Scale.fitting(largest_scale(shown, wide, room, POINT) / per)

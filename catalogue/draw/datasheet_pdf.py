@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..paper import FAINT, GREY, INK, PAPER, SANS, SERIF, blank
-from ..units import millimetres
+from ..units import ASSUMED, millimetres
 from .curves import curves, panel
 from .datasheet import Content, Table, content, paper_of
 from .mechanism import drawn
@@ -30,18 +30,18 @@ CURVES, GAP = 20.0, 12.5
 INCH = 25.4
 
 
-def sheet_figure(guide: PlacedGuide, *, paper: str = "a4", unit: str = "mm", scale: str | None = None) -> Figure:
+def sheet_figure(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> Figure:
     """Return the data sheet of a guide as a figure of the size of the paper; see `catalogue.Candidate.sheet`."""
     width, height = paper_of(paper)
-    told = content(guide, unit)
+    told = content(here := guide.in_unit(unit), guide.code)
     figure = blank(width / INCH, height / INCH)
     page = _Page(figure, width, height)
     _head(page, told)
     top, deep = TITLE + 2, height - TITLE - 2 - BELOW
-    _drawing(page, guide, unit, scale, top, deep)
+    _drawing(page, here, scale, top, deep)
     foot = top + deep + 7
     _tables(page, told, foot)
-    _curves(page, guide, unit, height - MARGIN - 29 - 2 * CURVES - GAP)
+    _curves(page, here, height - MARGIN - 29 - 2 * CURVES - GAP)
     _foot(page, told, height - MARGIN - 15)
     return figure
 
@@ -76,9 +76,9 @@ def _head(page: _Page, told: Content) -> None:
     page.rule(TITLE)
 
 
-def _drawing(page: _Page, guide: PlacedGuide, unit: str, scale: str | None, top: float, deep: float) -> None:
+def _drawing(page: _Page, guide: PlacedGuide, scale: str | None, top: float, deep: float) -> None:
     """Draw the guide to a scale, with the dimension of its stroke, and a scale bar below."""
-    candidate = stroked(guide)
+    candidate, unit = stroked(guide), guide.unit or ASSUMED
     shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
     x0, y0, x1, y1 = shown.box
     wide, per = page.width - 2 * MARGIN, millimetres(unit)
@@ -152,8 +152,8 @@ def _table(page: _Page, table: Table, left: float, top: float, wide: float) -> N
             page.text(left + stop * wide, y, words, 7.2, ha="right")
 
 
-def _curves(page: _Page, guide: PlacedGuide, unit: str, top: float) -> None:
-    name, drive, shown = curves(guide, unit)
+def _curves(page: _Page, guide: PlacedGuide, top: float) -> None:
+    name, drive, shown = curves(guide)
     across = 0.5 * (page.width - 2 * MARGIN - GAP)
     for k, one in enumerate(shown[:4]):
         x, y = MARGIN + 5 + (k % 2) * (across + GAP), top + (k // 2) * (CURVES + GAP)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..markup import NOTHING, Markup, element, join
-from ..units import millimetres
+from ..units import ASSUMED, ASSUMPTION, millimetres
 from .frame import Frame, largest_scale, size_at
 from .moving import drawing
 from .moving_layers import LAYERS
@@ -85,14 +85,15 @@ _STYLE = f"""
 """
 
 
-def moving_file(guide: PlacedGuide, *, unit: str = "mm", scale: str | None = None, code: str = "") -> Markup:
+def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | None = None, code: str = "") -> Markup:
     """Return a guide that moves as an SVG file, in true millimetres at a scale that it states.
 
     Parameters
     ----------
     guide : PlacedGuide
-    unit : str
-        Of the guide's lengths: mm, cm, m or in.
+    unit : str, optional
+        To which the guide is converted, that of the guide if not given; lengths of which none is known are taken as
+        millimetres, and the drawing says so.
     scale : str, optional
         As ``1:2`` or ``5:1``; the largest of the usual ones at which the drawing has room on a sheet if not given.
     code : str
@@ -103,6 +104,8 @@ def moving_file(guide: PlacedGuide, *, unit: str = "mm", scale: str | None = Non
     InvalidRequest
         If there is no such unit or scale, or as of `poses.poses`.
     """
+    guide = guide.in_unit(unit)
+    unit = guide.unit or ASSUMED
     shown = poses(guide)
     layers = [name for name in LAYERS if name != "turn" or not shown.closed]  # that path is drawn as it is
     per = millimetres(unit)
@@ -145,7 +148,8 @@ def _across(width: float) -> int:
 def _title(guide: PlacedGuide, code: str, unit: str) -> Markup:
     series = getattr(guide, "series", "") or getattr(guide, "name", "")
     head = element("tspan", series, "\u2002" if series else "") + element("tspan", family(guide), class_="family")
-    told = " · ".join(part for part in ([code] if code else []) + facts(guide, unit))
+    said = [code, *facts(guide, unit), "" if guide.unit else ASSUMPTION]
+    told = " · ".join(part for part in said if part)
     return element("text", head, class_="series", x=number(MARGIN), y="10") + text(told, complex(MARGIN, 15.5), "fact")
 
 

@@ -40,10 +40,10 @@ def check(file: str | Path, *, moving: bool = False) -> str:
 
 def draw(
     guide: PlacedGuide, file: str | Path | None = None, *, ax: Axes | None = None, moving: bool = False,
-    unit: str = "mm", scale: str | None = None, code: str = "",
+    unit: str | None = None, scale: str | None = None, code: str = "",
 ) -> Any:  # fmt: skip
     """Draw a guide; see `catalogue.Candidate.plot`."""
-    moving = switch("moving", moving)
+    moving, guide = switch("moving", moving), guide.in_unit(unit)
     if ax is not None:
         if not hasattr(ax, "set_xlim"):
             raise InvalidRequest(f"ax must be axes of matplotlib, not {quoted(ax)}")
@@ -57,7 +57,7 @@ def draw(
     if moving and file is None:
         raise InvalidRequest("say to which file the moving drawing is to be written, .svg or .gif")
     if file is not None and kind == "svg" and moving:
-        write_bytes(moving_file(guide, unit=unit, scale=scale, code=code).encode(), Path(file))
+        write_bytes(moving_file(guide, scale=scale, code=code).encode(), Path(file))
         return None
     if scale is not None:
         raise InvalidRequest("only a moving SVG and a data sheet are drawn to a scale")

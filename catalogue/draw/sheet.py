@@ -53,7 +53,7 @@ def sheet(guide: PlacedGuide) -> Figure:
     axes.set_aspect("equal")
     pen = Pen(axes, inch / 72)
     drawn(pen, shown)
-    _scale(pen)
+    _scale(pen, guide.unit)
     if candidate is not None:
         inset = figure.add_axes((MARGIN / WIDTH, labels / total, inner / WIDTH, strip / total), gid="deviation")
         _deviation(inset, candidate, shown)
@@ -92,10 +92,11 @@ def _title(figure: Figure, guide: PlacedGuide, total: float) -> None:
     kind = family(guide) + (f", configuration {configuration}" if configuration else "")
     figure.text(left + width, line, kind, gid="family", family=SERIF, style="italic", size=16, color=INK)
     candidate = stroked(guide)
-    told = facts(guide, "") if candidate is None else [
-        f"stroke {candidate.stroke:g}",
-        *([] if candidate.radius is None else [f"radius {candidate.radius:.4g}"]),
-        "exact" if _exact(candidate) else f"deviation {plain(candidate.deviation)}",
+    unit = f" {guide.unit}" if guide.unit else ""
+    told = facts(guide, guide.unit or "") if candidate is None else [
+        f"stroke {candidate.stroke:g}{unit}",
+        *([] if candidate.radius is None else [f"radius {candidate.radius:.4g}{unit}"]),
+        "exact" if _exact(candidate) else f"deviation {plain(candidate.deviation)}{unit}",
         f"least transmission angle {candidate.min_transmission:.0f}°",
     ]  # fmt: skip
     figure.text(left, 1 - 0.85 / total, "   ·   ".join(told), gid="facts", family=SANS, size=8.8, color=GREY)
@@ -105,7 +106,7 @@ def _exact(candidate: Candidate) -> bool:
     return candidate.deviation < EXACT_DEVIATION * candidate.stroke
 
 
-def _scale(pen: Pen) -> None:
+def _scale(pen: Pen, unit: str | None) -> None:
     """Draw a scale of a round length under the linkage."""
     x, y = pen.axes.get_xlim()[0], pen.axes.get_ylim()[0] + 30 * pen.point
     length = rounded(110 * pen.point)
@@ -113,7 +114,9 @@ def _scale(pen: Pen) -> None:
     ends = x + 1j * y + np.array([0, length])
     pen.line(np.array([ends[0] + tick, ends[0], ends[1], ends[1] + tick]), "scale", color=GREY, linewidth=0.9, zorder=1)
     x = ends[1].real + 6 * pen.point
-    pen.axes.text(x, y, f"{length:g}", gid="scale-length", family=SANS, size=7.5, color=GREY, va="bottom")
+    pen.axes.text(
+        x, y, f"{length:g} {unit or ''}".rstrip(), gid="scale-length", family=SANS, size=7.5, color=GREY, va="bottom"
+    )
 
 
 def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
@@ -146,9 +149,10 @@ def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
     )
     axes.set_title(said, loc="left", family=SANS, size=8, color=INK, pad=4, gid="magnification")
     if not exact:
-        band = f"half the width of the band: {plain(half)}"
+        band = f"half the width of the band: {plain(half)} {candidate.unit or ''}".rstrip()
         axes.set_title(band, loc="right", family=SANS, size=8, color=PATH, pad=4)
-    axes.set_xlabel("position along the stroke", family=SANS, size=8, color=INK, labelpad=4)
+    said = "position along the stroke" + (f" [{candidate.unit}]" if candidate.unit else "")
+    axes.set_xlabel(said, family=SANS, size=8, color=INK, labelpad=4)
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
     tick = 0.0 if exact else rounded(1.05 * half, (1, 2, 3, 4, 5, 6, 8))
     axes.set_yticks([0] if exact else [-tick, 0, tick])

@@ -22,10 +22,11 @@ def fixed(value: float, digits: int) -> str:
 
 
 def length(value: float, unit: str) -> str:
-    """Return a length with its unit, to four or five digits and no finer than a thousandth of a millimetre."""
+    """Return a length with its unit, to four or five digits and no finer than a thousandth of a millimetre; without a
+    unit, an empty text, to these digits."""
     digits = max(0, min(6, 4 - math.floor(math.log10(abs(value))))) if value else 0
-    told = fixed(value, min(digits, decimals(unit)))
-    return f"{told.rstrip('0').rstrip('.') if '.' in told else told} {unit}"
+    told = fixed(value, min(digits, decimals(unit)) if unit else digits)
+    return f"{told.rstrip('0').rstrip('.') if '.' in told else told} {unit}".rstrip()
 
 
 def rounded(value: float, steps: tuple[float, ...] = (1, 2, 5)) -> float:
@@ -52,7 +53,7 @@ class Scale:
     @classmethod
     def named(cls, text: str) -> Scale:
         """Return the scale that is written, as ``1:2``; `InvalidRequest` if there is none such."""
-        parts = re.fullmatch(r"\s*([\d.]+)\s*:\s*([\d.]+)\s*", text) if isinstance(text, str) else None
+        parts = re.fullmatch(r"\s*([0-9.]+)\s*:\s*([0-9.]+)\s*", text) if isinstance(text, str) else None
         try:
             drawn, real = (float(part) for part in parts.groups()) if parts else (0.0, 0.0)
         except ValueError:

@@ -32,11 +32,12 @@ def asked(guide: PlacedGuide) -> str:
     """Return what a guide is for: its line or arc, or its dwell; empty if it has none."""
     if (stroke := getattr(guide, "stroke", None)) is not None:
         radius = guide.radius  # type: ignore[attr-defined]  # what has a stroke has a radius or None
-        line = (
-            f"a straight line of {stroke:g}" if radius is None else f"an arc of chord {stroke:g}, radius {radius:.4g}"
-        )
+        unit = f" {guide.unit}" if guide.unit else ""
+        line = f"a straight line of {stroke:g}{unit}"
+        if radius is not None:
+            line = f"an arc of chord {stroke:g}{unit}, radius {radius:.4g}{unit}"
         deviation = guide.deviation  # type: ignore[attr-defined]
-        return f"{line}, exact" if deviation < EXACT_DEVIATION * stroke else f"{line}, deviation {deviation:.3g}"
+        return f"{line}, exact" if deviation < EXACT_DEVIATION * stroke else f"{line}, deviation {deviation:.3g}{unit}"
     if (angle := getattr(guide, "angle", None)) is not None:
         return f"a dwell of {angle:.4g}° within {guide.residual:.3g}°, swing {guide.swing:.4g}°"  # type: ignore[attr-defined]
     return ""
@@ -60,13 +61,13 @@ def facts(guide: PlacedGuide, unit: str) -> list[str]:
         if (radius := getattr(guide, "radius", None)) is not None:
             told.append(f"radius {length(radius, unit)}")
         deviation = guide.deviation  # type: ignore[attr-defined]
-        told.append("exact" if deviation < EXACT_DEVIATION * stroke else f"deviation {deviation:.3g} {unit}")
+        told.append("exact" if deviation < EXACT_DEVIATION * stroke else f"deviation {deviation:.3g} {unit}".rstrip())
     if (angle := getattr(guide, "angle", None)) is not None:
         residual, swing = guide.residual, guide.swing  # type: ignore[attr-defined]
         told.append(f"dwell of {angle:.4g}° of the crank within {residual:.3g}°, swing {swing:.4g}°")
     if (least := getattr(guide, "min_transmission", None)) is not None:
         told.append(f"least transmission angle {least:.0f}°")
-    return told or [f"{name} {value:.4g}" for name, value in guide.lengths.items()]
+    return told or [f"{name} {value:.4g} {unit}".rstrip() for name, value in guide.lengths.items()]
 
 
 def places(guide: PlacedGuide, unit: str) -> list[str]:

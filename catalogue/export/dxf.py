@@ -12,7 +12,8 @@ layer           what lies on it
 ``CUT``         outlines, slots and holes of all parts, laid out beside the linkage; nothing is added for the tool
 ==============  ================================================================================================
 
-Each link is a block with its origin in its first pivot and x to the second one; an INSERT holds its pose.
+Each link is a block with its origin in its first pivot and x to the second one; an INSERT holds its pose.  The header
+names the unit; that of a guide without one is taken as millimetres, as the custom property ``UNIT`` then says.
 """
 
 from __future__ import annotations
@@ -73,8 +74,10 @@ def drawing(guide: PlacedGuide, links: Links, cut: list[Part], options: Options)
     from ezdxf import zoom
     from ezdxf.filemanagement import new
 
-    document = new("R2010", setup=["linetypes"], units=UNITS[options.unit])
-    document.header["$MEASUREMENT"] = int(options.unit in METRIC)
+    document = new("R2010", setup=["linetypes"], units=UNITS[options.written])
+    document.header["$MEASUREMENT"] = int(options.written in METRIC)
+    if options.assumption:
+        document.header.custom_vars.append("UNIT", options.assumption)
     for name, colour in LAYERS.items():
         document.layers.add(name, color=colour)
     space = document.modelspace()

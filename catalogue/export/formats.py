@@ -8,7 +8,7 @@ from difflib import get_close_matches
 from pathlib import Path
 
 from ..errors import InvalidRequest, quoted
-from ..units import millimetres
+from ..units import ASSUMED, ASSUMPTION, unit_or_none
 
 #: Formats of a guide, each with what it is.
 FORMATS = {
@@ -30,6 +30,8 @@ SUFFIXES = {
 }  # fmt: skip
 #: Formats that are no text, and cannot be printed.
 BINARY = ("xlsx", "parquet")
+#: Formats that must have a unit.
+ASSUMING = ("dxf", "step", "freecad", "solidworks", "fusion")
 
 
 @dataclass(frozen=True)
@@ -38,8 +40,9 @@ class Options:
 
     Parameters
     ----------
-    unit : str
-        In which the lengths of the guide are; none is converted.
+    unit : str, optional
+        To which the guide is converted; of a guide without a unit, that of its lengths.  That of the guide if not
+        given.
     bar_width, hole : float, optional
         Of the parts to cut [the unit]; round ones if not given.
     positions : int
@@ -50,15 +53,25 @@ class Options:
         ``stroke`` or ``circuit``; the stroke if there is one.
     """
 
-    unit: str = "mm"
+    unit: str | None = None
     bar_width: float | None = None
     hole: float | None = None
     positions: int = 73
     columns: Sequence[str] = ()
     over: str | None = None
 
+    @property
+    def written(self) -> str:
+        """The unit of a file that must have one."""
+        return self.unit or ASSUMED
+
+    @property
+    def assumption(self) -> str:
+        """What such a file says where no unit is known; else empty."""
+        return "" if self.unit else ASSUMPTION
+
     def __post_init__(self) -> None:
-        millimetres(self.unit)
+        unit_or_none(self.unit)
         if self.over is not None and not (isinstance(self.over, str) and self.over in ("stroke", "circuit")):
             raise InvalidRequest(f"over must be stroke or circuit, not {quoted(self.over)}")
         if isinstance(self.columns, str):

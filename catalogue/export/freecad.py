@@ -22,7 +22,7 @@ import FreeCAD
 import Part
 from FreeCAD import Placement, Rotation, Vector
 
-MILLIMETRES = {millimetres!r}  # in which FreeCAD reckons, of the unit of all lengths below: {unit}
+MILLIMETRES = {millimetres!r}  # in which FreeCAD reckons, of the unit of all lengths below: {unit}{assumption}
 THICKNESS = {thickness!r}
 HOLE = {hole!r}  # diameter
 
@@ -106,8 +106,9 @@ def macro(guide: PlacedGuide, options: Options) -> str:
     return MACRO.format(
         family=guide.linkage.family[0],
         version=__version__,
-        unit=options.unit,
-        millimetres=MILLIMETRES[options.unit],
+        unit=options.written,
+        assumption=options.assumption and f"; {options.assumption}",
+        millimetres=MILLIMETRES[options.written],
         thickness=sizes.thickness,
         hole=sizes.hole,
         parameters="".join(rows),

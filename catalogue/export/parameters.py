@@ -9,7 +9,7 @@ from __future__ import annotations
 import csv
 import io
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -57,7 +57,7 @@ def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
 
     def length(name: str, value: float, meaning: str) -> None:
         rounding = abs(value) < ROUNDING * links.size
-        found.append(Parameter(name, 0.0 if rounding else float(value), options.unit, meaning))
+        found.append(Parameter(name, 0.0 if rounding else float(value), options.written, meaning))
 
     def place(name: str, z: complex, meaning: str) -> None:
         length(f"{name}_x", z.real, meaning)
@@ -86,6 +86,8 @@ def parameters(guide: PlacedGuide, options: Options) -> list[Parameter]:
     sizes = Sizes.of(links, options.bar_width, options.hole)
     length("bar_width", sizes.width, "width of bars and blocks")
     length("hole", sizes.hole, "diameter of the holes")
+    if options.assumption:
+        found = [replace(p, comment=f"{p.comment}; {options.assumption}") if p.unit != "deg" else p for p in found]
     return found
 
 

@@ -30,7 +30,7 @@ NEAR = 0.2
 OFF, ROUNDING = 0.01, 1e-12
 
 SCRIPT = '''\
-"""A guide ({family}) of mechanism-catalogue {version}, moved by pylinkage over its stroke; lengths in {unit}."""
+"""A guide ({family}) of mechanism-catalogue {version}, moved by pylinkage over its stroke{unit}."""
 
 import math
 
@@ -126,9 +126,10 @@ def script(guide: PlacedGuide, options: Options) -> str:
         centre = _centre(moved.points["guided"], answer.radius, moved.deviation)
         measure, longest = ARC.format(centre=centre, radius=answer.radius), longest + answer.radius
     return SCRIPT.format(
-        family=family, version=__version__, unit=options.unit, dyad=dyad.partition("(")[0], stroke=answer.stroke,
-        deviation=answer.deviation, meaning=meaning, steps=STEPS, start=float(start[0]), end=float(start[-1]),
-        pivot=_xy(z[crank, 0]), crank=crank + 1, grounds=grounds, radius=float(abs(z[crank, 1] - z[crank, 0])),
+        family=family, version=__version__, unit=f"; lengths in {options.unit}" if options.unit else "",
+        dyad=dyad.partition("(")[0], stroke=answer.stroke, deviation=answer.deviation, meaning=meaning, steps=STEPS,
+        start=float(start[0]), end=float(start[-1]), pivot=_xy(z[crank, 0]), crank=crank + 1, grounds=grounds,
+        radius=float(abs(z[crank, 1] - z[crank, 0])),
         joint=f'joint = {dyad}, x={joint.real!r}, y={joint.imag!r}, name="joint")', listed=listed,
         distance=float(abs(place) * coupler), angle=float(np.angle(place)), measure=measure, off=OFF,
         rounding=ROUNDING * longest,

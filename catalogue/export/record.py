@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 #: What of an answer says where it comes from.
 PROVENANCE = ("id", "series", "configuration", "order", "cognate", "drift")
 #: What stands elsewhere in the file.
-ELSEWHERE = ("family", "pivots", "guided", "pole", "lengths")
+ELSEWHERE = ("family", "pivots", "guided", "pole", "lengths", "unit")
 
 
 def written_json(guide: PlacedGuide, options: Options) -> str:

@@ -35,7 +35,7 @@ def solids(guide: PlacedGuide, options: Options) -> str:
         raise MissingExtra('step needs build123d: pip install "mechanism-catalogue[step]"') from error
     links = taken_apart(guide)
     sizes = Sizes.of(links, options.bar_width, options.hole)
-    unit, rise = MILLIMETRES[options.unit], MILLIMETRES[options.unit] * sizes.thickness
+    unit, rise = MILLIMETRES[options.written], MILLIMETRES[options.written] * sizes.thickness
     made: list[Any] = []
     cut = parts(links, sizes)
     levels = stacked(cut, placed_over(guide, links, POSES))
@@ -49,7 +49,8 @@ def solids(guide: PlacedGuide, options: Options) -> str:
         made.append(solid)
     path = cad.Edge.make_spline([(z.real, z.imag, levels.top * rise) for z in (unit * links.drawn_path).tolist()])
     path.label = "path"
-    whole = cad.Compound(label="; ".join([guide.linkage.family[0], *levels.notes()]), children=[*made, path])
+    label = "; ".join(part for part in (guide.linkage.family[0], *levels.notes(), options.assumption) if part)
+    whole = cad.Compound(label=label, children=[*made, path])
     with tempfile.TemporaryDirectory() as folder:
         file = Path(folder) / "guide.step"
         cad.export_step(whole, file, timestamp=EPOCH)

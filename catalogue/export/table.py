@@ -34,7 +34,7 @@ def motion_table(guide: PlacedGuide, options: Options) -> pd.DataFrame:
             "this linkage has no stroke: export an answer of `measure`, or the motion over the circuit"
         )
     whole: Any = {"whole": True} if stroke is not None and options.over == "circuit" else {}
-    table = guide.motion(options.positions, **whole).to_pandas(options.unit)
+    table = guide.motion(options.positions, **whole).to_pandas()
     return table[_columns([str(name) for name in table.columns], options.columns)] if options.columns else table
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from importlib import import_module
 from os import PathLike
 from pathlib import Path
@@ -33,7 +34,8 @@ WRITERS = {
 def export(
     guide: PlacedGuide, file: str | PathLike[str] | None = None, format: str | None = None, **options: Any
 ) -> str | bytes:
-    """Return a guide in a format, and write it to a file if one is named; see `catalogue.PlacedGuide.export`."""
+    """Return a guide in a format and a unit, and write it to a file if one is named; see
+    `catalogue.PlacedGuide.export`."""
     if file is not None and not isinstance(file, str | PathLike):
         raise InvalidRequest(f"a guide is exported to a file, not to {quoted(file)}")
     path = None if file is None else Path(file)
@@ -43,7 +45,8 @@ def export(
         check(path)
     module, name = WRITERS[kind]
     write: Callable[[PlacedGuide, Options], str | bytes] = getattr(import_module(f".{module}", __package__), name)
-    made = write(guide, how)
+    guide = guide.in_unit(how.unit)
+    made = write(guide, replace(how, unit=guide.unit))
     if path is not None:
         try:
             with replacing(path) as part:

@@ -22,6 +22,7 @@ from ..given import number, positive, switch, whole
 from ..given import text as printable
 from ..kinematics.linkage import Linkage
 from ..problem.request import point
+from ..units import millimetres, unit_or_none
 from .candidate import Candidate
 from .codes import KEPT, LENGTH, code_of, is_code, keep, kept
 from .dwell_results import DwellCandidate
@@ -118,9 +119,12 @@ def is_saved(held: Any) -> bool:
 def record(one: Answer) -> dict[str, Any]:
     """Return an answer as plain numbers, lists and strings."""
     if hasattr(one, "collection"):
-        return {"kind": "CollectionCandidate", **one.to_dict(), "metrics": dict(one.metrics)}
-    held = {f.name: getattr(one, f.name) for f in fields(one) if f.name != "_drift"}
-    return {"kind": type(one).__name__, **held}
+        held = {"kind": "CollectionCandidate", **one.to_dict(), "metrics": dict(one.metrics)}
+    else:
+        held = {"kind": type(one).__name__, **{f.name: getattr(one, f.name) for f in fields(one) if f.name != "_drift"}}
+    if held["unit"] is None:  # so that answers of older versions, which say none, keep their codes
+        del held["unit"]
+    return held
 
 
 def text_of(held: dict[str, Any]) -> str:
@@ -169,6 +173,8 @@ def _sound(one: Answer) -> Answer:
             positive(f.name, value)
         elif str(f.type).startswith("int"):
             whole(f.name, value, 0)
+        elif f.name == "unit":
+            millimetres(value)
         elif str(f.type).startswith("float"):
             if not math.isfinite(number(f.name, value)):
                 raise InvalidRequest(f"{f.name} must be finite, not {quoted(value)}")
@@ -191,8 +197,12 @@ def _of_collection(values: dict[str, Any], collection: Callable[[str], Collectio
 
     if collection is None:
         raise InvalidRequest("this answer is of a collection: ask an open catalogue for it")
-    named = {f.name: values[f.name] for f in fields(CollectionCandidate)}
-    named |= {"collection": collection(values["collection"]), "special": tuple(values["special"])}
+    named = {f.name: values[f.name] for f in fields(CollectionCandidate) if f.name != "unit"}
+    named |= {
+        "unit": unit_or_none(values.get("unit")),
+        "collection": collection(values["collection"]),
+        "special": tuple(values["special"]),
+    }
     one = CollectionCandidate(**named)
     check(one)
     return one

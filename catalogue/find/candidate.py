@@ -33,7 +33,7 @@ DERIVED = ("drift", "band", "percent", "lengths")
 
 @dataclass(frozen=True, repr=False)
 class Candidate(PlacedGuide):
-    """A verified guide, laid so that its path runs from (0, 0) to (stroke, 0); lengths in the user's unit.
+    """A verified guide, laid so that its path runs from (0, 0) to (stroke, 0); lengths in its `unit`.
 
     The attributes, some of which may be None, are told of in `catalogue.find.columns.CANDIDATE`; see also
     `catalogue.guidance.metrics.Measures`, `catalogue.guidance.drive.DriveMetrics`, `catalogue.guidance.fixed_nominal`
@@ -77,6 +77,7 @@ class Candidate(PlacedGuide):
     pole: list[float] | None = None
     start: list[float] = field(default_factory=lambda: [0.0, 0.0])
     along: float = 0.0
+    unit: str | None = None
     _drift: tuple[Drifts, int] | None = field(default=None, repr=False, compare=False)
     __hash__ = PlacedGuide.__hash__
 
@@ -97,15 +98,16 @@ class Candidate(PlacedGuide):
         tolerance = max(self.deviation, 1e-300)
         start = (self.start[0], self.start[1])
         if self.radius is None:
-            return StraightLine(self.stroke, tolerance, start, self.along)
-        return CircularArc(self.stroke, tolerance, self.radius, start, self.along)
+            return StraightLine(self.stroke, tolerance, start, self.along, self.unit)
+        return CircularArc(self.stroke, tolerance, self.radius, start, self.along, self.unit)
 
     def __repr__(self) -> str:
         kind = " ".join(part for part in (self.series, self.family, self.configuration) if part)
         arc = "" if self.radius is None else f", radius {self.radius:.6g}"
+        lengths = f", lengths in {self.unit}" if self.unit else ""
         return (
             f"<{type(self).__name__} {kind}: stroke {self.stroke:.6g}{arc}, deviation {digits(self.deviation)}, "
-            f"size {digits(self.size, '.4g')}, transmission {digits(self.min_transmission, '.0f')}\u00b0>"
+            f"size {digits(self.size, '.4g')}{lengths}, transmission {digits(self.min_transmission, '.0f')}\u00b0>"
         )
 
     def at_home(self) -> Candidate:

@@ -9,8 +9,9 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
-#: The unit of lengths: whatever the user's is.
-LENGTH = "length"
+from ..units import LENGTH
+
+__all__ = ["CANDIDATE", "DWELL", "LENGTH", "STRETCH", "TABLE", "Column", "attributes"]
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,7 @@ CANDIDATE: Mapping[str, Column] = dict([
     _column("pole", LENGTH, "at a change point: the pole of the branch on which it moves"),
     _column("start", LENGTH, "where the path starts, x, y"),
     _column("along", "deg", "direction of the path from there"),
+    _column("unit", "", "of all lengths: mm, cm, m, in or ft; none: not known", right=False),
     _column("drift", "", "how far a refined guide has left the series of its ancestor; 0: none; not kept by its code"),
     _column("band", LENGTH, "width of the narrowest strip, twice the deviation"),
     _column("percent", "%", "the band in parts of the stroke"),
@@ -131,6 +133,7 @@ DWELL: Mapping[str, Column] = {name: CANDIDATE[name] for name in ("id", "family"
     _column("drive_to", "deg", "the same at the end of the dwell"),
     _column("lengths", LENGTH, "lengths of all links, rod and rocker too, by name"),
 ])  # fmt: skip
+DWELL = {**DWELL, "unit": CANDIDATE["unit"]}
 
 
 def attributes(columns: Mapping[str, Column], names: Iterable[str]) -> str:

@@ -12,6 +12,8 @@ import numpy as np
 from ..errors import InvalidRequest
 from ..given import positive
 from ..kinematics.types import Complexes
+from ..units import unit_or_none
+from .columns import DWELL
 from .placed import PlacedGuide
 from .results import Results
 
@@ -28,19 +30,27 @@ class StandStill:
         Width of the band of angles in which the rocker may stray meanwhile [deg].
     swing : float
         How far the rocker swings over a turn, at least [deg].
+    crank : float
+        Length of the driving crank [`unit`].
+    unit : str, optional
+        Of the lengths of the answers: mm, cm, m, in or ft.
 
     Raises
     ------
     InvalidRequest
-        Unless all are positive, the angle below 300, the swing below 180, the residual below a fifth of the swing.
+        Unless all are positive, the angle below 300, the swing below 180, the residual below a fifth of the swing; or
+        if there is no such unit.
     """
 
     angle: float
     residual: float
     swing: float
+    crank: float = 1.0
+    unit: str | None = None
 
     def __post_init__(self) -> None:
-        for name in ("angle", "residual", "swing"):
+        unit_or_none(self.unit)
+        for name in ("angle", "residual", "swing", "crank"):
             object.__setattr__(self, name, positive(name, getattr(self, name)))
         if self.angle >= 300 or self.swing >= 180:
             raise InvalidRequest("a dwell of 300 degrees or more, or a swing of 180, cannot be had with a dyad")
@@ -50,8 +60,8 @@ class StandStill:
 
 @dataclass(frozen=True)
 class DwellCandidate(PlacedGuide):
-    """A crank-driven linkage with an output dyad, at a place of the dwell; the driving crank has length 1 unless it
-    is `scaled`, places are [x, y]."""
+    """A crank-driven linkage with an output dyad, at a place of the dwell; the driving crank has the length asked for,
+    places are [x, y]."""
 
     id: int  #: of the stored guide that it comes from, like what follows
     family: str
@@ -74,7 +84,9 @@ class DwellCandidate(PlacedGuide):
     #: fixed pivot to that of the rocker [deg]; None if a record does not say them.
     drive_from: float | None = None
     drive_to: float | None = None
+    unit: str | None = None  #: of the lengths; None: not known
 
+    meanings = DWELL
     pole = None  # it is at no change point
     __hash__ = PlacedGuide.__hash__
 
@@ -110,7 +122,7 @@ class DwellCandidate(PlacedGuide):
             return np.asarray(pivot + arm * (foot + 1j * side * height) / square)
 
     def scaled(self, crank: float) -> DwellCandidate:
-        """Return the same dwell with a driving crank of this length [any unit; all lengths are then in it].
+        """Return the same dwell with a driving crank of this length [its unit].
 
         Raises
         ------

@@ -58,7 +58,10 @@ def find_dwells(
         raise InvalidRequest(f"{other[0]} does not go with a dwell; there are {', '.join(GOVERNED)}")
     check_names(database, constraints)
     found = _found(database, request, constraints, limit, effort)
-    if len(found) or not database.has_guides:
+    if len(found):
+        laid = [replace(one.scaled(request.crank), unit=request.unit) for one in found]
+        return replace(found, candidates=laid)
+    if not database.has_guides:
         return found
     return DwellResults([], f"{found.explanation}; {_advice(database, request, constraints, effort)}")
 

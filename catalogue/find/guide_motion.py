@@ -16,6 +16,7 @@ from ..kinematics.linkage import RR, Linkage
 from ..kinematics.rates import rates
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..problem.request import places
+from ..units import LENGTH, factor, power, unit_or_none
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,7 +33,7 @@ SAMPLES, MOST = 361, 1_000_000
 
 @dataclass(frozen=True, eq=False)
 class GuideMotion:
-    """The motion of a guide at m positions; arrays of shape (m,), lengths in the user's unit.
+    """The motion of a guide at m positions; arrays of shape (m,), lengths in the unit of the guide.
 
     Velocities and accelerations are derivatives by the angle of the drive: times the angular velocity of the drive, and
     its square, they are those of a drive that turns steadily.  They are NaN in a dead point of the drive, where it
@@ -63,6 +64,8 @@ class GuideMotion:
         else NaN [length].
     reason : ndarray of str
         Why something is NaN; else empty.
+    unit : str or None
+        Of the lengths; None if it is not known.
     """
 
     driver: int
@@ -79,6 +82,7 @@ class GuideMotion:
     advantage: Floats
     deviation: Floats
     reason: Array
+    unit: str | None = None
 
     @classmethod
     def of(
@@ -115,6 +119,7 @@ class GuideMotion:
             _transmission(here, chosen), np.where(np.isfinite(advantage), advantage, np.nan),
             np.full(len(s), np.nan),
             np.where(dead, np.where(_at_change(linkage, chosen, z), CHANGE_POINT, f"dead point of {name}"), ""),
+            placed.unit,
         )  # fmt: skip
 
     def __len__(self) -> int:
@@ -131,27 +136,50 @@ class GuideMotion:
 
         return replace(self, **{f.name: taken(getattr(self, f.name)) for f in fields(self)})
 
-    def to_pandas(self, unit: str = "") -> pd.DataFrame:
-        """Return one row per position; headings say the unit, that of lengths if it is named here, else ``length``."""
+    def to_pandas(self, unit: str | None = None) -> pd.DataFrame:
+        """Return one row per position; headings say the units.
+
+        Parameters
+        ----------
+        unit : str, optional
+            In which lengths are told, converted from that of the guide; where the guide has none, they are taken to be
+            in it.  If neither has one the headings say ``length``.
+
+        Raises
+        ------
+        InvalidRequest
+            If there is no such unit.
+        """
         import pandas as pd
 
-        length = unit or "length"
-        columns: dict[str, Array] = {"drive [deg]": self.drive, "coupler [deg]": self.coupler}
-        columns |= {f"crank {i} [deg]": angle for i, angle in self.cranks.items()}
-        for name, z in self.points.items():
-            columns |= {f"{name} x [{length}]": z.real, f"{name} y [{length}]": z.imag}
-        for what, every, by in (("v", self.velocities, "rad"), ("a", self.accelerations, "rad^2")):
-            for name, z in every.items():
-                columns |= {f"{name} {what}x [{length}/{by}]": z.real, f"{name} {what}y [{length}/{by}]": z.imag}
-        columns |= {f"{name} ratio [1]": ratio for name, ratio in self.ratios.items()}
-        columns |= {f"{name} acceleration [1/rad]": rate for name, rate in self.angular_accelerations.items()}
-        columns |= {
-            "transmission [deg]": self.transmission,
-            "advantage [1]": self.advantage,
-            f"deviation [{length}]": self.deviation,
-            "reason": self.reason,
-        }
+        told = unit_or_none(unit) or self.unit
+        times = float(factor(self.unit, told)) if self.unit and told else 1.0
+        columns: dict[str, Array] = {}
+        for (name, declared), values in self._columns().items():
+            scale = times ** power(declared)
+            heading = f"{name} [{declared.replace(LENGTH, told or LENGTH)}]" if declared else name
+            columns[heading] = values if scale == 1 else scale * values
         return pd.DataFrame(columns)
+
+    def _columns(self) -> dict[tuple[str, str], Array]:
+        """Return the columns of the table by their names and declared units."""
+        columns: dict[tuple[str, str], Array] = {("drive", "deg"): self.drive, ("coupler", "deg"): self.coupler}
+        columns |= {(f"crank {i}", "deg"): angle for i, angle in self.cranks.items()}
+        for what, every, declared in (
+            ("", self.points, LENGTH),
+            ("v", self.velocities, f"{LENGTH}/rad"),
+            ("a", self.accelerations, f"{LENGTH}/rad^2"),
+        ):
+            for name, z in every.items():
+                columns |= {(f"{name} {what}x", declared): z.real, (f"{name} {what}y", declared): z.imag}
+        columns |= {(f"{name} ratio", "1"): ratio for name, ratio in self.ratios.items()}
+        columns |= {(f"{name} acceleration", "1/rad"): rate for name, rate in self.angular_accelerations.items()}
+        return columns | {
+            ("transmission", "deg"): self.transmission,
+            ("advantage", "1"): self.advantage,
+            ("deviation", LENGTH): self.deviation,
+            ("reason", ""): self.reason,
+        }
 
 
 def sampled(samples: Any) -> int:

@@ -100,13 +100,14 @@ def improve(
     Parameters
     ----------
     request : StraightLine or CircularArc
-        The stroke [the unit of the guide], and the deviation that is allowed.
+        The stroke, and the deviation that is allowed.  Its unit is that of all lengths: the guide is converted to it; a
+        request without one, or a guide, has that of the other.
     hold : str or sequence of str
         What stays: ``fixed-pivots``, or lengths by the names of `PlacedGuide.lengths`: ``crank 1``, ``frame``.
     in_place : bool
         The path is the one of the request, where that says; deviations are distances from it.
     within : float
-        With `in_place`: how far the fixed pivots may move where they are held [the unit of the guide].
+        With `in_place`: how far the fixed pivots may move where they are held.
     rank_by : str or mapping
         What is made best, see `Catalogue.find`.
     effort : int
@@ -126,6 +127,8 @@ def improve(
     if not isinstance(guide, PlacedGuide):
         raise InvalidRequest(f"improve wants a guide, such as catalogue.guide makes, not {quoted(guide)}")
     request, effort = path_request("improve", request), whole("effort", effort, 1)
+    guide = guide.in_unit(request.unit)
+    request = replace(request, unit=guide.unit)
     if not isinstance(rank_by, str | Mapping):
         raise InvalidRequest(f"improve ranks by a name, or by names with weights, not {quoted(rank_by)}")
     if constraints.get("max_size") is None:

@@ -23,7 +23,9 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices
 from ..problem.request import CircularArc
 from ..series.classification import classify
+from ..units import common
 from .candidate import Candidate
+from .columns import STRETCH
 from .placed import IMMOBILE, PlacedGuide
 from .results import Frames, Results, listed, measured_columns
 
@@ -75,6 +77,7 @@ class Stretch(Candidate):
     nearest_series: str | None = None
     residual: float | None = None
     _window: tuple[float, float] = field(default=(0.0, 0.0), repr=False)
+    meanings = STRETCH
     __hash__ = Candidate.__hash__
 
     def _traced(self) -> tuple[CircuitCurve, Traced]:
@@ -128,13 +131,15 @@ def measure(
     Raises
     ------
     InvalidRequest
-        Unless a stroke or a deviation is given, both above zero, and the radius is wide enough for the stroke.
+        Unless a stroke or a deviation is given, both above zero, and the radius is wide enough for the stroke; or if
+        the linkages have different units.
     """
     every = list(guides) if isinstance(guides, Sequence) and not isinstance(guides, str) else [guides]
     if not every:
         raise InvalidRequest("there is no linkage to measure")
     if wrong := [one for one in every if not isinstance(one, PlacedGuide)]:
         raise InvalidRequest(f"measure wants guides, such as catalogue.guide makes, not {quoted(wrong[0])}")
+    unit = common([one.unit for one in every])
     linkage = Linkage([one.pivots for one in every])
     point = np.array([complex(*one.guided) for one in every])
     limit = whole("limit", limit, 1)
@@ -182,7 +187,7 @@ def measure(
     rows: list[Stretch | None] = [None] * len(kept)
     for k, part in enumerate(parts):
         chosen = np.flatnonzero(of_part[kept] == k)
-        made = _rows(part[kept[chosen] - start[k]], found, tolerance, radius, curved, series)
+        made = _rows(part[kept[chosen] - start[k]], found, tolerance, radius, curved, series, unit)
         for i, one in zip(chosen.tolist(), made, strict=True):
             rows[i] = one
     missing = np.setdiff1d(np.arange(len(linkage)), found.of[best.circuit[kept]])
@@ -296,9 +301,9 @@ def _best(found: Circuits, at: Stretches, key: Floats, limit: int) -> Indices:
 
 def _rows(
     at: Laid, found: Circuits, tolerance: float | None, radius: float | None, curved: bool,
-    series: Callable[[], Mapping[str, Series]] | None,
+    series: Callable[[], Mapping[str, Series]] | None, unit: str | None,
 ) -> list[Stretch]:  # fmt: skip
-    """Return stretches one by one, in the user's unit and frame."""
+    """Return stretches one by one, in the unit and the frame of the linkages."""
     n, curve, traced = len(at.circuit), at.curve, at.traced
     if not n:
         return []
@@ -321,6 +326,7 @@ def _rows(
         "joined": found.is_joined[at.circuit].astype(object),
         "nearest_series": codes,
         "residual": residual,
+        "unit": np.full(n, unit, object),
     }
     columns |= driven(curve, traced, columns["driver"], at.frames)
     window = np.stack([traced.low, traced.high], axis=1).tolist()

@@ -12,6 +12,7 @@ from ..errors import InvalidLinkage, InvalidRequest
 from ..given import text
 from ..kinematics.linkage import Linkage
 from ..problem.request import point as two_numbers
+from ..units import common, unit_or_none
 from .placed import PlacedGuide
 
 
@@ -23,6 +24,7 @@ class OwnGuide(PlacedGuide):
     guided: list[float]
     pole: list[float] | None = None
     name: str = ""
+    unit: str | None = None
     __hash__ = PlacedGuide.__hash__
 
     def to_dict(self) -> dict[str, Any]:
@@ -34,14 +36,16 @@ class OwnGuide(PlacedGuide):
             "guided": self.guided,
             "pole": self.pole,
             "lengths": dict(self.lengths),
+            "unit": self.unit,
         }
 
     def __repr__(self) -> str:
         lengths = ", ".join(f"{name} {value:.6g}" for name, value in self.lengths.items())
-        return f"<{self.name or 'OwnGuide'}: {self.linkage.family[0]}, {lengths}>"
+        unit = f", lengths in {self.unit}" if self.unit else ""
+        return f"<{self.name or 'OwnGuide'}: {self.linkage.family[0]}, {lengths}{unit}>"
 
 
-def guide(linkage: Any, point: Any = None, *, name: str = "") -> OwnGuide:
+def guide(linkage: Any, point: Any = None, *, name: str = "", unit: str | None = None) -> OwnGuide:
     """Return a linkage of your own as a guide that can be measured, moved and improved.
 
     Parameters
@@ -54,16 +58,21 @@ def guide(linkage: Any, point: Any = None, *, name: str = "") -> OwnGuide:
         The coupler point, where it is in that position.  Of link lengths it may be given by `along` and `across`
         instead, from crank 1's moving pivot along and across the line to the other one; see
         `catalogue.kinematics.link_lengths`.
+    unit : str, optional
+        Of all lengths: mm, cm, m, in or ft.  Of link lengths it may stand among them, by ``unit``.
 
     Raises
     ------
     InvalidLinkage, InvalidRequest
-        If they form no linkage, or there is no point.
+        If they form no linkage, there is no point, or no such unit.
     """
     from ..kinematics.from_lengths import guide_from_lengths
 
     name = text("name", name)
     if isinstance(linkage, Mapping):
+        linkage = dict(linkage)
+        said = linkage.pop("unit", None)
+        unit = common([one for one in (said, unit) if one is not None])
         one, at = guide_from_lengths(linkage)
     else:
         one = linkage if isinstance(linkage, Linkage) else Linkage(linkage)
@@ -75,4 +84,4 @@ def guide(linkage: Any, point: Any = None, *, name: str = "") -> OwnGuide:
             "say which point is guided: point=(x, y) in that position, or `along` and `across` beside link lengths"
         )
     place = two_numbers("point", point) if point is not None else (float(at[0].real), float(at[0].imag))
-    return OwnGuide(one.pivots[0].tolist(), [*place], None, name)
+    return OwnGuide(one.pivots[0].tolist(), [*place], None, name, unit_or_none(unit))

@@ -5,10 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, fields, replace
+from fractions import Fraction
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 import numpy as np
 
@@ -16,6 +17,8 @@ from ..errors import InvalidRequest
 from ..kinematics.circuits import COUPLER, OPEN, SWING, TURN, circuits
 from ..kinematics.linkage import RR, Linkage
 from ..kinematics.types import Complexes
+from ..units import converted, factor, power, unit_or_none
+from .columns import CANDIDATE, Column
 from .guide_motion import SAMPLES, GuideMotion, sampled
 
 if TYPE_CHECKING:
@@ -71,14 +74,36 @@ class PlacedGuide:
         [[A1, A1*], [A2, A2*]], each [x, y, w], and the guided point [x, y], in one position [the user's unit].
     pole : list of float or None
         Where the linkage is at a change point in that position: the pole of the branch on which it moves.
+    unit : str or None
+        Of all its lengths: mm, cm, m, in or ft; None if it is not known.
     """
 
     pivots: list[list[list[float]]]
     guided: list[float]
     pole: list[float] | None
+    unit: str | None
+    meanings: ClassVar[Mapping[str, Column]] = CANDIDATE  #: by whose units its fields are converted
 
     def __hash__(self) -> int:
         return hash(tuple(np.ravel(self.pivots).tolist()))
+
+    def in_unit(self, unit: str | None) -> Self:
+        """Return the guide with all its lengths in another unit; where none is known, they are taken to be in it.
+
+        None leaves it as it is.  Which fields are lengths, and which powers of them, their columns declare.
+
+        Raises
+        ------
+        InvalidRequest
+            If there is no such unit.
+        """
+        if unit_or_none(unit) is None or unit == self.unit:
+            return self
+        times = Fraction(1) if self.unit is None else factor(self.unit, str(unit))
+        held = {f.name: getattr(self, f.name) for f in fields(self)}  # type: ignore[arg-type]  # all are dataclasses
+        powers = {name: power(self.meanings[name].unit) for name in held if name in self.meanings}
+        changed = {name: converted(held[name], times**n) for name, n in powers.items() if n and times != 1}
+        return replace(self, **changed, unit=unit)  # type: ignore[type-var]
 
     @property
     def linkage(self) -> Linkage:
@@ -194,8 +219,8 @@ class PlacedGuide:
         return moved.between(*_near(moved.points["guided"], complex(*self.guided), reach)), False
 
     def plot(
-        self, file: str | Path | None = None, *, ax: Axes | None = None, moving: bool = False, unit: str = "mm",
-        scale: str | None = None,
+        self, file: str | Path | None = None, *, ax: Axes | None = None, moving: bool = False,
+        unit: str | None = None, scale: str | None = None,
     ) -> Any:  # fmt: skip
         """Draw the linkage in mid-stroke with ghosts at the ends, its path and the deviation; or let it move.
 
@@ -210,8 +235,9 @@ class PlacedGuide:
         moving : bool
             Whether an SVG moves: it needs no script and no matplotlib, and has check boxes for pole, inflection circle,
             cubics, centrodes, velocity.
-        unit : str
-            Of the lengths in a moving SVG: mm, cm, m or in.
+        unit : str, optional
+            To which the guide is converted, as in `export`; where none is known a moving SVG takes its lengths as
+            millimetres and says so, a still names none.
         scale : str, optional
             Of a moving SVG in true millimetres, as ``1:2``; the largest usual one that fits a sheet if not given.
 
@@ -256,7 +282,7 @@ class PlacedGuide:
             return guide_png(self)
         return None
 
-    def plot_curves(self, file: str | Path | None = None, *, unit: str = "") -> Figure:
+    def plot_curves(self, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
         """Draw deviation, speed of the guided point, transmission angle and mechanical advantage over the drive; of a
         dwell the angle of the rocker too.
 
@@ -264,8 +290,8 @@ class PlacedGuide:
         ----------
         file : path, optional
             PNG, SVG or PDF by its suffix.
-        unit : str
-            Of the lengths, for the headings.
+        unit : str, optional
+            To which the guide is converted, as in `plot`.
 
         Returns
         -------
@@ -280,7 +306,7 @@ class PlacedGuide:
 
         return draw_curves(self, file, unit=unit)
 
-    def sheet(self, file: str | Path, *, paper: str = "a4", unit: str = "mm", scale: str | None = None) -> None:
+    def sheet(self, file: str | Path, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> None:
         """Write a data sheet of one page: the drawing to a stated scale, lengths and pivots with tolerances from the
         allowance, limits, curves over the drive, theory and provenance.
 
@@ -290,8 +316,9 @@ class PlacedGuide:
             PDF or HTML by its suffix; in HTML the guide moves, and no matplotlib is needed.
         paper : str
             ``a4`` or ``letter``.
-        unit : str
-            Of the guide's lengths, none is converted: mm, cm, m or in.
+        unit : str, optional
+            To which the guide is converted, as in `export`; where none is known, lengths are taken as millimetres, and
+            the sheet says so.
         scale : str, optional
             Of the drawing in true millimetres, as ``1:2``; the largest usual one that fits if not given.
 
@@ -326,7 +353,7 @@ class PlacedGuide:
         file: str | Path | None = None,
         format: str | None = None,
         *,
-        unit: str = "mm",
+        unit: str | None = None,
         bar_width: float | None = None,
         hole: float | None = None,
         positions: int = 73,
@@ -344,10 +371,12 @@ class PlacedGuide:
             ``dxf``: linkage, path, dimensions and parts to cut.  ``json``: all that is known, which the commands read.
             ``csv``, ``xlsx``, ``parquet``: the motion as a table.  ``solidworks``, ``fusion``: parameters by name.
             ``step``: the parts as solids.  ``freecad``, ``pylinkage``: scripts.
-        unit : str
-            In which the lengths of the guide are: mm, cm, m, in or ft; none is converted.
+        unit : str, optional
+            To which the guide is converted: mm, cm, m, in or ft; of a guide without a unit, that of its lengths.  If
+            not given that of the guide.  Where neither has one, ``dxf``, ``step``, ``freecad``, ``solidworks`` and
+            ``fusion`` take its lengths as millimetres and say so; the others name no unit.
         bar_width, hole : float, optional
-            Width of the bars, diameter of the holes [unit].
+            Width of the bars, diameter of the holes [that unit].
         positions, columns, over
             Rows of the table of the motion; its columns by the beginnings of their headings; ``stroke`` or ``circuit``.
 

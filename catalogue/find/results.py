@@ -180,6 +180,7 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
         **{name: getattr(found.origin, name) for name in ("family", "series", "configuration", "order")},
         "id": np.where(found.origin.id >= 0, found.origin.id, np.nan),
         "cognate": np.where(found.origin.cognate > 0, found.origin.cognate, np.nan),
+        "unit": np.full(n, request.unit, object),
         "front": np.where(chosen.front > 0, chosen.front, np.nan),
         "alternations": np.full(n, np.nan)
         if certificate is None

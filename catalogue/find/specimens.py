@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from copy import deepcopy
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import count
 from typing import Any
 
@@ -23,6 +23,7 @@ from ..given import number as a_number
 from ..problem.request import CircularArc, Request, StraightLine
 from ..store import Database
 from ..store import SpecimenRow as Row
+from ..units import converted, factor, unit_or_none
 from .results import Results
 
 #: Specimens that are verified together, and batches of them at most.
@@ -111,12 +112,38 @@ def specimen(database: Database, collection: Collection, id: int, stroke: float)
     return _candidate(collection, id, stroke, found)
 
 
+def in_unit(one: CollectionCandidate, unit: str | None) -> CollectionCandidate:
+    """Return an answer laid and measured anew in another unit; where none is known, its lengths are taken to be in it.
+
+    Raises
+    ------
+    InvalidRequest
+        If there is no such unit, or its mechanism cannot be measured.
+    """
+    if unit_or_none(unit) is None or unit == one.unit:
+        return one
+    if one.unit is None:
+        return replace(one, unit=unit)
+    times = factor(one.unit, str(unit))
+    stroke, radius = converted([one.stroke, one.radius], times)
+    [found] = measured(one.collection, [one.parameters], _request(stroke, radius, unit))
+    if found.reason:
+        raise InvalidRequest(found.reason)
+    return _candidate(one.collection, one.id, stroke, found, unit)
+
+
+def _request(stroke: float, radius: float | None, unit: str | None = None) -> Request:
+    """Return the path of an answer, with a tolerance in which it lies."""
+    if radius is None:
+        return StraightLine(stroke, 0.1 * stroke, unit=unit)
+    return CircularArc(stroke, 0.1 * stroke, radius, unit=unit)
+
+
 def check(one: CollectionCandidate) -> None:
     """Raise `InvalidRequest` if an answer says what a measurement of its mechanism does not give."""
-    stroke, arc, _ = positive("stroke", one.stroke), one.radius is not None, whole("id", one.id, 0)
-    request = CircularArc(stroke, 0.1 * stroke, one.radius) if arc else StraightLine(stroke, 0.1 * stroke)
+    stroke, _ = positive("stroke", one.stroke), whole("id", one.id, 0)
     try:
-        [found] = measured(one.collection, [one.parameters], request)
+        [found] = measured(one.collection, [one.parameters], _request(stroke, one.radius))
         again = one if found.reason else _candidate(one.collection, one.id, stroke, found)
     except PluginError as error:  # of parameters that are none
         raise InvalidRequest(str(error)) from None
@@ -151,7 +178,9 @@ def measured(collection: Collection, stored: Sequence[Any], request: Request) ->
     return found
 
 
-def _candidate(collection: Collection, number: int, stroke: float, m: Measured) -> CollectionCandidate:
+def _candidate(
+    collection: Collection, number: int, stroke: float, m: Measured, unit: str | None = None
+) -> CollectionCandidate:
     """Return the answer that a measured mechanism is."""
     with asked(collection, "classified"):
         tags = collection.classify(deepcopy(m.parameters))
@@ -160,7 +189,7 @@ def _candidate(collection: Collection, number: int, stroke: float, m: Measured) 
     metrics = {name: float(m.metrics[name]) for name in collection.metrics}
     return CollectionCandidate(
         number, collection, tags.family, tags.series, tags.configuration, tuple(tags.special), stroke,
-        float(m.deviation), m.radius, metrics, m.parameters,
+        float(m.deviation), m.radius, metrics, m.parameters, unit,
     )  # fmt: skip
 
 
@@ -298,7 +327,7 @@ class _Search:
 
     def candidate(self, number: int, m: Measured) -> CollectionCandidate:
         """Return the answer that a stored specimen is."""
-        return _candidate(self.collection, number, float(self.request.stroke), m)
+        return _candidate(self.collection, number, float(self.request.stroke), m, self.request.unit)
 
     def __str__(self) -> str:
         """Return what each bound excludes, what was verified, and for an empty answer the nearest miss."""

@@ -75,9 +75,10 @@ class StoredGuide:
         """Whether the point runs to the pole and back along one line or circle."""
         return self.kind in RETURNS.values()
 
-    def at(self, stroke: float, level: int | None = None) -> Candidate:
+    def at(self, stroke: float, level: int | None = None, *, unit: str | None = None) -> Candidate:
         """Return the guide laid along a path of this stroke (an arc of that chord), split for the reach of a level: the
-        decimal exponent of the relative deviation, the middle one of those that are stored if not given.
+        decimal exponent of the relative deviation, the middle one of those that are stored if not given; lengths in
+        the unit that is named.
 
         Raises
         ------
@@ -94,9 +95,9 @@ class StoredGuide:
             raise InvalidRequest(f"guide {self.id} has no reach of level {level}; it has {known}")
         row = self.rows[level]
         stroke = positive("stroke", stroke)
-        request: Request = StraightLine(stroke, 0.1 * stroke)
+        request: Request = StraightLine(stroke, 0.1 * stroke, unit=unit)
         if self.curvature:
-            request = CircularArc(stroke, 0.1 * stroke)
+            request = CircularArc(stroke, 0.1 * stroke, unit=unit)
 
         def placed(problem: Problem) -> CandidateBatch:
             found = as_stored(problem, row)
@@ -169,15 +170,15 @@ def _instead(database: Database, name: str) -> str:
     return "`catalogue find` lists guides with their ids"
 
 
-def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0) -> Candidate:
+def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0, *, unit: str | None = None) -> Candidate:
     """Return a design, of which the database holds `guide`, over its usual stroke, the guided point not split, laid
-    from (0, 0) to (stroke, 0)."""
+    from (0, 0) to (stroke, 0) in a unit."""
     stroke = positive("stroke", stroke)
     tags = (guide.id, guide.family, guide.series, guide.configuration, guide.order, 0)
     traced = design.traced
-    request: Request = StraightLine(stroke, 0.09 * stroke)
+    request: Request = StraightLine(stroke, 0.09 * stroke, unit=unit)
     if design.circle:
-        request = CircularArc(stroke, 0.09 * stroke)
+        request = CircularArc(stroke, 0.09 * stroke, unit=unit)
     origin = Origin(*(np.array([tag]) for tag in tags))
     bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
     return laid(request, lambda problem: measured(problem, origin, *place_on_path(problem, design.guide, traced), bend))

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest, quoted
-from ..given import doubles, names, number, positive, whole
+from ..given import decimal, doubles, names, number, positive, whole
 from ..kinematics.types import Floats, Indices
 from .criteria import ANSWERS, CRITERIA
 from .request import Request, digits
@@ -100,10 +100,8 @@ def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, flo
 
 def _number(text: str) -> float | str:
     """Return the number that a text is; another text is given back, for who wants a number to refuse."""
-    try:
-        return float(text)
-    except ValueError:
-        return text
+    found = decimal(text)
+    return text if found is None else found
 
 
 Values = Mapping[str, Floats]

@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 from ..errors import InvalidRequest, quoted
 from ..given import number, positive
+from ..units import unit_or_none
 
 #: Largest chord over radius; a half circle has 2.
 FULLEST = 1.98
@@ -61,8 +62,10 @@ class _Placed(_Directed):
     kind: ClassVar[str]
     stroke: float
     deviation: float
+    unit: str | None
 
     def __post_init__(self) -> None:
+        unit_or_none(self.unit)
         read = {name: positive(name, getattr(self, name)) for name in ("stroke", "deviation")}
         along = number("along", self.along, "a number of degrees")
         for name, value in {**read, "start": point("start", self.start), "along": along}.items():
@@ -115,33 +118,39 @@ class StraightLine(_Placed):
     Parameters
     ----------
     stroke : float
-        Length of the path [any unit; every length of the answer is in the same].
+        Length of the path; every length of the constraints and of the answers is in its unit.
     deviation : float
         Largest distance from the best line: half the width of the narrowest strip that holds the path.
     start : (x, y)
         Where the path starts; regions, pivots and answers are in the same frame.
     along : float
         Direction from the start to the end [deg].
+    unit : str, optional
+        Of all lengths: mm, cm, m, in or ft.  Answers have it, and so has what is drawn and exported of them.
 
     Raises
     ------
     InvalidRequest
-        Unless both are finite and positive and the deviation is below a tenth of the stroke.
+        Unless both are finite and positive and the deviation is below a tenth of the stroke; or if there is no such
+        unit.
     """
 
     stroke: float
     deviation: float
     start: tuple[float, float] = (0.0, 0.0)
     along: float = 0.0
+    unit: str | None = None
 
     kind = "line"
     radius = math.inf
     sweep: ClassVar[float | None] = None  #: a line has none
 
     @classmethod
-    def between(cls, start: Sequence[float], end: Sequence[float], deviation: float) -> StraightLine:
+    def between(
+        cls, start: Sequence[float], end: Sequence[float], deviation: float, *, unit: str | None = None
+    ) -> StraightLine:
         """Return the request for a path from one point (x, y) to another."""
-        return cls(deviation=deviation, **ends(start, end))
+        return cls(deviation=deviation, unit=unit, **ends(start, end))
 
 
 @dataclass(frozen=True)
@@ -151,13 +160,13 @@ class CircularArc(_Placed):
     Parameters
     ----------
     stroke : float
-        Chord of the arc [any unit].
+        Chord of the arc.
     deviation : float
         With a radius: the largest distance from the best-placed arc of exactly that radius.  Without: half the width of
         the narrowest annulus that holds the path.
     radius : float, optional
         Radius of the arc; if not given whatever fits best.
-    start, along
+    start, along, unit
         As of a `StraightLine`; the direction is that of the chord.
 
     Raises
@@ -171,6 +180,7 @@ class CircularArc(_Placed):
     radius: float | None = None
     start: tuple[float, float] = (0.0, 0.0)
     along: float = 0.0
+    unit: str | None = None
 
     kind = "circle"
 
@@ -186,10 +196,11 @@ class CircularArc(_Placed):
 
     @classmethod
     def between(
-        cls, start: Sequence[float], end: Sequence[float], deviation: float, radius: float | None = None
-    ) -> CircularArc:
+        cls, start: Sequence[float], end: Sequence[float], deviation: float, radius: float | None = None, *,
+        unit: str | None = None,
+    ) -> CircularArc:  # fmt: skip
         """Return the request for an arc from one point (x, y) to another."""
-        return cls(deviation=deviation, radius=radius, **ends(start, end))
+        return cls(deviation=deviation, radius=radius, unit=unit, **ends(start, end))
 
     @property
     def sweep(self) -> float | None:

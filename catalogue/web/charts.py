@@ -27,7 +27,7 @@ TICKS = 4
 def charts(one: Candidate, unit: str) -> tuple[Markup, ...]:
     """Return the curves of a guide over its drive; none where its point returns."""
     try:
-        name, drive, found = curves(one, unit)
+        name, drive, found = curves(one.in_unit(unit))
     except InvalidRequest:
         return ()
     return tuple(chart(curve, drive, name) for curve in found)

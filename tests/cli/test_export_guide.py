@@ -51,7 +51,7 @@ def test_a_named_and_a_stored_guide_take_a_stroke(run: Run, small: catalogue.Cat
 def test_rows_and_columns_of_the_motion_are_chosen(run: Run, code: str) -> None:
     asked = ("--format", "csv", "--positions", 5, "--columns", "transmission,drive", "--columns", "guided x")
     rows = list(csv.reader(io.StringIO(run("export", code, *asked).out)))
-    assert rows[0] == ["transmission [deg]", "drive [deg]", "guided x [mm]"]
+    assert rows[0] == ["transmission [deg]", "drive [deg]", "guided x [length]"]
     assert len(rows) == 6
 
 

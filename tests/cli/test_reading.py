@@ -54,7 +54,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 @pytest.mark.parametrize("guided", [0, 2])
 def test_a_line_of_numbers_is_four_pivots_and_the_guided_point(folder: Path, pivot: int, guided: int) -> None:
     numbers = [float(n) for n in range(1, 4 * pivot + guided + 1)]
-    ((_, given_),) = read(folder, ",".join(map(str, numbers)))
+    ((_, given_, _),) = read(folder, ",".join(map(str, numbers)))
     assert np.reshape(given_["pivots"], (4, 3))[:, :pivot].ravel().tolist() == numbers[: 4 * pivot]
     assert given_.get("point") == (complex(*numbers[-2:]) if guided else None)
 
@@ -70,7 +70,7 @@ def test_numbers_are_read_row_for_row_in_any_dialect(
     heading = [[f"x{k}*" for k in range(len(numbers[0]))]] * headed
     rows = read(folder, written([*heading, *([form(x) for x in row] for row in numbers)], dialect))
     assert len(rows) == len(numbers)
-    for (_, held), row in zip(rows, numbers, strict=True):
+    for (_, held, _), row in zip(rows, numbers, strict=True):
         width = 3 if len(row) > 10 else 2
         assert np.array(held["pivots"])[..., :width].ravel().tolist() == row[: 4 * width]
         assert [held[k] for k in held if k == "point"] == [complex(*row[4 * width :])] * (len(row) % 4 == 2)
@@ -87,7 +87,7 @@ def test_lengths_under_a_heading_are_read_row_for_row_in_any_dialect(
 ) -> None:  # fmt: skip
     quoted = [[*map(form, row), '"' + note.replace('"', '""') + '"'] for row, note in numbers]
     rows = read(folder, written([[*names, "note"], *quoted], dialect))
-    assert [held for _, held in rows] == [dict(zip(map(str.lower, names), row, strict=True)) for row, _ in numbers]
+    assert [held for _, held, _ in rows] == [dict(zip(map(str.lower, names), row, strict=True)) for row, _ in numbers]
 
 
 @given(st.text(), st.integers(0, 2), DIALECT)
@@ -162,7 +162,7 @@ def test_names_are_read_whatever_their_case_and_empty_cells_are_left_out(tmp_pat
     (file := tmp_path / "given.csv").write_bytes(
         "\ufeffName;Crank;COUPLER;Offset;Branch;\r\nä;1;3;+.5;-1;\r\n\r\n;1;3e0;;;\r\n".encode()
     )
-    assert [held for _, held in read_rows(str(file))] == [
+    assert [held for _, held, _ in read_rows(str(file))] == [
         {"crank": 1, "coupler": 3, "offset": 0.5, "branch": -1}, {"crank": 1, "coupler": 3},
     ]  # fmt: skip
 

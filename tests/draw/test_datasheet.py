@@ -88,7 +88,7 @@ def test_nothing_is_cut_off_or_written_over(made: PlacedGuide, paper: str) -> No
 
 @pytest.mark.parametrize("made", [ARC, OWN], ids=["arc", "own"])
 def test_theory_and_provenance_stand_below_all_else(made: PlacedGuide) -> None:
-    told = content(made, "mm")
+    told = content(made, made.code)
     height = {text.get_text(): text.get_position()[1] for text in sheet_figure(made).texts if text.get_text()}
     foot = [height.pop(line) for line in (*told.theory, told.provenance)]
     ordered = [min(height.values()), *foot, 0.0]
@@ -99,7 +99,7 @@ def test_theory_and_provenance_stand_below_all_else(made: PlacedGuide) -> None:
 def test_the_cubics_told_are_those_of_the_linkage(made: PlacedGuide) -> None:
     """rho0 over the diameters and the third length, to four digits; what is 0 but for rounding is told as 0."""
     found = curvature(made.linkage)
-    (line,) = [line for line in content(made, "mm").theory if line.startswith("Cubics")]
+    (line,) = [line for line in content(made, made.code).theory if line.startswith("Cubics")]
     told = [number(word) for word in re.findall(r"= ([−\d.e-]+\d|\d)", line)]
     exact = [float(v[0] * found.rho0[0]) for v in (found.kappa, found.kappa_star, found.s)]
     assert told == pytest.approx(exact, rel=6e-4, abs=1e-9)
@@ -107,7 +107,7 @@ def test_the_cubics_told_are_those_of_the_linkage(made: PlacedGuide) -> None:
 
 @every
 def test_numbers_are_those_of_the_guide(made: PlacedGuide) -> None:
-    told = content(made, "mm")
+    told = content(made, made.code)
     for (name, said, _), (known, value) in zip(told.lengths.rows, made.lengths.items(), strict=True):
         assert name == known
         assert number(said) == pytest.approx(value, abs=6e-4)
@@ -123,7 +123,9 @@ def test_numbers_are_those_of_the_guide(made: PlacedGuide) -> None:
 def test_lines_of_sliders_and_slides_are_told_by_their_directions(name: str) -> None:
     """Against the x axis: that of the pin of a slider as it moves; of a slide in the position that is listed."""
     made = MADE[name]
-    told = {row[0]: float(row[1].rstrip("°")) for row in content(made, "mm").pivots.rows if row[0].startswith("line")}
+    told = {
+        row[0]: float(row[1].rstrip("°")) for row in content(made, made.code).pivots.rows if row[0].startswith("line")
+    }
     ends = made.motion(2).points
     assert told
     for line, angle in told.items():
@@ -135,7 +137,7 @@ def test_lines_of_sliders_and_slides_are_told_by_their_directions(name: str) -> 
 
 def test_tolerances_come_from_the_allowance() -> None:
     """Two standard deviations: scattered so, 95 of 100 machines of that length or place are within."""
-    told = content(FORGIVING, "mm")
+    told = content(FORGIVING.in_unit("mm"), "")
     assert {row[3] for row in told.pivots.rows[:4]} == {"±0.047"}  # 2 * 0.0237, rounded down
     assert {row[2] for row in told.lengths.rows} == {"±0.067"}  # a distance scatters by sqrt(2) more
     rng = np.random.default_rng(5)
@@ -143,17 +145,17 @@ def test_tolerances_come_from_the_allowance() -> None:
     crank = np.hypot(*(z[:, 0, 1] - z[:, 0, 0]).T)
     assert np.mean(np.abs(crank - FORGIVING.lengths["crank 1"]) < 0.067) == pytest.approx(0.954, abs=0.01)
     assert "scattering by 0.023 mm" in told.lengths.note
-    none = content(replace(FORGIVING, allowance=-1.0), "mm")
+    none = content(replace(FORGIVING, allowance=-1.0), "")
     assert {row[2] for row in none.lengths.rows} == {"–"}
     assert "none is left" in none.lengths.note
 
 
 def test_limits_are_named() -> None:
-    limits = {name: said for name, said in content(FORGIVING, "in").limits.rows}  # noqa: C416  # mypy needs the pair
+    limits = {name: said for name, said in content(FORGIVING.in_unit("in"), "").limits.rows}  # noqa: C416  # mypy needs the pair
     assert limits["angle of the drive"] == "31.4°"
     assert limits["turns fully"] == "crank 1"
     assert limits["least transmission angle"] == f"{FORGIVING.min_transmission:.1f}°"
-    stops = content(OWN, "mm").limits.note
+    stops = content(OWN, OWN.code).limits.note
     for angle in OWN.dead_points["crank 2"]:
         assert f"{angle:.1f}" in stops
 
@@ -168,7 +170,7 @@ def test_html_is_whole_and_loads_nothing(made: PlacedGuide) -> None:
     svg = page[page.index("<svg") : page.index("</div>")]
     root = ET.fromstring(svg)
     assert root.attrib["width"].endswith("mm")
-    for row in content(made, "mm").pivots.rows:
+    for row in content(made, made.code).pivots.rows:
         for cell in row:
             assert cell in page
 
@@ -236,7 +238,7 @@ def test_html_needs_no_matplotlib_and_pdf_names_the_extra(monkeypatch: pytest.Mo
 
 
 def test_curves_are_those_of_the_motion() -> None:
-    name, drive, shown = curves(ARC, "mm")
+    name, drive, shown = curves(ARC.in_unit("mm"))
     by_name = {one.name: one.values for one in shown}
     assert name == f"crank {ARC.motion(2).driver}"
     assert list(by_name) == [

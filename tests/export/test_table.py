@@ -54,11 +54,11 @@ def test_the_circuit_is_chosen(six: Six) -> None:
 
 
 def test_columns_are_chosen_in_the_order_asked_for(six: Six) -> None:
-    asked = ["transmission", "guided x [mm]", "drive", "A1*"]
+    asked = ["transmission", "guided x [length]", "drive", "A1*"]
     head = str(six["slider-crank"].export(format="csv", columns=asked)).splitlines()[0]
     assert head == (
-        "transmission [deg],guided x [mm],drive [deg],A1* x [mm],A1* y [mm],A1* vx [mm/rad],A1* vy [mm/rad],"
-        "A1* ax [mm/rad^2],A1* ay [mm/rad^2]"
+        "transmission [deg],guided x [length],drive [deg],A1* x [length],A1* y [length],A1* vx [length/rad],"
+        "A1* vy [length/rad],A1* ax [length/rad^2],A1* ay [length/rad^2]"
     )
     with pytest.raises(InvalidRequest, match="no column 'transmision'; there are transmission"):
         six["slider-crank"].export(format="csv", columns=["transmision"])
@@ -71,7 +71,7 @@ def test_a_workbook_holds_every_number(six: Six, tmp_path: Path) -> None:
     assert file.read_bytes() == made == guide.export(format="xlsx", positions=5, columns=["guided", "deviation"])
     heading, *rows = workbook(file.read_bytes())
     moved = guide.motion(5)
-    assert heading[:2] + heading[-1:] == ["guided x [mm]", "guided y [mm]", "deviation [mm]"]
+    assert heading[:2] + heading[-1:] == ["guided x [length]", "guided y [length]", "deviation [length]"]
     np.testing.assert_allclose([row[0] for row in rows], moved.points["guided"].real, rtol=1e-15)
     np.testing.assert_allclose([row[-1] for row in rows], moved.deviation, rtol=1e-15)
 
@@ -94,7 +94,7 @@ def test_parquet_holds_every_number(six: Six) -> None:
     made = guide.export(format="parquet", positions=9)
     assert isinstance(made, bytes)
     table = parquet.read_table(io.BytesIO(made)).to_pydict()
-    assert table["guided y [mm]"] == guide.motion(9).points["guided"].imag.tolist()
+    assert table["guided y [length]"] == guide.motion(9).points["guided"].imag.tolist()
 
 
 @pytest.mark.parametrize(

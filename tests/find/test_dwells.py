@@ -171,19 +171,17 @@ def test_an_impossible_dwell_is_empty_and_says_so(small: catalogue.Catalogue) ->
 @pytest.mark.slow
 @pytest.mark.parametrize("least", [0.0, 70.0])
 def test_who_asks_for_less_of_a_dwell_as_advised_has_one(small: catalogue.Catalogue, least: float) -> None:
-    wish = (
-        {"angle": 90.0, "residual": 0.5, "swing": 120.0} if least else {"angle": 240.0, "residual": 0.1, "swing": 90.0}
-    )
-    found = small.find_dwells(catalogue.StandStill(**wish), min_transmission=least)
+    wish = catalogue.StandStill(90.0, 0.5, 120.0) if least else catalogue.StandStill(240.0, 0.1, 90.0)
+    found = small.find_dwells(wish, min_transmission=least)
     assert not len(found)
     offers = found.explain().partition("what gives one: ")[2].split(", or ")
     assert any(offers)
     for offer in offers:
-        eased = {
+        eased: dict[str, Any] = {
             name.replace("-", "_"): float(value) for name, value in re.findall(r"--([a-z-]+) ([\d.]+) \(asked", offer)
         }
         smaller = eased.pop("min_transmission", least)
-        assert small.find_dwells(catalogue.StandStill(**wish | eased), min_transmission=smaller, limit=1), offer
+        assert small.find_dwells(replace(wish, **eased), min_transmission=smaller, limit=1), offer
 
 
 @pytest.mark.parametrize(

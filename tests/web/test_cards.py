@@ -48,7 +48,7 @@ def test_coordinates_have_seven_digits_of_the_size(value: float, size: float, sa
 
 @every
 def test_curves_run_from_edge_to_edge_of_their_drawing_as_the_values_do(made: Candidate) -> None:
-    _, drive, found = curves(made, "mm")
+    _, drive, found = curves(made.in_unit("mm"))
     drawn = charts(made, "mm")
     assert len(drawn) == len(found) > 0
     for curve, text in zip(found, drawn, strict=True):
@@ -68,7 +68,7 @@ def test_curves_run_from_edge_to_edge_of_their_drawing_as_the_values_do(made: Ca
 
 @every
 def test_ticks_of_a_curve_stand_where_their_value_is(made: Candidate) -> None:
-    name, drive, found = curves(made, "mm")
+    name, drive, found = curves(made.in_unit("mm"))
     for curve, text in zip(found, charts(made, "mm"), strict=True):
         root = ET.fromstring(text)
         told = [(float(one.attrib["y"]), number(one.text)) for one in root.iter("text") if "dy" in one.attrib]
