@@ -105,9 +105,9 @@ class Catalogue:
             Round the lengths of links, and the place of the guided point in the coupler, to multiples of this; each
             rounded linkage is placed anew where it guides best, then judged.  See `Candidate.lengths`.
         desires : mapping of str to (best, worst) or (best, worst, weight), optional
-            What makes the score: a size, transmission angle, allowance, shortest link (``min_link``) or distance of the
-            fixed pivots (``min_ground``) is desired fully from `best` on and not at all from `worst` on; lengths in the
-            user's unit.
+            What makes the score: a size, transmission angle, allowance, shortest link (``min_link``), distance of the
+            fixed pivots (``min_ground``) or longest travel of a slide (``travel``) is desired fully from `best` on and
+            not at all from `worst` on; lengths in the user's unit.
         starts : iterable of Candidate
             Answers of an earlier request, or stretches of linkages of your own, to start from too: where they meet the
             constraints the best answer is none worse, so that a looser request has no worse answer than a tighter one.

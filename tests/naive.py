@@ -73,6 +73,8 @@ class Loop:
         if kinds[1] == "RP":
             self.b_star = self.b_star / abs(self.b_star)
         self.point = number(point.real, point.imag)
+        if kinds[0] == "RP":  # there is no first moving pivot: the guided point stands for it
+            self.normal, self.a_star = self.a_star / abs(self.a_star), self.point
 
     @property
     def drives(self) -> list[str]:
@@ -85,14 +87,20 @@ class Loop:
             "RR.PR": ["coupler", "crank", "slider"],
             "RR.RP": ["coupler", "crank"],
             "PR.PR": ["coupler"],
+            "PR.RP": ["coupler"],
+            "RP.RP": ["coupler"],
         }[self.kind]
 
     def close(self, drive: str, t: Any) -> Any:
         """Return the guided point at a parameter (an angle, or a way) that is 0 in the reference position."""
+        first, turn = self.pose(drive, t)
+        return first + turn * (self.point - self.a_star)
+
+    def pose(self, drive: str, t: Any) -> tuple[Any, Any]:
+        """Return moving pivot 1 and the turn of the coupler at a parameter that is 0 in the reference position."""
         zero = 0 * t[:1] if isinstance(t, np.ndarray) else 0 * t
         side = min((1, -1), key=lambda s: self._off(self._pose(drive, zero, s)))
-        first, turn = self._pose(drive, t, side)
-        return first + turn * (self.point - self.a_star)
+        return self._pose(drive, t, side)
 
     def _off(self, pose: tuple[Any, Any]) -> float:
         """Return how far a pose is from the reference position."""
@@ -110,6 +118,16 @@ class Loop:
             p, q = dot(a, a_star), dot(b, b_star) - dot(b, turn * bar)
             area = (a.conjugate() * b).imag
             return 1j * (a * q - b * p) / area, turn
+        if self.kind in ("PR.RP", "RP.RP"):
+            # a slide's line keeps its distance from the pivot that it passes; the slider its line
+            normal, p = a, dot(a, a_star)
+            if self.kind == "RP.RP":
+                normal = turn * self.normal
+                p = dot(normal, a) - dot(self.normal, a - a_star)
+            other = turn * b_star
+            q = dot(other, b) - dot(b_star, b - a_star)
+            area = (normal.conjugate() * other).imag
+            return 1j * (normal * q - other * p) / area, turn
         r = abs(a_star - a)
         if drive == "coupler":
             if self.kind == "RR.RR":
@@ -139,12 +157,37 @@ class Loop:
 
         The reference position must lie in between.
         """
+        led = self._led(stroke, points)
+        return None if led is None else self.close(*led)
+
+    def slides(self, stroke: float, points: int) -> list[tuple[str, complex, complex]] | None:
+        """Return of each slide its kind and the extreme places, in the reference position, of the pin on its rail or of
+        the fixed pivot on its slot while the path runs from x = 0 to x = stroke; None as of `over`."""
+        led = self._led(stroke, points)
+        if led is None:
+            return None
+        first, turn = self.pose(*led)
+        found = []
+        for kind, f, m in zip(self.kind.split("."), (self.a, self.b), (self.a_star, self.b_star), strict=True):
+            if kind == "RR":
+                continue
+            if kind == "PR":
+                along, places = 1j * f, first + turn * (m - self.a_star)
+            else:
+                normal = self.normal if self.kind == "RP.RP" and f is self.a else m
+                along, places = 1j * normal, self.a_star + (f - first) / turn
+            run = dot(along, places)
+            found.append((kind, complex(places[run.argmin()]), complex(places[run.argmax()])))
+        return found
+
+    def _led(self, stroke: float, points: int) -> tuple[str, Array] | None:
+        """Return a drive that leads through a stroke, and its parameters on the way."""
         for drive in self.drives:
             ends = [self._end(drive, x) for x in (0.0, stroke)]
             if all(e is not None for e in ends):
                 share = 0.5 - 0.5 * np.cos(np.pi * np.arange(points, dtype=np.longdouble) / (points - 1))
                 low, high = ends
-                return self.close(drive, low + (high - low) * share)
+                return drive, low + (high - low) * share
         return None
 
     def _end(self, drive: str, x: float) -> Any:

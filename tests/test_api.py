@@ -72,7 +72,8 @@ EMPTY = frozenset({"empty list", "empty array"})
 MANY = EMPTY | {"three"}
 FIND = {
     **dict.fromkeys(
-        ("max_size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "min_allowance"), NOTHING
+        ("max_size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "max_travel", "min_allowance"),
+        NOTHING,
     ),
     **dict.fromkeys(("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage"), NOTHING),
     **dict.fromkeys(("fixed_pivots_in", "pivots_in", "swept_in", "fixed_pivots", "moving_pivots", "crank"), NOTHING),

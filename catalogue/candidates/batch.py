@@ -10,8 +10,9 @@ import numpy as np
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.fixed_nominal import Nominal, in_place
 from ..guidance.metrics import Measures, measure
-from ..guidance.placement import FINE, at_stroke, mid_stroke, mirrored, near_stroke, placed
+from ..guidance.placement import FINE, at_stroke, mid_stroke, mirrored, mirrored_places, near_stroke, placed
 from ..guidance.sensitivity import MOST, NODES, sensitivity
+from ..guidance.slides import NOWHERE
 from ..guidance.trace import Traced, again
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
@@ -103,6 +104,17 @@ def flipped(
     _, pole = mirrored(linkage, pole, 1.0, reverse, over)
     linkage, point = mirrored(linkage, point, 1.0, reverse, over)
     return linkage, point, pole
+
+
+def slides_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> Complexes:
+    """Return the ends of rails and slots (n, 2, 2) in mid-stroke after `place_on_path`; NaN if there is no region."""
+    wanted, fit = problem.constraints, traced.fit
+    if wanted.fixed_pivots_in is None and wanted.pivots_in is None:
+        return np.full((len(guides), 2, 2), NOWHERE)
+    with np.errstate(all="ignore"):
+        ends = (measure(guides, traced).slides - fit.start[:, None, None]) * fit.along.conj()[:, None, None]
+        over = problem.curved & (fit.curvature > 0)
+        return mirrored_places(ends / fit.stroke[:, None, None], 1.0, np.zeros(len(over), bool), over)
 
 
 def every_flip(problem: Problem, n: int) -> list[tuple[Mask, Mask]]:

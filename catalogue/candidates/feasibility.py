@@ -10,17 +10,26 @@ import numpy as np
 
 from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import LEAST_ARM, min_transmission_turn, rotation_margin
+from ..guidance.placement import mirrored_places
+from ..guidance.slides import rails
 from ..guidance.swept_area import intrusion, link_ends, link_segments, protrusion
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
+from ..problem.region import Region
 from .batch import CandidateBatch, every_flip, flipped
 
 #: Bounds on lengths of the linkage by the measure that they bound; each is the largest allowed, or the least.
-UPPER_BOUNDS = {"max_size": "size", "max_link": "max_link", "max_ground": "max_ground", "max_arm": "max_arm"}
+UPPER_BOUNDS = {
+    "max_size": "size",
+    "max_link": "max_link",
+    "max_ground": "max_ground",
+    "max_arm": "max_arm",
+    "max_travel": "travel",
+}
 LOWER_BOUNDS = {"min_link": "min_link", "min_ground": "max_ground"}
-#: Regions with the pivots, 0 fixed and 1 moving, that must stand in them.
+#: Regions with the pivots, 0 fixed and 1 moving, that must stand in them: rails with the former, slots with the latter.
 PIVOT_REGIONS = {"fixed_pivots_in": (0,), "pivots_in": (0, 1)}
 #: What the logarithm of the deviation counts for beside lengths in strokes and angles in radians, so that a guide may
 #: deviate on its way to where its pivots are to stand; and the amount of a relaxed constraint.  Of 0.1 to 0.001 the
@@ -92,6 +101,7 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
             **{name: getattr(m, name) for name in ("size", "max_link", "max_ground", "max_arm")},
             "min_link": np.nan_to_num(m.min_link, nan=np.inf),
             "min_ground": np.nan_to_num(m.max_ground, nan=np.inf),
+            "travel": np.nan_to_num(m.travel),
             "transmission": transmission(problem, found) / 90,
             "deviation": (found.deviation + play_deviation(problem, found) + EXACT_DEVIATION) / problem.deviation,
             "allowance": np.where(np.isfinite(found.allowance), found.allowance, 0.0) / problem.deviation,
@@ -158,9 +168,7 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
         if wanted.min_transmission_turn:
             turn = min_transmission_turn(machine(problem, found), m.driver)
             amounts["min_transmission_turn"] = over(np.radians(wanted.min_transmission_turn - np.nan_to_num(turn)))
-        amounts |= drive_violations(problem, found) | pivot_violations(
-            problem, found.linkage.points, found.linkage.finite
-        )
+        amounts |= drive_violations(problem, found) | pivot_violations(problem, found.linkage, m.slides)
         amounts |= swept_violations(problem, found)
         for name, amount in amounts.items():
             amounts[name] = np.where(reached, amount if signed else np.maximum(amount, 0.0), np.inf)
@@ -215,18 +223,55 @@ def swept_violations(problem: Problem, found: CandidateBatch) -> dict[str, Float
     return amounts
 
 
-def pivot_violations(problem: Problem, z: Complexes, finite: Mask) -> dict[str, Floats]:
-    """Return how far pivots z (n, 2, 2) stand outside their regions; one at infinity stands nowhere."""
+def pivot_violations(problem: Problem, linkage: Linkage, slides: Complexes) -> dict[str, Floats]:
+    """Return how far pivots, rails and slots stand outside their regions, by name of the region, shape (n,) each.
+
+    `slides` are the ends (n, 2, 2) of rails and slots, see `Measures.slides`; a pivot at infinity stands nowhere.
+    """
     amounts = {}
-    for name, planes in PIVOT_REGIONS.items():
+    for name in PIVOT_REGIONS:
         if (region := getattr(problem.constraints, name)) is not None:
-            out = np.where(finite[..., planes], region.outside(np.where(finite, z, 0)[..., planes]), 0.0)
-            amounts[name] = np.maximum(out, 0.0).sum(axis=(1, 2))
+            out = np.maximum(_outside(region, standing(name, linkage, slides)), 0.0).sum(axis=1)
+            amounts[name] = out if region.is_convex else out + _between_ends(region, name, linkage, slides)
     return amounts
 
 
+def standing(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
+    """Return the places that a region of pivots must hold: pivots, and ends of rails and slots.
+
+    Returns
+    -------
+    ndarray, complex, shape (n, k)
+        NaN where there is none.
+    """
+    planes = PIVOT_REGIONS[name]
+    pivots = np.where(linkage.finite, linkage.points, np.nan)[:, :, planes].reshape(len(linkage), -1)
+    return np.concatenate([pivots, _ends_within(name, linkage, slides).reshape(len(linkage), -1)], axis=1)
+
+
+def _ends_within(name: str, linkage: Linkage, slides: Complexes) -> Complexes:
+    """Return the ends (n, 2, 2) of those rails and slots that a region of pivots must hold, NaN of others."""
+    return slides if 1 in PIVOT_REGIONS[name] else rails(linkage, slides)
+
+
+def _outside(region: Region, z: Complexes) -> Floats:
+    """Return how far places lie outside a region, negative inside, 0 where there is none (NaN)."""
+    there = np.isfinite(z)
+    return np.where(there, region.outside(np.where(there, z, 0)), 0.0)
+
+
+def _between_ends(region: Region, name: str, linkage: Linkage, slides: Complexes) -> Floats:
+    """Return how far rails and slots protrude from a concave region between their ends, shape (n,)."""
+    ends = _ends_within(name, linkage, slides)
+    out = np.zeros(ends.shape[:2])
+    there = np.isfinite(ends).all(axis=-1)
+    if there.any():
+        out[there] = np.maximum(protrusion(region, ends[there][None, :, None]), 0.0)
+    return np.asarray(out.sum(axis=1))
+
+
 def best_orientation(
-    problem: Problem, linkage: Linkage, point: Complexes, pole: Complexes
+    problem: Problem, linkage: Linkage, point: Complexes, pole: Complexes, slides: Complexes
 ) -> tuple[Linkage, Complexes, Complexes]:
     """Reverse or mirror placed guides where that lowers the violation of the pivot regions.
 
@@ -236,6 +281,8 @@ def best_orientation(
         n linkages in mid-stroke, their paths from (0, 0) to (1, 0) [strokes].
     point, pole : complex ndarray, shape (n,)
         Guided points and poles there [strokes].
+    slides : complex ndarray, shape (n, 2, 2)
+        Ends of rails and slots there, NaN of cranks [strokes].
 
     Returns
     -------
@@ -245,7 +292,7 @@ def best_orientation(
     best: tuple[Array, ...] | None = None
     for reverse, over in every_flip(problem, len(point)):
         there, z, p = flipped(linkage, point, pole, reverse, over)
-        violations = pivot_violations(problem, there.points, there.finite).values()
+        violations = pivot_violations(problem, there, mirrored_places(slides, 1.0, reverse, over)).values()
         total = np.sum([*violations, np.zeros(len(z))], axis=0)
         now = (total, there.pivots, z, p)
         if best is None:

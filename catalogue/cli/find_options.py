@@ -34,18 +34,20 @@ OPTIONS = (
     switch("--slots", "Slots that the coupler carries over a fixed point, seen from the coupler."),
     switch("--returns", "Points that run along the path to one of its ends, rest, and run back along it."),
     PINS_ONLY,
-    length("--fixed-pivots-in", "X0 Y0 X1 Y1", "Box for the fixed pivots; -inf and inf leave a side open.", nargs=4),
-    length("--pivots-in", "X0 Y0 X1 Y1", "Box for all pivots in mid-stroke.", nargs=4),
+    length("--fixed-pivots-in", "X0 Y0 X1 Y1", "Box for the fixed pivots and rails; -inf and inf leave a side "
+           "open.", nargs=4),
+    length("--pivots-in", "X0 Y0 X1 Y1", "Box for all pivots, rails and slots in mid-stroke.", nargs=4),
     length("--fixed-pivots", "X1 Y1 X2 Y2", "Exactly where the fixed pivots stand.", nargs=4),
     length("--moving-pivots", "X1 Y1 X2 Y2", "Where the moving ones are in mid-stroke.", nargs=4),
     length("--crank", "X Y X* Y*", "Fixed and, in mid-stroke, moving pivot of one crank.", nargs=4),
     length("--within", "L", "How far off given pivots may stand.", default=0.0),
-    length("--max-size", "L", "Largest diameter of pivots and path together; 100 strokes if not given."),
+    length("--max-size", "L", "Largest diameter of pivots, rails, slots and path; 100 strokes if not given."),
     length("--max-link", "L", "Longest crank or coupler."),
     length("--min-link", "L", "Shortest crank or coupler."),
     length("--max-ground", "L", "Largest distance of the fixed pivots."),
     length("--min-ground", "L", "Shortest distance of the fixed pivots."),
     length("--max-arm", "L", "Largest distance of the guided point from the nearer moving pivot."),
+    length("--max-travel", "L", "Longest travel of a slide in its rail or slot over the stroke."),
     angle("--min-transmission", "DEG", "Least transmission angle over the stroke, the better crank driving.",
            default=0.0),
     angle("--min-transmission-turn", "DEG", "The same over the whole turn of the driver, which then turns fully.",
@@ -65,7 +67,8 @@ OPTIONS = (
     option("--rank-by", "NAME[=W],...", f"What to rank by: {', '.join(CRITERIA)}; several with weights.",
            show_default="score"),
     several("--desire desires", "NAME=BEST:WORST[:WEIGHT]",
-            "What makes the score, 1 from BEST, 0 from WORST on: size, transmission, allowance, min_link, min_ground. "
+            "What makes the score, 1 from BEST, 0 from WORST on: size, transmission, allowance, min_link, min_ground, "
+            "travel. "
             "Repeatable.",
             DESIRE),
     option("--pareto", "NAME,NAME,...", "The Pareto front of these criteria instead, none weighed."),
@@ -100,7 +103,8 @@ OPTIONS = (
 #: Those that say what an improved linkage must satisfy, and how it is ranked.
 IMPROVE = tuple(one for one in OPTIONS if one.name in {
     "pins_only", "fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "min_ground",
-    "max_arm", "min_transmission", "min_transmission_turn", "min_allowance", "full_rotation", "swept_in", "keep_out",
-    "min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage", "play", "rank_by",
+    "max_arm", "max_travel", "min_transmission", "min_transmission_turn", "min_allowance", "full_rotation", "swept_in",
+    "keep_out", "min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage", "play",
+    "rank_by",
     "effort", "plot", "unit", "format", "db", "plugins",
 })  # fmt: skip

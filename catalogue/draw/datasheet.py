@@ -144,7 +144,7 @@ def _limits(guide: PlacedGuide, unit: str) -> list[tuple[str, ...]]:
     rows: list[tuple[str, ...]] = []
     for name, said in (
         ("size", "size, path included"), ("min_link", "shortest link"), ("max_link", "longest link"),
-        ("max_arm", "arm of the guided point"),
+        ("max_arm", "arm of the guided point"), ("travel", "longest travel of a slide"),
     ):  # fmt: skip
         if known(name) is not None:
             rows.append((said, length(known(name), unit)))

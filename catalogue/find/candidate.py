@@ -67,6 +67,7 @@ class Candidate(PlacedGuide):
     min_transmission_turn: float | None = None
     allowance: float | None = None
     sensitivity_rms: float | None = None
+    travel: float | None = None
     expected: float | None = None
     score: float | None = None
     front: int | None = None

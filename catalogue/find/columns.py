@@ -60,7 +60,7 @@ CANDIDATE: Mapping[str, Column] = dict([
     _column("deviation", LENGTH, "half the width of the narrowest strip (annulus) that holds the path; from the "
             "best-placed arc where the radius is given, from the path itself where pivots are", "devi\u00adation"),
     _column("radius", LENGTH, "of the best arc, or as given"),
-    _column("size", LENGTH, "diameter of pivots and path together"),
+    _column("size", LENGTH, "diameter of pivots, rails, slots and path together"),
     _column("max_link", LENGTH, "longest crank or coupler"),
     _column("max_ground", LENGTH, "distance of the fixed pivots"),
     _column("max_arm", LENGTH, "distance of the guided point from the nearer moving pivot"),
@@ -77,13 +77,14 @@ CANDIDATE: Mapping[str, Column] = dict([
     _column("advantage", "", "least force along the path over force at the crank pin, without friction"),
     _column("rotation", "deg", "range of the coupler's angles over the stroke"),
     _column("min_link", LENGTH, "shortest crank or coupler"),
+    _column("travel", LENGTH, "longest travel of a slide in its rail or slot over the stroke; none with pins only"),
     _column("min_transmission_turn", "deg", "least transmission angle over the whole turn of the driver"),
     _column("allowance", LENGTH, "scatter of the pivots (standard deviation of each coordinate) at which the path "
             "still stays within the deviation asked", "allow\u00adance"),
     _column("sensitivity_rms", "", "standard deviation of the path across its way per scatter of the pivots"),
     _column("expected", LENGTH, "deviation and two standard deviations of the path for the play asked"),
     _column("score", "", "joint desirability of size, transmission (over the whole turn where a crank is to turn "
-            "fully), allowance, shortest link and ground, 0 to 100"),
+            "fully), allowance, shortest link and ground, travel of slides, 0 to 100"),
     _column("front", "", "number of its Pareto front; 1: no other answer is better by all criteria"),
     _column("nearest", "", "how near the nearest other answer is as a design, 0 to 1"),
     _column("gap", "", "what moves of the pivots by a hundredth could still take away from what is ranked by; 0: none"),

@@ -21,6 +21,7 @@ from ..candidates.feasibility import (
     farthest,
     feasibility,
     machine,
+    standing,
 )
 from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import min_transmission_turn
@@ -246,8 +247,7 @@ class Explanation:
         None if it would have to go."""
         problem, s, m = self.problem, self.problem.stroke, one.measures
         if name in PIVOT_REGIONS:
-            planes = PIVOT_REGIONS[name]
-            return _widened(problem, name, one.linkage.points[0][:, planes][one.linkage.finite[0][:, planes]], room)
+            return _widened(problem, name, standing(name, one.linkage, m.slides), room)
         if name == "swept_in":
             poses = SampledPoses.of(one.curve, one.traced, SWEPT, inverse=problem.constraints.slots)
             return _widened(problem, name, link_segments(machine(problem, one), poses), room)

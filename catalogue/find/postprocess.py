@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path, unscaled
+from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path, slides_on_path, unscaled
 from ..candidates.feasibility import best_orientation, feasibility
 from ..guidance.circuit_curve import CircuitCurve, fitted, on_path
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
@@ -94,5 +94,5 @@ def _laid_unscaled(problem: Problem, origin: Origin, guides: CouplerCurve) -> Ca
 
 def _laid(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
     """Place traced guides along the path, in the orientation their pivots fit best."""
-    placed = best_orientation(problem, *place_on_path(problem, guides, traced))
+    placed = best_orientation(problem, *place_on_path(problem, guides, traced), slides_on_path(problem, guides, traced))
     return measured(problem, origin, *placed, -np.abs(traced.fit.curvature))

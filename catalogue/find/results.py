@@ -208,7 +208,7 @@ def measured_columns(
         "radius": radius,
         "size": s * measures.size,
         "min_transmission": measures.min_transmission,
-        **{name: s * getattr(measures, name) for name in ("max_link", "max_ground", "max_arm", "min_link")},
+        **{name: s * getattr(measures, name) for name in ("max_link", "max_ground", "max_arm", "travel", "min_link")},
         **{name: getattr(works, name) for name in ("drive_angle", "time_ratio", "uniformity", "advantage", "rotation")},
         "driver": np.where(works.driver > 0, works.driver, np.nan),
         "min_transmission_turn": min_transmission_turn(machines, works.driver),

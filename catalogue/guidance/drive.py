@@ -9,13 +9,14 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from ..kinematics.batch import Rows, put
-from ..kinematics.linkage import RR, Linkage
+from ..kinematics.linkage import RP, RR, Linkage
 from ..kinematics.motion import Pose
 from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
 from .inverse import of_machine
 from .metrics import Measures
 from .minimum_zone import Grid, grid, largest, times
+from .slides import slide_ends, slide_runs
 from .trace import Traced
 
 if TYPE_CHECKING:
@@ -142,6 +143,14 @@ class SampledPoses:
     def pins(self) -> Complexes:
         """Moving pivots, shape (f, n, 2); of one at infinity the point of its slide nearest to the fixed one."""
         return self._fine(np.where(self.linkage.finite[:, :, 1], self._moved, self._fixed))
+
+    @cached_property
+    def slides(self) -> Complexes:
+        """Ends of rails and slots by dyad, shape (f, n, 2, 2), slots carried by the coupler; NaN of cranks."""
+        ends = slide_ends(self.linkage, slide_runs(self.linkage, self.pose))
+        moved = np.stack([self._fine(self.pose.point(z)) for z in ends.reshape(-1, 4).T], axis=-1)
+        slot = (self.linkage.dyads == RP)[..., None]
+        return np.where(slot, moved.reshape(-1, *ends.shape), ends)
 
     @cached_property
     def turn(self) -> Floats:

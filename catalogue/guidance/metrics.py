@@ -35,11 +35,12 @@ import numpy as np
 
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import PR, RP, RR, Linkage
-from ..kinematics.motion import Motion
+from ..kinematics.motion import Motion, Pose
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from .coupler_curve import CouplerCurve, false_position
 from .inverse import of_machine
 from .minimum_zone import grid, largest, times
+from .slides import rails, slide_ends, slide_runs, slots, travels
 from .trace import Traced
 
 if TYPE_CHECKING:
@@ -143,7 +144,8 @@ class Measures(Rows):
     Attributes
     ----------
     size : ndarray
-        Diameter of the finite pivots, in mid-stroke, together with the guided path, read between `POSES` points of it.
+        Diameter of the finite pivots, of rails and slots, in mid-stroke, together with the guided path, read between
+        `POSES` points of it.
     max_link, min_link : ndarray
         Longest and shortest of the cranks and the coupler; NaN where there is none.
     max_ground : ndarray
@@ -161,8 +163,12 @@ class Measures(Rows):
     rotates : ndarray of int
         Bit i: the crank of dyad i turns fully.
     fixed_box, box : ndarray, shape (n, 4)
-        x0, y0, x1, y1 of the finite fixed pivots (of all finite pivots, in mid-stroke) in the frame whose origin is the
-        middle of the stroke and whose x axis runs along it; NaN where there is none.
+        x0, y0, x1, y1 of the finite fixed pivots and rails (of all finite pivots, rails and slots, in mid-stroke) in
+        the frame whose origin is the middle of the stroke and whose x axis runs along it; NaN where there is none.
+    travel : ndarray
+        Longest travel of a slide over the stroke, see `catalogue.guidance.slides`; NaN with cranks only.
+    slides : complex ndarray, shape (n, 2, 2)
+        By dyad, ends of its rail or slot in mid-stroke, as the guides are traced; NaN of a crank.
     """
 
     size: Floats
@@ -177,6 +183,8 @@ class Measures(Rows):
     rotates: Array
     fixed_box: Floats
     box: Floats
+    travel: Floats
+    slides: Complexes
 
 
 def measure(
@@ -205,6 +213,10 @@ def measure(
     with np.errstate(all="ignore"):
         pose = moving.pose(t)
         path = pose.point(point)
+        run = slide_runs(linkage, pose)
+        middle = _middle(path, traced)
+        still = guides.cusp | in_middle  # at a cusp: where the point turns
+        slides = _in_middle(linkage, pose, slide_ends(linkage, run), middle, still)
         z = linkage.points
         at = [pose.point(z[:, i, 1]) for i in (0, 1)]
         machine, carried = linkage, at
@@ -215,26 +227,30 @@ def measure(
         # the bit of a crank is its number
         angle, drives, missed = transmission(machine, carried, pose.x, turns if turning else driver)
         drive_angle, rotation = _turned(machine, carried, pose.x, drives)
-        middle = _middle(path, traced)
         fixed = _finite(linkage, 0)
         now = np.stack([_at(m, middle) for m in at], axis=-1)
-        now = np.where(guides.cusp[:, None] | in_middle, z[:, :, 1], now)  # at a cusp: where the point turns
+        now = np.where(still[:, None], z[:, :, 1], now)
         now = np.where(linkage.finite[:, :, 1], now, np.nan)
         pivots = np.concatenate([fixed, now], axis=1)
-        between = np.fmax.reduce(np.abs(pivots[:, :, None] - pivots[:, None, :]), axis=(1, 2))
-        size = np.maximum(between, _reach(path, pivots))
-        missed = np.maximum(missed, np.abs(times(grid(poses - 1).coefficients[-2:], path)).sum(0) / size)
+        size = _size(path, pivots, slides)
+        last = grid(poses - 1).coefficients[-2:]
+        unsure = np.abs(times(last, path)).sum(0), *np.abs(times(last, run)).sum(0).T
+        missed = np.maximum(missed, np.fmax.reduce(unsure) / size)
+        rail, slot = rails(linkage, slides), slots(linkage, slides)
         if inverse:
+            rail, slot = slot, rail
             fixed, now, point = now, fixed, np.where(guides.cusp, point, _at(path, middle))
         ends, pins = _finite(machine, 0), _finite(machine, 1)
         arm = np.fmin.reduce(np.abs(point[:, None] - pins), axis=1)
         ground = np.abs(np.diff(ends, axis=1)[:, 0])
         links = np.abs(np.stack([*(pins - ends).T, np.diff(pins, axis=1)[:, 0]]))
         centre = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
+        fixed = np.concatenate([fixed, *np.moveaxis(rail, 1, 0)], axis=1)
+        now = np.concatenate([now, *np.moveaxis(slot, 1, 0)], axis=1)
         fixed, now = ((p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, now))
     found = Measures(
         size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, drives, drive_angle, rotation,
-        turns, _box(fixed), _box(np.concatenate([fixed, now], axis=1)),
+        turns, _box(fixed), _box(np.concatenate([fixed, now], axis=1)), travels(slides), slides,
     )  # fmt: skip
     rough = np.flatnonzero(missed > MISSED)
     if not len(rough) or poses >= MOST:
@@ -245,6 +261,33 @@ def measure(
         driver=None if driver is None else driver[rough],
     )  # fmt: skip
     return put(found, rough, finer)
+
+
+def _in_middle(linkage: Linkage, pose: Pose, ends: Complexes, middle: tuple[Indices, Floats], still: Mask) -> Complexes:
+    """Return the ends of rails and slots (n, 2, 2) carried from the reference position to mid-stroke, but for guides
+    that are there already (`still`)."""
+    ends = ends.copy()
+    for i in (0, 1):
+        some = np.flatnonzero((linkage.dyads[:, i] == RP) & ~still)
+        if len(some):
+            part = Pose(pose.d[:, some], pose.x[:, some], pose.origin[some])
+            here = middle[0][some], middle[1][some]
+            for k in (0, 1):
+                ends[some, i, k] = _at(part.point(ends[some, i, k]), here)
+    return ends
+
+
+def _size(path: Complexes, pivots: Complexes, slides: Complexes) -> Floats:
+    """Return the diameter of a path (m, n), pivots (n, k), NaN where there is none, and slides (n, 2, 2), (n,)."""
+    between = np.fmax.reduce(np.abs(pivots[:, :, None] - pivots[:, None, :]), axis=(1, 2))
+    size = np.maximum(between, _reach(path, pivots))
+    some = np.flatnonzero(np.isfinite(slides).any(axis=(1, 2)))
+    if len(some):
+        ends = slides[some].reshape(-1, 4)
+        others = np.concatenate([pivots[some], ends], axis=1)
+        between = np.fmax.reduce(np.abs(ends[:, :, None] - others[:, None, :]), axis=(1, 2))
+        size[some] = np.maximum(size[some], np.maximum(between, _reach(path[:, some], ends)))
+    return size
 
 
 def _reach(path: Complexes, pivots: Complexes) -> Floats:

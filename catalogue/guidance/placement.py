@@ -67,8 +67,14 @@ def mirrored(linkage: Linkage, point: Complexes, stroke: float, reverse: Mask, o
     # both together are a half turn about the middle of the path; each alone is a reflection
     factor = np.where(reverse, -1.0, 1.0)
     shift = np.where(reverse, stroke, 0.0)
-    flip = reverse != over
-    return linkage.moved(factor, shift, flip), factor * np.where(flip, np.conj(point), point) + shift
+    return linkage.moved(factor, shift, reverse != over), mirrored_places(point, stroke, reverse, over)
+
+
+def mirrored_places(z: Complexes, stroke: float, reverse: Mask, over: Mask) -> Complexes:
+    """Return where places (n, ...) of guides are after `mirrored`."""
+    reverse, over = (side.reshape(-1, *(1,) * (z.ndim - 1)) for side in (reverse, over))
+    seen = np.where(reverse != over, np.conj(z), z)
+    return np.asarray(np.where(reverse, stroke - seen, seen))
 
 
 def at_stroke(

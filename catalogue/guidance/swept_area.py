@@ -1,8 +1,9 @@
 """The room that a linkage sweeps over its stroke: how far it leaves a region, or enters others.
 
 The linkage is its links as straight segments: cranks from pivot to pivot, the triangle of both moving pivots and the
-guided point; of a machine with a slot the slot and what joins its ends to both moving pivots.  Rails of sliders and
-slots of slides are not looked at; of a slide the fixed pivot stands for the moving one.
+guided point; of a machine with a slot the slot and what joins its ends to both moving pivots.  Sliders have their
+rails, slides their slots, whose ends are joined to the rest of the coupler, over the travel of the stroke: see
+`slides`.  Of a slide the fixed pivot stands for the moving one besides.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..kinematics.linkage import RR, Linkage
+from ..kinematics.linkage import PR, RP, RR, Linkage
 from ..kinematics.types import Complexes, Floats
 from .drive import SampledPoses
 from .minimum_zone import largest
@@ -25,6 +26,8 @@ STATIONS, GRAZED = 5, 1e-3
 #: Which of the ends of its links the segments of a linkage connect, and those of a machine with a slot.
 SEGMENTS = np.array([(0, 2), (1, 3), (2, 3), (2, 4), (3, 4)])
 SLOTTED = np.array([(0, 2), (1, 3), (2, 3), (4, 5), (2, 4), (2, 5), (3, 4), (3, 5)])
+#: Of the ends of both slides: each from end to end, and the ends of one to those of the other.
+ALONG, ACROSS = np.array([(0, 1), (2, 3)]), np.array([(0, 2), (0, 3), (1, 2), (1, 3)])
 
 
 class Area(Protocol):
@@ -41,7 +44,7 @@ class Area(Protocol):
 
 def link_ends(linkage: Linkage, moves: SampledPoses) -> Complexes:
     """Return the ends of the links of n linkages at f positions, complex, shape (f, n, k): both pivots that stand, both
-    that move, the guided point or both ends of the slot.
+    that move, the guided point or both ends of the slot; then the ends of rails, and of slots, if any has one.
 
     Parameters
     ----------
@@ -51,13 +54,36 @@ def link_ends(linkage: Linkage, moves: SampledPoses) -> Complexes:
     fixed = np.broadcast_to(linkage.points[None, :, :, 0], moves.pins.shape)
     pivots = np.where(linkage.dyads == RR, fixed, moves.pins)
     last = moves.point[..., None] if moves.slot is None else moves.slot
-    return np.concatenate([pivots, moves.pins, last], axis=-1)
+    return np.concatenate([pivots, moves.pins, last, *_slides(linkage, moves)], axis=-1)
+
+
+def _slides(linkage: Linkage, moves: SampledPoses) -> list[Complexes]:
+    """Return the ends of rails and those of slots, (f, n, 4) each, if there are any; of another dyad its moving pivot,
+    twice."""
+    found = []
+    for kind in _sliding(linkage):
+        ends = np.where((linkage.dyads == kind)[..., None], moves.slides, moves.pins[..., None])
+        found.append(ends.reshape(*ends.shape[:2], 4))
+    return found
+
+
+def _sliding(linkage: Linkage) -> list[int]:
+    """Return which kinds of slides linkages have."""
+    return [kind for kind in (PR, RP) if (linkage.dyads == kind).any()]
 
 
 def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
     """Return both ends of the k segments of n linkages at f positions, complex, shape (f, n, k, 2); what is no link is
     a point of another one; see `link_ends`."""
-    return link_ends(linkage, moves)[..., SEGMENTS if moves.slot is None else SLOTTED]
+    guided = [4] if moves.slot is None else [4, 5]
+    joined, first = [SEGMENTS if moves.slot is None else SLOTTED], 4 + len(guided)
+    for kind in _sliding(linkage):
+        joined.append(first + ALONG)
+        if kind == RP:  # the coupler is a plate that holds its slots
+            joined.append(first + ACROSS)
+            joined.append(np.array([(first + k, point) for k in range(4) for point in guided]))
+        first += 4
+    return link_ends(linkage, moves)[..., np.concatenate(joined)]
 
 
 def protrusion(area: Area, swept: Complexes) -> Floats:

@@ -49,6 +49,7 @@ class ConstraintArguments(DwellArguments, total=False):
     max_ground: float | None
     min_ground: float | None
     max_arm: float | None
+    max_travel: float | None
     min_allowance: float | None
     min_transmission_turn: float
     full_rotation: bool
@@ -61,7 +62,7 @@ class ConstraintArguments(DwellArguments, total=False):
 
 
 #: Bounds on lengths, and on what `catalogue.guidance.drive` knows.
-LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "min_allowance")
+LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "max_travel", "min_allowance")
 REGIONS = ("fixed_pivots_in", "pivots_in", "swept_in")
 DRIVE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")
 #: Constraints that say where pivots stand, and what that gives.
@@ -88,8 +89,9 @@ class Constraints:
         Instead: points that run along the path to one of its ends, where they rest, and back along it.  They have no
         allowance, and their score is made of the other desires.
     fixed_pivots_in, pivots_in : (x0, y0, x1, y1) or sequence of points, optional
-        Where the fixed pivots (all pivots, in mid-stroke, of returning points at rest) must stand, in the frame in
-        which the path runs from (0, 0) to (stroke, 0).  A pivot at infinity stands nowhere.
+        Where the fixed pivots and rails (all pivots, rails and slots, in mid-stroke, of returning points at rest) must
+        stand, in the frame in which the path runs from (0, 0) to (stroke, 0).  A pivot at infinity stands nowhere; a
+        rail or a slot is as long as the travel over the stroke.
     fixed_pivots, moving_pivots : two points (x, y), optional
         Exactly where both fixed pivots stand, or both moving ones in mid-stroke; within 10,000 strokes of the path.
         The deviation is then the largest distance from the line or arc itself, from (0, 0) to (stroke, 0).
@@ -101,7 +103,7 @@ class Constraints:
         Within which the whole linkage stays over the stroke; see `catalogue.guidance.swept_area`.
     keep_out : sequence of regions
         Into which no part of it may come over the stroke.
-    max_size, max_link, min_link, max_ground, min_ground, max_arm : float, optional
+    max_size, max_link, min_link, max_ground, min_ground, max_arm, max_travel : float, optional
         See `catalogue.guidance.metrics.Measures`; largest and least ground bound the same measure.  Without a
         `max_size` answers are at most 100 strokes large, or ten times as large as regions, places, `min_link`,
         `min_ground` and the radius reach, but never more than 1,000.
@@ -141,6 +143,7 @@ class Constraints:
     max_ground: float | None = None
     min_ground: float | None = None
     max_arm: float | None = None
+    max_travel: float | None = None
     min_allowance: float | None = None
     min_transmission: float = 0.0
     min_transmission_turn: float = 0.0

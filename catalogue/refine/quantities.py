@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ from ..candidates.feasibility import PIVOT_REGIONS, machine
 from ..guidance.coupler_curve import CouplerCurve
 from ..guidance.metrics import LEAST_ARM, rotation_margin
 from ..guidance.sensitivity import COUNT, PoseJacobian
+from ..guidance.slides import extremes, slide_runs
 from ..kinematics.linkage import PR, RP, RR
 from ..kinematics.motion import Pose
 from ..kinematics.types import Array, Complexes, Floats, Mask
@@ -27,6 +29,8 @@ from ..problem.region import Region
 
 #: Value of a piece that does not concern a linkage.
 NONE = -1e3
+#: Distance below which ends of slides are one place: it is never the largest, and any step turns it [strokes].
+SAME = 1e-4
 
 
 class Pieces(NamedTuple):
@@ -41,6 +45,13 @@ class Pieces(NamedTuple):
         value, slope = (np.stack(list(part), axis=1) for part in zip(*rows, strict=True))
         good = np.isfinite(value) & np.isfinite(slope).all(-1)
         return cls(np.where(good, sign * value, NONE), np.where(good[..., None], sign * slope, 0.0))
+
+    def in_basis(self, basis: Floats) -> Pieces:
+        """Return the pieces by other coordinates, of which `basis` (n, 10, p) is the derivative, without those that
+        concern nobody."""
+        some = np.flatnonzero((self.value > NONE).any(axis=0))
+        some = some if len(some) else np.zeros(1, int)
+        return Pieces(self.value[:, some], self.slope[:, some] @ basis)
 
     def raised(self, to: Floats) -> Pieces:
         """Return the pieces, all changed by as much as makes the largest of each guide (n,) what it is between them."""
@@ -68,7 +79,7 @@ class Quantities:
     def __call__(self, name: str) -> Pieces:
         """Return the pieces of a measure that is ranked, of one that is only bounded, or of a region, by its name."""
         if name in PIVOT_REGIONS:
-            return self._standing(getattr(self.problem.constraints, name), PIVOT_REGIONS[name])
+            return self._standing(getattr(self.problem.constraints, name), name)
         made: dict[str, Callable[[], Pieces]] = {
             "size": self._size,
             "max_link": lambda: Pieces.of(self.links()),
@@ -76,6 +87,7 @@ class Quantities:
             "max_ground": lambda: Pieces.of([self._length(*self._frame)]),
             "min_ground": lambda: Pieces.of([self._length(*self._frame)], -1.0),
             "max_arm": lambda: Pieces.of([self._nearer_arm()]),
+            "travel": self._travel,
             "least_arm": lambda: Pieces.of(self._arms(), -1.0),
             "transmission": self._transmission,
             "transmission_turn": lambda: Pieces.of(self._over_the_turn(), -1.0),
@@ -131,12 +143,53 @@ class Quantities:
         ends = [(np.full(n, end + 0j), 5) for end in (0.0, 1.0)]  # the path stays where it is
         every = [*((self._place(j), j) for j in range(5)), *ends]
         rows = [apart(a, i, b, j) for k, (a, i) in enumerate(every[:4]) for b, j in every[k + 1 :]]
+        rows += self._reach_of_slides()
         return Pieces.of([*rows, (np.ones(n), np.zeros((n, COUNT)))])
 
-    def _standing(self, region: Region, planes: tuple[int, ...]) -> Pieces:
-        return Pieces.of(
-            row for i in (0, 1) for j in planes for row in outside(region, self._place(2 * i + j), 2 * i + j)
-        )
+    def _standing(self, region: Region, name: str) -> Pieces:
+        planes, kinds = PIVOT_REGIONS[name], self.found.linkage.dyads
+        places = [(self._place(2 * i + j), own_slope(len(self.found), 2 * i + j)) for i in (0, 1) for j in planes]
+        for i, ends in self._slides.items():
+            there = (kinds[:, i] == PR) | (1 in planes)
+            places += [(np.where(there, z, np.nan), by) for z, by in ends]
+        return Pieces.of(row for z, by in places for row in outside(region, z, by))
+
+    # -- slides -------------------------------------------------------------------------------------------------
+    @cached_property
+    def _slides(self) -> dict[int, list[Row]]:
+        """By number of a dyad, unless all of it are cranks, the places in mid-stroke of what may be ends of its rail or
+        slot, (n,), with derivatives (n, 10), complex; NaN where there is none."""
+        sliding = (self.found.linkage.dyads != RR).any(0)
+        return {i: self._ends_of(i) for i in (0, 1) if sliding[i]}
+
+    def _ends_of(self, i: int) -> list[Row]:
+        linkage = self.found.linkage
+        place, by = chosen(linkage.dyads[:, i] == PR, self.at(i, 1), self._seen_by_coupler(i))
+        weights = extremes(slide_runs(linkage, self.pose)[..., i])
+        slopes = [np.einsum("nm,mnc->nc", w, by) for w in weights]
+        lowest, highest = self.found.measures.slides[:, i].T  # which more places show better
+        return list(zip((place[0], place[-1], highest, lowest), slopes, strict=True))
+
+    def _seen_by_coupler(self, i: int) -> Row:
+        """Return where the coupler has its points that lie on the fixed pivot of dyad i at the stations."""
+        pose, turn = self.pose, 1 + self.pose.x
+        away = (self.found.linkage.points[:, i, 0] - pose.origin - pose.d) / turn
+        slope = (own_slope(len(self.found), 2 * i) - self.by.shift) / turn[..., None]
+        return pose.origin + away, slope - 1j * away[..., None] * self.by.angle
+
+    def _travel(self) -> Pieces:
+        none = np.full(len(self.found), np.nan), np.zeros((len(self.found), COUNT))
+        return Pieces.of([none, *(distance(*pair) for ends in self._slides.values() for pair in combinations(ends, 2))])
+
+    def _reach_of_slides(self) -> Iterable[Row]:
+        """Distances of the ends of rails and slots from each other, from the pivots and from the path."""
+        n = len(self.found)
+        still = [(np.full(n, end + 0j), np.zeros((n, COUNT), complex)) for end in (0.0, 1.0)]
+        others = [*((self._place(j), own_slope(n, j)) for j in range(5)), *still]
+        for ends in self._slides.values():
+            for end in ends:
+                yield from (distance(end, other) for other in others)
+                others.append(end)
 
     # -- angles -------------------------------------------------------------------------------------------------
     def _transmission(self) -> Pieces:
@@ -144,7 +197,8 @@ class Quantities:
         as the least one between them is."""
         driver = self.found.measures.driver
         (first, one), (other, two) = (self._sine(dyad) for dyad in (0, 1))
-        better = np.abs(other).min(0) > np.abs(first).min(0)  # where there is no crank the better dyad counts
+        least = ((np.sign(sine.sum(0)) * sine).min(0) for sine in (other, first))
+        better = np.greater(*least)  # where there is no crank the better dyad counts
         second = np.where(driver == 0, better, driver == 2)
         sine, slope = np.where(second, other, first), np.where(second[:, None], two, one)
         side = np.sign(sine.sum(0))
@@ -228,14 +282,25 @@ class Quantities:
         region = wanted.swept_in
         assert region is not None
         rows: list[Row] = []
+        kinds, places = self.found.linkage.dyads, []
         for i, j in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 1)):
-            finite = self.found.linkage.finite[:, i, j] if i < 2 else np.ones(len(n), bool)
-            place, slope = self.at(i, j)
+            places.append((*self.at(i, j), self.found.linkage.finite[:, i, j] if i < 2 else np.ones(len(n), bool)))
+        for i, ends in self._slides.items():
+            places += [(*self._moved(end, kinds[:, i] == RP), kinds[:, i] != RR) for end in ends]
+        for place, slope, finite in places:
             for corner, out in zip(*region.sides, strict=True):
                 value = ((place - corner) * out.conj()).real
                 most = np.argmax(np.where(np.isnan(value), -np.inf, value), axis=0)
                 rows.append((np.where(finite, value[most, n], np.nan), (slope[most, n] * out.conj()).real))
         return Pieces.of(rows)
+
+    def _moved(self, end: Row, slot: Mask) -> Row:
+        """Return where ends (n,) of slots, carried by the coupler, and of rails, which stay, are at the stations."""
+        place, slope = end
+        arm = self.pose.direction(place - self.pose.origin)
+        turned = (1 + self.pose.x)[..., None] * slope + 1j * arm[..., None] * self.by.angle + self.by.shift
+        there = np.where(slot, self.pose.point(place), place)
+        return there, np.where(slot[:, None], turned, slope)
 
     def _turning(self) -> Pieces:
         """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guidance.metrics`."""
@@ -319,14 +384,28 @@ def apart(one: Complexes, i: int, other: Complexes, j: int) -> Row:
     return np.abs(between), by[:, :COUNT]
 
 
-def outside(region: Region, z: Complexes, k: int) -> Iterable[Row]:
-    """How far pivot k lies outside each side of a convex region; of another one outside the nearest side alone."""
+def distance(one: Row, other: Row) -> Row:
+    """Distance of two places (n,) with complex derivatives (n, 10), and its derivatives; NaN if they are one."""
+    between = one[0] - other[0]
+    with np.errstate(all="ignore"):
+        unit = np.where(np.abs(between) > SAME, between / np.abs(between), np.nan)
+    return np.abs(between), ((one[1] - other[1]) * unit.conj()[:, None]).real
+
+
+def own_slope(n: int, k: int) -> Complexes:
+    """Derivatives (n, 10) of pivot k, 4 the guided point, by its own coordinates."""
+    by = np.zeros((n, COUNT), complex)
+    by[:, 2 * k], by[:, 2 * k + 1] = 1, 1j
+    return by
+
+
+def outside(region: Region, z: Complexes, slope: Complexes) -> Iterable[Row]:
+    """How far places with complex derivatives lie outside each side of a convex region; of another one outside the
+    nearest side alone."""
     corner, out = region.sides
     if region.is_convex:
         for c, normal in zip(corner, out, strict=True):
-            by = np.zeros((len(z), COUNT))
-            by[:, 2 * k], by[:, 2 * k + 1] = normal.real, normal.imag
-            yield ((z - c) * normal.conj()).real, by
+            yield ((z - c) * normal.conj()).real, (slope * normal.conj()).real
         return
     side = np.roll(corner, -1) - corner
     along = np.clip(((z[:, None] - corner) * side.conj()).real / np.abs(side) ** 2, 0, 1)
@@ -335,9 +414,7 @@ def outside(region: Region, z: Complexes, k: int) -> Iterable[Row]:
     sign = np.where(region.holds(z), -1.0, 1.0)
     with np.errstate(all="ignore"):
         unit = sign * away / np.abs(away)
-    by = np.zeros((len(z), COUNT))
-    by[:, 2 * k], by[:, 2 * k + 1] = unit.real, unit.imag
-    yield sign * np.abs(away), by
+    yield sign * np.abs(away), (slope * unit.conj()[:, None]).real
 
 
 def _own(i: int, j: int, value: Array) -> Complexes:

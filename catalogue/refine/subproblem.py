@@ -157,8 +157,7 @@ def linearise(
         rms, rms_slope = rms_gradient(guides, found.traced)
         if (bound := problem.constraints.min_allowance) is not None:
             limits["min_allowance"] = _of_allowance(found, bound, rms, rms_slope)
-    limits = {name: Pieces(p.value, p.slope @ basis) for name, p in limits.items()}
-    measures = {name: Pieces(p.value, p.slope @ basis) for name, p in measures.items()}
+    limits, measures = ({name: p.in_basis(basis) for name, p in every.items()} for every in (limits, measures))
     jacobian, rms_slope = np.moveaxis(by.across, 0, 1) @ basis, (rms_slope[:, None] @ basis)[:, 0]
     if problem.curvature is None:
         jacobian = np.concatenate([jacobian, by_bend.T[..., None]], axis=-1)
@@ -215,6 +214,8 @@ def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[s
         if bound := getattr(wanted, name):
             sign, unit = 1.0 if name in UPPER_BOUNDS else -1.0, 90.0 if name in TRANSMISSION else 1.0
             limits[name] = read(measure).less(sign * bound / unit)
+    if (bound := wanted.max_travel) is not None:
+        limits["max_travel"] = limits["max_travel"].raised(found.measures.travel - bound)
     if wanted.full_rotation:
         limits["full_rotation"] = read("full_rotation")
     for name in PIVOT_REGIONS:

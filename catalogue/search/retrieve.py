@@ -10,7 +10,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, Origin, every_flip, measured, place_on_path
+from ..candidates.batch import CandidateBatch, Origin, every_flip, measured, place_on_path, slides_on_path
 from ..candidates.feasibility import LOWER_BOUNDS, UPPER_BOUNDS, best_orientation, excess
 from ..candidates.select import ranks
 from ..errors import DatabaseError
@@ -198,6 +198,7 @@ def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Fl
         **lengths,
         "min_link": np.nan_to_num(lengths["min_link"], nan=np.inf),
         "min_ground": np.nan_to_num(lengths["max_ground"], nan=np.inf),
+        "travel": np.zeros(len(reaches)),
         "transmission": reaches.min_transmission / 90,
         "deviation": deviation,
         "allowance": TYPICAL_ALLOWANCE * np.maximum(1 - np.minimum(deviation, 0.7), 0.0),
@@ -286,7 +287,8 @@ def candidates_of(
             traced = _within(problem, guides, traced, half * stretch, most, centre)
     linkage, point, pole = place_on_path(problem, guides, traced)
     bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
-    return measured(problem, origin, *best_orientation(problem, linkage, point, pole), bend)
+    slides = slides_on_path(problem, guides, traced)
+    return measured(problem, origin, *best_orientation(problem, linkage, point, pole, slides), bend)
 
 
 def _within(

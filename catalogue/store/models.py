@@ -209,7 +209,7 @@ class Reach(Base):
         comment="half the width of the narrowest strip or annulus that holds the path [stroke]"
     )
     sweep: Mapped[float] = mapped_column(comment="stroke times curvature of the circle that fits best; 0: a line")
-    size: Mapped[float] = mapped_column(comment="largest diameter of pivots and path together [stroke]")
+    size: Mapped[float] = mapped_column(comment="largest diameter of pivots, rails, slots and path [stroke]")
     max_link: Mapped[float | None] = mapped_column(
         comment="longest crank or coupler; NULL: no link joins pivots at finite distance [stroke]"
     )

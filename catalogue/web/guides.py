@@ -134,7 +134,7 @@ ANGLES = ("angle", "between")
 def _all_numbers(one: Candidate) -> tuple[Number, ...]:
     """Return what is measured besides the numbers of the card."""
     degrees = ("drive_angle", "rotation", "min_transmission_turn")
-    lengths = ("max_ground", "max_arm", "expected")
+    lengths = ("max_ground", "max_arm", "travel", "expected")
     plain = ("uniformity", "advantage", "time_ratio", "sensitivity_rms", "drift", "gap", "score")
     shown = [Number("Stroke", figure(one.stroke, 6), "length")]
     for names, unit in ((lengths, "length"), (degrees, "°"), (plain, "")):

@@ -13,6 +13,7 @@ from catalogue import CircularArc, StraightLine
 from catalogue.candidates.batch import every_flip, final, flipped, in_best_charts, measured, near_path
 from catalogue.candidates.feasibility import pivot_violations
 from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.placement import mirrored_places
 from catalogue.guidance.sensitivity import displaced
 from catalogue.kinematics.batch import join
 from tests.precision import EXTENDED
@@ -57,14 +58,15 @@ def test_a_guide_is_laid_in_the_way_in_which_its_pivots_stand_best(batch: Any) -
     """No other way breaks the region less; a region below the path finds the mirror images of one above."""
     above, below = (-1.0, 0.05, 2.0, 3.0), (-1.0, -3.0, 2.0, -0.05)
     problem, found = batch(LINE, count=30, fixed_pivots_in=above)
-    broken = pivot_violations(problem, found.linkage.points, found.linkage.finite)["fixed_pivots_in"]
+    broken = pivot_violations(problem, found.linkage, found.measures.slides)["fixed_pivots_in"]
     for reverse, over in every_flip(problem, len(found)):
         other, _, _ = flipped(found.linkage, found.point, found.pole, reverse, over)
-        there = pivot_violations(problem, other.points, other.finite)["fixed_pivots_in"]
+        slides = mirrored_places(found.measures.slides, 1.0, reverse, over)
+        there = pivot_violations(problem, other, slides)["fixed_pivots_in"]
         assert (broken <= there + 1e-9).all()
     mirrored, images = batch(LINE, count=30, fixed_pivots_in=below)
     np.testing.assert_array_equal(images.origin.id, found.origin.id)
-    again = pivot_violations(mirrored, images.linkage.points, images.linkage.finite)["fixed_pivots_in"]
+    again = pivot_violations(mirrored, images.linkage, images.measures.slides)["fixed_pivots_in"]
     np.testing.assert_allclose(again, broken, atol=1e-9)
 
 

@@ -29,8 +29,9 @@ class Again:
     max_ground: float
     max_arm: float
     min_transmission: float
-    fixed: list[complex]
-    moving: list[complex]
+    travel: float
+    fixed: list[complex]  # with the ends of rails
+    moving: list[complex]  # with the ends of slots
 
 
 @pytest.fixture(scope="session")
@@ -67,6 +68,11 @@ def again(naive: SimpleNamespace) -> Callable[..., Again]:
         links = [abs(f - m) for f, m in dyads if f is not None and m is not None]
         if len(moving) == 2:
             links.append(abs(moving[0] - moving[1]))
+        ground = abs(fixed[0] - fixed[1]) if len(fixed) == 2 else math.nan
+        arm = min((abs(guided - m) for m in moving), default=math.nan)
+        slides = loop.slides(c.stroke, 1201)
+        fixed += [end for kind, *ends in slides for end in ends if kind == "PR"]
+        moving += [end for kind, *ends in slides for end in ends if kind == "RP"]
         reached = [complex(p) for p in path[:: len(path) // 40]] + [complex(path[-1])]
         return Again(
             path=path,
@@ -75,9 +81,10 @@ def again(naive: SimpleNamespace) -> Callable[..., Again]:
             size=naive.diameter(fixed + moving + reached),
             max_link=max(links, default=math.nan),
             min_link=min(links, default=math.nan),
-            max_ground=abs(fixed[0] - fixed[1]) if len(fixed) == 2 else math.nan,
-            max_arm=min((abs(guided - m) for m in moving), default=math.nan),
+            max_ground=ground,
+            max_arm=arm,
             min_transmission=transmission(naive, pivots, guided, c.stroke),
+            travel=max((abs(one - other) for _, one, other in slides), default=math.nan),
             fixed=fixed,
             moving=moving,
         )

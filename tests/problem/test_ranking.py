@@ -17,15 +17,15 @@ from catalogue.problem.ranking import DESIRES, Ranking
 LINE = StraightLine(150, 0.05)
 VALUES = {
     "size": 2.0, "transmission": 37.5 / 90, "allowance": 0.125, "min_link": 0.15, "min_ground": 0.15, "deviation": 0.5,
-    "max_link": 1.5, "max_ground": 1.1, "max_arm": 0.7,
+    "max_link": 1.5, "max_ground": 1.1, "max_arm": 0.7, "travel": 0.75,
 }  # fmt: skip
-#: The same by hand: of the score the mean of the five logarithms.
+#: The same by hand: of the score the mean of the six logarithms.
 COST = {
-    "score": -(math.log(0.8) + 4 * math.log(0.5)) / 5, "balance": 2.0 - 37.5 / 90, "size": 2.0,
+    "score": -(math.log(0.8) + 5 * math.log(0.5)) / 6, "balance": 2.0 - 37.5 / 90, "size": 2.0,
     "deviation": math.log(0.5), "transmission": 1 - 37.5 / 90, "allowance": -0.125, "max_link": 1.5,
     "min_link": -0.15, "max_ground": 1.1, "max_arm": 0.7,
 }  # fmt: skip
-SMALLER = {"size", "deviation", "max_link", "max_ground", "max_arm"}
+SMALLER = {"size", "deviation", "max_link", "max_ground", "max_arm", "travel"}
 
 
 def arrays(values: dict[str, float]) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def arrays(values: dict[str, float]) -> dict[str, Any]:
 
 @pytest.mark.parametrize("name", CRITERIA)
 def test_each_criterion_costs_what_it_says(name: str) -> None:
-    assert Ranking.of(LINE, name).cost(arrays(VALUES)) == pytest.approx(COST[name], abs=1e-14)
+    assert Ranking.of(LINE, name).cost(arrays(VALUES)) == pytest.approx(COST[name], abs=1e-11)  # shares have 12 digits
 
 
 @given(st.sampled_from(CRITERIA), st.sampled_from(sorted(VALUES)), st.floats(0.01, 3))
@@ -56,15 +56,19 @@ def test_a_mix_weighs_its_criteria() -> None:
 
 
 def test_the_score_is_the_weighted_geometric_mean_of_the_desirabilities() -> None:
-    assert Ranking().score(arrays(VALUES)) == pytest.approx(100 * (0.8 * 0.5**4) ** (1 / 5))
+    assert Ranking().score(arrays(VALUES)) == pytest.approx(100 * (0.8 * 0.5**5) ** (1 / 6))
     # in the user's unit: of size 300, half way from 150 to 450, counting three times
     mine = Ranking.of(LINE, desires={"size": (150, 450, 3)})
-    assert mine.score(arrays(VALUES)) == pytest.approx(100 * (0.5**3 * 0.5**4) ** (1 / 7))
+    assert mine.score(arrays(VALUES)) == pytest.approx(100 * (0.5**3 * 0.5**5) ** (1 / 8))
     assert mine.cost(arrays(VALUES)) == pytest.approx(math.log(2))
     assert set(mine.desires) == set(DESIRES)
     assert Ranking().score(arrays({**VALUES, "transmission": 0.1})) == 0
     perfect = {"size": 1.0, "transmission": 0.7, "allowance": 0.3, "min_link": 0.3, "min_ground": 0.3}
+    perfect["travel"] = 0.5
     assert Ranking().score(arrays(perfect)) == pytest.approx(100)
+    assert Ranking().score(arrays({**perfect, "travel": 0.0})) == pytest.approx(100)  # pins only
+    assert Ranking().score(arrays({**perfect, "travel": 1.0})) == 0  # a rail as long as the stroke guides by itself
+    assert Ranking().faults(arrays({**perfect, "travel": 1.0})) == [1]
 
 
 def test_without_a_wish_the_score_ranks_alone() -> None:
@@ -79,7 +83,7 @@ def test_a_higher_score_costs_less() -> None:
     some = {
         "size": draw.uniform(0.5, 5.5, 200), "transmission": draw.uniform(0.2, 1, 200),
         "allowance": draw.uniform(0.01, 0.4, 200), "min_link": draw.uniform(0.06, 0.4, 200),
-        "min_ground": draw.uniform(0.06, 0.4, 200),
+        "min_ground": draw.uniform(0.06, 0.4, 200), "travel": draw.uniform(0, 0.98, 200),
     }  # fmt: skip
     cost, score = Ranking().cost(some), Ranking().score(some)
     np.testing.assert_array_equal(np.argsort(cost), np.argsort(-score))

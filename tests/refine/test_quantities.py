@@ -17,13 +17,14 @@ from catalogue.guidance.fixed_nominal import Nominal
 from catalogue.guidance.metrics import min_transmission_turn, rotates, rotation_margin
 from catalogue.guidance.minimum_zone import grid
 from catalogue.guidance.sensitivity import COUNT, displaced, pose_jacobian
+from catalogue.guidance.slides import slide_ends, slide_runs
 from catalogue.kinematics.linkage import RR, Linkage
 from catalogue.kinematics.types import Array
 from catalogue.problem.constraints import DRIVE
 from catalogue.problem.problem import Problem
 from catalogue.problem.region import Region
 from catalogue.refine.driving import Driving
-from catalogue.refine.quantities import NONE, Pieces, Quantities, outside
+from catalogue.refine.quantities import NONE, Pieces, Quantities, outside, own_slope
 from tests.refine.starts import problem_of, started
 
 STEP = 1e-6
@@ -31,7 +32,8 @@ LINE, ARC = StraightLine(1, 5e-3), CircularArc(1, 5e-3, 1)
 POLYGON = [(-0.4, -0.3), (1.5, -0.3), (1.5, 0.3), (0.5, 0.2), (-0.4, 0.9)]
 CONVEX = [(-0.8, -1.6), (1.9, -1.6), (1.7, 1.2), (-0.8, 1.8)]
 NAMES = (
-    "size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "least_arm", "transmission", "full_rotation",
+    "size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "travel", "least_arm", "transmission",
+    "full_rotation",
 )  # fmt: skip
 CRANKS = ("four-bar", "slider-crank", "inverted-slider-crank")
 INVERTED = {"families": ["inverted-slider-crank"]}  # of all families the one that is compared fastest
@@ -88,13 +90,19 @@ class Stations:
         assert np.abs(off).max() < 1e-11
         guides = now.curve
         none = pose_jacobian(guides.motion, guides.point, t, self.along)
-        return Quantities(self.problem, now, guides, t, none)
+        return Quantities(self.problem, slid(now, t), guides, t, none)
 
     def _run(self, found: CandidateBatch, t: Array) -> tuple[Array, Array]:
         """Return how far along the nominal the guided points are, and its directions there."""
         guides = found.curve
         u, v = guides.path(t)
         return self.nominal.along(guides.point + (u + 1j * v) * guides.tangent)
+
+
+def slid(found: CandidateBatch, t: Array) -> CandidateBatch:
+    """Return candidates with the ends of their rails and slots as these places of the stroke show them."""
+    run = slide_runs(found.linkage, found.curve.motion.pose(t))
+    return replace(found, measures=replace(found.measures, slides=slide_ends(found.linkage, run)))
 
 
 @pytest.mark.parametrize(
@@ -107,6 +115,7 @@ def test_slopes_are_central_differences(
 ) -> None:
     problem = problem_of(request_, **wish)
     at = Stations(problem, started(small, problem.with_constraints(swept_in=None), 6))
+    at.found = slid(at.found, at.t)
     far = ~np.repeat(at.found.linkage.finite.reshape(-1, 4), 2, axis=1)
     for name in names:
         value, slope = at.pieces(name)
@@ -207,7 +216,7 @@ def test_a_region_is_the_same_whichever_way_round_it_is_given() -> None:
     x, y = np.random.default_rng(0).uniform(-2, 2, (2, 50))
     z = x + 1j * y
     for corners, rows in (([(-1, -1), (1, -1), (1.5, 0.5), (0, 1)], 4), (POLYGON, 1)):
-        ways = (outside(Region.of("a", c), z, 0) for c in (corners, corners[::-1]))
+        ways = (outside(Region.of("a", c), z, own_slope(len(z), 0)) for c in (corners, corners[::-1]))
         one, other = (sorted(way, key=lambda row: float(row[0][0])) for way in ways)
         assert len(one) == len(other) == rows
         for (far, by), (too, slope) in zip(one, other, strict=True):

@@ -1,0 +1,126 @@
+"""Rails and slots: the segments of their lines that the slides of a linkage run over during a stroke.
+
+A slider (PR) runs along a line of the frame: its *rail* is the segment of this line between the extreme places of the
+moving pivot.  A slide (RP) is a line of the coupler that passes through a fixed pivot: its *slot* is the segment of
+this line between the extreme places of the fixed pivot, as the coupler sees it, and moves with the coupler.  The length
+of either is its *travel*.  An inversion turns rails into slots of the same travel.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kinematics.linkage import PR, RP, RR, Linkage
+from ..kinematics.motion import Pose
+from ..kinematics.types import Complexes, Floats
+from .minimum_zone import grid, largest, times
+
+#: Where a rail or a slot ends that is none.
+NOWHERE = complex(np.nan, np.nan)
+
+#: Part of the travel: a slide that ends its stroke nearer to an end of its rail than this is told beside what stands
+#: there.  A step of the refinement may exchange the two, as in symmetric guides, whose slides end where they began.
+TIED = 0.1
+
+
+def slide_runs(linkage: Linkage, pose: Pose) -> Floats:
+    """Compute how far the slides of n linkages have run along their lines in m poses.
+
+    Returns
+    -------
+    ndarray, shape (m, n, 2)
+        By dyad, from the reference position [length]; NaN of a crank.
+    """
+    run = np.full((*pose.d.shape, 2), np.nan)
+    for i in (0, 1):
+        some = np.flatnonzero(linkage.dyads[:, i] != RR)
+        if not len(some):
+            continue
+        home, along = _line(linkage[some], i)
+        part = Pose(pose.d[:, some], pose.x[:, some], pose.origin[some])
+        with np.errstate(all="ignore"):
+            gone = part.point(home) - home
+            slider = (along.conj() * gone).real
+            slide = -(part.direction(along).conj() * gone).real  # the fixed pivot as the coupler sees it
+        run[:, some, i] = np.where(linkage.dyads[some, i] == PR, slider, slide)
+    return run
+
+
+def slide_ends(linkage: Linkage, run: Floats) -> Complexes:
+    """Return the ends of rails and slots in the reference position.
+
+    Parameters
+    ----------
+    linkage : Linkage of n
+    run : ndarray, shape (m, n, 2)
+        See `slide_runs`, at Chebyshev points of the stroke [length].
+
+    Returns
+    -------
+    ndarray, complex, shape (n, 2, 2)
+        By dyad, both ends [length]; `NOWHERE` of a crank.
+    """
+    ends = np.full((len(linkage), 2, 2), NOWHERE)
+    fine = grid(len(run) - 1).fine
+    for i in (0, 1):
+        some = np.flatnonzero(linkage.dyads[:, i] != RR)
+        if len(some):
+            home, along = _line(linkage[some], i)
+            way = times(fine, run[:, some, i])
+            ends[some, i] = home[:, None] + along[:, None] * np.stack([-largest(-way), largest(way)], axis=-1)
+    return ends
+
+
+def extremes(run: Floats) -> Floats:
+    """Return the weights with which values at Chebyshev points (m, n) make up those that can be extreme.
+
+    Returns
+    -------
+    ndarray, shape (4, n, m)
+        Of the first and the last value, and of the highest and the lowest between them; NaN where it is no extreme, nor
+        nearly.
+    """
+    at_ends = run[[0, -1]]
+    low, high = (run - at_ends.min(0)).min(0), (run - at_ends.max(0)).max(0)  # how far it overshoots its ends
+    span = at_ends.max(0) - at_ends.min(0) + high - low
+    extreme = (at_ends - at_ends.min(0) - low <= TIED * span) | (at_ends.max(0) + high - at_ends <= TIED * span)
+    ends = np.where(extreme[..., None], np.eye(len(run))[[0, -1], None], np.nan)
+    return np.concatenate([ends, [_peak(run), _peak(-run)]])
+
+
+def _peak(values: Floats) -> Floats:
+    """Return the weights (n, m) of the highest value between the first and the last of values (m, n), by a parabola
+    through three places, as `largest` finds it; NaN where one of these is the highest."""
+    fine = grid(len(values) - 1).fine
+    every = times(fine, values)
+    peak = np.argmax(np.where(np.isnan(every), -np.inf, every), axis=0)
+    inner = np.clip(peak, 1, len(fine) - 2)
+    low, at, high = (every[inner + k, np.arange(len(peak))] for k in (-1, 0, 1))
+    with np.errstate(all="ignore"):
+        step = (low - high) / (2 * (low - 2 * at + high))  # to the vertex, in places
+    step = np.where((peak == inner) & np.isfinite(step), step, np.nan)[:, None]
+    shares = (0.5 * step * (step - 1), 1 - step * step, 0.5 * step * (step + 1))
+    before, here, after = (share * fine[inner + k] for share, k in zip(shares, (-1, 0, 1), strict=True))
+    return np.asarray(before + here + after)
+
+
+def _line(linkage: Linkage, i: int) -> tuple[Complexes, Complexes]:
+    """Return a point and the unit vector of the line of dyad i, a slide, in the reference position, (n,) each."""
+    fixed, moving = linkage.points[:, i].T
+    slider = linkage.dyads[:, i] == PR
+    return np.where(slider, moving, fixed), 1j * np.where(slider, fixed, moving)
+
+
+def travels(ends: Complexes) -> Floats:
+    """Return the longest travel of the slides with these ends (n, 2, 2), shape (n,) [length]; NaN with cranks only."""
+    return np.asarray(np.fmax.reduce(np.abs(ends[..., 1] - ends[..., 0]), axis=1))
+
+
+def rails(linkage: Linkage, ends: Complexes) -> Complexes:
+    """Return the ends (n, 2, 2) of rails of the frame, `NOWHERE` of slots."""
+    return np.where((linkage.dyads == PR)[..., None], ends, NOWHERE)
+
+
+def slots(linkage: Linkage, ends: Complexes) -> Complexes:
+    """Return the ends (n, 2, 2) of slots of the coupler, `NOWHERE` of rails."""
+    return np.where((linkage.dyads == RP)[..., None], ends, NOWHERE)
