@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
-from errno import ENOENT
+from errno import ENAMETOOLONG, ENOENT
 from pathlib import Path
 from secrets import token_hex
 from stat import S_IMODE
@@ -67,6 +67,14 @@ def is_folder(path: Path) -> bool:
     with suppress(OSError):
         return path.is_dir()
     return False
+
+
+def make_folder(path: Path) -> None:
+    """Create a folder, and those above it, where they are missing; `OSError` if that cannot be."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except RecursionError:  # Python calls itself for each folder above
+        raise OSError(ENAMETOOLONG, "it lies in too many folders", str(path)) from None
 
 
 @contextmanager

@@ -12,7 +12,7 @@ from typing import Any
 import pytest
 
 import catalogue
-from catalogue.folders import replacing
+from catalogue.folders import make_folder, replacing
 
 MINE = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
 
@@ -67,6 +67,18 @@ def test_writers_at_once_do_not_mix(tmp_path: Path) -> None:
     assert len(held) == 100_000
     assert len({*held}) == 1
     assert [*tmp_path.iterdir()] == [file]
+
+
+def test_a_path_of_very_many_folders_is_told_in_one_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    deep = Path(f"{tmp_path}/{'a/' * 1900}x.db")
+    with pytest.raises(catalogue.DatabaseError, match=r"cannot be used \(it lies in too many folders\)"):
+        catalogue.open(deep, build=False)
+    monkeypatch.setenv("CATALOGUE_ANSWERS", str(deep))
+    with pytest.raises(catalogue.InvalidRequest, match="cannot be written .*too many folders"):
+        catalogue.guide(MINE).measure(stroke=120.0).remember()
+    with pytest.raises(OSError, match="too many folders"):
+        make_folder(deep)
+    assert not [*tmp_path.iterdir()]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows knows no such modes")

@@ -34,7 +34,8 @@ def _configured(ctx: click.Context, param: click.Parameter, file: str | None) ->
 
 
 CONFIG = option(
-    "--config", "FILE", "Read options from a file of TOML, such as stroke = \"6in\"; those given here win.",
+    "--config", "FILE", "Read options from a file of TOML, such as stroke = \"6in\"; those given here win over the "
+    "file, the file over the environment (CATALOGUE_DB).",
     is_eager=True, expose_value=False, callback=_configured,
 )  # fmt: skip
 

@@ -67,8 +67,8 @@ def switch(flag: str, help: str, **more: Any) -> click.Option:
 
 
 DB = option(
-    "--db", "FILE", "Database file.", PATH, envvar="CATALOGUE_DB", show_envvar=True,
-    show_default="in the user's data directory", is_eager=True,  # what is written must be another file
+    "--db", "FILE", "Database file.", PATH, show_default="that of CATALOGUE_DB, else in the user's data directory",
+    is_eager=True,  # what is written must be another file
 )  # fmt: skip
 PLUGINS = several("--plugins", "DIR", "Folder with plugins, besides those of CATALOGUE_PLUGINS; may be repeated.")
 FAMILY = several("--family", "NAME", "Only this family; may be repeated.", shell_complete=held("family"))

@@ -12,7 +12,7 @@ from urllib.parse import quote
 import click
 
 from ..errors import InvalidRequest
-from ..folders import replacing
+from ..folders import make_folder, replacing
 from ..markup import Markup, element, fill, join
 from ..progress import busy
 from .completion import held
@@ -65,7 +65,7 @@ def atlas(out: Path, plugins: Sequence[str]) -> None:
     for name in (*files, "index.html"):
         refuse_existing(out / name, "--out", force=click.get_current_context().meta[FORCE_KEY])
     try:
-        out.mkdir(parents=True, exist_ok=True)
+        make_folder(out)
     except OSError as error:
         raise InvalidRequest(f"cannot write to {out}: {error.strerror}") from error
     console = Console(stderr=True)

@@ -15,7 +15,7 @@ import click
 from click.exceptions import Exit
 
 from ..errors import InvalidRequest, printable
-from ..folders import answers_file, default_database, is_folder
+from ..folders import answers_file, default_database, is_folder, make_folder
 
 if TYPE_CHECKING:
     from ..find.columns import Column
@@ -164,7 +164,7 @@ def print_results(
     if plot is None:
         return
     if is_folder(plot) or not plot.suffix:
-        plot.mkdir(parents=True, exist_ok=True)
+        make_folder(plot)
         for code, one in zip(codes(found), found, strict=True):
             one.plot(plot / f"{code}.svg")
         print(f"drawn: {len(found)} files in {plot}", file=sys.stderr)

@@ -13,7 +13,7 @@ from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 
 from ..errors import InvalidRequest
-from ..folders import answers_file
+from ..folders import answers_file, make_folder
 
 #: Records that the file keeps, the last ones: some 40 MB, and two thousand searches.
 KEPT = 20_000
@@ -105,7 +105,7 @@ def _opened(*, write: bool) -> Iterator[sqlite3.Connection | None]:
             yield None
             return
         if write:
-            path.parent.mkdir(parents=True, exist_ok=True)
+            make_folder(path.parent)
             with suppress(FileExistsError):  # SQLite would let everybody read it
                 os.close(os.open(path.resolve(), os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
         with closing(sqlite3.connect(path, timeout=PATIENCE, isolation_level=None)) as file:

@@ -19,7 +19,7 @@ from stat import S_IMODE
 from typing import TYPE_CHECKING, Any, cast
 
 from ..errors import DatabaseError, DatabaseTooNew, InvalidRequest, quoted, shortened
-from ..folders import folder, unused_name
+from ..folders import folder, make_folder, unused_name
 from . import seal
 
 if TYPE_CHECKING:
@@ -181,7 +181,7 @@ def bring_up_to_date(path: Path) -> None:
     if found == known[-1]:
         return
     if found is None:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        make_folder(path.parent)
         with suppress(FileExistsError):  # SQLite would leave out what the umask gives to the group
             path.touch(exist_ok=False)
         _migrate(path)

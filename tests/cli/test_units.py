@@ -153,6 +153,22 @@ def test_a_file_holds_a_request_and_the_command_line_wins(run: Run, small_db: Pa
     assert held["pins_only"] is True
 
 
+def test_options_win_over_the_file_and_the_file_over_the_environment(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The database that is asked is told by its name: none of them is one."""
+    names = [tmp_path / f"{place}.db" for place in ("options", "config", "environment")]
+    for file in names:
+        file.write_text("no database" * 100)
+    (config := tmp_path / "x.toml").write_text(f"stroke = 1\ndeviation = 0.1\ndb = {str(names[1])!r}\n")
+    monkeypatch.setenv("CATALOGUE_DB", str(names[2]))
+    given = (("--db", names[0], "--config", config), ("--config", config, "--db", names[0]), ("--config", config))
+    asked = [run(*LINE, *options) for options in (*given, ("--stroke", 1, "--deviation", 0.1))]
+    assert [names.index(Path(done.line.split()[1])) for done in asked] == [0, 0, 1, 2]
+    told = " ".join(run(*LINE, "--help").out.split())
+    assert "those given here win over the file, the file over the environment (CATALOGUE_DB)" in told
+
+
 @pytest.mark.parametrize(
     ("text", "said"),
     [
