@@ -15,14 +15,14 @@ from .interrupt import IS_COMMAND  # before what takes time
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from .folders import other_distribution
+from .installed import fault
 
 __version__ = "0.1.0"
 
-if not IS_COMMAND and (_other := other_distribution()):  # the command says it itself
+if not IS_COMMAND and (_fault := fault()):  # the command says it itself
     import warnings
 
-    warnings.warn(_other, stacklevel=2)
+    warnings.warn(_fault, stacklevel=2)
 
 if TYPE_CHECKING:
     from .api import Catalogue, classify, open

@@ -23,17 +23,6 @@ def folder(name: str) -> Path:
     return packed if packed.is_dir() else _PACKAGE.parent / name
 
 
-def other_distribution() -> str:
-    """Return what is wrong where the distribution `catalogue` was installed into the folder that ours is in: both own
-    the package `catalogue` and overwrite each other's files.  An empty text if it was not."""
-    if next(_PACKAGE.parent.glob("catalogue-*.*-info"), None) is None:
-        return ""
-    return (
-        "the distribution `catalogue` is installed beside `mechanism-catalogue` and both own the package `catalogue`; "
-        "uninstall both, then install the one you need, or use a virtual environment for each"
-    )
-
-
 def default_database() -> Path:
     """Return the database file used when none is named: ``CATALOGUE_DB``, else one in the user's data directory."""
     named = os.environ.get("CATALOGUE_DB")

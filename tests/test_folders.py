@@ -74,7 +74,7 @@ def test_a_path_of_very_many_folders_is_told_in_one_line(tmp_path: Path, monkeyp
     with pytest.raises(catalogue.DatabaseError, match=r"cannot be used \(it lies in too many folders\)"):
         catalogue.open(deep, build=False)
     monkeypatch.setenv("CATALOGUE_ANSWERS", str(deep))
-    with pytest.raises(catalogue.InvalidRequest, match="cannot be written .*too many folders"):
+    with pytest.raises(catalogue.InvalidRequest, match=r"cannot be written .*too many folders"):
         catalogue.guide(MINE).measure(stroke=120.0).remember()
     with pytest.raises(OSError, match="too many folders"):
         make_folder(deep)

@@ -23,9 +23,9 @@ import click
 
 from .. import interrupt
 from ..errors import CatalogueError, InvalidRequest, PluginError, printable, quoted, shortened
-from ..folders import other_distribution
+from ..installed import fault, is_whole
 
-#: Not there where another package has put its own `__init__` in the place of ours, which `main` tells of.
+#: Unknown where another package has put its own `__init__` in the place of ours, which `main` tells of.
 VERSION = getattr(sys.modules[__name__.rpartition(".")[0]], "__version__", "unknown")
 #: Exit code where the reader of our output has gone.
 UNREAD = 141
@@ -66,9 +66,8 @@ def _outcome(guarded: bool) -> int:
     try:
         if guarded:
             signal.signal(signal.SIGINT, signal.default_int_handler)
-        other = other_distribution()
-        if other and (VERSION == "unknown" or sys.argv[1:2] != ["doctor"]):  # which says it among the rest
-            raise PluginError(other)
+        if not is_whole():
+            raise PluginError(fault())
         code = run()
         if sys.stdout is not None:
             sys.stdout.flush()  # a full disk is told of here, not when Python ends

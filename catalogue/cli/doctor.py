@@ -19,7 +19,8 @@ import click
 from click.exceptions import Exit
 
 from ..errors import CatalogueError, DatabaseError, PluginError
-from ..folders import answers_file, default_database, other_distribution, user_folder
+from ..folders import answers_file, default_database, user_folder
+from ..installed import fault
 from ..progress import busy
 from . import VERSION
 from .options import DB, FORMAT, PLUGINS
@@ -75,8 +76,8 @@ def _installed() -> Iterator[Finding]:
     yield Finding("mechanism-catalogue", f"{VERSION} in {Path(__file__).parents[1]}")
     yield Finding("Python", f"{platform.python_version()} at {sys.executable}, {platform.platform()}")
     yield Finding("SQLite", sqlite3.sqlite_version)
-    if other := other_distribution():
-        yield Finding("name clash", "two distributions own the package `catalogue`", other, PluginError.exit_code)
+    if told := fault():
+        yield Finding("name clash", "two distributions own the package `catalogue`", told, PluginError.exit_code)
     else:
         yield Finding("name clash", "none: the unrelated distribution `catalogue` is not installed")
     for name in PACKAGES:

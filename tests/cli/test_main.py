@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shutil
 import subprocess
 import sys
 from collections.abc import Callable
@@ -11,9 +10,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-import catalogue
-from catalogue.folders import folder
 
 Run = Callable[..., Any]
 LINE = ("find", "straight-line", "--stroke", "1", "--deviation", "0.01", "--no-refine", "--limit", "1")
@@ -91,34 +87,3 @@ def test_a_device_is_not_replaced_by_a_file(run: Run, small_db: Path, tmp_path: 
     assert done.code == 2
     assert "a folder or a device is there" in done.err
     assert pipe.is_fifo()
-
-
-@pytest.mark.parametrize("last", ["ours", "theirs"])
-def test_another_package_of_the_same_name_is_told_in_one_line(
-    environment: dict[str, str], tmp_path: Path, last: str
-) -> None:
-    site = tmp_path / "site"
-    shutil.copytree(Path(catalogue.__file__).parent, site / "catalogue", ignore=shutil.ignore_patterns("__pycache__"))
-    for name in ("plugins", "migrations", "data"):
-        (site / "catalogue" / f"_{name}").symlink_to(folder(name))
-    (site / "catalogue-2.0.10.dist-info").mkdir()
-    if last == "theirs":
-        (site / "catalogue" / "__init__.py").write_text("from catalogue.registry import *\n")
-        (site / "catalogue" / "registry.py").write_text("registries = {}\n")
-
-    def ran(*arguments: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, *arguments]
-        env = {**environment, "PYTHONPATH": str(site)}
-        return subprocess.run(command, env=env, capture_output=True, text=True, check=False, cwd=tmp_path)
-
-    for arguments in (("-m", "catalogue", "plugins"), ("-c", "from catalogue.cli import main; main()")):
-        done = ran(*arguments)
-        assert done.returncode == 5
-        assert done.stdout == ""
-        assert done.stderr.splitlines()[-1].startswith("catalogue: the distribution `catalogue` is installed beside")
-    done = ran("-m", "catalogue", "doctor")
-    assert done.returncode == 5
-    assert "Traceback" not in done.stderr
-    if last == "ours":
-        assert "name clash" in done.stdout  # among the rest
-        assert "both own the package `catalogue`; uninstall both" in ran("-c", "import catalogue").stderr

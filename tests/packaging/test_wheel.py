@@ -119,3 +119,77 @@ def test_unpacked_wheel_finds_its_own_folders(built: Built, tmp_path: Path) -> N
         [sys.executable, "-c", code], cwd=tmp_path, env=environment, capture_output=True, text=True, check=True
     )
     assert [Path(line) for line in run.stdout.splitlines()] == [site / place for place in PACKED.values()]
+
+
+# -- the other distribution of this name ------------------------------------------------------------------------------
+#: Files of the distribution `catalogue`, one of them with a name of ours.
+THEIRS = {"catalogue/__init__.py": "from catalogue.registry import *\n", "catalogue/registry.py": "registries = {}\n"}
+OTHER = "catalogue-2.0.10.dist-info"
+
+
+def put(site: Path, *who: str, wheel: Path) -> None:
+    """Install, or with a minus before it remove, one distribution after the other, as pip does."""
+    for one in who:
+        if one == "ours":
+            with zipfile.ZipFile(wheel) as archive:
+                archive.extractall(site)
+        elif one == "theirs":
+            (site / OTHER).mkdir(parents=True)
+            (site / OTHER / "RECORD").write_text("".join(f"{name},sha256=x,1\n" for name in THEIRS))
+            for name, text in THEIRS.items():
+                (site / name).parent.mkdir(exist_ok=True)
+                (site / name).write_text(text)
+        else:
+            shutil.rmtree(site / OTHER)
+            for name in THEIRS:
+                (site / name).unlink()
+
+
+@pytest.mark.parametrize(
+    ("order", "said", "mend"),
+    [
+        (("ours",), "", ""),
+        (("theirs", "ours"), "the distribution `catalogue`, which owns a package of the same name, is installed here "
+         "and broken: `import catalogue` is mechanism-catalogue, which works", "uninstall -y catalogue && python"),
+        (("ours", "theirs"), "mechanism-catalogue is broken: its file catalogue/__init__.py is overwritten by the "
+         "distribution `catalogue`", "uninstall -y catalogue && python -m pip install --force-reinstall --no-deps"),
+        (("theirs", "ours", "-theirs"), "mechanism-catalogue is broken: its file catalogue/__init__.py is missing or "
+         "changed", "`python -m pip install --force-reinstall --no-deps mechanism-catalogue` mends it"),
+        (("ours", "theirs", "-theirs"), "mechanism-catalogue is broken: its file catalogue/__init__.py is missing or "
+         "changed", "`python -m pip install --force-reinstall --no-deps mechanism-catalogue` mends it"),
+    ],
+    ids=lambda value: " ".join(value) if isinstance(value, tuple) else "",
+)  # fmt: skip
+def test_what_the_other_distribution_breaks_is_said_with_the_command_that_mends_it(
+    built: Built, tmp_path: Path, root: Path, order: tuple[str, ...], said: str, mend: str
+) -> None:
+    site = tmp_path / "site"
+    put(site, *order, wheel=built.wheel)
+
+    def ran(code: str) -> subprocess.CompletedProcess[str]:
+        env = {**os.environ, "PYTHONPATH": str(site), "XDG_DATA_HOME": str(tmp_path), "COLUMNS": "1000"}
+        alone = f"import sys; sys.path[:] = [one for one in sys.path if one != {str(root)!r}]"  # not this checkout
+        command = [sys.executable, "-c", f"{alone}; {code}"]
+        return subprocess.run(command, env=env, capture_output=True, text=True, check=False, cwd=tmp_path, timeout=120)
+
+    def command(word: str) -> subprocess.CompletedProcess[str]:
+        return ran(f"sys.argv[:] = ['catalogue', {word!r}]; from catalogue.cli import main; main()")
+
+    version = command("--version")
+    if order[-1] == "ours":  # its own files are whole: it works
+        assert (version.returncode, version.stdout) == (0, f"mechanism-catalogue {__version__}\n")
+        imported = ran("import catalogue; print(catalogue.StraightLine(150, 0.05).stroke)")
+        assert imported.stdout == "150.0\n"
+        assert said in imported.stderr
+        assert mend in imported.stderr
+        assert bool(imported.stderr) == bool(said)
+        doctor = command("doctor")
+        assert doctor.returncode == (5 if said else 0)
+        assert said in doctor.stdout
+    else:
+        assert (version.returncode, version.stdout) == (5, "")
+        (line,) = version.stderr.splitlines()
+        assert line.startswith(f"catalogue: {said}")
+        assert mend in line
+    put(site, "ours", wheel=built.wheel)  # what the command does
+    assert command("--version").stdout == f"mechanism-catalogue {__version__}\n"
