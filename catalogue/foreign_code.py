@@ -20,12 +20,12 @@ LIMIT = 120.0
 #: How long after each Ctrl-C the next one follows [s].
 PAUSE = 1.0
 #: What a series, a family or a parameter may be called.
-_NAME = re.compile(r"[^\W_][\w.*+'-]{0,39}", re.ASCII)
+NAME = re.compile(r"[^\W_][\w.*+'-]{0,39}", re.ASCII)
 
 
 def checked_name(what: str, text: object) -> str:
     """Return what a plugin calls something: up to 40 letters, digits and . * + ' - _, or raise `PluginError`."""
-    if not isinstance(text, str) or not _NAME.fullmatch(text):
+    if not isinstance(text, str) or not NAME.fullmatch(text):
         raise PluginError(
             f"{what}: a name has up to 40 of the characters A-Z a-z 0-9 . * + ' - _, unlike {quoted(text)}"
         )

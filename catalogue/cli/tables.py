@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     from ..find.results import Results
 
 T = TypeVar("T", bound="Results[Any]")
+#: Of what begins with a sign what may run: calls, other programs and sheets; a plain number or angle has none of it.
+FORMULA = frozenset("(|!=\"'")
 
 
 class _Output(click.Path):
@@ -120,10 +122,16 @@ def print_csv(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
     writer = csv.writer(sys.stdout, lineterminator="\n")
     writer.writerow([heading.lstrip(">~") for heading in columns])
     writer.writerows(
-        [json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else printable(v) if isinstance(v, str) else v
+        [json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else _cell(v) if isinstance(v, str) else v
          for v in row]
         for row in rows
     )  # fmt: skip
+
+
+def _cell(text: str) -> str:
+    """Return a text for a spreadsheet, which would reckon what begins like a formula."""
+    formula = text[:1] in "=@\t\r" or (text[:1] in "+-" and not FORMULA.isdisjoint(text))
+    return "'" * (formula and text != "") + printable(text)
 
 
 def print_records(

@@ -67,7 +67,7 @@ def draw_curves(guide: PlacedGuide, file: str | Path | None = None, *, unit: str
     total = TITLE + HEIGHT * len(shown) + LABELS
     figure = blank(WIDTH, total)
     title = described(guide)
-    figure.text(LEFT / WIDTH, 1 - 0.45 / total, title, family=SERIF, size=13, color=INK, gid="title")
+    figure.text(LEFT / WIDTH, 1 - 0.45 / total, title, family=SERIF, size=13, color=INK, gid="title", parse_math=False)
     wide = (WIDTH - LEFT - RIGHT) / WIDTH
     for k, one in enumerate(shown):
         low = (LABELS + HEIGHT * (len(shown) - 1 - k)) / total

@@ -54,7 +54,7 @@ class _Page:
 
     def text(self, x: float, y: float, words: str, size: float = 8.0, **style: Any) -> Any:
         style = {"family": SANS, "color": INK, "va": "baseline", **style}
-        return self.figure.text(x / self.width, 1 - y / self.height, words, size=size, **style)
+        return self.figure.text(x / self.width, 1 - y / self.height, words, size=size, parse_math=False, **style)
 
     def rule(self, y: float) -> None:
         from matplotlib.lines import Line2D

@@ -86,11 +86,13 @@ def _title(figure: Figure, guide: PlacedGuide, total: float) -> None:
     left, line = MARGIN / WIDTH, 1 - 0.58 / total
     series, configuration = getattr(guide, "series", getattr(guide, "name", "")), getattr(guide, "configuration", "")
     head = figure.text(
-        left, line, series, gid="series", family=SERIF, weight="bold", size=23, color=INK,
+        left, line, series, gid="series", family=SERIF, weight="bold", size=23, color=INK, parse_math=False,
     )  # fmt: skip
     width = head.get_window_extent().width / figure.bbox.width + 0.017 if series else 0.0
     kind = family(guide) + (f", configuration {configuration}" if configuration else "")
-    figure.text(left + width, line, kind, gid="family", family=SERIF, style="italic", size=16, color=INK)
+    figure.text(
+        left + width, line, kind, gid="family", family=SERIF, style="italic", size=16, color=INK, parse_math=False
+    )
     candidate = stroked(guide)
     unit = f" {guide.unit}" if guide.unit else ""
     told = facts(guide, guide.unit or "") if candidate is None else [

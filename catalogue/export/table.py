@@ -72,7 +72,7 @@ def written_xlsx(guide: PlacedGuide, options: Options) -> bytes:
         sheet.set_column(k, k, max(12, len(heading)))
         for i, value in enumerate(table[heading].tolist(), 1):
             if value == value and value != "":
-                sheet.write(i, k, value)
+                (sheet.write_string if isinstance(value, str) else sheet.write)(i, k, value)  # no text is a formula
     book.close()
     return out.getvalue()
 

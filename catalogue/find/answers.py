@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from .. import __version__
 from ..errors import InvalidRequest, quoted
 from ..folders import replacing
+from ..foreign_code import NAME
 from ..given import number, positive, switch, whole
 from ..given import text as printable
 from ..kinematics.linkage import Linkage
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 
 #: What a file of answers begins with.
 FORMAT = "mechanism-catalogue answers"
+#: Fields that are names of a plugin's, or of none.
+NAMES = ("family", "series", "configuration", "nearest_series")
 
 Answer = Any  # a Candidate, Stretch, OwnGuide, DwellCandidate or CollectionCandidate
 
@@ -133,12 +136,31 @@ def text_of(held: dict[str, Any]) -> str:
 
 
 def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None = None) -> Answer:
+    """Return the answer that a record with its code is of.
+
+    Raises
+    ------
+    InvalidRequest
+        If it has no code or is not what its code was made of, or as of `of_record`.
+    """
+    if not isinstance(held, dict):
+        raise InvalidRequest(f"an answer is damaged: it is no record, but {quoted(held)}")
+    values = dict(held)
+    code = values.pop("code", None)
+    if not isinstance(code, str) or not is_code(code):
+        raise InvalidRequest("an answer is damaged: it has no code to tell whether it was changed; save it anew")
+    if code != code_of(text_of(values), len(code)):
+        raise InvalidRequest(f"an answer is damaged: it is not that of its code {quoted(code)}, it was changed")
+    return of_record(values, collection)
+
+
+def of_record(held: dict[str, Any], collection: Callable[[str], Collection] | None = None) -> Answer:
     """Return the answer that a record is of.
 
     Raises
     ------
     InvalidRequest
-        If it is of none, is not what its code was made of, or says what a measurement of its mechanism does not give.
+        If it is of none, or says what a measurement of its mechanism does not give.
     """
     from . import measured_again
     from .measure import Stretch
@@ -146,9 +168,6 @@ def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None 
     kinds: dict[str, Any] = {c.__name__: c for c in (Candidate, Stretch, OwnGuide, DwellCandidate)}
     try:
         values = dict(held)
-        code = values.pop("code", None)
-        if code is not None and code != code_of(text_of(values), len(str(code))):
-            raise InvalidRequest(f"it is not that of its code {quoted(code)}: it was changed")
         kind = values.pop("kind", None)
         if kind == "CollectionCandidate":
             return _of_collection(values, collection)
@@ -180,6 +199,8 @@ def _sound(one: Answer) -> Answer:
                 raise InvalidRequest(f"{f.name} must be finite, not {quoted(value)}")
         elif str(f.type).startswith("str"):
             printable(f.name, value)
+            if f.name in NAMES and value and not NAME.fullmatch(value):
+                raise InvalidRequest(f"{f.name} must be a name, not {quoted(value)}")
         elif f.type == "bool":
             switch(f.name, value)
         elif f.name in ("guided", "pole", "start", "joint", "pivot"):

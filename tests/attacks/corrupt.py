@@ -235,7 +235,7 @@ def read(name: str, held: dict[str, Any], sound: Any) -> str:
     """Return what came of reading an answer of which a value is another; what a measurement tells nothing of, and what
     is said no longer, may be believed."""
     try:
-        answer = answers.answer(json.loads(json.dumps(held)))
+        answer = answers.of_record(json.loads(json.dumps(held)))
     except CatalogueError as error:
         return (
             "error" if len(str(error)) < 1000 and str(error).isprintable() else "traceback: an error is no short line"
@@ -297,7 +297,7 @@ def run(path: Path, count: int, seed: int, *, values: float = 1.0, questions: An
                     yield what, question, outcome(copy, question, sound[question]), f"{table}.{column} = {value}"
             copy.unlink()
     with catalogue.open(path, build=False) as opened:
-        every = [(held, answers.answer(held)) for held in records(opened)]
+        every = [(held, answers.of_record(held)) for held in records(opened)]
     for held, right_one in every:
         for name, value, false in falsified(held):
             if draw.random() < values:

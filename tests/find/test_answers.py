@@ -167,9 +167,9 @@ def test_answers_and_results_copy_pickle_compare_and_slice(ask: Callable[..., Fo
 )
 def test_a_record_that_was_changed_is_told(small: Catalogue, name: str, value: Any) -> None:
     held = answers.record(small.guide("watt").at(1.0))
-    assert answers.answer(held) == small.guide("watt").at(1.0)
+    assert answers.of_record(held) == small.guide("watt").at(1.0)
     with pytest.raises(InvalidRequest, match=r"^an answer is damaged, or of another version") as told:
-        answers.answer(held | {name: value})
+        answers.of_record(held | {name: value})
     assert str(told.value).isprintable()
 
 
@@ -189,7 +189,7 @@ def test_honest_records_of_every_way_to_ask_are_read(small: Catalogue) -> None:
     ]  # fmt: skip
     assert len({type(one).__name__ for one in found}) == 4
     for one in found:
-        assert answers.answer(json.loads(json.dumps(answers.record(one)))) == one
+        assert answers.of_record(json.loads(json.dumps(answers.record(one)))) == one
 
 
 @pytest.fixture(scope="module")
@@ -217,12 +217,12 @@ def test_no_number_is_believed_that_can_be_measured(records: dict[str, dict[str,
             continue
         times = 0.5 if name == "residual" else 1.02  # other parts of the turn stray by more
         with pytest.raises(InvalidRequest, match=r"measured again|must be"):
-            answers.answer(held | {name: times * held[name] + (name in ("along", "min_transmission_turn"))})
+            answers.of_record(held | {name: times * held[name] + (name in ("along", "min_transmission_turn"))})
     for dyad, joint in ((0, 0), (0, 1), (1, 0), (1, 1)):
         changed = copy.deepcopy(held)
         changed["pivots"][dyad][joint][0] += 99.0
         with pytest.raises(InvalidRequest, match="measured again"):
-            answers.answer(changed)
+            answers.of_record(changed)
 
 
 @pytest.mark.parametrize("part", [-0.5, 0.01, 0.2])
@@ -231,7 +231,7 @@ def test_the_direction_of_a_stretch_is_that_of_its_own_line(part: float) -> None
     record = answers.record(catalogue.guide(MINE).measure(stroke=120.0)[0])
     turned = record | {"along": record["along"] + part * math.degrees(2 * record["deviation"] / record["stroke"])}
     with pytest.raises(InvalidRequest, match="its along is"):
-        answers.answer(turned)
+        answers.of_record(turned)
 
 
 def test_a_record_that_is_not_what_its_code_was_made_of_is_told(
@@ -256,5 +256,5 @@ def test_a_record_that_is_not_what_its_code_was_made_of_is_told(
 @pytest.mark.parametrize("kind", [None, "", "x" * 100_000, ["Candidate"], "os.system"])
 def test_a_kind_that_is_none_is_said_in_one_short_line(kind: Any) -> None:
     with pytest.raises(InvalidRequest, match=r"is no kind of answer|damaged") as told:
-        answers.answer({"kind": kind})
+        answers.of_record({"kind": kind})
     assert len(str(told.value)) < 300
