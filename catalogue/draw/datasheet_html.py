@@ -96,7 +96,7 @@ def _drawn(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> M
     y, end = high - 2.0, 0.3 + step * frame.scale
     bar = element("path", class_="frame", d=f"M0.3 {number(y - 1.2)}V{number(y)}H{number(end)}V{number(y - 1.2)}")
     bar += text(f"{length(step, unit)}   ·   scale {to}", complex(end + 1.5, y), "word")
-    clock = Clock(5.0, shown.closed, shown.middle)
+    clock = Clock(5.0, shown.closed, shown.middle, time=shown.time)
     return drawing(
         guide, shown, frame, clock, ("names",), (), described(guide), "sheet-", inside=bar,
         width=f"{number(wide)}mm", height=f"{number(high)}mm",

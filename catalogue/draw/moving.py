@@ -101,7 +101,7 @@ def moving_svg(
         raise InvalidRequest("width, height and seconds of a drawing must be positive")
     shown = poses(guide, count, turn=turn, points=points)
     frame = Frame.around(shown, width, height, max(0.6, width * POINT))
-    clock = Clock(seconds, shown.closed, shown.middle, still)
+    clock = Clock(seconds, shown.closed, shown.middle, still, shown.time)
     prefix = f"guide-{next(_numbers)}-" if prefix is None else prefix
     return drawing(guide, shown, frame, clock, layers, hidden, title or described(guide), prefix, style=style)
 

@@ -121,7 +121,7 @@ def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | Non
     top = HEAD + size.imag + 6
     height = top + FEET + rows * LINE + CONTROLS * math.ceil(len(layers) / _across(width)) + 10
     frame = Frame.centred(shown, ratio, POINT, width, height, complex(0.5 * width, HEAD + 0.5 * size.imag))
-    clock = Clock(5.0, shown.closed, shown.middle)
+    clock = Clock(5.0, shown.closed, shown.middle, time=shown.time)
     left = (width - 2 * MARGIN) / columns
     listed = [
         text(words, complex(MARGIN + left * (k // rows), top + FEET + LINE * (k % rows)), "fact")

@@ -16,7 +16,7 @@ from ..markup import NOTHING, Markup, element, join
 from .cubics import cubic
 from .frame import Frame
 from .moving_style import LAYER_NAMES
-from .poses import POINTS, Poses
+from .poses import Poses
 from .svg import Clock, group, number, pair, polyline, text
 
 if TYPE_CHECKING:
@@ -122,8 +122,8 @@ class Layers:
 
     def _turn(self) -> Markup:
         """Return the path of the guided point over the whole circuit."""
-        moved, _ = self.guide.drawn_motion(2 * POINTS, whole=True)
-        z = moved.points["guided"]
+        run = self.guide.run(whole=True)
+        z = run.path(run.polyline())
         z = np.where(self.frame.near(z, 0.5), z, np.nan)
         return element("path", class_="faint", d=polyline(self.frame.at(z), 1))
 

@@ -20,8 +20,12 @@ if TYPE_CHECKING:
 
 #: What a guide can be drawn to; a GIF always moves.
 KINDS = (*FORMATS, "gif")
-#: Width of a film and greatest height over width [inch], its resolution [dots per inch], and the time of a pose [ms].
-WIDTH, TALL, DPI, PACE = 6.0, 1.0, 100, 80
+#: Width of a film and greatest height over width [inch], its resolution [dots per inch].
+WIDTH, TALL, DPI = 6.0, 1.0, 100
+#: Time of a pose [ms]; of one between two others where parts run fast, at least: viewers show no shorter ones.
+PACE, SHORTEST = 80, 20
+#: What a part may be off a straight way between two pictures, which are not joined [extent of its motion, rad].
+FILM_ERROR = 0.02
 
 
 def check(file: str | Path, *, moving: bool = False) -> str:
@@ -80,7 +84,7 @@ def film(guide: PlacedGuide) -> bytes:
     from .scene import scene_of
     from .symbols import Pen
 
-    taken = poses(guide)
+    taken = poses(guide, error=FILM_ERROR)
     shown = scene_of(taken)
     x0, y0, x1, y1 = shown.box
     border = 0.45
@@ -109,7 +113,8 @@ def film(guide: PlacedGuide) -> bytes:
             artist.remove()
     colours = frames[0].quantize(64)
     frames = [frame.quantize(palette=colours, dither=Image.Dither.NONE) for frame in frames]
-    order = frames[:-1] if taken.closed else frames + frames[-2:0:-1]
+    steps = np.maximum(np.diff(taken.time) / np.diff(taken.time).max() * PACE, SHORTEST).round().astype(int).tolist()
+    order, duration = (frames[:-1], steps) if taken.closed else (frames + frames[-2:0:-1], steps + steps[::-1])
     out = io.BytesIO()
-    order[0].save(out, "gif", save_all=True, append_images=order[1:], duration=PACE, loop=0, optimize=False)
+    order[0].save(out, "gif", save_all=True, append_images=order[1:], duration=duration, loop=0, optimize=False)
     return out.getvalue()

@@ -16,15 +16,12 @@ from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Array, Complexes, Floats
 
 if TYPE_CHECKING:
-    from ..find.guide_motion import GuideMotion
     from ..find.placed import PlacedGuide
 
-#: Positions that are measured, of which poses and points of the path are taken.
-FINE = 1025
 #: Poses over a stroke, and over a whole turn, if it is not said how many; the most that may be asked for.
 STROKE, TURN, MOST = 33, 73, 361
-#: Points of a drawn path.
-POINTS = 129
+#: What a part may be off between two poses [extent of its motion, rad]: a pixel of a card.
+POSE_ERROR = 5e-3
 
 
 @dataclass(frozen=True)
@@ -45,8 +42,9 @@ class Poses:
     #: Of the guided point per radian of the drive, on the way through the poses, shape (m,); NaN where the drive is
     #: in a dead point.
     velocity: Complexes
-    path: Complexes  #: of the guided point, shape (POINTS,)
-    traces: dict[str, Complexes]  #: of further coupler points by name, shape (POINTS,) each
+    time: Floats  #: when the poses are passed, from 0 to 1, shape (m,)
+    path: Complexes  #: of the guided point, shape (p,), within `POLYLINE_ERROR`
+    traces: dict[str, Complexes]  #: of further coupler points by name, shape (p,) each
     traced: dict[str, complex]  #: where these points are in the position given
     driver: int  #: number of the driving crank; 0: the coupler
     closed: bool  #: whether the last pose is the first again
@@ -84,8 +82,9 @@ class Poses:
 
 
 def poses(
-    guide: PlacedGuide, count: int | None = None, *, turn: bool = False, points: Mapping[str, Any] | None = None
-) -> Poses:
+    guide: PlacedGuide, count: int | None = None, *, turn: bool = False, points: Mapping[str, Any] | None = None,
+    error: float = POSE_ERROR,
+) -> Poses:  # fmt: skip
     """Return the poses of a guide over its stroke; where it has none, or if the whole turn is asked for, over its
     circuit.
 
@@ -93,71 +92,69 @@ def poses(
     ----------
     guide : PlacedGuide
     count : int, optional
-        Of the poses, from 3 to 361; 33 over a stroke, 73 over a circuit.  Over a stroke they lie the closer together
-        the nearer to its ends: a motion to and fro that takes equal times from one to the next is gentle there.
+        Of the poses, from 3 to 361; 33 over a stroke, 73 over a circuit, and as many more as the error needs.  Over a
+        stroke they lie the closer together the nearer to its ends: a motion to and fro that takes equal times from one
+        to the next is gentle there.
     turn : bool
         Whether the motion over the whole circuit is wanted, beginning and ending in the position given; of a linkage
         that leads to infinity, to and fro over what is near.
     points : mapping of str to (x, y), optional
         Further coupler points, where they are in the position given.
+    error : float
+        How far a part may be half way between two poses from where it belongs [extent of its motion, rad].
 
     Raises
     ------
     InvalidRequest
         If the count is out of bounds, or the linkage does not lead its guided point over the whole stroke.
     """
-    moved, closed = guide.drawn_motion(FINE, whole=turn, points=points)
-    count = (TURN if closed else STROKE) if count is None else count
-    if not 3 <= count <= MOST:
-        raise InvalidRequest(f"a moving drawing has 3 to {MOST} poses, not {count}")
-    share = np.linspace(0, 1, count)
-    at = np.round((len(moved) - 1) * (share if closed else 0.5 * (1 - np.cos(np.pi * share)))).astype(int)
-    along = np.round(np.linspace(0, len(moved) - 1, POINTS)).astype(int)
-    return _taken(guide, moved, at, along, closed, points)
-
-
-def _taken(
-    guide: PlacedGuide, moved: GuideMotion, at: Array, along: Array, closed: bool, points: Mapping[str, Any] | None
-) -> Poses:
-    """Return the poses of some of the positions of a motion, with the path through others."""
-    linkage = guide.linkage
-    kinds, z = linkage.dyads[0], linkage.points[0]
-    turn = np.radians(moved.coupler)
-    guided = moved.points["guided"]
-    if not np.isfinite(guided).all():
+    run = guide.run(whole=turn, points=points)
+    told = (TURN if run.closed else STROKE) if count is None else count
+    if not 3 <= told <= MOST:
+        raise InvalidRequest(f"a moving drawing has 3 to {MOST} poses, not {told}")
+    time = np.linspace(0, 1, told)
+    share = time if run.closed else 0.5 * (1 - np.cos(np.pi * time))
+    if count is None:
+        share = run.samples.linked(share, error)
+        time = share if run.closed else np.arccos(1 - 2 * share) / np.pi
+    linkage, moved = guide.linkage, run.motion(run.samples.rows(share), getattr(guide, "driver", None))
+    kinds, z, along = linkage.dyads[0], linkage.points[0], run.polyline()
+    turned, guided, path = np.radians(moved.coupler), moved.points["guided"], run.path(along)
+    if not (np.isfinite(guided).all() and np.isfinite(path).all()):
         raise InvalidRequest("the linkage does not lead its guided point over the whole of the motion to be drawn")
     moving = [
-        np.exp(1j * turn) * z[i, 1] if kinds[i] == RP else moved.points[f"A{i + 1}*"] for i in (0, 1)
+        np.exp(1j * turned) * z[i, 1] if kinds[i] == RP else moved.points[f"A{i + 1}*"] for i in (0, 1)
     ]  # a slide has a normal instead
     start = complex(*guide.guided)
-    feet, rods = _slides(kinds, z, start, start + np.exp(-1j * turn) * (z[:, :1] - guided))
+    feet, rods = _slides(kinds, z, start, {i: run.sliding(i) for i in (0, 1) if kinds[i] == RP})
     joint, pivot = output(guide, guided)
     return Poses(
         kinds=kinds,
         fixed=z[:, 0],
-        moving=np.stack(moving, axis=1)[at],
-        turn=turn[at],
-        cranks={i - 1: np.radians(angle)[at] for i, angle in moved.cranks.items()},
-        guided=guided[at],
+        moving=np.stack(moving, axis=1),
+        turn=turned,
+        cranks={i - 1: np.radians(angle) for i, angle in moved.cranks.items()},
+        guided=guided,
         home=np.array([feet.get(i, z[i, 1]) for i in (0, 1)] + [start]),
         normals={i: z[i, 1] for i in rods},
         rods=rods,
-        velocity=moved.velocities["guided"][at] * (1 if moved.drive[-1] >= moved.drive[0] else -1),
-        path=guided[along],
-        traces={name: moved.points[name][along] for name in points or ()},
-        traced={name: complex(*at) for name, at in (points or {}).items()},
+        velocity=moved.velocities["guided"] * (1 if moved.drive[-1] >= moved.drive[0] else -1),
+        time=time,
+        path=path,
+        traces={name: run.places(complex(*at), along) for name, at in run.points.items()},
+        traced={name: complex(*at) for name, at in run.points.items()},
         driver=moved.driver,
-        closed=closed,
-        joint=None if joint is None else joint[at],
+        closed=run.closed,
+        joint=joint,
         pivot=pivot,
     )
 
 
 def _slides(
-    kinds: Array, z: Array, start: complex, fixed: Complexes
+    kinds: Array, z: Array, start: complex, fixed: Mapping[int, Complexes]
 ) -> tuple[dict[int, complex], dict[int, Complexes]]:
     """Return for each slide, in the position given, the foot on its coupler line of the nearest coupler point, and the
-    ends of that line; `fixed` are the fixed pivots as the coupler sees them, shape (2, m)."""
+    ends of that line; `fixed` are the fixed pivots of slides as the coupler sees them, shape (m,)."""
     feet: dict[int, complex] = {}
     rods: dict[int, Complexes] = {}
     points = [*(z[i, 1] for i in (0, 1) if kinds[i] != RP), start]

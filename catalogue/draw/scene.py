@@ -13,15 +13,17 @@ from ..guidance.deviation_curve import from_circle
 from ..guidance.minimum_zone import grid
 from ..guidance.placement import FINE, at_stroke
 from ..guidance.trace import Traced, extended
+from ..kinematics.circuits import OPEN
 from ..kinematics.linkage import PR, RP
 from ..kinematics.types import Array, Complexes, Floats
 from .poses import Poses
 
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
+    from ..find.run import Run
 
-#: Points of the drawn path, and positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
-POINTS, POSES = 201, 33
+#: Positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
+POSES = 33
 #: The path is drawn on beyond both ends of the stroke by this part of it.
 BEYOND = 0.3
 #: Intervals between the points at which the deviation is drawn.
@@ -39,7 +41,7 @@ class Scene:
     #: point.
     coupler: Complexes
     rods: dict[int, Complexes]  #: of each slide, 0 or 1, ends of its coupler line over the stroke, shape (POSES, 2)
-    path: Complexes  #: shape (POINTS,)
+    path: Complexes  #: shape (p,), within `POLYLINE_ERROR`
     before: Complexes  #: the path beyond the start, outwards, until the linkage or the path turns
     after: Complexes  #: the same beyond the end
     position: Floats  #: along the stroke, shape (NODES + 1,)
@@ -82,21 +84,20 @@ def scene(candidate: Candidate) -> Scene:
     way, candidate = candidate.frame, candidate.at_home()
     here = candidate.span()
     traced = at_stroke(here, candidate.stroke, circle=candidate.radius is not None)
-    low, high = (traced.low.astype(float), traced.high.astype(float))
     if not np.isfinite(traced.fit.deviation).all():
         raise InvalidRequest(f"the linkage does not lead its guided point over a stroke of {candidate.stroke:g}")
     kinds, z = here.linkage.dyads[0], here.linkage.points[0]
-    share = np.linspace(-1, 1, POSES)
-    t = np.where(share < 0, -share * low, share * high)  # the reference position, t = 0, is in mid-stroke
-    pose = here.motion.pose(t[:, None])
+    run = candidate.run()
+    home = float(run.circuit.phase[0])
+    middle = float(run.samples.share(home))
+    share = np.interp(np.linspace(-1, 1, POSES), [-1, 0, 1], [0, middle, 1])
+    pose = run.circuit.pose(run.samples.rows(share)[:, None])
     guided = pose.point(here.point)[:, 0]
     moving = np.concatenate([pose.pivot(here.linkage, i) for i in (0, 1)], axis=1)
     feet, rods = _slides(kinds, z[:, 0], moving, guided)
     corners = [feet[i] if i in feet else moving[:, i] for i in (0, 1)]
-    before, after = _beyond(here, low, high, BEYOND * candidate.stroke)
-    path = candidate.path(POINTS) @ np.array([1, 1j])
-    if path[0].real > path[-1].real:
-        before, after = after, before
+    path = run.path(run.polyline())
+    before, after = _beyond(run, complex(here.tangent[0]), BEYOND * candidate.stroke)
     position, error = _deviation(candidate, here, traced)
     shown = Scene(
         kinds, z[:, 0], moving, np.stack([*corners, guided], 1), rods, path, before, after, position, error,
@@ -144,26 +145,25 @@ def _slides(
     return feet, rods
 
 
-def _beyond(here: CouplerCurve, low: Floats, high: Floats, more: float) -> tuple[Complexes, Complexes]:
-    """Return the path below `low` and above `high` for a length of at most `more`, from there outwards."""
-    u, _ = here.path(np.stack([low, high]))
-    below, above = here.extent * 0.9999
-    ends = here.window(np.maximum(u[0] - more, -below), np.minimum(u[1] + more, above))
-    crowded = np.sin(np.linspace(0, np.pi / 2, POINTS // 4))[:, None]  # a path enters a turning point like a root
-    tails = []
-    for start, end in zip((low, high), ends, strict=True):
-        u, v = here.path(start + crowded * (end - start))
-        z = (here.point + (u + 1j * v) * here.tangent)[:, 0]
-        tails.append(_until_it_turns(z[np.isfinite(z)]))
-    return tails[0], tails[1]
-
-
-def _until_it_turns(z: Complexes) -> Complexes:
-    """Return the points of a curve as far as its first corner, where it enters another branch."""
-    step = np.diff(z)
-    with np.errstate(all="ignore"):
-        corner = np.flatnonzero(~(np.abs(np.angle(step[1:] * step[:-1].conj())) < 0.5))
-    return z[: corner[0] + 2] if corner.size else z
+def _beyond(run: Run, tangent: complex, more: float) -> list[Complexes]:
+    """Return the path beyond the start and the end of a run, outwards, for a length of at most `more` along the tangent
+    in mid-stroke, until it turns."""
+    tails, half = [], 0.5 * float(run.circuit.period[0]) * np.sign(run.high - run.low)
+    for end, far in ((run.low, run.low - half), (run.high, run.high + half)):
+        if run.circuit.kind[0] == OPEN:
+            far = min(max(far, 0.0), float(run.circuit.period[0]))
+        far = replace(run, low=end, high=far).until(tangent, more)
+        tail = replace(run, low=end, high=far)
+        z = tail.path(tail.polyline())
+        ahead = np.abs(((z - z[0]) * np.conj(tangent)).real)
+        if (ahead > more).any():
+            last = int((ahead > more).argmax())
+            share = (more - ahead[last - 1]) / (ahead[last] - ahead[last - 1])
+            z[last] = z[last - 1] + share * (z[last] - z[last - 1])
+        else:
+            last = int(ahead.argmax())
+        tails.append(z[: last + 1])
+    return tails
 
 
 def _deviation(candidate: Candidate, here: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from ..kinematics.types import Array, Complexes, Floats
 from ..markup import NOTHING, Markup, element
+
+#: Steps of time that differ by less are equal.
+EQUAL = 1e-9
 
 
 def group(kind: str, *content: str, **attributes: object) -> Markup:
@@ -90,12 +94,15 @@ class Clock:
         The pose in which parts stand where nothing moves.
     still : bool
         Whether nothing moves.
+    time : ndarray, shape (m,), optional
+        When the poses are passed, from 0 to 1 of a period or of the way forth; in equal times if it is not given.
     """
 
     seconds: float
     closed: bool
     middle: int
     still: bool = False
+    time: Floats | None = None
 
     def order(self, values: list[str]) -> str:
         """Return the values of all poses as they follow one another over a period."""
@@ -107,15 +114,23 @@ class Clock:
             return NOTHING
         return element(
             "animate", attributeName=attribute, values=self.order(values), dur=f"{number(self.seconds)}s",
-            repeatCount="indefinite", **attributes,
+            repeatCount="indefinite", keyTimes=self._key_times, **attributes,
         )  # fmt: skip
+
+    @cached_property
+    def _key_times(self) -> str | None:
+        """When the values of a period are passed; None where that is in equal times."""
+        if self.time is None or np.ptp(np.diff(self.time)) < EQUAL:
+            return None
+        time = self.time if self.closed else 0.5 * np.append(self.time, 2 - self.time[-2::-1])
+        return ";".join(number(t, 5) for t in time.tolist())
 
     def _transform(self, kind: str, values: list[str]) -> Markup:
         if self.still or len(set(values)) == 1:
             return NOTHING
         return element(
             "animateTransform", attributeName="transform", type=kind, values=self.order(values),
-            dur=f"{number(self.seconds)}s", repeatCount="indefinite",
+            dur=f"{number(self.seconds)}s", repeatCount="indefinite", keyTimes=self._key_times,
         )  # fmt: skip
 
     def moved(self, at: Complexes, kind: str, *content: str) -> Markup:

@@ -23,10 +23,9 @@ import math
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.interpolate import make_interp_spline
 
 from ..errors import MissingExtra
-from ..kinematics.types import Complexes
+from ..kinematics.sampling import cubic
 from .levels import POSES, Levels, stacked
 from .links import GUIDED, SAME, Links, placed_over, spans, taken_apart
 from .outlines import Outline, Part, Sizes, parts
@@ -86,7 +85,7 @@ def drawing(guide: PlacedGuide, links: Links, cut: list[Part], options: Options)
         link = part.link
         where = {"layer": "FRAME" if link.kind == "frame" else "LINKS", "rotation": link.angle}
         space.add_blockref(block_name(link.name), _xy(link.origin), dxfattribs=where)
-    _path(space, links.path)
+    _path(space, links)
     letter = LETTER * links.size
     _names(space, cut, letter)
     _dimensions(document, guide, links, letter)
@@ -121,9 +120,9 @@ def _block(document: Drawing, part: Part) -> None:
         block.add_circle(_xy(z), 0.5 * part.bore, dxfattribs={"layer": "PIVOTS"})
 
 
-def _path(space: Modelspace, path: Complexes) -> None:
-    """Draw the path as a cubic spline through its points, which are even in the phase of the motion."""
-    spline = make_interp_spline(np.linspace(0, 1, len(path)), np.stack([path.real, path.imag], 1), k=3)
+def _path(space: Modelspace, links: Links) -> None:
+    """Draw the path as the cubic spline through its points."""
+    spline = cubic(links.knots, links.path)
     space.add_open_spline(
         [(float(p[0]), float(p[1]), 0.0) for p in np.asarray(spline.c)], degree=3, knots=[float(t) for t in spline.t],
         dxfattribs={"layer": "PATH"},

@@ -8,7 +8,7 @@ from .. import __version__
 from ..units import MILLIMETRES
 from .formats import Options
 from .levels import POSES, stacked
-from .links import placed_over, taken_apart
+from .links import Links, placed_over, taken_apart
 from .outlines import Outline, Sizes, parts
 from .parameters import parameters, positional
 
@@ -35,6 +35,7 @@ PARAMETERS = [
 {notes}LINKS = [
 {links}]
 
+# point of the path, parameter of the spline through it
 PATH = [
 {path}]
 
@@ -79,7 +80,9 @@ for name, level, (x, y), angle, outline, slots, holes in LINKS:
     part.Placement = Placement(vector(x, y, level * THICKNESS), Rotation(Vector(0, 0, 1), angle))
 
 curve = Part.BSplineCurve()
-curve.interpolate([vector(x, y, {top} * THICKNESS) for x, y in PATH])
+curve.interpolate(
+    Points=[vector(x, y, {top} * THICKNESS) for x, y, _ in PATH], Parameters=[knot for *_, knot in PATH]
+)
 path = document.addObject("Part::Feature", "path")
 path.Shape = curve.toShape()
 document.recompute()
@@ -115,8 +118,13 @@ def macro(guide: PlacedGuide, options: Options) -> str:
         links="".join(told),
         notes="".join(f"# {line}\n" for line in levels.notes()),
         top=levels.top,
-        path="".join(f"    {_xy(complex(z))},\n" for z in links.drawn_path),
+        path="".join(f"    ({z.real!r}, {z.imag!r}, {u!r}),\n" for z, u in zip(*_told(links), strict=True)),
     )
+
+
+def _told(links: Links) -> tuple[list[complex], list[float]]:
+    """Return the points of the path and the parameters of the spline there."""
+    return links.path.tolist(), links.knots.tolist()
 
 
 def _xy(z: complex) -> str:

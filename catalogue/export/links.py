@@ -19,11 +19,9 @@ from ..kinematics.linkage import PR, RR
 from ..kinematics.types import Complexes, Floats
 
 if TYPE_CHECKING:
-    from ..find.guide_motion import GuideMotion
     from ..find.placed import PlacedGuide
+    from ..find.run import Run
 
-#: Positions over which the blocks are followed and the path is known, and points through which solids show it.
-POSITIONS, DRAWN = 361, 61
 #: Name of the guided point among the pivots.
 GUIDED = "guided"
 #: Two places nearer than this part of the size are one.
@@ -74,19 +72,18 @@ class Links:
     links : list of Link
         The frame first, then cranks, blocks, the coupler.
     path : complex ndarray, shape (m,)
-        Of the guided point, over the stroke or the whole circuit.
+        Of the guided point, over the stroke or the whole circuit: points of a cubic spline that lies within
+        `catalogue.kinematics.sampling.SPLINE_ERROR`.
+    knots : ndarray, shape (m,)
+        Parameters of the spline at these points, from 0 to 1.
     size : float
         Diameter of the finite pivots and the path.
     """
 
     links: list[Link]
     path: Complexes
+    knots: Floats
     size: float
-
-    @property
-    def drawn_path(self) -> Complexes:
-        """`DRAWN` points of the path, or a few more, for programs that lay a spline through them."""
-        return self.path[:: max(1, (len(self.path) - 1) // (DRAWN - 1))]
 
 
 def taken_apart(guide: PlacedGuide) -> Links:
@@ -98,8 +95,9 @@ def taken_apart(guide: PlacedGuide) -> Links:
         If it is a linkage without a stroke whose coupler runs to infinity: its slots would have no ends.
     """
     z, kinds, finite = guide.linkage.points[0], guide.linkage.dyads[0], guide.linkage.finite[0]
-    moved, guided = travelled(guide), complex(*guide.guided)
-    path = moved.points["guided"]
+    run, guided = travelled(guide), complex(*guide.guided)
+    phases, knots = run.spline()
+    path = run.path(phases)
     every = np.concatenate([z[finite], [guided], path])
     size = float(np.abs(every[:, None] - every[None, :]).max())
     frame = _fixed_places(guide)
@@ -111,16 +109,11 @@ def taken_apart(guide: PlacedGuide) -> Links:
             links.append(_link(f"crank {i + 1}", "crank", {f"A{i + 1}": fixed, f"A{i + 1}*": moving}))
         elif kinds[i] == PR:
             along = -1j * fixed
-            run = ((moved.points[f"A{i + 1}*"] - moving) * along.conjugate()).real
-            low, high = _ends(run)
-            tracks[f"slider {i + 1}"] = (moving + along * low, moving + along * high)
+            tracks[f"slider {i + 1}"] = _slot(run, i, moving, along)
             links.append(Link(f"slider {i + 1}", "block", moving, along, {f"A{i + 1}*": 0j}, {}))
         else:
             along = -1j * moving
-            contact = guided + (fixed - path) * np.exp(-1j * np.radians(moved.coupler))
-            run = ((contact - fixed) * along.conjugate()).real
-            low, high = _ends(run)
-            ways[f"slide {i + 1}"] = (fixed + along * low, fixed + along * high)
+            ways[f"slide {i + 1}"] = _slot(run, i, fixed, along)
             links.append(Link(f"slide {i + 1}", "block", fixed, along, {f"A{i + 1}": 0j}, {}))
     if output := rod_and_rocker(guide):
         joint = output[0][1]
@@ -130,21 +123,21 @@ def taken_apart(guide: PlacedGuide) -> Links:
         ]
     if all(abs(guided - pin) > SAME * size for pin in pins.values()):
         pins[GUIDED] = guided
-    return Links([_link("frame", "frame", frame, tracks), *links, _coupler(guide, pins, ways)], path, size)
+    return Links([_link("frame", "frame", frame, tracks), *links, _coupler(guide, pins, ways)], path, knots, size)
 
 
-def travelled(guide: PlacedGuide) -> GuideMotion:
-    """Return the motion over the stroke, of a guide without one and of a point that returns over the whole circuit."""
+def travelled(guide: PlacedGuide) -> Run:
+    """Return the run over the stroke, of a guide without one and of a point that returns over the whole circuit."""
     answer: Any = guide  # a `Candidate`, which is above, if it has a stroke
     if hasattr(answer, "stroke"):
-        moved: GuideMotion = answer.motion(POSITIONS, whole=bool(answer.span().cusp.any()))
-        return moved
+        over: Run = answer.run(whole=bool(answer.span().cusp.any()))
+        return over
     if circuits(guide.linkage).kind[0] == OPEN:
         raise InvalidRequest(
             "the coupler of this linkage runs to infinity: find a stretch of its motion with `catalogue measure`, and "
             "export that by its code"
         )
-    return guide.motion(POSITIONS)
+    return guide.run()
 
 
 #: Origin and unit vector of the x axis of each link over the motion, by its name, shape (m,) each.
@@ -209,18 +202,11 @@ def _fixed_places(guide: PlacedGuide) -> dict[str, complex]:
     return found
 
 
-def _ends(run: Floats) -> tuple[float, float]:
-    """Return the least and the greatest of values (m,) that are sampled evenly, where they turn between samples by a
-    parabola."""
-    ends = []
-    for side in (-1.0, 1.0):
-        k = int((side * run).argmax())
-        end = float(run[k])
-        if 0 < k < len(run) - 1:
-            slope, bend = 0.5 * (run[k + 1] - run[k - 1]), run[k + 1] - 2 * run[k] + run[k - 1]
-            end -= 0.5 * float(slope**2 / bend) if bend else 0.0
-        ends.append(end)
-    return ends[0], ends[1]
+def _slot(run: Run, i: int, here: complex, along: complex) -> tuple[complex, complex]:
+    """Return the ends of the way of a block that is here in the given position."""
+    low, high = run.travel(i, along)
+    start = (here * along.conjugate()).real
+    return here + along * (low - start), here + along * (high - start)
 
 
 def _link(

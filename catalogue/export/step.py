@@ -47,7 +47,8 @@ def solids(guide: PlacedGuide, options: Options) -> str:
         )
         solid.label = part.link.name
         made.append(solid)
-    path = cad.Edge.make_spline([(z.real, z.imag, levels.top * rise) for z in (unit * links.drawn_path).tolist()])
+    places = [(z.real, z.imag, levels.top * rise) for z in (unit * links.path).tolist()]
+    path = cad.Edge.make_spline(places, parameters=links.knots.tolist())
     path.label = "path"
     label = "; ".join(part for part in (guide.linkage.family[0], *levels.notes(), options.assumption) if part)
     whole = cad.Compound(label=label, children=[*made, path])

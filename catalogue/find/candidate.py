@@ -15,10 +15,11 @@ from ..errors import InvalidRequest, quoted
 from ..given import complexes, switch
 from ..guidance.sensitivity import NODES, sensitivity
 from ..kinematics.types import Complexes, Floats
-from ..problem.request import CircularArc, PathFrame, Request, StraightLine
+from ..problem.request import CircularArc, PathFrame, Request, StraightLine, places
 from .columns import CANDIDATE, attributes
 from .guide_motion import SAMPLES, GuideMotion, sampled
 from .placed import PlacedGuide
+from .run import Run
 
 if TYPE_CHECKING:
     from ..guidance.circuit_curve import CircuitCurve
@@ -151,41 +152,33 @@ class Candidate(PlacedGuide):
         driver = self.driver if driver is None else driver
         if switch("whole", whole):
             return super().motion(samples, points=points, driver=driver)
-        from ..kinematics.circuits import circuits
-
-        s = np.linspace(*self._phases(), sampled(samples))[:, None]
-        moved = GuideMotion.of(self, circuits(self.linkage)[:1], s, points, driver)
+        if self._trace[0].cusp.any():
+            raise InvalidRequest("the guided point returns: ask for the motion over the whole circuit")
+        run = self.run(points=points)
+        moved = run.motion(run.rows(sampled(samples)), driver)
         return replace(moved, deviation=self.off_nominal(moved.points["guided"]))
 
     def drawn_motion(
         self, samples: int, *, whole: bool = False, points: Mapping[str, Any] | None = None
     ) -> tuple[GuideMotion, bool]:
+        if switch("whole", whole) or self._trace[0].cusp.any():
+            return super().drawn_motion(samples, whole=whole, points=points)
+        return self.motion(samples, points=points), False
+
+    def run(self, *, whole: bool = False, points: Mapping[str, Any] | None = None) -> Run:
         if switch("whole", whole):
-            return super().drawn_motion(samples, whole=True, points=points)
+            return super().run(whole=True, points=points)
         from ..kinematics.circuits import circuits
 
         here, traced = self._trace
-        if not here.cusp.any():
-            return self.motion(samples, points=points), False
-        # a point that returns: from one end of its path to its rest and back
-        found = circuits(here.linkage)[:1]
-        low, high = found.phases(here.motion.pose(np.stack([traced.low, traced.high]).astype(float)))
-        s = np.linspace(low, high, sampled(samples))[:, None]
-        return GuideMotion.of(self, found, s, points, self.driver), False
-
-    def _phases(self) -> tuple[float, float]:
-        """Return the phases, see `kinematics.circuits`, between which the point runs from the start of its path to the
-        end."""
-        from ..kinematics.circuits import circuits
-
-        here, traced = self._trace
-        if here.cusp.any():
-            raise InvalidRequest("the guided point returns: ask for the motion over the whole circuit")
+        found = circuits(self.linkage)[:1]
         pose = here.motion.pose(np.stack([traced.low, traced.high]).astype(float))
-        phases = circuits(here.linkage)[:1].phases(pose)
+        low, high = circuits(here.linkage)[:1].phases(pose)
         z = pose.point(here.point)[:, 0]
-        forward = ((z[1] - z[0]) * self.frame.direction.conjugate()).real > 0
-        return (phases[0], phases[1]) if forward else (phases[1], phases[0])
+        # a point that returns runs from one end of its path to its rest and back
+        backward = ((z[1] - z[0]) * self.frame.direction.conjugate()).real <= 0 and not here.cusp.any()
+        low, high = (high, low) if backward else (low, high)
+        return Run(self, found, low, high, points=places("points", points))
 
     def off_nominal(self, z: Complexes) -> Floats:
         """Return the distances of places of the guided point (m,), from the start to the end of its stroke, from the
@@ -229,13 +222,11 @@ class Candidate(PlacedGuide):
         return here, again(here, traced, circle=True, nodes=NODES, held=bend)
 
     def path(self, points: int = 101) -> Floats:
-        """Return points of the guided path over the stroke, shape (points, 2), from 2 to a million."""
+        """Return points of the guided path over the stroke, shape (points, 2), from 2 to a million; even as the
+        positions of `motion`."""
         points = sampled(points)
-        here, traced = self._trace
-        share = np.linspace(-1, 1, points)
-        u, v = here.path.window(traced.low.astype(float), traced.high.astype(float), share)
-        z = here.point + (u + 1j * v)[:, 0] * here.tangent
-        z = z if ((z[-1] - z[0]) * self.frame.direction.conjugate()).real > 0 else z[::-1]
+        run = self.run()
+        z = run.path(run.rows(points))
         return np.stack([z.real, z.imag], axis=-1)
 
     def sensitivity(self) -> Sensitivity:

@@ -14,12 +14,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 import numpy as np
 
 from ..errors import InvalidRequest
-from ..kinematics.circuits import COUPLER, OPEN, SWING, TURN, circuits
+from ..kinematics.circuits import COUPLER, SWING, TURN, circuits
 from ..kinematics.linkage import RR, Linkage
-from ..kinematics.types import Complexes
 from ..units import converted, factor, power, unit_or_none
 from .columns import CANDIDATE, Column
 from .guide_motion import SAMPLES, GuideMotion, sampled
+from .run import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -172,12 +172,16 @@ class PlacedGuide:
     def motion(
         self, samples: int = SAMPLES, *, points: Mapping[str, Any] | None = None, driver: int | None = None
     ) -> GuideMotion:
-        """Return the motion over the whole circuit of the given position, beginning and ending there.
+        """Return the motion over the whole circuit of the given position, beginning and ending there; from infinity to
+        infinity where the coupler leads there.
 
         Parameters
         ----------
         samples : int
-            Positions, 2 at least.
+            Positions, 2 at least.  They are even in the phase, of a crank that turns fully in its angle, but crowd
+            where something runs more than four times as far from one to the next as it does on average.  So no point
+            runs farther from one to the next than 8/(samples - 1) of its whole way, no link turns farther than that
+            part of its whole turn; than (4 + k)/(samples - 1) where k points and links move.
         points : mapping of str to (x, y), optional
             Further coupler points by name, where they are in the given position.
         driver : int, optional
@@ -192,31 +196,37 @@ class PlacedGuide:
         found = circuits(self.linkage)[:1]
         if found.is_immobile.any():
             raise InvalidRequest(IMMOBILE)
-        s = found.phase + np.linspace(0, 1, sampled(samples))[:, None] * found.period
-        return GuideMotion.of(self, found, s, points, driver)
+        run = Run.whole(self, found, points)
+        return run.motion(run.rows(sampled(samples)), driver)
 
-    def drawn_motion(
+    def run(
         self,
-        samples: int,
         *,
         whole: bool = False,  # noqa: ARG002  # what has no stroke always runs over its circuit
         points: Mapping[str, Any] | None = None,
-    ) -> tuple[GuideMotion, bool]:
-        """Return the motion that a drawing shows, and whether it ends where it began: over the stroke, or where there
-        is none, or the `whole` is asked for, over the circuit; of one that leads to infinity the part that is near.
+    ) -> Run:
+        """Return the run that a drawing shows: over the stroke, or where there is none, or the `whole` is asked for,
+        over the circuit; of one that leads to infinity the part that is near.
 
         Raises
         ------
         InvalidRequest
             As of `motion`.
         """
-        found, driver = circuits(self.linkage)[:1], getattr(self, "driver", None)
-        if found.kind[0] != OPEN:
-            s = found.phase + np.linspace(0, 1, sampled(samples))[:, None] * found.period
-            return GuideMotion.of(self, found, s, points, driver), True
-        s = np.linspace(0, 1, sampled(samples))[:, None] * found.period
-        moved, reach = GuideMotion.of(self, found, s, points, driver), 3 * float(self.linkage.size[0])
-        return moved.between(*_near(moved.points["guided"], complex(*self.guided), reach)), False
+        return Run.whole(self, circuits(self.linkage)[:1], points).near()
+
+    def drawn_motion(
+        self, samples: int, *, whole: bool = False, points: Mapping[str, Any] | None = None
+    ) -> tuple[GuideMotion, bool]:
+        """Return the motion over the `run` at even rows, see `motion`, and whether it ends where it began.
+
+        Raises
+        ------
+        InvalidRequest
+            As of `motion`.
+        """
+        run = self.run(whole=whole, points=points)
+        return run.motion(run.rows(sampled(samples)), getattr(self, "driver", None)), run.closed
 
     def plot(
         self, file: str | Path | None = None, *, ax: Axes | None = None, moving: bool = False,
@@ -403,14 +413,6 @@ class PlacedGuide:
         from .improve import improve
 
         return improve(self, request, **how)
-
-
-def _near(z: Complexes, home: complex, reach: float) -> tuple[int, int]:
-    """Return the first and one beyond the last of the places z about the one nearest to home that are within reach."""
-    away = np.abs(z - home)
-    middle = int(np.nanargmin(away))
-    far = np.flatnonzero(~(away <= max(reach, float(away[middle]))))
-    return int(far[far < middle].max(initial=-1)) + 1, int(far[far > middle].min(initial=len(z)))
 
 
 def _stops(linkage: Linkage, *, dead: bool) -> dict[str, list[float]]:

@@ -18,15 +18,15 @@ from matplotlib.figure import Figure
 from catalogue.draw import draw
 from catalogue.draw.datasheet_pdf import sheet_figure
 from catalogue.draw.mechanism import _rod
-from catalogue.draw.scene import POINTS, _beyond, scene
+from catalogue.draw.scene import _beyond, scene
 from catalogue.draw.svg import plate
 from catalogue.draw.symbols import Pen, rounded
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.find.candidate import Candidate
-from catalogue.guidance.placement import at_stroke
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR
 from catalogue.paper import DRIVER
 from catalogue.testing import load
+from tests.curves import apart, nearest
 from tests.draw.samples import ARC, EVERY, EXACT, MADE, NAMES, candidate
 
 every = pytest.mark.parametrize("made", EVERY, ids=NAMES)
@@ -50,7 +50,9 @@ def test_the_samples_are_of_all_families() -> None:
 
 @every
 def test_drawn_path_is_the_path_of_the_candidate(made: Candidate) -> None:
-    np.testing.assert_array_equal(line(draw(made), "path"), made.path(POINTS))
+    drawn, path = line(draw(made), "path") @ [1, 1j], made.path(4001) @ [1, 1j]
+    assert apart(drawn, path) < 1e-4 * np.abs(path - path[0]).max()
+    np.testing.assert_allclose(drawn[[0, -1]], path[[0, -1]], atol=1e-12 * made.size)
 
 
 @every
@@ -142,10 +144,10 @@ def test_a_guide_is_drawn_where_it_stands(made: Candidate) -> None:
         along=float(np.degrees(2)),
     )
     one, other = scene(made), scene(there)
-    for name in ("coupler", "path", "before", "after"):
-        z = origin + turn * getattr(one, name)
-        np.testing.assert_allclose(getattr(other, name), z, atol=1e-6 * made.size, err_msg=name)
-    np.testing.assert_allclose(other.path, there.path(POINTS) @ [1, 1j], atol=1e-6 * made.size)
+    np.testing.assert_allclose(other.coupler, origin + turn * one.coupler, atol=1e-6 * made.size)
+    for name in ("path", "before", "after"):
+        assert apart(getattr(other, name), origin + turn * getattr(one, name)) < 1e-4 * made.stroke
+    assert apart(other.path, there.path(4001) @ [1, 1j]) < 1e-4 * made.stroke
     np.testing.assert_allclose(other.error, one.error, atol=1e-6 * made.stroke)
     for i, pivot in enumerate(there.linkage.points[0, :, 0]):
         assert abs(other.fixed[i] - pivot) < 1e-9 * made.size
@@ -350,15 +352,17 @@ def test_the_plate_of_a_link_in_a_moving_drawing_is_the_border_about_its_pins(co
 
 @every
 def test_a_path_goes_on_for_the_length_that_is_asked_or_to_where_it_turns(made: Candidate) -> None:
-    here = made.span()
-    traced = at_stroke(here, made.stroke, circle=made.radius is not None)
+    run, tangent = made.run(), complex(made.span().tangent[0])
+    half = np.linspace(0, 0.4 * float(run.circuit.period[0]), 4001) * np.sign(run.high - run.low)
     for more in (0.01 * made.stroke, made.stroke):
-        for tail in _beyond(here, traced.low, traced.high, more):
-            u = ((tail - here.point[0]) * here.tangent[0].conj()).real
-            limit = np.append(here.extent[:, 0], np.inf) if here.extent.ndim > 1 else here.extent
-            reached = abs(u[-1] - u[0])
+        for tail, phases in zip(_beyond(run, tangent, more), (run.low - half, run.high + half), strict=True):
+            path = run.path(phases)
+            u = np.abs(((path - path[0]) * tangent.conjugate()).real)
+            turn = int((np.diff(u) <= 0).argmax()) if (np.diff(u) <= 0).any() else len(u) - 1
+            reached = abs(((tail[-1] - tail[0]) * tangent.conjugate()).real)
             assert reached <= more * (1 + 1e-9)
-            assert reached == pytest.approx(more, rel=1e-6) or np.isclose(abs(u[-1]), np.abs(limit), rtol=1e-3).any()
+            assert reached == pytest.approx(more, rel=1e-6) or reached == pytest.approx(u[turn], rel=1e-3)
+            assert nearest(tail, path).max() < 1e-4 * made.stroke
 
 
 def test_the_deviation_of_a_path_that_returns_fills_its_band() -> None:

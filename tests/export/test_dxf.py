@@ -19,6 +19,7 @@ import catalogue
 from catalogue.errors import InvalidRequest, MissingExtra
 from catalogue.export.outlines import rounded_hull
 from catalogue.find.dwell_results import DwellCandidate
+from tests.curves import off_spline
 
 ezdxf: Any = pytest.importorskip("ezdxf", reason="comes with the extra `cad`, of which `test` is made")
 
@@ -91,17 +92,10 @@ def test_the_audit_is_clean_and_all_layers_are_declared(six: Six, read_dxf: Read
     assert {one.one(3) for one in drawing.of("DIMENSION")} <= {*drawing.tables["DIMSTYLE"]}
 
 
-def spline(entity: Any, u: float) -> complex:
-    """Return a point of a spline by de Boor's recursion, from its group codes."""
-    degree, knots = int(entity.one(71)), [float(t) for t in entity.all(40)]
-    control = [complex(float(x), float(y)) for x, y in zip(entity.all(10), entity.all(20), strict=True)]
-    k = max(i for i in range(degree, len(control)) if knots[i] <= u)
-    d = control[k - degree : k + 1]
-    for r in range(1, degree + 1):
-        for j in range(degree, r - 1, -1):
-            low, high = knots[k - degree + j], knots[k + 1 + j - r]
-            d[j] += (u - high) / (high - low) * (d[j] - d[j - 1])
-    return d[degree]
+def read_spline(entity: Any) -> tuple[int, Any, Any]:
+    """Return degree, knots and control points of a spline from its group codes."""
+    control = np.array([complex(float(x), float(y)) for x, y in zip(entity.all(10), entity.all(20), strict=True)])
+    return int(entity.one(71)), np.array([float(t) for t in entity.all(40)]), control
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -109,9 +103,8 @@ def test_the_path_is_a_spline_that_leaves_it_by_nothing(six: Six, read_dxf: Read
     guide = six[family]
     (path,) = read_dxf(text(guide)).of("SPLINE", "PATH")
     z = guide.motion(101).points["guided"]
-    off = max(abs(spline(path, i / 100) - z[i]) for i in range(101))
-    assert off <= max(1e-3 * guide.deviation, 1e-12 * guide.size)
-    assert abs(spline(path, 0.0) - spline(path, 1.0)) == pytest.approx(60, rel=1e-3)
+    assert off_spline(*read_spline(path), z) <= max(1e-3 * guide.deviation, 1e-12 * guide.size)
+    assert abs(np.diff(read_spline(path)[2][[0, -1]])[0]) == pytest.approx(60, rel=1e-3)
 
 
 @pytest.mark.parametrize("family", FAMILIES)
@@ -264,8 +257,8 @@ def test_a_linkage_without_a_stroke_is_drawn_over_its_circuit(read_dxf: Read) ->
     guide = catalogue.guide(CRANK_ROCKER)
     (path,) = read_dxf(text(guide)).of("SPLINE")
     z = guide.motion(41).points["guided"]
-    assert max(abs(spline(path, i / 40) - z[i]) for i in range(41)) < 1e-6
-    assert abs(spline(path, 0.0) - spline(path, 1.0)) < 1e-12
+    assert off_spline(*read_spline(path), z) < 1e-6
+    assert abs(np.diff(read_spline(path)[2][[0, -1]])[0]) < 1e-12
 
 
 def test_a_dwell_has_rod_and_rocker(read_dxf: Read) -> None:

@@ -1,0 +1,166 @@
+"""A guide between two phases of its circuit, resolved: which positions a table, a drawing or a file needs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from ..kinematics.circuits import OPEN, Circuits
+from ..kinematics.linkage import PR, RP, RR
+from ..kinematics.sampling import POLYLINE_ERROR, SPLINE_ERROR, Samples, lowest, resolved
+from ..kinematics.types import Array, Complexes, Floats
+from ..problem.request import places
+from .guide_motion import GuideMotion
+
+if TYPE_CHECKING:
+    from .placed import PlacedGuide
+
+#: Least extent of a path to which its error is related [size of the linkage].
+LEAST = 1e-3
+#: How far what leads to infinity is drawn [size of the linkage].
+NEAR = 3.0
+#: Part of the deviation that a spline may add to it, and what it may miss by rounding [size of the linkage].
+PART, ROUNDED = 1e-3, 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class Run:
+    """The motion of a guide from one phase to another.
+
+    Attributes
+    ----------
+    guide : PlacedGuide
+    circuit : Circuits
+        The one of the given position.
+    low, high : float
+        Phases of start and end, in this order or the other [rad].
+    closed : bool
+        Whether it ends where it began.
+    points : mapping of str to (x, y)
+        Further coupler points, where they are in the given position.
+    """
+
+    guide: PlacedGuide
+    circuit: Circuits
+    low: float
+    high: float
+    closed: bool = False
+    points: Mapping[str, Any] = field(default_factory=dict)
+
+    @classmethod
+    def whole(cls, guide: PlacedGuide, circuit: Circuits, points: Mapping[str, Any] | None) -> Run:
+        """Return the run over a circuit, from the given position round to it; from infinity to infinity where the
+        coupler leads there."""
+        period, start = float(circuit.period[0]), float(circuit.phase[0])
+        told = places("points", points)
+        if circuit.kind[0] == OPEN:
+            return cls(guide, circuit, min(0.0, start), max(period, start), False, told)
+        return cls(guide, circuit, start, start + period, True, told)
+
+    @cached_property
+    def samples(self) -> Samples:
+        """Places of the guided point, of the further points and of what slides, then directions of the links."""
+        extents = 1 + len(self.points) + int((self._kinds != RR).sum()) + self._has_output
+        count = self._values(np.array([self.low])).shape[1]
+        scale = np.where(np.arange(count) < extents, np.nan, 1.0)
+        return resolved(self._values, self.low, self.high, scale, LEAST * float(self.circuit.linkage.size[0]))
+
+    def rows(self, count: int) -> Floats:
+        """Return the phases of `count` rows, see `Samples.rows`."""
+        return self.samples.rows(np.linspace(0, 1, count))
+
+    def polyline(self, error: float = POLYLINE_ERROR) -> Floats:
+        """Return the phases between which the guided point and the further points run straight, but for `error` of the
+        extent of each."""
+        return self.samples.polyline(list(range(1 + len(self.points))), error)
+
+    def spline(self) -> tuple[Floats, Floats]:
+        """Return the phases and the parameters of a spline through places of the guided point, see `Samples.spline`; of
+        an answer it is off by no more than `PART` of the deviation, but for rounding."""
+        scale, size = float(self.samples.scale[0]), float(self.circuit.linkage.size[0])
+        deviation = getattr(self.guide, "deviation", np.inf)
+        return self.samples.spline(0, min(SPLINE_ERROR, max(PART * deviation, ROUNDED * size) / scale))
+
+    def path(self, phases: Floats) -> Complexes:
+        """Return the guided point at phases (m,)."""
+        return self.places(complex(*self.guide.guided), phases)
+
+    def places(self, point: complex, phases: Floats) -> Complexes:
+        """Return a coupler point, given in the given position, at phases (m,)."""
+        return self.circuit.pose(phases[:, None]).point(np.array([point]))[:, 0]
+
+    def motion(self, phases: Floats, driver: int | None = None) -> GuideMotion:
+        """Return the motion at phases (m,)."""
+        return GuideMotion.of(self.guide, self.circuit, phases[:, None], self.points, driver)
+
+    def sliding(self, i: int) -> Complexes:
+        """Return where dyad i slides at the samples: the pin of a slider, the pivot of a slide as the coupler sees it,
+        shape (m,)."""
+        return self.samples.values[:, self._column(i)]
+
+    def travel(self, i: int, along: complex) -> tuple[float, float]:
+        """Return the least and the greatest coordinate of where dyad i slides, in a direction, to rounding [length]."""
+
+        def ahead(s: Floats) -> Floats:
+            return np.asarray((self._values(s)[:, self._column(i)] * along.conjugate()).real)
+
+        at = self.samples.at
+        here = ahead(at)
+        return lowest(ahead, at, here), -lowest(lambda s: -ahead(s), at, -here)
+
+    def until(self, tangent: complex, length: float) -> float:
+        """Return a phase at which the guided point has just run farther than a length along a tangent, or turned."""
+        ahead = ((self.samples.values[:, 0] - self.samples.values[0, 0]) * np.conj(tangent)).real
+        ahead = ahead * np.sign(ahead[1])
+        beyond = (ahead > length) | (np.diff(ahead, append=-np.inf) <= 0)
+        return float(self.samples.at[min(int(beyond.argmax()) + 1, len(ahead) - 1)])
+
+    def near(self) -> Run:
+        """Return the part about the given position in which the guided point is no farther than `NEAR` sizes away."""
+        if self.circuit.kind[0] != OPEN:
+            return self
+        home, z = complex(*self.guide.guided), self.samples.values[:, 0]
+        away = np.abs(z - home)
+        middle = int(np.nanargmin(away))
+        far = np.flatnonzero(~(away <= max(NEAR * float(self.circuit.linkage.size[0]), float(away[middle]))))
+        first, last = int(far[far < middle].max(initial=-1)) + 1, int(far[far > middle].min(initial=len(z))) - 1
+        return replace(self, low=float(self.samples.at[first]), high=float(self.samples.at[last]))
+
+    def _column(self, i: int) -> int:
+        """Return which of the values is where dyad i slides."""
+        return 1 + len(self.points) + int((self._kinds[:i] != RR).sum())
+
+    @cached_property
+    def _kinds(self) -> Array:
+        return np.asarray(self.circuit.linkage.dyads[0])
+
+    @property
+    def _has_output(self) -> bool:
+        return hasattr(self.guide, "joint")
+
+    def _values(self, s: Floats) -> Complexes:
+        """Return places and directions at phases (m,), shape (m, k)."""
+        pose, kinds, z = self.circuit.pose(s[:, None]), self._kinds, self.circuit.linkage.points[0]
+        start, turn = complex(*self.guide.guided), 1 + pose.x[:, 0]
+        guided = pose.point(np.array([start]))[:, 0]
+        there = [guided, *(pose.point(np.array([complex(*at)]))[:, 0] for at in self.points.values())]
+        links = [turn]
+        for i in (0, 1):
+            if kinds[i] == RP:  # the pivot as the coupler sees it
+                there.append(start + turn.conj() * (z[i, 0] - guided))
+                continue
+            pin = pose.point(z[None, i, 1])[:, 0]
+            if kinds[i] == PR:
+                there.append(pin)
+            else:
+                links.append((pin - z[i, 0]) / abs(z[i, 1] - z[i, 0]))
+        if self._has_output:
+            dwell: Any = self.guide
+            joint, pivot = dwell.joints(guided), complex(*dwell.pivot)
+            there.append(joint)
+            links += [(joint - pivot) / np.abs(joint - pivot), (guided - joint) / np.abs(guided - joint)]
+        return np.stack([*there, *links], axis=1)

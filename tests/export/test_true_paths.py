@@ -1,0 +1,109 @@
+"""What is handed over of a motion lies on the true curve: tables, drawings that stand or move, splines of CAD files."""
+
+from __future__ import annotations
+
+from functools import cache, lru_cache
+from typing import Any
+
+import numpy as np
+import pytest
+
+from catalogue.draw.poses import POSE_ERROR, poses
+from catalogue.errors import InvalidRequest
+from catalogue.export.links import taken_apart
+from catalogue.find.own_guide import OwnGuide
+from catalogue.kinematics.circuits import OPEN, circuits
+from catalogue.kinematics.sampling import cubic
+from tests.curves import apart, nearest, off_spline
+from tests.true_curves import random_linkages, rockers, true_curve
+
+#: What a drawn path, and a spline, may be off the true curve [width or height of the curve, the larger one].
+DRAWN, SPLINE = 1e-4, 2.9e-7
+#: Positions of a table, and the part of its whole way that something runs at most from one to the next: 8/(n - 1).
+ROWS = 73
+
+
+@lru_cache(maxsize=1)
+def linkages() -> list[OwnGuide]:
+    return [*rockers(), *random_linkages(284, 7)]
+
+
+@cache
+def true(k: int) -> Any:
+    return true_curve(linkages()[k])
+
+
+def extent(z: Any) -> float:
+    return float(max(np.ptp(z.real), np.ptp(z.imag)))
+
+
+parts = pytest.mark.parametrize("part", range(10))
+
+
+@parts
+def test_a_drawn_path_lies_on_the_true_curve(part: int) -> None:
+    for k in range(part, 300, 10):
+        guide, curve = linkages()[k], true(k)
+        drawn = poses(guide).path
+        if circuits(guide.linkage).kind[0] == OPEN:  # of which the part that is near is drawn
+            assert nearest(drawn, curve).max() < DRAWN * extent(drawn)
+            within = curve[np.abs(curve - complex(*guide.guided)) < 2 * float(guide.linkage.size[0])]
+            assert nearest(within, drawn).max() < DRAWN * extent(drawn)
+        else:
+            assert apart(drawn, curve) < DRAWN * extent(curve), guide.pivots
+
+
+@parts
+def test_the_spline_of_a_file_lies_on_the_true_curve(part: int) -> None:
+    for k in range(part, 300, 10):
+        guide, curve = linkages()[k], true(k)
+        try:
+            links = taken_apart(guide)
+        except InvalidRequest:  # it leads to infinity
+            assert circuits(guide.linkage).kind[0] == OPEN
+            continue
+        spline = cubic(links.knots, links.path)
+        control = spline.c[:, 0] + 1j * spline.c[:, 1]
+        assert off_spline(3, spline.t, control, curve[:: 1 + len(curve) // 500]) < SPLINE * extent(curve)
+
+
+@parts
+def test_no_row_of_a_table_is_farther_from_the_next_than_the_stated_share(part: int) -> None:
+    for k in range(part, 300, 10):
+        guide = linkages()[k]
+        moved, fine = guide.motion(ROWS), guide.motion(5001)
+        for name, places in moved.points.items():
+            way = np.abs(np.diff(fine.points[name])).sum()
+            run = np.searchsorted(fine.phase, moved.phase)
+            each = np.append(0, np.cumsum(np.abs(np.diff(fine.points[name]))))[np.minimum(run, 5000)]
+            assert np.diff(each).max() <= 1.01 * 8 / (ROWS - 1) * way, (name, guide.pivots)
+            assert np.abs(np.diff(places)).max() <= 8 / (ROWS - 1) * way
+        for angle in (moved.coupler, *moved.cranks.values()):
+            assert np.abs(np.diff(angle)).max() < 360
+
+
+@parts
+def test_links_of_a_moving_drawing_meet_between_its_poses_too(part: int) -> None:
+    for k in range(part, 300, 10):
+        shown = poses(linkages()[k])
+        spread = extent(shown.extent)
+        for angle in (shown.turn, *shown.cranks.values()):
+            assert np.abs(np.diff(angle)).max() < np.radians(25)
+        for i, angle in shown.cranks.items():
+            pin = shown.moving[:, i] - shown.fixed[i]
+            between = np.abs(0.5 * (pin[1:] + pin[:-1]) - np.abs(pin[0]) * np.exp(0.5j * (angle[1:] + angle[:-1])))
+            assert between.max() < 2 * POSE_ERROR * spread
+
+
+def test_the_stated_share_is_told_where_rows_are_asked_for() -> None:
+    assert "8/(samples - 1)" in str(OwnGuide.motion.__doc__)
+
+
+@pytest.mark.parametrize("k", range(16))
+def test_a_nearly_equal_triple_rocker_is_whole_in_every_file(k: int, read_dxf: Any) -> None:
+    pytest.importorskip("ezdxf", reason="comes with the extra `cad`, of which `test` is made")
+    guide, curve = linkages()[k], true(k)
+    (path,) = read_dxf(str(guide.export(format="dxf"))).of("SPLINE", "PATH")
+    control = np.array([complex(float(x), float(y)) for x, y in zip(path.all(10), path.all(20), strict=True)])
+    knots = np.array([float(t) for t in path.all(40)])
+    assert off_spline(3, knots, control, curve[::11]) < SPLINE * extent(curve)
