@@ -40,15 +40,6 @@ def number(name: str, value: Any, kind: str = "a number") -> float:
     raise InvalidRequest(f"{name} must be {kind}, not {quoted(value)}")
 
 
-def decimal(text: str) -> float | None:
-    """Return the number that a text writes, None if it writes none: digits are 0 to 9, and none stands apart by a
-    line, as in 1_000."""
-    try:
-        return float(text) if text.isascii() and "_" not in text else None
-    except ValueError:
-        return None
-
-
 def positive(name: str, value: Any) -> float:
     """Return `value` as a float; `InvalidRequest` unless it is a number above zero in `RANGE`."""
     given = number(name, value)

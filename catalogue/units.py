@@ -1,4 +1,4 @@
-"""Units of length, and numbers converted from one to another: exactly, before they are rounded to a double."""
+"""Numbers as they are written, units of length, and conversion: exact, before it is rounded to a double."""
 
 from __future__ import annotations
 
@@ -18,6 +18,15 @@ LENGTH = "length"
 ASSUMED = "mm"
 #: What they say.
 ASSUMPTION = f"no unit is known of its lengths: they are taken as {ASSUMED}"
+
+
+def decimal(text: str) -> float | None:
+    """Return the number that a text writes, None if it writes none: digits are 0 to 9, and none stands apart by a
+    line, as in 1_000."""
+    try:
+        return float(text) if text.isascii() and "_" not in text else None
+    except ValueError:
+        return None
 
 
 def millimetres(unit: str) -> float:

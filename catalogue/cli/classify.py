@@ -43,7 +43,7 @@ def classify(
     CSV: 8 numbers a line (x, y of A1, A1*, A2, A2*) or 12 (x, y, w of each), a heading, which is a line without a
     number, is skipped; or columns under a heading that names link lengths, or pivots as JSON. Between cells stand
     commas, semicolons, tabs, bars or blanks, the same in all of a file; decimals have a point. Notes stand under name,
-    note, code or id; link lengths have no other names beside them.
+    note, code or id, the unit of the lengths under unit; link lengths have no other names beside them.
     """
     from ..api import classify as run
     from .reading import read_linkages

@@ -7,8 +7,8 @@ from typing import Any
 
 import click
 
-from ..given import decimal
 from ..problem.criteria import ANSWERS
+from ..units import decimal
 from .completion import held
 
 #: A file or a folder, which need not be there.

@@ -17,8 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..errors import InvalidLinkage, InvalidRequest, quoted
-from ..given import decimal
 from ..kinematics.from_lengths import CLOSURES, POINT, POSITION
+from ..units import decimal
 
 LENGTHS = {name for names in CLOSURES for name in names}
 #: Names of numbers.

@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from ..errors import InvalidRequest, quoted
-from ..given import decimal, number
+from ..given import number
+from ..units import decimal
 from .spec import LENGTH, Collection
 
 _CONDITION = re.compile(r"\s*(\w+)\s*(<=|>=)\s*(\S+)\s*")

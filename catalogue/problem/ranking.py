@@ -12,8 +12,9 @@ from typing import Any
 import numpy as np
 
 from ..errors import InvalidRequest, quoted
-from ..given import decimal, doubles, names, number, positive, whole
+from ..given import doubles, names, number, positive, whole
 from ..kinematics.types import Floats, Indices
+from ..units import decimal
 from .criteria import ANSWERS, CRITERIA
 from .request import Request, digits
 

@@ -16,7 +16,7 @@ from urllib.parse import urlencode
 from ..draw.moving_style import DARK, LIGHT, STYLE, properties
 from ..errors import CatalogueError, DatabaseError, InvalidRequest, MissingExtra, shortened
 from ..markup import element
-from ..units import MILLIMETRES
+from ..units import MILLIMETRES, millimetres
 
 try:
     from jinja2 import Environment, FileSystemLoader
@@ -39,7 +39,7 @@ from .gallery import gallery
 from .guard import HOSTS, Guard
 from .own import EXAMPLE as OWN_EXAMPLE
 from .own import Own, measured
-from .wish import Form, Wish, WishError
+from .wish import Form, Wish, WishError, unit_shown
 
 if TYPE_CHECKING:
     from ..find.explain import Relaxation
@@ -95,11 +95,12 @@ class Page:
 
     def show(self, template: str, request: Request, code: int = 200, **values: Any) -> HTMLResponse:
         """Return a page, or a part of one."""
-        values |= {
-            "unit": shown_unit(request),
+        values = {
+            "unit": unit_shown(request.query_params.get("unit", "")),
             "units": [*MILLIMETRES],
             "query": request.url.query,
             "path": request.url.path,
+            **values,
         }
         return HTMLResponse(self.templates.get_template(template).render(values), code)
 
@@ -155,12 +156,18 @@ class Page:
     async def guide(self, request: Request) -> Response:
         """The page of one guide."""
         name = request.path_params["name"]
-        unit = shown_unit(request)
+        unit = unit_said(request)
         found = await self.ask(request, ("guide", name, unit), guides.guide_page, name, unit, quick=True)
         if isinstance(found, tuple):
             return RedirectResponse(f"/own?{urlencode(found)}")
         return self.show(
-            "guide.html", request, guide=found, files=guides.FILES, layers=guides.SHOWN, seconds=guides.SECONDS
+            "guide.html",
+            request,
+            guide=found,
+            unit=found.unit,
+            files=guides.FILES,
+            layers=guides.SHOWN,
+            seconds=guides.SECONDS,
         )
 
     async def file(self, request: Request) -> Response:
@@ -168,9 +175,9 @@ class Page:
         name, kind = request.path_params["name"], request.path_params["kind"]
         if kind not in guides.FILES:
             raise HTTPException(404)
-        unit = request.query_params.get("unit", "mm")
-        if unit not in MILLIMETRES:
-            raise InvalidRequest(f"the unit is one of {', '.join(MILLIMETRES)}")
+        unit = request.query_params.get("unit")
+        if unit is not None:
+            millimetres(unit)
         content = await self.ask(request, ("file", name, kind, unit), guides.file_of, name, kind, unit, quick=True)
         plain, suffix = re.sub(r"[^\w.-]", "_", name, flags=re.ASCII), guides.FILES[kind][0]
         plain += f"-{kind}" * (kind in ("fusion", "solidworks"))
@@ -182,7 +189,7 @@ class Page:
         names = tuple(dict.fromkeys(request.query_params.getlist("pick")))
         if len(names) > SIDE_BY_SIDE:
             raise InvalidRequest(f"{SIDE_BY_SIDE} guides fit side by side: leave some out")
-        unit, found = shown_unit(request), []
+        unit, found = unit_shown(request.query_params.get("unit", "")), []
         if names:
             found = await self.ask(request, ("compare", names, unit), guides.compared, names, unit, quick=True)
         return self.show("compare.html", request, guides=found, groups=guides.side_by_side(found))
@@ -221,6 +228,7 @@ class Page:
             arguments = tuple(given.get(name, "") for name in ("linkage", "x", "y", "stroke"))
         else:
             arguments = (OWN_EXAMPLE, "0", "0", "40")
+        arguments += (unit_shown(given.get("unit", "")),)
         kept = given.get("stage") != "draft"
         found: Own = await self.ask(request, ("own", arguments, kept), measured, *arguments, kept, quick=True)
         return found
@@ -249,10 +257,10 @@ class Page:
         return self.show("failed.html", request, code, text=shortened(text, 500))
 
 
-def shown_unit(request: Request) -> str:
-    """Return the unit in which an address wants lengths shown."""
-    unit = request.query_params.get("unit", "mm")
-    return unit if unit in MILLIMETRES else "mm"
+def unit_said(request: Request) -> str | None:
+    """Return the unit in which an address wants lengths shown, None where it says none that there is."""
+    unit = request.query_params.get("unit")
+    return unit if unit in MILLIMETRES else None
 
 
 def said(relaxations: Iterable[Relaxation]) -> str:

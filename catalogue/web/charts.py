@@ -24,10 +24,10 @@ POINTS = 121
 TICKS = 4
 
 
-def charts(one: Candidate, unit: str) -> tuple[Markup, ...]:
+def charts(one: Candidate) -> tuple[Markup, ...]:
     """Return the curves of a guide over its drive; none where its point returns."""
     try:
-        name, drive, found = curves(one.in_unit(unit))
+        name, drive, found = curves(one)
     except InvalidRequest:
         return ()
     return tuple(chart(curve, drive, name) for curve in found)

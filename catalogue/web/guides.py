@@ -23,6 +23,7 @@ from ..find.codes import is_code
 from ..find.own_guide import OwnGuide
 from ..markup import NOTHING, Markup
 from ..series.named_guides import named_guides
+from ..units import ASSUMED
 from .asked import opened
 from .cards import Card, Number, card, contact, coordinate, figure, words
 from .charts import charts
@@ -58,6 +59,7 @@ class GuidePage:
     remarks: tuple[str, ...]
     charts: tuple[Markup, ...]
     own: tuple[tuple[str, str], ...]  #: the address of the page of own linkages that has it
+    unit: str  #: of its lengths
 
 
 def pick(name: str) -> tuple[Candidate | OwnGuide, NamedGuide | None]:
@@ -96,12 +98,16 @@ def address(one: Candidate | OwnGuide) -> tuple[tuple[str, str], ...]:
     pivots = json.dumps([[[float(f"{v:.12g}") for v in pivot] for pivot in dyad] for dyad in one.pivots])
     point = [("x", f"{one.guided[0]:.12g}"), ("y", f"{one.guided[1]:.12g}")]
     stroke = [("stroke", f"{one.stroke:.12g}")] if isinstance(one, Candidate) else []
-    return (("linkage", pivots), *point, *stroke)
+    return (("linkage", pivots), *point, *stroke, ("unit", one.unit or ASSUMED))
 
 
-def guide_page(name: str, unit: str) -> GuidePage | tuple[tuple[str, str], ...]:
-    """Return the page of a guide, its curves in a unit; of a linkage without a stroke its address among own ones."""
+def guide_page(name: str, unit: str | None) -> GuidePage | tuple[tuple[str, str], ...]:
+    """Return the page of a guide converted to a unit; of a linkage without a stroke its address among own ones.
+
+    If no unit is said it is that of the guide, and `ASSUMED` where it has none.
+    """
     found, design = pick(name)
+    found = found.in_unit(unit or found.unit or ASSUMED)
     if not isinstance(found, Candidate):
         return address(found)
     if not is_code(name) or design is not None:  # nobody asked for a deviation that it could allow
@@ -122,8 +128,9 @@ def guide_page(name: str, unit: str) -> GuidePage | tuple[tuple[str, str], ...]:
         tuple(_pivots(found)),
         theory,
         remarks,
-        charts(found, unit),
+        charts(found),
         address(found),
+        str(found.unit),
     )
 
 
@@ -199,8 +206,8 @@ FILES |= {
 }
 
 
-def file_of(name: str, kind: str, unit: str) -> str | bytes:
-    """Return a file of a kind of `FILES` made of a guide."""
+def file_of(name: str, kind: str, unit: str | None) -> str | bytes:
+    """Return a file of a kind of `FILES` made of a guide, converted to a unit if one is said."""
     one = placed(name)
     if kind == "svg":
         return moving_file(one, unit=unit, code=name)

@@ -13,6 +13,7 @@ from ..find.own_guide import OwnGuide, guide
 from ..given import positive
 from ..guidance.stretches import straightest
 from ..kinematics.circuits import circuits
+from ..units import decimal
 from .cards import Card, Number, card, drawing, figure, words
 
 #: Positions of the path and of the stretch, and letters of a linkage at most.
@@ -58,16 +59,16 @@ def read(linkage: str, x: str, y: str) -> OwnGuide:
 
 
 def _number(name: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InvalidRequest(f"{name} must be a number, not {quoted(text)}") from None
+    found = decimal(text)
+    if found is None:
+        raise InvalidRequest(f"{name} must be a number, not {quoted(text)}")
+    return found
 
 
-def measured(linkage: str, x: str, y: str, stroke: str, settled: bool) -> Own:
-    """Return an own linkage with its path, and the straightest stretch of a stroke: of all circuits, drawn and kept;
-    unless it is `settled` of the circuit it stands on, which is quick enough while it is dragged."""
-    one = read(linkage, x, y)
+def measured(linkage: str, x: str, y: str, stroke: str, unit: str, settled: bool) -> Own:
+    """Return an own linkage, in a unit, with its path, and the straightest stretch of a stroke: of all circuits, drawn
+    and kept; unless it is `settled` of the circuit it stands on, which is quick enough while it is dragged."""
+    one = read(linkage, x, y).in_unit(unit)
     length = positive("stroke", _number("stroke", stroke))
     shown = [Number(words(name), figure(value, 5), "length") for name, value in one.lengths.items()]
     shown.append(Number("Stroke", figure(length, 5), "length"))

@@ -18,6 +18,7 @@ from ..find.codes import is_code
 from ..find.names import SINGULAR
 from ..problem.constraints import DRIVE, LENGTHS, PRESCRIBED, REGIONS, Constraints
 from ..problem.request import Request
+from ..units import ASSUMED, MILLIMETRES
 
 if TYPE_CHECKING:
     from ..find.explain import Relaxation
@@ -28,7 +29,7 @@ Read = Callable[[str, dict[str, Any]], tuple[Request, dict[str, Any]]]
 PATH, RANKING = ("stroke", "deviation", "radius", "from", "to", "along"), ("pareto",)
 #: What the page itself decides: first answers are stored guides as they are, then they are refined.
 DECIDED = ("refine",)
-#: Names in an address that are no wish: kind of path, unit that is shown, shortlist, stage of the search.
+#: Names in an address that are no field of the form: kind of path, unit of lengths, shortlist, stage of the search.
 BESIDES = ("path", "unit", "pick", "stage")
 #: Fields by what they are about; others stand in the last group.
 GROUPS = {
@@ -125,6 +126,11 @@ class Wish:
         return shlex.join(["catalogue", "find", self.command, *self.arguments])
 
 
+def unit_shown(unit: str) -> str:
+    """Return a unit that an address says, `ASSUMED` where it says none that there is."""
+    return unit if unit in MILLIMETRES else ASSUMED
+
+
 def _check_zones(regions: Sequence[Any]) -> None:
     """Raise `WishError` for more zones, or corners of them, than a search on the page may cost."""
     corners = sum(np.size(region) // 2 for region in regions)
@@ -196,6 +202,7 @@ class Form:
             raise WishError(f"there is no path {quoted(name)}: {' or '.join(self.commands)}", "path")
         command = self.commands[name]
         arguments = [part for field in self.fields.values() for part in self._arguments(field, command, said)]
+        arguments += ["--unit", unit_shown(said.get("unit", [ASSUMED])[-1])]
         if unknown := [one for one in said if one not in self.fields and one not in BESIDES]:
             raise WishError(f"there is no field {quoted(unknown[0])}")
         try:
@@ -207,7 +214,8 @@ class Form:
             _check_zones(options.get("keep_out") or ())
             if wrong := [code for code in options.get("starts") or () if not is_code(code)]:
                 raise WishError(f"{quoted(wrong[0])} is no code of an answer", "starts")
-            request, keywords = self._read(name, options)
+            with context.scope(cleanup=False):  # which knows the unit
+                request, keywords = self._read(name, options)
             Constraints.of({k: v for k, v in keywords.items() if k in {one.name for one in fields(Constraints)}})
         except click.UsageError as error:
             option = getattr(error, "param", None)

@@ -98,7 +98,7 @@ def test_no_command_is_help(run: Run, command: tuple[str, ...]) -> None:
 
 
 def test_ctrl_c_is_one_line_and_exit_code_130(run: Run, monkeypatch: pytest.MonkeyPatch) -> None:
-    def interrupted(_: str) -> None:
+    def interrupted(*_: Any) -> None:
         raise KeyboardInterrupt
 
     monkeypatch.setattr("catalogue.cli.reading.read_linkages", interrupted)

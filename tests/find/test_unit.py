@@ -119,10 +119,10 @@ def test_a_record_says_the_unit_and_one_of_an_older_version_says_none(one: Any) 
     assert "unit" not in older
     assert code_of(answers.text_of(older)) == one.code
     if one in (OWN, STRETCH):
-        assert answers.answer(held).unit == "in"
-        assert answers.answer(older).unit is None
+        assert answers.of_record(held).unit == "in"
+        assert answers.of_record(older).unit is None
         with pytest.raises(InvalidRequest, match="no unit 'ell'"):
-            answers.answer({**held, "unit": "ell"})
+            answers.of_record({**held, "unit": "ell"})
 
 
 def test_an_answer_has_the_unit_of_its_request(small: Catalogue) -> None:

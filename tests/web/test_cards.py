@@ -49,7 +49,7 @@ def test_coordinates_have_seven_digits_of_the_size(value: float, size: float, sa
 @every
 def test_curves_run_from_edge_to_edge_of_their_drawing_as_the_values_do(made: Candidate) -> None:
     _, drive, found = curves(made.in_unit("mm"))
-    drawn = charts(made, "mm")
+    drawn = charts(made.in_unit("mm"))
     assert len(drawn) == len(found) > 0
     for curve, text in zip(found, drawn, strict=True):
         lines = [line.attrib["points"].split() for line in ET.fromstring(text).iter("polyline")]
@@ -69,7 +69,7 @@ def test_curves_run_from_edge_to_edge_of_their_drawing_as_the_values_do(made: Ca
 @every
 def test_ticks_of_a_curve_stand_where_their_value_is(made: Candidate) -> None:
     name, drive, found = curves(made.in_unit("mm"))
-    for curve, text in zip(found, charts(made, "mm"), strict=True):
+    for curve, text in zip(found, charts(made.in_unit("mm")), strict=True):
         root = ET.fromstring(text)
         told = [(float(one.attrib["y"]), number(one.text)) for one in root.iter("text") if "dy" in one.attrib]
         assert 2 <= len(told) <= TICKS + 2
@@ -107,7 +107,7 @@ def test_ticks_are_round_and_within_their_range(low: float, extent: float) -> No
 
 def test_lengths_of_an_own_linkage_have_five_digits_and_those_that_are_rounding_none() -> None:
     links = {"crank": 123.456789, "ground": 246.913578, "coupler": 308.641972, "along": 617.283945}
-    own = measured(json.dumps(links | {"rocker": 308.641972, "across": 0}), "", "", "98.7654321", settled=True)
+    own = measured(json.dumps(links | {"rocker": 308.641972, "across": 0}), "", "", "98.7654321", "mm", settled=True)
     shown = {number.label: number.text for number in own.numbers}
     names = {"Crank 1": "crank", "Frame": "ground", "Coupler": "coupler", "Point along": "along"}
     for value, text in ((98.7654321, shown["Stroke"]), *((links[k], shown[name]) for name, k in names.items())):

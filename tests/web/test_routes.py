@@ -59,7 +59,7 @@ def test_a_database_that_is_gone_is_service_unavailable(form: Form, tmp_path: Pa
 
 
 def test_answers_are_those_of_find(page: TestClient, refined: str, small: catalogue.Catalogue) -> None:
-    found = small.find(StraightLine(150, 0.5), limit=4)
+    found = small.find(StraightLine(150, 0.5, unit="mm"), limit=4)
     assert len(found) == 4
     assert sorted(codes(refined)) == sorted(found.remember())
     assert 'data-refined="1"' in refined
@@ -119,8 +119,26 @@ def test_the_page_of_an_answer_shows_what_show_shows(page: TestClient, refined: 
     assert "in</span>" in got.text
     told = page.get(f"/guide/{code}/json", params={"unit": "in"}).json()
     assert told["unit"] == "in"
-    assert told["pivots"] == one.pivots
-    assert told["measured"]["deviation"] == one.deviation
+    inch = one.in_unit("in")
+    assert (one.unit, inch.stroke) == ("mm", pytest.approx(150 / 25.4))
+    assert told["pivots"] == inch.pivots
+    assert told["measured"]["deviation"] == inch.deviation
+    assert f"<dd>{inch.size:.4g}\u202f<span" in got.text.replace("&#8239;", "\u202f")
+    assert page.get(f"/guide/{code}/json").json()["unit"] == "mm"  # its own
+
+
+def test_a_page_and_its_files_have_the_unit_of_the_guide(page: TestClient) -> None:
+    links = {"ground": 22, "crank": 10, "coupler": 25, "rocker": 25, "along": 12.5, "across": 8}
+    (code,) = catalogue.guide(links, unit="in").measure(stroke=14, limit=1).remember()
+    assert re.search(r"Coupler</dt><dd[^>]*>[^<]*25[^<]*<span class=\"unit\">in<", page.get(f"/guide/{code}").text)
+    for more, length, unit in (("?unit=mm", 254, "mm"), ("", 10, "in")):
+        told = page.get(f"/guide/{code}/solidworks{more}").text
+        ((value, said),) = re.findall(r'"crank_1" = ([\d.]+)(\w+)', told)
+        assert said == unit
+        assert float(value) == pytest.approx(length)
+    asked = {"linkage": json.dumps({**links, "unit": "in"}), "x": "", "y": "", "stroke": "304.8", "unit": "mm"}
+    told = page.get("/own/measured", params=asked).json()["told"]
+    assert re.search(r">254[^<]*<span class=\"unit\">mm<", told)
 
 
 def test_the_motion_is_that_of_the_guide(page: TestClient, refined: str) -> None:
@@ -376,7 +394,7 @@ def test_a_wish_has_the_same_answer_before_and_after_another(
     assert [one.status_code for one in got] == [200, 200, 400, 200]
     plain, unbound, _, close = ([*codes(one.text)] for one in got)
     for found, options in ((plain, {}), (unbound, {"per_series": 0}), (close, {"distinct": 0.0})):
-        alone = small.find(StraightLine(150, 0.5), limit=8, **options)
+        alone = small.find(StraightLine(150, 0.5, unit="mm"), limit=8, **options)
         assert sorted(found) == sorted(alone.remember())
     assert len({*map(str, (plain, unbound, close))}) >= 2
 

@@ -47,7 +47,7 @@ def test_an_address_is_read_as_the_command_reads_its_line(form: Form) -> None:
          ("family", "slider-crank"), ("pins_only", "1"), ("keep_out", "0,0,10,20\n5 5 6 6"), ("max_link", ""),
          ("desires", "size=2:4"), ("min_transmission", "40")]
     )  # fmt: skip
-    assert wish.request == catalogue.StraightLine(150, 0.05)
+    assert wish.request == catalogue.StraightLine(150, 0.05, unit="mm")
     told = wish.keywords
     assert told["max_size"] == 400
     assert told["fixed_pivots_in"] == (-300, -50, 300, 200)
@@ -72,9 +72,19 @@ def test_the_line_in_a_shell_gives_the_same_wish(form: Form) -> None:
 
 def test_the_same_wish_has_the_same_key(form: Form) -> None:
     one = form.wish([*LINE, ("max_size", "400"), ("min_transmission", "40")])
-    other = form.wish([("min_transmission", "40.0"), ("max_size", "4e2"), ("unit", "in"), ("pick", "watt"), *LINE])
+    other = form.wish([("min_transmission", "40.0"), ("max_size", "4e2"), ("unit", "mm"), ("pick", "watt"), *LINE])
     assert one.key == other.key
     assert one.key != form.wish([*LINE, ("max_size", "401"), ("min_transmission", "40")]).key
+    inches = form.wish([*LINE, ("max_size", "400"), ("min_transmission", "40"), ("unit", "in")])
+    assert inches.key != one.key
+    assert (one.request.unit, inches.request.unit) == ("mm", "in")
+
+
+def test_lengths_of_a_wish_are_in_the_unit_of_the_page(form: Form) -> None:
+    wish = form.wish([("stroke", '14"'), ("deviation", "0.5"), ("unit", "mm")])
+    assert (wish.request.stroke, wish.request.unit) == (355.6, "mm")
+    assert wish.line.endswith("--unit mm")
+    assert form.wish([("stroke", "14"), ("deviation", "0.5"), ("unit", "ell")]).request.unit == "mm"
 
 
 #: Values of fields, of which some are equal in Python, empty, or nothing.

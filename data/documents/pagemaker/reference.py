@@ -23,7 +23,7 @@ def columns() -> str:
     return "\n\n".join([
         "# Columns of a result",
         "What `find`, `improve`, `show` and `measure` print with `--format json` or `csv`, the columns of "
-        "`Found.to_pandas()` and the attributes of a `catalogue.Candidate`. Lengths are in the unit of your request; "
+        "`Found.to_pandas()` and the attributes of a `catalogue.Candidate`. Lengths are in `unit`, that of a request; "
         "angles are in degrees. `null` (Python `None`): there is no such thing.",
         _columns(catalogue.Candidate.columns(), known),
         "## Of `measure` besides",
