@@ -11,6 +11,7 @@ import numpy as np
 from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import LEAST_ARM, min_transmission_turn, rotation_margin
 from ..guidance.placement import mirrored_places
+from ..guidance.return_path import lift
 from ..guidance.slides import rails
 from ..guidance.swept_area import intrusion, link_ends, link_segments, protrusion
 from ..kinematics.linkage import Linkage
@@ -105,7 +106,14 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
             "transmission": transmission(problem, found) / 90,
             "deviation": (found.deviation + play_deviation(problem, found) + EXACT_DEVIATION) / problem.deviation,
             "allowance": np.where(np.isfinite(found.allowance), found.allowance, 0.0) / problem.deviation,
+            **({"uniformity": uniformity(problem, found)} if "uniformity" in problem.ranking.quantities else {}),
         }
+
+
+def uniformity(problem: Problem, found: CandidateBatch) -> Floats:
+    """Return least over largest speed of the guided points over the stroke, shape (n,); 0 without a steady drive."""
+    works = drive_metrics(found.curve, found.traced, found.measures, inverse=problem.constraints.slots)
+    return np.nan_to_num(works.uniformity)
 
 
 def transmission(problem: Problem, found: CandidateBatch) -> Floats:
@@ -165,6 +173,8 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
             amounts["min_transmission"] = over(np.radians(wanted.min_transmission - m.min_transmission))
         if wanted.full_rotation:
             amounts["full_rotation"] = over(-np.fmax(*rotation_margin(machine(problem, found)).T), missing=1.0)
+        if (bound := wanted.min_lift) is not None:
+            amounts["min_lift"] = over((bound - lift(found.curve, found.traced, m)) / bound, missing=1.0)
         if wanted.min_transmission_turn:
             turn = min_transmission_turn(machine(problem, found), m.driver)
             amounts["min_transmission_turn"] = over(np.radians(wanted.min_transmission_turn - np.nan_to_num(turn)))

@@ -55,6 +55,7 @@ OPTIONS = (
     length("--min-allowance", "L",
            "Least scatter of the pivots (standard deviation of each coordinate) that the path forgives."),
     switch("--full-rotation", "A crank must be able to turn fully."),
+    length("--min-lift", "L", "Least lift of the point off its path on the way back, the crank turning on: of a leg."),
     length("--swept-in", "X0 Y0 X1 Y1", "Box for the whole linkage over the stroke.", nargs=4),
     several("--keep-out", "X0,Y0,X1,Y1",
             "Box, or polygon of three or more points, that no link may enter over the stroke; may be repeated.", ZONE),
@@ -103,8 +104,7 @@ OPTIONS = (
 #: Those that say what an improved linkage must satisfy, and how it is ranked.
 IMPROVE = tuple(one for one in OPTIONS if one.name in {
     "pins_only", "fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "min_ground",
-    "max_arm", "max_travel", "min_transmission", "min_transmission_turn", "min_allowance", "full_rotation", "swept_in",
-    "keep_out", "min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage", "play",
-    "rank_by",
-    "effort", "plot", "unit", "format", "db", "plugins",
+    "max_arm", "max_travel", "min_transmission", "min_transmission_turn", "min_allowance", "full_rotation", "min_lift",
+    "swept_in", "keep_out", "min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage",
+    "play", "rank_by", "effort", "plot", "unit", "format", "db", "plugins",
 })  # fmt: skip

@@ -66,6 +66,7 @@ class Candidate(PlacedGuide):
     rotation: float | None = None
     min_link: float | None = None
     min_transmission_turn: float | None = None
+    lift: float | None = None
     allowance: float | None = None
     sensitivity_rms: float | None = None
     travel: float | None = None

@@ -79,6 +79,8 @@ CANDIDATE: Mapping[str, Column] = dict([
     _column("min_link", LENGTH, "shortest crank or coupler"),
     _column("travel", LENGTH, "longest travel of a slide in its rail or slot over the stroke; none with pins only"),
     _column("min_transmission_turn", "deg", "least transmission angle over the whole turn of the driver"),
+    _column("lift", LENGTH, "how far the point lifts off the line or circle on its way back, the driving crank turning "
+            "on; none where it does not turn fully"),
     _column("allowance", LENGTH, "scatter of the pivots (standard deviation of each coordinate) at which the path "
             "still stays within the deviation asked", "allow\u00adance"),
     _column("sensitivity_rms", "", "standard deviation of the path across its way per scatter of the pivots"),

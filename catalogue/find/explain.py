@@ -25,6 +25,7 @@ from ..candidates.feasibility import (
 )
 from ..guidance.drive import SampledPoses, drive_metrics
 from ..guidance.metrics import min_transmission_turn
+from ..guidance.return_path import lift
 from ..guidance.swept_area import link_segments
 from ..kinematics.types import Complexes, Floats
 from ..problem.constraints import DRIVE, LENGTHS, Constraints
@@ -151,7 +152,8 @@ class Explanation:
         """Return what each constraint alone, else each pair of them, would have to be for an answer to be found, in the
         user's unit; each was tried."""
         refined = {}
-        implied = {"full_rotation"} if self.problem.constraints.min_transmission_turn else set()
+        wanted = self.problem.constraints
+        implied = {"full_rotation"} if wanted.min_transmission_turn or wanted.min_lift else set()
         for name, amount in feasibility(self.problem, nearest).amounts.items():
             if (amount > ROUNDING).any() and not name.startswith("distance ") and name not in implied:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
@@ -257,6 +259,8 @@ class Explanation:
             value = s * getattr(m, key)
         elif name == "min_allowance":
             value = s * one.allowance
+        elif name == "min_lift":
+            value = s * lift(one.curve, one.traced, m)
         elif name == "min_transmission":
             value = m.min_transmission
         elif name == "min_transmission_turn":

@@ -53,6 +53,7 @@ class ConstraintArguments(DwellArguments, total=False):
     min_allowance: float | None
     min_transmission_turn: float
     full_rotation: bool
+    min_lift: float | None
     min_drive_angle: float | None
     max_drive_angle: float | None
     max_rotation: float | None
@@ -62,7 +63,17 @@ class ConstraintArguments(DwellArguments, total=False):
 
 
 #: Bounds on lengths, and on what `catalogue.guidance.drive` knows.
-LENGTHS = ("max_size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "max_travel", "min_allowance")
+LENGTHS = (
+    "max_size",
+    "max_link",
+    "min_link",
+    "max_ground",
+    "min_ground",
+    "max_arm",
+    "max_travel",
+    "min_allowance",
+    "min_lift",
+)
 REGIONS = ("fixed_pivots_in", "pivots_in", "swept_in")
 DRIVE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")
 #: Constraints that say where pivots stand, and what that gives.
@@ -113,6 +124,8 @@ class Constraints:
         The same over the whole turn of the driving crank, which then must turn fully [deg].
     full_rotation : bool
         The driving crank must be able to turn fully.
+    min_lift : float, optional
+        Least lift of the way back, see `catalogue.guidance.return_path.lift`; the driving crank then must turn fully.
     min_allowance : float, optional
         Least allowance; see `catalogue.candidates.batch.CandidateBatch`.
     min_drive_angle, max_drive_angle, max_rotation, min_uniformity, min_advantage : float, optional
@@ -148,6 +161,7 @@ class Constraints:
     min_transmission: float = 0.0
     min_transmission_turn: float = 0.0
     full_rotation: bool = False
+    min_lift: float | None = None
     min_drive_angle: float | None = None
     max_drive_angle: float | None = None
     max_rotation: float | None = None
@@ -171,8 +185,10 @@ class Constraints:
         convert(["min_transmission", "min_transmission_turn"], _acute)
         convert(["play", "within"], lambda name, v: number(name, v) and positive(name, v))
         convert(PRESCRIBED, _two_points)
-        if self.min_transmission_turn:
+        if self.min_transmission_turn or self.min_lift:
             object.__setattr__(self, "full_rotation", True)
+        if self.min_lift and (self.slots or self.returns):
+            raise InvalidRequest("min_lift is of points that run along the path: it does not go with slots or returns")
         given = [name for name in PRESCRIBED if getattr(self, name) is not None]
         if len(given) > 1:
             raise InvalidRequest(f"{given[0]} and {given[1]} exclude one another: give one of them")

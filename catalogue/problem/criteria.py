@@ -6,7 +6,7 @@ from __future__ import annotations
 #: balance the size over the stroke less the transmission angle over 90 degrees.
 CRITERIA = (
     "score", "balance", "size", "deviation", "transmission", "allowance", "max_link", "min_link", "max_ground",
-    "max_arm",
+    "max_arm", "uniformity",
 )  # fmt: skip
 #: How many answers are given unless asked otherwise.
 ANSWERS = 12

@@ -78,7 +78,9 @@ DESIRES: Mapping[str, Desire] = {
     "travel": Desire(0.5, 1.0),
 }
 #: Measures of which more is better.
-RISING = frozenset(name for name, desire in DESIRES.items() if desire.best > desire.worst)
+RISING = frozenset(name for name, desire in DESIRES.items() if desire.best > desire.worst) | {"uniformity"}
+#: Measures of which 1 is the best there is.
+TO_ONE = ("transmission", "uniformity")
 
 
 def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, float]:
@@ -175,8 +177,8 @@ class Ranking:
 
     def cost(self, values: Values) -> Floats:
         """Return what answers are ranked by, less is better, shape (n,), from the values of `quantities`: size, links,
-        ground, arm and travel in strokes; transmission in right angles; deviation and allowance over the deviation
-        asked."""
+        ground, arm and travel in strokes; transmission in right angles; uniformity; deviation and allowance over the
+        deviation asked."""
         if self.only == "deviation":  # any monotonous function ranks alike; this one has no scale
             with np.errstate(divide="ignore"):
                 return np.asarray(np.log(values["deviation"]))
@@ -189,7 +191,7 @@ class Ranking:
         if name == "score":
             return self._mean({q: d.cost(values[q]) for q, d in self.desires.items()})
         if name in RISING:
-            return np.asarray((name == "transmission") - values[name])
+            return np.asarray((name in TO_ONE) - values[name])
         return np.asarray(np.nan_to_num(values[name]))
 
     def score(self, values: Values) -> Floats:

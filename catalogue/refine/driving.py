@@ -40,6 +40,10 @@ class Driving:
             return pieces.less(sign * np.radians(bound))
         return Pieces(pieces.value / bound - sign, pieces.slope / bound)
 
+    def uniformity(self) -> Pieces:
+        """Return less the uniformity as pieces, of which the largest counts."""
+        return Pieces.of(self._uniformity(), -1.0)
+
     def _drive_angle(self) -> Iterator[Row]:
         (angle, by), side = self._crank, self._side
         yield side * (angle[-1] - angle[0]), side[:, None] * (by[-1] - by[0])

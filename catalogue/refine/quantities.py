@@ -93,6 +93,7 @@ class Quantities:
             "transmission_turn": lambda: Pieces.of(self._over_the_turn(), -1.0),
             "full_rotation": self._turning,
             "swept_in": self._swept,
+            "uniformity": self._uniformity,
         }
         return made[name]()
 
@@ -301,6 +302,12 @@ class Quantities:
         turned = (1 + self.pose.x)[..., None] * slope + 1j * arm[..., None] * self.by.angle + self.by.shift
         there = np.where(slot, self.pose.point(place), place)
         return there, np.where(slot[:, None], turned, slope)
+
+    def _uniformity(self) -> Pieces:
+        """Less the speeds of the guided point at the stations, as parts of the largest."""
+        from .driving import Driving
+
+        return Driving(self).uniformity()
 
     def _turning(self) -> Pieces:
         """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guidance.metrics`."""

@@ -83,6 +83,8 @@ NODES, FEWER = 32, 16
 FLATTEST = 50.0
 #: Steps of differences: of curvatures [1/stroke], of pivots in their units, of measures towards the worse.
 BEND_STEP, PIVOT_STEP, WORSE = 1e-6, 1e-5, 0.02
+#: Constraints whose derivatives are differenced.
+DIFFERENCED = ("keep_out", "min_lift")
 #: How near a constraint must be for its derivatives to be differenced [strokes, radians].
 NEAR = 0.05
 #: Bounds with the pieces that they bound: lengths in strokes, transmission angles in right angles.
@@ -142,7 +144,7 @@ def linearise(
     limits, measures = _limits(problem, found, read), {}
     if not problem.relaxed:
         measures = {name: read(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}
-    rough = ["keep_out"] if problem.constraints.keep_out else []
+    rough = [name for name in DIFFERENCED if getattr(problem.constraints, name)]
     if problem.constraints.slots and "max_arm" in limits:  # written down for points only
         rough.append("max_arm")
     if (room := problem.constraints.swept_in) is not None:

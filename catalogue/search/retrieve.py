@@ -42,6 +42,8 @@ CORRECTIONS, USED = 4, 0.995
 CELL = (0.15, 0.12)
 #: The deviation that is typical of sensitivities of stored guides: the allowance of one that uses no tolerance.
 TYPICAL_ALLOWANCE = 0.4
+#: Uniformity of a stored reach: none is stored, so that starts are told apart by what they break.
+TYPICAL_UNIFORMITY = 0.6
 #: Lines serve arcs whose sagitta is less than this part of the stroke, and such arcs lines.
 FLAT = 0.05
 #: Largest file of which a search checks the seal [bytes]: a larger one would take it longer than the search.
@@ -201,6 +203,7 @@ def _values(problem: Problem, reaches: Reaches, stretch: Floats) -> dict[str, Fl
         "travel": np.zeros(len(reaches)),
         "transmission": reaches.min_transmission / 90,
         "deviation": deviation,
+        "uniformity": np.full(len(reaches), TYPICAL_UNIFORMITY),
         "allowance": TYPICAL_ALLOWANCE * np.maximum(1 - np.minimum(deviation, 0.7), 0.0),
     }
 

@@ -17,13 +17,13 @@ from catalogue.problem.ranking import DESIRES, Ranking
 LINE = StraightLine(150, 0.05)
 VALUES = {
     "size": 2.0, "transmission": 37.5 / 90, "allowance": 0.125, "min_link": 0.15, "min_ground": 0.15, "deviation": 0.5,
-    "max_link": 1.5, "max_ground": 1.1, "max_arm": 0.7, "travel": 0.75,
+    "max_link": 1.5, "max_ground": 1.1, "max_arm": 0.7, "travel": 0.75, "uniformity": 0.4,
 }  # fmt: skip
 #: The same by hand: of the score the mean of the six logarithms.
 COST = {
     "score": -(math.log(0.8) + 5 * math.log(0.5)) / 6, "balance": 2.0 - 37.5 / 90, "size": 2.0,
     "deviation": math.log(0.5), "transmission": 1 - 37.5 / 90, "allowance": -0.125, "max_link": 1.5,
-    "min_link": -0.15, "max_ground": 1.1, "max_arm": 0.7,
+    "min_link": -0.15, "max_ground": 1.1, "max_arm": 0.7, "uniformity": 0.6,
 }  # fmt: skip
 SMALLER = {"size", "deviation", "max_link", "max_ground", "max_arm", "travel"}
 

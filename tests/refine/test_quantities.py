@@ -42,6 +42,7 @@ WISHES: list[tuple[Any, dict[str, Any], tuple[str, ...]]] = [
     (LINE, INVERTED, NAMES),
     (LINE, {"families": ["elliptic-trammel"]}, NAMES[:-1]),
     (ARC, {"families": ["four-bar"]}, NAMES),
+    (LINE, {"families": ["four-bar"]}, ("uniformity",)),
     (LINE, {"fixed_pivots_in": (-0.5, -0.5, 1.6, 0.5), "pivots_in": POLYGON}, ("fixed_pivots_in", "pivots_in")),
     *((LINE, {"families": [f], "swept_in": CONVEX}, ("swept_in",)) for f in CRANKS),
 ]

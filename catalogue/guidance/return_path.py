@@ -1,0 +1,77 @@
+"""The way back of a guided point while its driving crank turns on: how far it lifts off the nominal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ..kinematics.circuits import TURN, circuits
+from ..kinematics.types import Complexes, Floats
+from .coupler_curve import CouplerCurve
+from .metrics import Measures
+from .minimum_zone import polar
+from .trace import Traced
+
+if TYPE_CHECKING:
+    from .circuit_curve import CircuitCurve
+
+#: Positions over the turn; a parabola through three of them leaves 1e-4 of the lift of a crank-rocker open.
+POSITIONS = 96
+
+
+def lift(
+    guides: CouplerCurve | CircuitCurve,
+    traced: Traced,
+    measures: Measures,
+    positions: int = POSITIONS,
+) -> Floats:
+    """Measure how far guided points lift off their nominal over the turn of the driving crank.
+
+    Parameters
+    ----------
+    guides, traced, measures
+        n guides as they stand in mid-stroke, traced over the stroke.
+    positions : int
+        How many positions of the turn are read.
+
+    Returns
+    -------
+    ndarray, shape (n,)
+        Largest distance of the coupler curve from the line or circle [length of the guides]; NaN
+        where no crank drives through a full turn.
+    """
+    linkage, fit = guides.linkage, traced.fit
+    found = np.full(len(guides), np.nan)
+    turning = np.flatnonzero((measures.rotates & measures.driver) > 0)  # the bit of a crank is its number
+    if not len(turning):
+        return found
+    some = circuits(linkage[turning])
+    some = some[np.flatnonzero(np.isfinite(some.phase) & (some.kind == TURN))]
+    of = turning[some.of]
+    share = np.arange(positions)[:, None] / positions
+    point = (guides.point + traced.shift)[of]
+    with np.errstate(all="ignore"):
+        z = some.pose(some.phase + share * some.period).point(point)
+        off = distance(z, *(np.asarray(v)[of] for v in (fit.start, fit.along, fit.stroke, fit.curvature)))
+        found[of] = _peak(np.abs(off))
+    return found
+
+
+def distance(z: Complexes, start: Complexes, along: Complexes, stroke: Floats, curvature: Floats) -> Floats:
+    """Return the signed distances of places (m, n) from lines and circles (n,), positive to the left."""
+    w = (z - start) * along.conj() - 0.5 * stroke
+    half = 0.5 * stroke * curvature
+    height = 0.5 * stroke * half / (1 + np.sqrt(np.maximum(1 - half**2, 0.0)))
+    return polar(w.real, w.imag + height, curvature)[0]  # seen from the top of the arc
+
+
+def _peak(values: Floats) -> Floats:
+    """Return the largest of periodic values (m, n), read off a parabola, shape (n,)."""
+    at = np.argmax(values, axis=0)
+    column = np.arange(values.shape[1])
+    before, here, after = (values[(at + k) % len(values), column] for k in (-1, 0, 1))
+    bend = before - 2 * here + after
+    with np.errstate(all="ignore"):
+        above = -0.125 * (after - before) ** 2 / bend
+    return np.asarray(here + np.where(np.isfinite(above), np.clip(above, 0.0, here), 0.0))
