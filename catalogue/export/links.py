@@ -77,7 +77,7 @@ class Links:
     knots : ndarray, shape (m,)
         Parameters of the spline at these points, from 0 to 1.
     size : float
-        Diameter of the finite pivots and the path.
+        Diameter of the finite pivots, the ways of the blocks and the path.
     """
 
     links: list[Link]
@@ -98,8 +98,6 @@ def taken_apart(guide: PlacedGuide) -> Links:
     run, guided = travelled(guide), complex(*guide.guided)
     phases, knots = run.spline()
     path = run.path(phases)
-    every = np.concatenate([z[finite], [guided], path])
-    size = float(np.abs(every[:, None] - every[None, :]).max())
     frame = _fixed_places(guide)
     pins: dict[str, complex] = {f"A{i + 1}*": complex(z[i, 1]) for i in (0, 1) if finite[i, 1]}
     links, tracks, ways = [], {}, {}
@@ -121,6 +119,8 @@ def taken_apart(guide: PlacedGuide) -> Links:
             _link("rod", "crank", {GUIDED: guided, "J": joint}),
             _link("rocker", "crank", {"B": frame["B"], "J": joint}),
         ]
+    every = np.array([*z[finite], guided, *path, *(end for ends in (tracks | ways).values() for end in ends)])
+    size = float(np.abs(every[:, None] - every[None, :]).max())
     if all(abs(guided - pin) > SAME * size for pin in pins.values()):
         pins[GUIDED] = guided
     return Links([_link("frame", "frame", frame, tracks), *links, _coupler(guide, pins, ways)], path, knots, size)

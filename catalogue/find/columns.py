@@ -124,7 +124,7 @@ DWELL: Mapping[str, Column] = {name: CANDIDATE[name] for name in ("id", "family"
     _column("swing", "deg", "how far the rocker swings over a turn"),
     _column("min_transmission", "deg", "least transmission angle over the full turn, of the linkage and of the rocker",
             "trans\u00admission"),
-    _column("size", LENGTH, "diameter of all pivots and of the guided path over the turn together"),
+    _column("size", LENGTH, "diameter of all pivots, rails and slots and of the guided path over the turn"),
     _column("driver", "", "number of the crank that turns"),
     _column("pivots", LENGTH, "[[A1, A1*], [A2, A2*]] at a place within the dwell, not always its middle, fixed and "
             "moving, each x, y, w"),

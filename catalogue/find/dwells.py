@@ -14,7 +14,7 @@ from ..errors import InvalidRequest, quoted
 from ..given import whole
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.drive import drive_metrics
-from ..guidance.dwell import Dwell, dwells, turned
+from ..guidance.dwell import Dwell, dwells, slides_over_turn, turned
 from ..guidance.kinds import POINTS
 from ..guidance.metrics import measure
 from ..guidance.placement import mid_stroke
@@ -213,7 +213,7 @@ def _moved(
 
 
 def diameter(pivots: Complexes, path: Complexes) -> float:
-    """Return the largest distance between any of the pivots and of the points of a path over a turn, all complex."""
+    """Return the largest distance between pivots, ends of slides and points of a path over a turn, all complex."""
     every = np.concatenate([pivots, path[:: max(1, len(path) // DEGREES)]])
     return float(np.abs(every[:, None] - every).max())
 
@@ -230,6 +230,7 @@ def _dwelling(
 ) -> DwellCandidate:
     z, finite, joint, pivot = guides.linkage.points[i], guides.linkage.finite[i], rows["joint"][i], pivots[i]
     k = int(driver[i]) - 1
+    slides = slides_over_turn(guides[np.array([i])], driver[[i]])[0]
     scale = 1 / abs(z[k, 1] - z[k, 0])
     origin, turn = z[k, 0], np.abs(pivot - z[k, 0]) / (pivot - z[k, 0])  # the frame from A to E along +x
     laid = np.where(finite, scale * turn * (z - origin), turn * z)
@@ -246,7 +247,7 @@ def _dwelling(
         residual=float(found.residual[i]),
         swing=float(found.swing[i]),
         min_transmission=float(least[i]),
-        size=scale * diameter(np.array([*z[finite], joint, pivot]), path[:, i]),
+        size=scale * diameter(np.array([*z[finite], joint, pivot, *slides[np.isfinite(slides)]]), path[:, i]),
         driver=k + 1,
         pivots=np.stack([laid.real, laid.imag, finite], axis=-1).tolist(),
         guided=guided,

@@ -17,7 +17,7 @@ from ..candidates.batch import SHOWN
 from ..errors import InvalidRequest, quoted
 from ..guidance.circuit_curve import CircuitCurve, laid
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
-from ..guidance.dwell import dwells, strays, turned
+from ..guidance.dwell import dwells, slides_over_turn, strays, turned
 from ..guidance.fixed_nominal import Nominal, in_place
 from ..guidance.metrics import measure
 from ..guidance.placement import at_stroke
@@ -135,13 +135,16 @@ def _of_dwell(one: DwellCandidate) -> Iterator[Numbers]:
 
     linkage = one.linkage
     point, joint, pivot = (np.array([complex(*place)]) for place in (one.guided, one.joint, one.pivot))
-    path, driving = turned(coupler_curve(linkage, point), np.array([one.driver]), FINE)
+    curve = coupler_curve(linkage, point)
+    path, driving = turned(curve, np.array([one.driver]), FINE)
     found = dwells(path, joint, pivot[:, None], 1.0)
     told, begin = {}, None
     if one.drive_from is not None and one.drive_to is not None:
         crank, home = linkage.points[0, one.driver - 1, ::-1]
         begin = (one.drive_from - float(np.degrees(np.angle((crank - home) / (pivot[0] - home)))) - 1) % 360 - 359
         told = {"drive_to": one.drive_from + one.angle}
+    slides = slides_over_turn(curve, np.array([one.driver]))
+    slides = slides[np.isfinite(slides)]
     stray = strays(path, joint, pivot, one.angle, begin)
     yield {
         **told,
@@ -149,5 +152,5 @@ def _of_dwell(one: DwellCandidate) -> Iterator[Numbers]:
         "residual": float(stray[np.abs(stray - one.residual).argmin()]),
         "swing": float(found.swing[0, 0]),
         "min_transmission": float(np.fmin(found.transmission[0, 0], driving[0])),
-        "size": diameter(np.array([*linkage.points[linkage.finite], *joint, *pivot]), path[:, 0]),
+        "size": diameter(np.array([*linkage.points[linkage.finite], *joint, *pivot, *slides]), path[:, 0]),
     }

@@ -13,11 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..kinematics.batch import Rows
-from ..kinematics.motion import motion
+from ..kinematics.motion import Motion, Pose, motion
 from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
 from .metrics import transmissions
 from .minimum_zone import grid
+from .slides import slide_ends, slide_runs
 
 #: Offsets of the band in which a rocker stands still from its angle in the reference position, in half bands.
 OFFSETS = np.linspace(-1, 1, 21)
@@ -56,16 +57,33 @@ def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Complexes, F
 
     NaN for cranks that do not turn fully.
     """
-    moving = motion(guides.linkage, crank, guides.point, pole=guides.pole)
+    moving = _driven(guides, crank)
     step = (np.arange(count) + 0.5) / count * 2 - 1
     full = ~np.isfinite(moving.interval).any(axis=0)
     with np.errstate(all="ignore"):
         path = moving.pose(np.tan(0.5 * np.pi * step)[:, None] + np.zeros(len(guides))).point(guides.point)
-        pose = moving.pose(np.tan(0.5 * np.pi * (1 - 1e-9) * grid(NODES).nodes)[:, None] + np.zeros(len(guides)))
+        pose = _over_turn(moving, len(guides))
         pins = [pose.point(guides.linkage.points[:, i, 1]) for i in (0, 1)]
         angle, _ = transmissions(guides.linkage, pins, pose.x)
     angle = np.take_along_axis(angle, crank[None] - 1, axis=0)[0]
     return np.where(full, path, np.nan), np.where(full, angle, np.nan)
+
+
+def slides_over_turn(guides: CouplerCurve, crank: Array) -> Complexes:
+    """Return the ends of rails and slots over a full turn of cranks, see `slides.slide_ends`, shape (n, 2, 2)."""
+    with np.errstate(all="ignore"):
+        pose = _over_turn(_driven(guides, crank), len(guides))
+        return slide_ends(guides.linkage, slide_runs(guides.linkage, pose))
+
+
+def _driven(guides: CouplerCurve, crank: Array) -> Motion:
+    """Return the motion in the charts of cranks with numbers 1 or 2."""
+    return motion(guides.linkage, crank, guides.point, pole=guides.pole)
+
+
+def _over_turn(moving: Motion, n: int) -> Pose:
+    """Return the poses at Chebyshev points of a full turn, entries (m, n)."""
+    return moving.pose(np.tan(0.5 * np.pi * (1 - 1e-9) * grid(NODES).nodes)[:, None] + np.zeros(n))
 
 
 def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing: float = 0.0) -> Dwell:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.dwell import slides_over_turn
 from catalogue.guidance.metrics import measure
 from catalogue.guidance.placement import placed
 from catalogue.guidance.slides import extremes, rails, slots, travels
@@ -95,3 +96,12 @@ def test_extremes_are_the_ends_or_the_peaks_between_them() -> None:
     np.testing.assert_allclose(found[:, 1], [1, 1, np.nan, 0], atol=1e-12)
     np.testing.assert_allclose(found[:, 2], [-1.69, np.nan, 0, np.nan], atol=2e-4)
     assert np.isnan(found[:, 3]).all()
+
+
+def test_the_rail_of_a_crank_that_turns_fully_is_two_cranks_long() -> None:
+    """On a line through the crank's pivot: from the coupler less the crank to both together."""
+    linkage = Linkage([[[0, 0], [0, 1]], [[0, 1, 0], [np.sqrt(8), 0, 1]]])
+    guides = coupler_curve(linkage, np.array([1j]))
+    (_, (one, other)) = slides_over_turn(guides, np.array([1]))[0]
+    assert sorted([one.real, other.real]) == pytest.approx([2, 4], abs=1e-6)
+    assert abs(one.imag) + abs(other.imag) < 1e-12
