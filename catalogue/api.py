@@ -346,7 +346,8 @@ def open(
     plugins : sequence of str
         Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
     build : bool
-        Build the database if it is empty, or finish it if a build was interrupted (less than a minute on two cores).
+        Build the database if it is empty, or finish it if a build was interrupted (less than a minute on two cores);
+        where another process builds it, wait for that.
     quiet : bool
         No progress bar while building.
 
@@ -361,10 +362,9 @@ def open(
     opened = Catalogue(Database.open(path if path is not None else default_database()), plugins)
     try:
         if build and not opened.complete:
-            from .progress import shown
+            from .populate.first_use import build_once
 
-            with shown(quiet=quiet, label="building the catalogue") as report:
-                opened.build(report=report)
+            build_once(opened, quiet=quiet)
     except BaseException:
         opened.close()
         raise

@@ -47,6 +47,10 @@ class DatabaseError(CatalogueError):
     exit_code = 4
 
 
+class DatabaseBusy(DatabaseError):
+    """Another process is filling the database."""
+
+
 class DatabaseTooNew(DatabaseError):
     """The database was written by a newer version of the catalogue."""
 

@@ -113,11 +113,15 @@ class _Alarm:
 
     def __enter__(self) -> _Alarm:
         if self.thread is not None:
+            try:
+                self.thread.start()
+            except RuntimeError:  # a full process table, or Python in a browser: unwatched is better than not at all
+                self.thread = None
+                return self
             self.handler = signal.getsignal(signal.SIGINT)
             self.running.append(self)
             if self.handler is signal.SIG_IGN:
                 signal.signal(signal.SIGINT, self.heard)
-            self.thread.start()
         return self
 
     def heard(self, *_: object) -> None:

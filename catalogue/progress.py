@@ -38,12 +38,14 @@ def busy(label: str) -> Iterator[None]:
             done.wait()
 
     thread = threading.Thread(target=pulse, daemon=True)
-    thread.start()
+    with suppress(RuntimeError):  # without threads nothing is shown
+        thread.start()
     try:
         yield
     finally:
         done.set()
-        thread.join()
+        if thread.ident is not None:
+            thread.join()
 
 
 @contextmanager
@@ -68,7 +70,8 @@ def shown(*, quiet: bool, label: str) -> Iterator[Callable[[Progress], None]]:
         task = bar.add_task(label, total=None, series="")
         if not console.is_terminal:
             stack.callback(first.cancel)
-            first.start()
+            with suppress(RuntimeError):
+                first.start()
 
         def report(progress: Progress) -> None:
             nonlocal told

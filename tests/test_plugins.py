@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import pickle
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,7 +15,9 @@ import pytest
 from catalogue import __version__
 from catalogue.errors import DuplicateSeries, PluginError, PluginWarning
 from catalogue.folders import folder
+from catalogue.foreign_code import foreign
 from catalogue.plugin.registry import Record, Registry
+from catalogue.progress import busy
 
 BUILT_IN = [
     "general", "I.GG", "I.Gy", "I.yy", "II.ooo", "II*.ooo", "II.x0", "II*.x0", "II.xoy", "II*.xoy", "II.xy", "II*.xy",
@@ -269,3 +272,22 @@ def test_a_built_in_series_or_family_cannot_be_replaced(write: Write) -> None:
     path = write("mine.py", FAMILY.format(name="oldham"))
     with pytest.raises(DuplicateSeries, match=r"oldham is claimed by two plugins, .*planar_families.*mine"):
         Registry([str(path.parent)])
+
+
+def test_without_threads_plugins_load_unwatched(monkeypatch: pytest.MonkeyPatch) -> None:
+    """As where Python runs in a browser, or the table of processes is full."""
+
+    def no_thread(_: object) -> None:
+        raise RuntimeError("can't start new thread")
+
+    before = signal.getsignal(signal.SIGINT)
+    expected = [*Registry().series]
+    monkeypatch.setattr("threading.Thread.start", no_thread)
+    registry = Registry()
+    assert [record.error for record in registry.records if record.error] == []
+    assert [*registry.series] == expected
+    assert signal.getsignal(signal.SIGINT) is before
+    with busy("nothing is shown"):
+        pass
+    with pytest.raises(PluginError, match="ZeroDivisionError"), foreign("a plugin"):
+        1 / 0  # noqa: B018

@@ -200,6 +200,8 @@ class Candidate(PlacedGuide):
         if self.radius is None:
             side = 1.0 if (fit.along[0].conjugate() * self.frame.direction).real > 0 else -1.0
             return np.asarray(side * ((z - fit.start[0]) * fit.along[0].conjugate()).imag)
+        if z[0] == z[-1]:
+            raise InvalidRequest("z must run from one end of an arc to the other, which are one place here")
         return from_circle(z, (z[0], z[-1]), self.radius, max(self.deviation, 1e-18 * self.stroke))
 
     @cached_property

@@ -78,6 +78,21 @@ class Advice:
 
 
 @dataclass(frozen=True)
+class Told:
+    """An explanation that needs no database: its text, and of an empty answer what would give one."""
+
+    text: str
+    given: Advice | None = None
+
+    def __str__(self) -> str:
+        return self.text
+
+    def advice(self) -> Advice:
+        """Return what to relax; of answers nothing."""
+        return self.given or Advice("there are answers")
+
+
+@dataclass(frozen=True)
 class Explanation:
     """What is told of a search; computed when it is printed."""
 
@@ -90,7 +105,12 @@ class Explanation:
     def __str__(self) -> str:
         return "\n".join(self._lines())
 
-    def _lines(self) -> Iterator[str]:
+    def __reduce__(self) -> tuple[type[Told], tuple[str, Advice | None]]:
+        """Tell at once what is pickled or copied: it may be read where the database is not."""
+        advice = None if self.count else self.advice()
+        return Told, ("\n".join(self._lines(advice)), advice)
+
+    def _lines(self, advice: Advice | None = None) -> Iterator[str]:
         report, prescribed = self.report, self.problem.constraints.given
         if prescribed:
             what = "one crank" if prescribed == "crank" else f"both {prescribed} pivots"
@@ -107,7 +127,7 @@ class Explanation:
             for name, number in feasibility(self.problem, report.nearest).counts.items():
                 yield f"  {option(name)} is broken by {number} of {len(report.nearest)} refined"
         if not self.count:
-            yield str(self.advice())
+            yield str(advice or self.advice())
         source = (
             "nothing was read from the database"
             if prescribed

@@ -5,12 +5,13 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
-from scipy.optimize import linprog
 
 from ..kinematics.types import Array
 
 #: Shifts of the centre at most, and the part of the deviation below which one is small enough to be the last.
 ROUNDS, STILL = 6, 1e-3
+#: Exchanges of a point at most; a path with a dozen waves takes five.
+EXCHANGES = 60
 
 
 def from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float) -> Array:
@@ -31,14 +32,44 @@ def from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float
         unit = np.abs(sine).max()
         terms = np.stack([cosine, sine / unit], 1).astype(float)
         known = (far / deviation).astype(float)
-        found = linprog(
-            [0, 0, 1],
-            A_ub=np.block([[sign * terms, -np.ones((len(z), 1))] for sign in (1, -1)]),
-            b_ub=np.concatenate([known, -known]),
-            bounds=[(None, None)] * 3,
-        )
-        by = deviation * np.asarray(found.x)
+        by = deviation * np.asarray(uniform_fit(terms, known))
         if np.abs(by[:2]).max() <= STILL * by[2]:
             break
         y, x = y - by[0], x + by[1] / unit
     return np.asarray(far - terms @ by[:2])
+
+
+def uniform_fit(terms: Array, values: Array) -> Array:
+    """Fit two terms to values so that the largest error is least, by Stiefel's exchange of single points.
+
+    Unlike `minimum_zone.exchange` it needs no order of the points: a path may return over itself.
+
+    Parameters
+    ----------
+    terms : ndarray, shape (m, 2)
+    values : ndarray, shape (m,)
+
+    Returns
+    -------
+    ndarray, shape (3,)
+        Both coefficients and the largest error.
+    """
+    order = np.argsort(terms[:, 1])
+    chosen = order[[0, len(order) // 2, -1]]  # apart: the errors of a best fit are equal at three points
+    for _ in range(EXCHANGES):
+        here = terms[chosen]
+        weights = np.cross(here[:, 0], here[:, 1])  # no combination of the terms changes the sum of these times it
+        total = np.abs(weights).sum()
+        weights /= total if weights @ values[chosen] >= 0 else -total
+        sign, level = np.where(weights < 0, -1.0, 1.0), weights @ values[chosen]
+        system = np.column_stack([here, sign])
+        fit = np.append(np.linalg.lstsq(system[:, :2], values[chosen] - level * sign)[0], level)
+        errors = values - terms @ fit[:2]
+        worst = int(np.abs(errors).argmax())
+        if np.abs(errors[worst]) <= level * (1 + 1e-9) + 1e-14 * np.abs(values).max():
+            break
+        entering = np.append(np.sign(errors[worst]) * terms[worst], 1.0)
+        shares = np.linalg.solve(np.vstack([(sign[:, None] * here).T, np.ones(3)]), entering)
+        ratio = np.where(shares > 0, np.abs(weights) / np.where(shares > 0, shares, 1.0), np.inf)
+        chosen[ratio.argmin()] = worst
+    return np.append(fit[:2], np.abs(errors).max())

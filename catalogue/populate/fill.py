@@ -14,7 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..errors import DatabaseError, InvalidRequest, PluginError, PluginWarning, WorkerKilled, one_line, quoted
+from ..errors import DatabaseBusy, InvalidRequest, PluginError, PluginWarning, WorkerKilled, one_line, quoted
 from ..given import names, whole
 from ..plugin.registry import Registry
 from ..store import (
@@ -82,7 +82,7 @@ def fill(
     InvalidRequest
         If count, seed or processes is too small, or a code is unknown.
     DatabaseError
-        If the file is damaged or cannot be written, or another process is filling it.
+        If the file is damaged or cannot be written; `DatabaseBusy` if another process is filling it.
     """
     count, seed = whole("count", count, 1), whole("seed", seed, 0)
     processes = None if processes is None else whole("processes", processes, 1)
@@ -139,7 +139,7 @@ def _alone(database: Database) -> Iterator[None]:
     except sqlite3.IntegrityError as error:
         if not TAKEN.search(str(error)):
             raise
-        raise DatabaseError(
+        raise DatabaseBusy(
             f"{database.path} is being filled by another process: wait until that has finished"
         ) from error
 

@@ -258,3 +258,26 @@ def test_a_kind_that_is_none_is_said_in_one_short_line(kind: Any) -> None:
     with pytest.raises(InvalidRequest, match=r"is no kind of answer|damaged") as told:
         answers.of_record({"kind": kind})
     assert len(str(told.value)) < 300
+
+
+@pytest.mark.parametrize("empty", [False, True])
+def test_results_are_unpickled_where_their_database_is_not(small_db: Path, tmp_path: Path, empty: bool) -> None:
+    """They carry answers and what was told of the search; of none what would give one, in a few kilobytes."""
+    copy = tmp_path / "copy.db"
+    copy.write_bytes(small_db.read_bytes())
+    more: dict[str, Any] = {"max_size": 40.0} if empty else {"limit": 3}
+    with catalogue.open(copy, build=False) as opened:
+        found = opened.find(LINE, **more)
+        told = found.explain()
+        held = pickle.dumps(found)
+    copy.unlink()
+    again = pickle.loads(held)
+    assert again == found
+    assert len(again) == (0 if empty else 3)
+    assert len(held) < 30_000
+    assert again.explain() == told
+    assert str(again.explanation.advice()) in told or not empty
+    assert not [*tmp_path.iterdir()]
+    if empty:
+        assert "what gives one: --max-size" in again.explain()
+        assert len(held) < 3_000
