@@ -24,7 +24,7 @@ KINDS = (*FORMATS, "gif")
 WIDTH, TALL, DPI = 6.0, 1.0, 100
 #: Time of a pose [ms]; of one between two others where parts run fast, at least: viewers show no shorter ones.
 PACE, SHORTEST = 80, 20
-#: What a part may be off a straight way between two pictures, which are not joined [extent of its motion, rad].
+#: Largest distance of a part from a straight way between two pictures [extent of its motion, rad]: no part jumps.
 FILM_ERROR = 0.02
 
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 #: Poses over a stroke, and over a whole turn, if it is not said how many; the most that may be asked for.
 STROKE, TURN, MOST = 33, 73, 361
-#: What a part may be off between two poses [extent of its motion, rad]: a pixel of a card.
+#: Largest error of a part half way between two poses [extent of its motion, rad]: a pixel of a card.
 POSE_ERROR = 5e-3
 
 

@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ..errors import MissingExtra
-from ..kinematics.sampling import cubic
+from ..kinematics.splines import cubic
 from .levels import POSES, Levels, stacked
 from .links import GUIDED, SAME, Links, placed_over, spans, taken_apart
 from .outlines import Outline, Part, Sizes, parts

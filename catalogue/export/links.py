@@ -73,7 +73,7 @@ class Links:
         The frame first, then cranks, blocks, the coupler.
     path : complex ndarray, shape (m,)
         Of the guided point, over the stroke or the whole circuit: points of a cubic spline that lies within
-        `catalogue.kinematics.sampling.SPLINE_ERROR`.
+        `catalogue.kinematics.splines.SPLINE_ERROR`.
     knots : ndarray, shape (m,)
         Parameters of the spline at these points, from 0 to 1.
     size : float

@@ -169,17 +169,23 @@ class Candidate(PlacedGuide):
     def run(self, *, whole: bool = False, points: Mapping[str, Any] | None = None) -> Run:
         if switch("whole", whole):
             return super().run(whole=True, points=points)
+        told = places("points", points)
+        return replace(self._run, points=told) if told else self._run
+
+    @cached_property
+    def _run(self) -> Run:
+        """The run over the stroke, from the start of the path to its end; of a point that returns from one end of its
+        path to its rest and back."""
         from ..kinematics.circuits import circuits
 
         here, traced = self._trace
         found = circuits(self.linkage)[:1]
+        start = found if np.array_equal(here.linkage.pivots, found.linkage.pivots) else circuits(here.linkage)[:1]
         pose = here.motion.pose(np.stack([traced.low, traced.high]).astype(float))
-        low, high = circuits(here.linkage)[:1].phases(pose)
+        low, high = start.phases(pose)
         z = pose.point(here.point)[:, 0]
-        # a point that returns runs from one end of its path to its rest and back
         backward = ((z[1] - z[0]) * self.frame.direction.conjugate()).real <= 0 and not here.cusp.any()
-        low, high = (high, low) if backward else (low, high)
-        return Run(self, found, low, high, points=places("points", points))
+        return Run(self, found, *((high, low) if backward else (low, high)))
 
     def off_nominal(self, z: Complexes) -> Floats:
         """Return the distances of places of the guided point (m,), from the start to the end of its stroke, from the

@@ -1,4 +1,4 @@
-"""A guide between two phases of its circuit, resolved: which positions a table, a drawing or a file needs."""
+"""Choose the positions of a motion that a table, a drawing or a file needs."""
 
 from __future__ import annotations
 
@@ -11,7 +11,8 @@ import numpy as np
 
 from ..kinematics.circuits import OPEN, Circuits
 from ..kinematics.linkage import PR, RP, RR
-from ..kinematics.sampling import POLYLINE_ERROR, SPLINE_ERROR, Samples, lowest, resolved
+from ..kinematics.sampling import POLYLINE_ERROR, Samples, lowest, resolved
+from ..kinematics.splines import SPLINE_ERROR, place_points
 from ..kinematics.types import Array, Complexes, Floats
 from ..problem.request import places
 from .guide_motion import GuideMotion
@@ -23,8 +24,10 @@ if TYPE_CHECKING:
 LEAST = 1e-3
 #: How far what leads to infinity is drawn [size of the linkage].
 NEAR = 3.0
-#: Part of the deviation that a spline may add to it, and what it may miss by rounding [size of the linkage].
-PART, ROUNDED = 1e-3, 1e-12
+#: Part of the deviation that a spline may add to it: fewer digits of it are printed.
+PART = 1e-3
+#: Error of a spline by rounding [size of the linkage].
+ROUNDED = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,8 +56,10 @@ class Run:
 
     @classmethod
     def whole(cls, guide: PlacedGuide, circuit: Circuits, points: Mapping[str, Any] | None) -> Run:
-        """Return the run over a circuit, from the given position round to it; from infinity to infinity where the
-        coupler leads there."""
+        """Return the run round a circuit, from the given position back to it.
+
+        One that leads to infinity runs from there to there.
+        """
         period, start = float(circuit.period[0]), float(circuit.phase[0])
         told = places("points", points)
         if circuit.kind[0] == OPEN:
@@ -63,7 +68,7 @@ class Run:
 
     @cached_property
     def samples(self) -> Samples:
-        """Places of the guided point, of the further points and of what slides, then directions of the links."""
+        """Places of the guided point, the further points and the sliding ones, then directions of the links."""
         extents = 1 + len(self.points) + int((self._kinds != RR).sum()) + self._has_output
         count = self._values(np.array([self.low])).shape[1]
         scale = np.where(np.arange(count) < extents, np.nan, 1.0)
@@ -74,16 +79,17 @@ class Run:
         return self.samples.rows(np.linspace(0, 1, count))
 
     def polyline(self, error: float = POLYLINE_ERROR) -> Floats:
-        """Return the phases between which the guided point and the further points run straight, but for `error` of the
-        extent of each."""
+        """Return the phases of polylines that the guided and the further points follow, see `Samples.polyline`."""
         return self.samples.polyline(list(range(1 + len(self.points))), error)
 
     def spline(self) -> tuple[Floats, Floats]:
-        """Return the phases and the parameters of a spline through places of the guided point, see `Samples.spline`; of
-        an answer it is off by no more than `PART` of the deviation, but for rounding."""
+        """Place the points of a spline that the guided point follows, see `splines.place_points`.
+
+        That of an answer keeps its deviation but for `PART` of it.
+        """
         scale, size = float(self.samples.scale[0]), float(self.circuit.linkage.size[0])
         deviation = getattr(self.guide, "deviation", np.inf)
-        return self.samples.spline(0, min(SPLINE_ERROR, max(PART * deviation, ROUNDED * size) / scale))
+        return place_points(self.samples, 0, min(SPLINE_ERROR, max(PART * deviation, ROUNDED * size) / scale))
 
     def path(self, phases: Floats) -> Complexes:
         """Return the guided point at phases (m,)."""
@@ -98,12 +104,11 @@ class Run:
         return GuideMotion.of(self.guide, self.circuit, phases[:, None], self.points, driver)
 
     def sliding(self, i: int) -> Complexes:
-        """Return where dyad i slides at the samples: the pin of a slider, the pivot of a slide as the coupler sees it,
-        shape (m,)."""
+        """Return the pin of slider i, or the pivot of slide i as the coupler sees it, at the samples, shape (m,)."""
         return self.samples.values[:, self._column(i)]
 
     def travel(self, i: int, along: complex) -> tuple[float, float]:
-        """Return the least and the greatest coordinate of where dyad i slides, in a direction, to rounding [length]."""
+        """Return the least and the greatest coordinate of `sliding` in a direction, to rounding [length]."""
 
         def ahead(s: Floats) -> Floats:
             return np.asarray((self._values(s)[:, self._column(i)] * along.conjugate()).real)
@@ -113,14 +118,14 @@ class Run:
         return lowest(ahead, at, here), -lowest(lambda s: -ahead(s), at, -here)
 
     def until(self, tangent: complex, length: float) -> float:
-        """Return a phase at which the guided point has just run farther than a length along a tangent, or turned."""
+        """Return a phase just beyond that at which the guided point has run a length along a tangent, or turns."""
         ahead = ((self.samples.values[:, 0] - self.samples.values[0, 0]) * np.conj(tangent)).real
         ahead = ahead * np.sign(ahead[1])
         beyond = (ahead > length) | (np.diff(ahead, append=-np.inf) <= 0)
         return float(self.samples.at[min(int(beyond.argmax()) + 1, len(ahead) - 1)])
 
     def near(self) -> Run:
-        """Return the part about the given position in which the guided point is no farther than `NEAR` sizes away."""
+        """Return the part of an open run, about the given position, that is within `NEAR` sizes of it."""
         if self.circuit.kind[0] != OPEN:
             return self
         home, z = complex(*self.guide.guided), self.samples.values[:, 0]

@@ -1,44 +1,52 @@
-"""Sample a smooth curve of one parameter so that nothing between two samples is missed.
+"""Sample a motion so that nothing happens unseen between two samples.
 
-The phase of a circuit is a poor measure of what happens: near a change point, or where two pins nearly meet, links turn
-by half a turn or a whole one while the phase grows by a millionth.  All such places lie where the leading crank is in
-line with the frame or reverses, at multiples of a quarter turn of the phase.  `resolved` therefore starts from even
-samples and from samples that crowd at those places, and halves intervals until places and directions are known between
-them as well as at them.  From this table come even rows, polylines and splines, each with an error that it states.
+The phase of a circuit says little of what moves.  Near a change point, or where two pins nearly meet, a link turns by
+half a turn or by a whole one while the phase grows by a millionth.  All such places are at multiples of a quarter turn
+of the phase: there the leading crank is in line with the frame, or reverses.  `resolved` starts from even samples and
+from some that crowd at these places.  It halves intervals until each value is known within them as well as at their
+ends.  From this table come rows, polylines and splines, each with a stated error.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from .types import Array, Complexes, Floats, Mask
 
-#: Samples taken at first between the two ends: more than a coupler curve, of degree six, has wiggles.
+#: Samples at first: several for each wiggle of a coupler curve, which has degree six.
 EVEN = 49
-#: Leading crank and frame are in line, or the crank reverses, at multiples of this phase [rad].
+#: Step of the phases at which leading crank and frame are in line, or the crank reverses [rad].
 IN_LINE = 0.5 * np.pi
 #: Distances from there at which samples crowd, down to the root of the rounding of a phase [rad].
-CROWDED = IN_LINE * 2.0 ** -np.arange(5, 27)
-#: Between two samples of the table values may be off the straight line between them by this, and apart by that [scale].
-TABLE_ERROR, TABLE_STEP = 2e-3, 0.1
-#: Where an interval is looked at: a third sample alone would miss a curve that is symmetric about it.
+CROWDED = IN_LINE * 4.0 ** -np.arange(2.5, 13.5)
+#: Largest error of the table between two samples [scale]: rows then keep their share to a part in a hundred.
+TABLE_ERROR = 2e-3
+#: Largest step of the table [scale]: a link that turns once is seen in 60 positions.
+TABLE_STEP = 0.1
+#: Places within an interval at which it is tested: the middle alone would miss a curve that is symmetric about it.
 INNER = np.array([0.25, 0.5, 0.75])
-#: Halvings, and samples, at most: a double has 52 bits.
-MAX_ROUNDS, MAX_SAMPLES = 60, 50_000
-#: A value runs at most so many times as far between two even rows as it does on average, where rows are even in phase.
+#: Most halvings of an interval: a double has 52 bits.
+MAX_ROUNDS = 60
+#: Most samples: thirty times what a curve near a change point takes.
+MAX_SAMPLES = 50_000
+#: Part of its whole way that a value may run between two rows that are even in the phase [steps of the phase]: a
+#: crank-rocker has even rows, a point that runs faster than that has closer ones.
 CROWDING = 4.0
-#: Way below which a value is at rest [scale].
+#: Way below which a value is at rest [scale]: shares of less would be shares of rounding.
 REST = 1e-3
-#: Error of a polyline [scale], and part of it that its intervals are laid out for.
-POLYLINE_ERROR, AIMED = 8e-5, 0.8
-#: Fewest intervals of a polyline: what is bent less than its error is drawn smoothly all the same.
-FEWEST = 16
-#: Error of a spline [scale], its points at first, and steps in which the place nearest to another is found on it.
-SPLINE_ERROR, SPLINE_POINTS, NEWTON = 2e-7, 361, 4
+#: Largest error of a polyline [scale]: a tenth of the width of a line on a card of 360 pixels.
+POLYLINE_ERROR = 8e-5
+#: Part of that error for which intervals are laid out: most then need no halving.
+AIMED = 0.8
+#: Fewest intervals of a polyline: an arc flatter than its error looks smooth all the same.
+MIN_INTERVALS = 16
+#: Rounds in which the least value is enclosed: 8 to the sixth is finer than the root of rounding.
+ROUNDS_OF_LEAST = 6
+#: Samples of such a round.
+SAMPLES_OF_LEAST = 17
 
 Curve = Callable[[Floats], Complexes]
 #: Values at both ends (j, k) and within (3, j, k) of intervals -> how far each is off, over what is allowed, (j,).
@@ -67,8 +75,10 @@ class Samples:
 
     @property
     def way(self) -> Floats:
-        """Measure in which rows are even, from 0 on, shape (m,): the share of the parameter, but faster where a value
-        runs more than `CROWDING` times as far as on average."""
+        """Measure in which rows are even, from 0 on, shape (m,).
+
+        It is the share of the parameter, but grows faster where a value runs above `CROWDING` times its mean speed.
+        """
         steps = np.abs(np.diff(self.values, axis=0)) / self.scale
         shares = steps / np.maximum(steps.sum(0), REST)
         run = np.abs(np.diff(self.at)) / abs(self.at[-1] - self.at[0])
@@ -77,22 +87,32 @@ class Samples:
     def rows(self, share: Floats) -> Floats:
         """Return the parameters at shares (n,) of the way, from 0 to 1.
 
-        With n even shares no value runs farther from one row to the next than (`CROWDING` + k)/(n - 1) of its whole
-        way, k being the number of values; the first and the last are the ends to the last digit.
+        Between n even shares no value runs farther than (`CROWDING` + k)/(n - 1) of its whole way, k being the number
+        of values.
         """
         way = self.way
         return np.asarray(np.interp(share * way[-1], way, self.at))
 
     def share(self, at: Floats | float) -> Floats:
-        """Return the shares of the way at parameters, the other way round than `rows`."""
+        """Return the shares of the way at parameters: the inverse of `rows`."""
         way = self.way
         forward = self.at[-1] >= self.at[0]
         run, way = (self.at, way) if forward else (self.at[::-1], way[::-1])
         return np.asarray(np.interp(at, run, way) / max(way[0], way[-1]))
 
     def linked(self, share: Floats, error: float) -> Floats:
-        """Return shares (n,) of the way, and as many more as no value needs to be off by more than `error` of its scale
-        half way between two of them."""
+        """Add shares to shares (n,) of the way until values vary linearly between them.
+
+        Parameters
+        ----------
+        share : ndarray, shape (n,)
+        error : float
+            Largest distance of a value from the mean of its neighbours, half way between them [scale].
+
+        Returns
+        -------
+        ndarray, shape (m,)
+        """
 
         def curve(share: Floats) -> Complexes:
             return np.asarray(self.curve(self.rows(share)) / self.scale)
@@ -100,40 +120,35 @@ class Samples:
         return halved(curve, share, lambda a, b, inner: np.abs(inner[1] - 0.5 * (a + b)).max(-1) / error)[0]
 
     def polyline(self, columns: list[int], error: float = POLYLINE_ERROR) -> Floats:
-        """Return the parameters of a polyline from which the values of some columns are off by at most `error` of their
-        scale."""
+        """Return the parameters of the vertices of a polyline.
+
+        Parameters
+        ----------
+        columns : list of int
+            Values that the polyline follows.
+        error : float
+            Largest distance from it [scale].
+
+        Returns
+        -------
+        ndarray, shape (m,)
+        """
         scale = self.scale[columns]
 
         def curve(at: Floats) -> Complexes:
             return np.asarray(self.curve(at)[:, columns] / scale)
 
         ends = self.values[:, columns] / scale
-        off = _off_chord(ends[:-1], ends[1:], _within(curve, self.at))
+        off = _off_chord(ends[:-1], ends[1:], within(curve, self.at))
         laid = np.append(0.0, np.cumsum(np.sqrt(np.nan_to_num(off) / (AIMED * error))))
-        count = max(FEWEST, int(np.ceil(min(laid[-1], MAX_SAMPLES))))
+        count = max(MIN_INTERVALS, int(np.ceil(min(laid[-1], MAX_SAMPLES))))
         laid += 1e-3 * np.linspace(0, max(1.0, laid[-1]), len(laid))  # where it is straight
         even = np.interp(np.linspace(0, laid[-1], count + 1), laid, self.at)
         return halved(curve, even, lambda a, b, inner: _off_chord(a, b, inner) / error)[0]
 
-    def spline(self, column: int, error: float = SPLINE_ERROR) -> tuple[Floats, Floats]:
-        """Return the parameters of the points of a cubic spline, see `cubic`, from which a value is off by at most
-        `error` of its scale, and the parameters of the spline there, from 0 to 1."""
-        scale = self.scale[column]
-        at = self.rows(np.linspace(0, 1, SPLINE_POINTS))
-        for _ in range(MAX_ROUNDS):
-            z = self.curve(at)[:, column] / scale
-            knots = spline_parameters(at, z)
-            inner = _within(lambda s: self.curve(s)[:, [column]] / scale, at)[..., 0]
-            rough = _off_spline(cubic(knots, z), knots, inner) > error
-            if not rough.any() or len(at) > MAX_SAMPLES:
-                break
-            at = np.sort(np.append(at, 0.5 * (at[:-1] + at[1:])[rough]))
-            at = at if self.at[-1] > self.at[0] else at[::-1]
-        return at, knots
-
 
 def resolved(curve: Curve, low: float, high: float, fixed: Array, least: float) -> Samples:
-    """Return the samples of a curve between two parameters.
+    """Sample a curve between two parameters.
 
     Parameters
     ----------
@@ -142,9 +157,9 @@ def resolved(curve: Curve, low: float, high: float, fixed: Array, least: float) 
     low, high : float
         In this order or the other [rad].
     fixed : ndarray, shape (k,)
-        Scale of each value; NaN where it is the extent of what is sampled.
+        Scale of each value; NaN: its extent, the larger one of width and height.
     least : float
-        Least extent that counts as such.
+        Least scale of that kind [length].
     """
     first = np.linspace(low, high, EVEN)
     lines = IN_LINE * np.arange(np.ceil(min(low, high) / IN_LINE - 1), np.floor(max(low, high) / IN_LINE + 1) + 1)
@@ -162,7 +177,7 @@ def resolved(curve: Curve, low: float, high: float, fixed: Array, least: float) 
 
 
 def halved(curve: Curve, at: Floats, test: Test) -> tuple[Floats, Complexes]:
-    """Halve the intervals between parameters (m,) until all pass a test; return all parameters, and the values."""
+    """Halve the intervals between parameters (m,) until all pass a test.  Return parameters and values."""
     values = curve(at)
     open_: Mask = np.ones(len(at) - 1, bool)
     for _ in range(MAX_ROUNDS):
@@ -189,42 +204,28 @@ def halved(curve: Curve, at: Floats, test: Test) -> tuple[Floats, Complexes]:
     return at, values
 
 
-def cubic(knots: Floats, z: Complexes) -> Any:
-    """Return the cubic spline through places (m,) at parameters (m,), two real columns, not-a-knot at its ends."""
-    from scipy.interpolate import make_interp_spline
-
-    return make_interp_spline(knots, np.stack([z.real, z.imag], 1), k=3)
-
-
-def spline_parameters(at: Floats, z: Complexes) -> Floats:
-    """Return the parameters of a spline, (m,) from 0 to 1: half the share of the phase, in which a cusp is smooth, and
-    half the share of the length, in which a sudden motion is."""
-    run, length = np.abs(np.diff(at)), np.abs(np.diff(z))
-    both = run / run.sum() + length / max(float(length.sum()), REST)
-    return np.append(0.0, np.cumsum(both) / both.sum())
-
-
 def lowest(function: Callable[[Floats], Floats], at: Floats, values: Floats) -> float:
-    """Return the least value of a function between parameters (m,) at which it has values (m,), to rounding."""
+    """Minimise a function about the least of its values (m,) at parameters (m,), to rounding."""
     least = int(np.nanargmin(values))
     low, high = at[max(least - 1, 0)], at[min(least + 1, len(at) - 1)]
     best = float(values[least])
-    for _ in range(6):
-        fine = np.linspace(low, high, 17)
+    for _ in range(ROUNDS_OF_LEAST):
+        fine = np.linspace(low, high, SAMPLES_OF_LEAST)
         seen = function(fine)
         least = int(np.nanargmin(seen))
         best = min(best, float(seen[least]))
-        low, high = fine[max(least - 1, 0)], fine[min(least + 1, 16)]
+        low, high = fine[max(least - 1, 0)], fine[min(least + 1, len(fine) - 1)]
     return best
 
 
-def _within(curve: Curve, at: Floats) -> Complexes:
-    """Return the values within all intervals, shape (3, m - 1, k)."""
+def within(curve: Curve, at: Floats) -> Complexes:
+    """Return the values of a curve within the intervals between parameters (m,), shape (3, m - 1, k)."""
     inner = at[:-1] + np.multiply.outer(INNER, np.diff(at))
     return curve(inner.ravel()).reshape(*inner.shape, -1)
 
 
 def _off_table(a: Complexes, b: Complexes, inner: Complexes) -> Floats:
+    """Return the error of intervals of the table over what is allowed, shape (j,)."""
     line = a + INNER[:, None, None] * (b - a)
     off = np.abs(inner - line).max(0) / TABLE_ERROR
     return np.asarray(np.maximum(off, np.abs(b - a) / TABLE_STEP).max(-1))
@@ -237,18 +238,3 @@ def _off_chord(a: Complexes, b: Complexes, inner: Complexes) -> Floats:
         along = ((inner - a) * chord.conj()).real / np.abs(chord) ** 2
         foot = a + np.clip(np.nan_to_num(along), 0, 1) * chord
         return np.asarray(np.abs(inner - foot).max((0, -1)))
-
-
-def _off_spline(spline: Any, knots: Floats, inner: Complexes) -> Floats:
-    """Return the largest distance of places (3, m - 1) within the intervals from a spline: from the place there that is
-    found by Newton's method, so that it is never told too small."""
-    u = knots[:-1] + np.multiply.outer(INNER, np.diff(knots))
-    slope, least = spline.derivative(), np.full(u.shape, np.inf)
-    for _ in range(NEWTON):
-        (x, y), (dx, dy) = np.moveaxis(spline(u), -1, 0), np.moveaxis(slope(u), -1, 0)
-        off, along = inner - (x + 1j * y), dx + 1j * dy
-        least = np.minimum(least, np.abs(off))
-        with np.errstate(all="ignore"):
-            step = np.nan_to_num((off * along.conj()).real / np.abs(along) ** 2)
-        u = np.clip(u + step, knots[:-1], knots[1:])
-    return np.asarray(least.max(0))

@@ -10,14 +10,15 @@ import numpy as np
 
 from ..errors import CatalogueError, InvalidRequest, quoted
 from ..find.own_guide import OwnGuide, guide
+from ..find.run import Run
 from ..given import positive
 from ..guidance.stretches import straightest
 from ..kinematics.circuits import circuits
 from ..units import decimal
 from .cards import Card, Number, card, drawing, figure, words
 
-#: Positions of the path and of the stretch, and letters of a linkage at most.
-ROWS, STRETCH, LONGEST = 241, 61, 2000
+#: Letters of a linkage at most.
+LONGEST = 2000
 #: What is shown before anybody has given a linkage: Watt's, in the middle of its stroke.
 EXAMPLE = "[[[-50, 30], [0, 30]], [[50, -30], [0, -30]]]"
 
@@ -72,7 +73,8 @@ def measured(linkage: str, x: str, y: str, stroke: str, unit: str, settled: bool
     length = positive("stroke", _number("stroke", stroke))
     shown = [Number(words(name), figure(value, 5), "length") for name, value in one.lengths.items()]
     shown.append(Number("Stroke", figure(length, 5), "length"))
-    path = _places(one.motion(ROWS).points["guided"])
+    run = one.run(whole=True)
+    path = _places(run.path(run.polyline()))
     stretch, told, drawn, error = (_settled if settled else _dragged)(one, length)
     return Own(str(one.linkage.family[0]), one.pivots, one.guided, path, stretch, (*shown, *told), drawn, error)
 
@@ -92,7 +94,8 @@ def _settled(one: OwnGuide, stroke: float) -> Found:
     reached = "" if best.given else ", joined at a change point" if best.joined else ", to be assembled anew"
     circuit = f"{best.circuit}{reached}"
     told = _told(figure(best.deviation), figure(best.min_transmission, 2), circuit)
-    return best.path(STRETCH).round(9).tolist(), told, card(best, found.remember()[0], drawing(best)), ""
+    run = best.run()
+    return _places(run.path(run.polyline())), told, card(best, found.remember()[0], drawing(best)), ""
 
 
 def _dragged(one: OwnGuide, stroke: float) -> Found:
@@ -101,9 +104,8 @@ def _dragged(one: OwnGuide, stroke: float) -> Found:
     found = straightest(here, point, np.array([stroke]), circle=False, count=1)
     if not len(found.deviation) or not np.isfinite(found.deviation[0]):
         return [], _told("–", "…", "1"), None, ""
-    phases = np.linspace(found.low[0], found.high[0], STRETCH)[:, None]
-    z = here.pose(phases).point(point)[:, 0]
-    return _places(z), _told(figure(float(found.deviation[0])), "…", "1"), None, ""
+    run = Run(one, here, float(found.low[0]), float(found.high[0]))
+    return _places(run.path(run.polyline())), _told(figure(float(found.deviation[0])), "…", "1"), None, ""
 
 
 def _told(deviation: str, transmission: str, circuit: str) -> list[Number]:

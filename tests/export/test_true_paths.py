@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
+import xml.etree.ElementTree as ET
 from functools import cache, lru_cache
 from typing import Any
 
 import numpy as np
 import pytest
 
+from catalogue.draw import moving_svg
 from catalogue.draw.poses import POSE_ERROR, poses
 from catalogue.errors import InvalidRequest
 from catalogue.export.links import taken_apart
 from catalogue.find.own_guide import OwnGuide
 from catalogue.kinematics.circuits import OPEN, circuits
-from catalogue.kinematics.sampling import cubic
+from catalogue.kinematics.linkage import RR
+from catalogue.kinematics.splines import cubic
 from tests.curves import apart, nearest, off_spline
 from tests.true_curves import random_linkages, rockers, true_curve
 
@@ -107,3 +110,46 @@ def test_a_nearly_equal_triple_rocker_is_whole_in_every_file(k: int, read_dxf: A
     control = np.array([complex(float(x), float(y)) for x, y in zip(path.all(10), path.all(20), strict=True)])
     knots = np.array([float(t) for t in path.all(40)])
     assert off_spline(3, knots, control, curve[::11]) < SPLINE * extent(curve)
+
+
+@pytest.mark.parametrize("k", range(4))
+def test_a_moving_drawing_passes_poses_when_they_are_passed(k: int) -> None:
+    """Where poses are not even in time every part of the drawing says when it passes them."""
+    shown = poses(linkages()[k])
+    steps = np.diff(shown.time)
+    assert steps.max() > 1.5 * steps.min()
+    drawn = ET.fromstring(moving_svg(linkages()[k]))
+    moves = [part for part in drawn.iter() if "values" in part.attrib]
+    assert len(moves) > 3
+    for part in moves:
+        times = [float(t) for t in part.attrib["keyTimes"].split(";")]
+        assert len(times) == len(part.attrib["values"].split(";"))
+        np.testing.assert_allclose(times, shown.time, atol=1e-5)
+        assert (times[0], times[-1]) == (0, 1)
+
+
+@parts
+def test_a_slot_ends_where_the_block_turns(part: int) -> None:
+    """No place of a block is beyond the ends of its slot, and both are reached, to a billionth."""
+    seen = 0
+    for k in range(part, 300, 10):
+        guide = linkages()[k]
+        if circuits(guide.linkage).kind[0] == OPEN or (guide.linkage.dyads[0] == RR).all():
+            continue
+        links = taken_apart(guide)
+        fine = guide.motion(20001)
+        for link in links.links:
+            for name, ends in link.slots.items():
+                a, b = (link.placed(end) for end in ends)
+                i = int(name[-1]) - 1
+                if name.startswith("slider"):
+                    at = fine.points[f"A{i + 1}*"]
+                else:
+                    back = np.exp(-1j * np.radians(fine.coupler))
+                    pivot = complex(guide.linkage.points[0, i, 0])
+                    at = complex(*guide.guided) + back * (pivot - fine.points["guided"])
+                along = ((at - a) / (b - a)).real
+                assert -1e-9 < along.min() < 1e-6
+                assert 1 - 1e-6 < along.max() < 1 + 1e-9
+                seen += 1
+    assert seen
