@@ -145,6 +145,7 @@ def _limits(guide: PlacedGuide, unit: str) -> list[tuple[str, ...]]:
     for name, said in (
         ("size", "size, path included"), ("min_link", "shortest link"), ("max_link", "longest link"),
         ("max_arm", "arm of the guided point"), ("travel", "longest travel of a slide"),
+        ("lift", "lift of the way back"),
     ):  # fmt: skip
         if known(name) is not None:
             rows.append((said, length(known(name), unit)))

@@ -55,6 +55,8 @@ def ground(pen: Pen, shown: Scene) -> None:
     if shown.joint is not None:
         pen.ground(shown.pivot, "ground-output", DOWN)
         pen.pivot(shown.pivot, "fixed-pivot-output")
+    if len(shown.turn):
+        pen.line(shown.turn, "path-turn", color=PATH, alpha=0.6, linewidth=0.8, linestyle=(0, (4, 3)), zorder=2)
     for z, gid in ((shown.before, "path-before"), (shown.after, "path-after")):
         if len(z) > 1:
             pen.line(z, gid, color=PATH, linewidth=0.9, zorder=6)

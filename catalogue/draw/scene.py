@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -51,13 +51,15 @@ class Scene:
     pivot: complex = complex("nan")  #: and the fixed pivot of its rocker
     ghosts: tuple[int, ...] = (0, -1)  #: poses that are drawn faintly
     driver: int = 0  #: number of the driving crank; 0: none
+    #: Way of the guided point over the turn of a driving crank that turns fully, shape (r,); else empty.
+    turn: Complexes = field(default_factory=lambda: np.empty(0, complex))
     middle: int = POSES // 2  #: index of the pose in mid-stroke, or in the position given
 
     @property
     def box(self) -> tuple[float, float, float, float]:
         """x0, y0, x1, y1 of everything."""
         fixed = self.fixed[self.kinds != PR]
-        every = [fixed, self.coupler, *self.rods.values(), self.path, self.before, self.after]
+        every = [fixed, self.coupler, *self.rods.values(), self.path, self.before, self.after, self.turn]
         every += [] if self.joint is None else [self.joint, np.array([self.pivot])]
         z = np.concatenate([np.ravel(a) for a in every])
         return float(z.real.min()), float(z.imag.min()), float(z.real.max()), float(z.imag.max())
@@ -69,7 +71,7 @@ def scene_of(shown: Poses) -> Scene:
     return Scene(
         shown.kinds, shown.fixed, shown.moving, shown.carried(shown.home),
         {i: shown.carried(ends) for i, ends in shown.rods.items()}, shown.path, none.astype(complex),
-        none.astype(complex), none, none, shown.joint, shown.pivot, (), shown.driver, shown.middle,
+        none.astype(complex), none, none, shown.joint, shown.pivot, (), shown.driver, middle=shown.middle,
     )  # fmt: skip
 
 
@@ -97,11 +99,15 @@ def scene(candidate: Candidate) -> Scene:
     feet, rods = _slides(kinds, z[:, 0], moving, guided)
     corners = [feet[i] if i in feet else moving[:, i] for i in (0, 1)]
     path = run.path(run.polyline())
+    turn = np.empty(0, complex)
+    if candidate.driver in candidate.rotates:
+        whole = candidate.run(whole=True)
+        turn = whole.path(whole.polyline())
     before, after = _beyond(run, complex(here.tangent[0]), BEYOND * candidate.stroke)
     position, error = _deviation(candidate, here, traced)
     shown = Scene(
         kinds, z[:, 0], moving, np.stack([*corners, guided], 1), rods, path, before, after, position, error,
-        driver=candidate.driver or 0,
+        driver=candidate.driver or 0, turn=turn,
     )  # fmt: skip
     return _carried(shown, complex(way.origin), complex(way.direction))
 
@@ -123,6 +129,7 @@ def _carried(shown: Scene, origin: complex, direction: complex) -> Scene:
         path=to(shown.path),
         before=to(shown.before),
         after=to(shown.after),
+        turn=to(shown.turn),
     )
 
 

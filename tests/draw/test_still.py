@@ -15,6 +15,7 @@ import pytest
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 
+import catalogue
 from catalogue.draw import draw
 from catalogue.draw.datasheet_pdf import sheet_figure
 from catalogue.draw.mechanism import _rod
@@ -445,3 +446,17 @@ def test_stills_and_sheets_mark_the_driving_crank(driver: int | None) -> None:
             assert np.ptp(away) < 0.5 * away.max(), "about its fixed pivot"
         coloured = {name for name, colour in cranks.items() if np.allclose(colour[:3], to_rgb(DRIVER))}
         assert coloured == (set() if driver is None else {f"crank-{driver}"})
+
+
+def test_the_way_back_of_a_turning_crank_is_drawn() -> None:
+    links = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
+    measured = catalogue.guide(links).measure(stroke=120, limit=4)
+    guide = next(one for one in measured if one.driver in one.rotates)
+    assert guide.lift is not None
+    z = line(draw(guide), "path-turn") @ np.array([1, 1j])
+    assert abs(z[0] - z[-1]) < 1e-9 * guide.size, "closed"
+    path = guide.path(3) @ np.array([1, 1j])
+    along = (path[2] - path[0]) / abs(path[2] - path[0])
+    highest = np.abs(((z - path[0]) * along.conjugate()).imag).max()
+    assert highest == pytest.approx(guide.lift, rel=1e-3, abs=2 * guide.deviation)
+    assert not [one for axes in draw(MADE["four-bar"]).axes for one in axes.lines if one.get_gid() == "path-turn"]
