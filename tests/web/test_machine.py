@@ -55,7 +55,7 @@ def machine(small: catalogue.Catalogue, fresh: Callable[[ExitStack], TestClient]
 
     @cache
     def answers(k: int, refined: bool) -> list[Any]:
-        found = small.find(StraightLine(150, 0.5), limit=3, **(WISHES[k][1] or {}), refine=refined)
+        found = small.find(StraightLine(150, 0.5, unit="mm"), limit=3, **(WISHES[k][1] or {}), refine=refined)
         return sorted(found.remember()) if refined else sorted({(mechanism(one), one.series) for one in found})
 
     @cache
