@@ -16,7 +16,7 @@ from ..progress import busy
 from .completion import references
 from .options import COMMON, Argument, option, switch
 from .references import is_answer, keep
-from .tables import FORCE, PICTURE, codes, print_json, print_table, tell
+from .tables import FORCE, PICTURE, codes, contact, print_json, print_table, tell
 from .units import UNIT, in_output_unit, length, unit, warn_of_unit, with_unit
 
 if TYPE_CHECKING:
@@ -108,7 +108,7 @@ def _card(one: Any, name: str) -> None:
     numbers.pop("parameters", None)  # of a collection: for programs
     told = {key: (_unit(column), column.meaning) for key, column in known.items()}
     rows = [
-        [key.replace("_", " "), _plain(value), *told.get(key, ("", ""))]
+        [key.replace("_", " "), contact(value) if key == "order" else _plain(value), *told.get(key, ("", ""))]
         for key, value in numbers.items() if value not in (None, "")
     ]  # fmt: skip
     print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["meaning", "unit"])
