@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from sqlalchemy import func, select
 
-from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path
+from ..candidates.batch import CandidateBatch, Origin, on_path
 from ..candidates.stored import as_stored, linkages
 from ..errors import DatabaseError, InvalidRequest, quoted, shortened
 from ..given import LARGEST, positive, whole
@@ -180,8 +180,7 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0, *,
     if design.circle:
         request = CircularArc(stroke, 0.09 * stroke, unit=unit)
     origin = Origin(*(np.array([tag]) for tag in tags))
-    bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
-    return laid(request, lambda problem: measured(problem, origin, *place_on_path(problem, design.guide, traced), bend))
+    return laid(request, lambda problem: on_path(problem, origin, design.guide, traced))
 
 
 def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | None:

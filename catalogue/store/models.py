@@ -192,7 +192,8 @@ class Guide(Base):
 class Reach(Base):
     """The longest stroke a guide holds within a relative deviation of 10**level, and what was measured over it.
 
-    Boxes are those of the pivots at finite distance, in the guide's frame: the path runs from (0, 0) to (1, 0).
+    Boxes are those of the pivots at finite distance, in the guide's frame: the path runs from (0, 0) to (1, 0), and an
+    arc bulges to +y.
     """
 
     __tablename__ = "reach"
