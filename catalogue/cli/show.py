@@ -111,11 +111,11 @@ def _card(one: Any, name: str) -> None:
         [key.replace("_", " "), contact(value) if key == "order" else _plain(value), *told.get(key, ("", ""))]
         for key, value in numbers.items() if value not in (None, "")
     ]  # fmt: skip
-    print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["meaning", "unit"])
+    print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["unit"])
     if lengths:
         _links(lengths)
     if pivots is not None:
-        _pivots("Pivots in mid-stroke" if hasattr(one, "stroke") else "Pivots", pivots, guided, repr)
+        _pivots("Pivots in mid-stroke" if hasattr(one, "stroke") else "Pivots", pivots, guided, "{:.8g}".format)
 
 
 def _unit(column: Column) -> str:
@@ -148,7 +148,7 @@ def _plain(value: Any) -> str:
         return ", ".join(f"{name} {_plain(v)}" for name, v in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(_plain(v) for v in value) or "none"
-    return repr(value) if isinstance(value, float) else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 @click.command(

@@ -164,7 +164,7 @@ def _instead(database: Database, name: str) -> str:
     if name in named_guides():
         return "`catalogue build` adds the named guides"
     held = [str(n) for n in database.read(select(Mechanism.name).where(Mechanism.batch_id.is_(None)))["name"] if n]
-    near = get_close_matches(name.lower(), held, n=5, cutoff=0.4) or [n for n in held if name.lower() in n]
+    near = get_close_matches(name.lower(), held, n=5) or [n for n in held if name.lower() in n]
     if near:
         return f"near names are {', '.join(near)}"
     return "`catalogue find` lists guides with their ids"
