@@ -246,7 +246,8 @@ def _describe(guide: StoredGuide) -> None:
     """Print what a stored guide is, where it comes from and how far it reaches."""
     from ..curvature_theory.leading_error import EXACT
 
-    order = "exact" if guide.order == EXACT else f"order {guide.order}"
+    order = "exact" if guide.order == EXACT else f"contact of order {guide.order}"
+    order += f", {guide.inflections} inflections" * bool(guide.inflections)
     what = f"circle of radius {1 / abs(guide.curvature):.4g}" if guide.curvature else "straight line"
     if guide.is_slot:
         what = f"slot in the coupler over a fixed point, {what}; shown with the coupler held fast"

@@ -51,7 +51,7 @@ class StoredGuide:
     kind: str
     label: str
     order: int  #: of contact; 99 if exact
-    inflections: int  #: merged at the design position; the split guide has as many
+    inflections: int  #: merged at the design position, as many as the split guide has; of a design over its stroke
     parameters: dict[str, float]  #: free ones of the member
     linkage: Linkage  #: one; of a slot the inverse one, in whose motion the fixed point of the slot is the guided point
     point: complex  #: guided

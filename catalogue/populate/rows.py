@@ -100,7 +100,7 @@ def _of_one_nominal(
     guides, points = guides[usable], take(points, usable)
     if not len(guides):
         return None
-    ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle) & ~guides.cusp)
+    ladder = scan(guides, circle=circle, three=(_inflections(points) == 3) & (not circle) & ~guides.cusp)
     steps = np.array(sorted(LEVELS))
     with np.errstate(all="ignore"):
         step, k = np.nonzero((ladder.traced.relative <= 10.0 ** steps[:, None, None]).any(1))
@@ -138,10 +138,15 @@ def _of_one_nominal(
         "tangent_x": tangent.real,
         "tangent_y": tangent.imag,
         "curvature": np.copysign(1 / np.abs(radius), (radius * tangent.conj()).imag) if circle else radius.real,
-        "inflections": np.where(exact | circle | guides.cusp, 0, order - 1),
+        "inflections": np.where(exact | circle | guides.cusp, 0, _inflections(columns)),
         "leading": np.where(exact, np.nan, np.abs(leading)),
     }
     return columns, take(reaches, np.lexsort((-reaches["level"], reaches["guide"])))
+
+
+def _inflections(points: Columns) -> Array:
+    """Return how many inflections the paths of points on lines have: as many as are merged if nothing else is told."""
+    return np.asarray(points.get("inflections", points["contact_order"] - 1))
 
 
 def at_design(linkage: Linkage) -> Floats:
