@@ -72,7 +72,17 @@ EMPTY = frozenset({"empty list", "empty array"})
 MANY = EMPTY | {"three"}
 FIND = {
     **dict.fromkeys(
-        ("max_size", "max_link", "min_link", "max_ground", "min_ground", "max_arm", "max_travel", "min_allowance"),
+        (
+            "max_size",
+            "max_link",
+            "min_link",
+            "max_ground",
+            "min_ground",
+            "max_arm",
+            "max_travel",
+            "min_allowance",
+            "min_lift",
+        ),
         NOTHING,
     ),
     **dict.fromkeys(("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage"), NOTHING),
