@@ -17,7 +17,7 @@ LENGTH = "length"
 #: Unit of files and drawings that must have one, where none is known: that of most CAD programs.  They say so.
 ASSUMED = "mm"
 #: What they say.
-ASSUMPTION = f"no unit is known of its lengths: they are taken as {ASSUMED}"
+ASSUMPTION = f"unit unknown, taken as {ASSUMED}"
 
 
 def decimal(text: str) -> float | None:

@@ -28,8 +28,10 @@ if TYPE_CHECKING:
     from ..guidance.trace import Traced
     from ..refine.certificate import Drifts
 
+#: Positions over the turn at which the lift is read: a quarter of a degree of an even crank.
+LIFT_POSITIONS = 1441
 #: Properties of a candidate that are printed besides its fields.
-DERIVED = ("drift", "band", "percent", "lengths")
+DERIVED = ("drift", "band", "percent", "lift", "lengths")
 
 
 @dataclass(frozen=True, repr=False)
@@ -66,7 +68,6 @@ class Candidate(PlacedGuide):
     rotation: float | None = None
     min_link: float | None = None
     min_transmission_turn: float | None = None
-    lift: float | None = None
     allowance: float | None = None
     sensitivity_rms: float | None = None
     travel: float | None = None
@@ -260,6 +261,19 @@ class Candidate(PlacedGuide):
             return None
         drifts, row = self._drift
         return known(drifts.least[row])
+
+    @cached_property
+    def lift(self) -> float | None:
+        """Largest distance of the coupler curve from the line or circle, the driving crank turning on [length]; None
+        where it does not turn fully."""
+        if self.driver not in self.rotates:
+            return None
+        from ..guidance.return_path import distance, peak
+
+        run = self.run(whole=True)
+        fit = self._trace[1].fit
+        z = run.path(run.rows(LIFT_POSITIONS))[:-1, None]  # the last place is the first
+        return float(peak(np.abs(distance(z, fit.start, fit.along, fit.stroke, fit.curvature)))[0])
 
     @property
     def band(self) -> float:

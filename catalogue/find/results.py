@@ -15,7 +15,6 @@ from ..candidates.feasibility import values
 from ..candidates.select import nearest, normal_form
 from ..guidance.drive import drive_metrics
 from ..guidance.metrics import min_transmission_turn
-from ..guidance.return_path import lift
 from ..guidance.sensitivity import sensitivity
 from ..kinematics.batch import Rows
 from ..kinematics.motion import CHANGE, conditioning
@@ -44,8 +43,6 @@ class Printable(Protocol):
 
 T = TypeVar("T", bound=Printable)
 
-#: Positions of a turn over which the lift of an answer is read: half a degree.
-LIFT_POSITIONS = 720
 #: Answers that are shown of results.
 SHOWN = 12
 
@@ -214,7 +211,6 @@ def measured_columns(
         **{name: s * getattr(measures, name) for name in ("max_link", "max_ground", "max_arm", "travel", "min_link")},
         **{name: getattr(works, name) for name in ("drive_angle", "time_ratio", "uniformity", "advantage", "rotation")},
         "driver": np.where(works.driver > 0, works.driver, np.nan),
-        "lift": s * (np.full(len(s), np.nan) if slots else lift(guides, traced, measures, LIFT_POSITIONS)),
         "min_transmission_turn": min_transmission_turn(machines, works.driver),
         "sensitivity_rms": np.where(guides.cusp, np.nan, sensitivity(guides, traced).rms),
         "rotates": turning,

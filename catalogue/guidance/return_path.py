@@ -16,8 +16,8 @@ from .trace import Traced
 if TYPE_CHECKING:
     from .circuit_curve import CircuitCurve
 
-#: Positions over the turn; a parabola through three of them leaves 1e-4 of the lift of a crank-rocker open.
-POSITIONS = 96
+#: Positions over the turn; a parabola through three of them leaves 1e-6 of the lift of a crank-rocker open.
+POSITIONS = 360
 
 
 def lift(
@@ -54,7 +54,7 @@ def lift(
     with np.errstate(all="ignore"):
         z = some.pose(some.phase + share * some.period).point(point)
         off = distance(z, *(np.asarray(v)[of] for v in (fit.start, fit.along, fit.stroke, fit.curvature)))
-        found[of] = _peak(np.abs(off))
+        found[of] = peak(np.abs(off))
     return found
 
 
@@ -66,7 +66,7 @@ def distance(z: Complexes, start: Complexes, along: Complexes, stroke: Floats, c
     return polar(w.real, w.imag + height, curvature)[0]  # seen from the top of the arc
 
 
-def _peak(values: Floats) -> Floats:
+def peak(values: Floats) -> Floats:
     """Return the largest of periodic values (m, n), read off a parabola, shape (n,)."""
     at = np.argmax(values, axis=0)
     column = np.arange(values.shape[1])

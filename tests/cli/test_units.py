@@ -277,7 +277,7 @@ def test_an_answer_without_a_unit_is_taken_as_millimetres_aloud(run: Run, small_
     assert found["unit"] is None
     drawing = tmp_path / "guide.dxf"
     done = run("export", found["code"], "--out", drawing)
-    assert "no unit is known of its lengths: they are taken as mm; --unit names another" in done.err
+    assert "unit unknown, taken as mm; --unit names another" in done.err
     assert "they are taken as mm" in drawing.read_text("utf-8")
     assert "taken as" not in run("export", found["code"], "--out", drawing, "--force", "--unit", "in").err
     assert re.search(r"\$INSUNITS\n +70\n1\n", drawing.read_text("utf-8"))
