@@ -7,11 +7,11 @@ from functools import cached_property
 
 import numpy as np
 
+from ..guidance.allowance import Zone, allowances, expected_deviation
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.fixed_nominal import Nominal, in_place
 from ..guidance.metrics import Measures, measure
 from ..guidance.placement import FINE, at_stroke, mid_stroke, mirrored, mirrored_places, near_stroke, placed
-from ..guidance.sensitivity import MOST, NODES, sensitivity
 from ..guidance.slides import NOWHERE
 from ..guidance.trace import Traced, again
 from ..kinematics.batch import Rows, put
@@ -24,8 +24,6 @@ from ..problem.problem import Problem
 SHOWN = 128
 #: The ways to lay a guide along a line: travelled the other way, mirrored in it.
 FLIPS = ((False, False), (True, False), (False, True), (True, True))
-#: Intervals between the positions at which the sensitivity is read.
-STATIONS = 8
 
 
 @dataclass(frozen=True)
@@ -53,9 +51,9 @@ class CandidateBatch(Rows):
     """n guides laid along the path from 0 to 1, in mid-stroke; lengths in strokes, arrays of shape (n,).
 
     The allowance is the standard deviation of every coordinate of every pivot and of the guided point at which the path
-    still stays within the deviation asked: (asked - deviation) / (2 rms), rms the displacement across the path where it
-    is largest per unit of that scatter, to first order.  Negative where the deviation is too large, NaN for points that
-    return, and where nobody asked for it.
+    stays within the deviation asked with 95 per cent probability; see `catalogue.guidance.allowance`.  Negative where
+    the deviation is too large, NaN for points that return, and where nobody asked for it.  The expected deviation is
+    the one that the path keeps with that probability for the play asked; without play the deviation.
     """
 
     origin: Origin
@@ -66,6 +64,7 @@ class CandidateBatch(Rows):
     traced: Traced  # the path over the stroke and its nominal
     measures: Measures
     allowance: Floats
+    expected: Floats
 
     def __len__(self) -> int:
         return len(self.point)
@@ -146,20 +145,22 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Tr
     """Return traced guides in mid-stroke with what the problem needs to be measured of them."""
     wanted = problem.constraints
     found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
-    allowance = np.full(len(guides), np.nan)
+    allowance, expected = np.full(len(guides), np.nan), traced.fit.deviation.astype(float)
     if problem.needs_allowance:
-        allowance = allowances(problem, guides, traced, STATIONS, STATIONS)
+        rough = wanted.min_allowance is None  # what is bounded is what is shown
+        allowance = allowances(problem.deviation, guides, traced, Zone(*problem.zone), rough=rough)
+    if wanted.play:
+        expected = expected_deviation(wanted.play, guides, traced, Zone(*problem.zone), rough=True)
     linkage, point, chart = guides.linkage, guides.point, guides.motion.chart
-    return CandidateBatch(origin, linkage, point, _pole(guides), chart, traced, found, allowance)
+    return CandidateBatch(origin, linkage, point, _pole(guides), chart, traced, found, allowance, expected)
 
 
-def allowances(
-    problem: Problem, guides: CouplerCurve, traced: Traced, stations: int = NODES, most: int = MOST
-) -> Floats:
-    """Return the allowances of traced guides, see `CandidateBatch`, shape (n,), read as by `sensitivity`."""
-    with np.errstate(all="ignore"):
-        rms = np.where(guides.cusp, np.nan, sensitivity(guides, traced, stations, most).rms)
-        return np.asarray((problem.deviation - traced.fit.deviation.astype(float)) / (2 * rms))
+def with_allowance(problem: Problem, found: CandidateBatch) -> CandidateBatch:
+    """Return candidates with their allowances and expected deviations as they are shown."""
+    zone, play = Zone(*problem.zone), problem.constraints.play
+    allowance = allowances(problem.deviation, found.curve, found.traced, zone)
+    expected = expected_deviation(play, found.curve, found.traced, zone) if play else found.deviation
+    return replace(found, allowance=allowance, expected=expected)
 
 
 def near_path(problem: Problem, origin: Origin, moved: CouplerCurve, nominal: Nominal | None = None) -> CandidateBatch:
@@ -221,7 +222,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     if len(fine):
         traced = traced.replaced(np.isin(np.arange(len(found)), fine), _exactly(problem, here[fine]))
     shown = described(problem, found.origin, here, traced)
-    return replace(shown, allowance=allowances(problem, here, traced))
+    return with_allowance(problem, shown) if problem.needs_allowance or problem.constraints.play else shown
 
 
 def _exactly(problem: Problem, guides: CouplerCurve) -> Traced:

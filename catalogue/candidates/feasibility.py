@@ -104,7 +104,7 @@ def values(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
             "min_ground": np.nan_to_num(m.max_ground, nan=np.inf),
             "travel": np.nan_to_num(m.travel),
             "transmission": transmission(problem, found) / 90,
-            "deviation": (found.deviation + play_deviation(problem, found) + EXACT_DEVIATION) / problem.deviation,
+            "deviation": (np.nan_to_num(found.expected, nan=np.inf) + EXACT_DEVIATION) / problem.deviation,
             "allowance": np.where(np.isfinite(found.allowance), found.allowance, 0.0) / problem.deviation,
             **({"uniformity": uniformity(problem, found)} if "uniformity" in problem.ranking.quantities else {}),
         }
@@ -123,15 +123,6 @@ def transmission(problem: Problem, found: CandidateBatch) -> Floats:
     if not problem.constraints.full_rotation:
         return over_stroke
     return np.fmin(over_stroke, min_transmission_turn(machine(problem, found), driver))
-
-
-def play_deviation(problem: Problem, found: CandidateBatch) -> Floats | float:
-    """Return by how much play makes the path deviate more, two standard deviations of it; infinite for points that
-    return."""
-    if not problem.constraints.play:
-        return 0.0
-    rms = (problem.deviation - found.deviation) / (2 * found.allowance)
-    return np.where(np.isfinite(rms), 2 * problem.constraints.play * rms, np.inf)
 
 
 def cost(problem: Problem, found: CandidateBatch) -> Floats:

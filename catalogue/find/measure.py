@@ -10,6 +10,7 @@ import numpy as np
 
 from ..errors import InvalidRequest, quoted
 from ..given import positive, switch, whole
+from ..guidance.allowance import Zone, allowances
 from ..guidance.circuit_curve import CircuitCurve, fitted, laid, on_path
 from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
@@ -309,6 +310,7 @@ def _rows(
         return []
     columns = measured_columns(curve, traced, measures_of(curve, traced, in_middle=True), at.frames)
     nothing, blank = np.full(n, np.nan), np.full(n, "", object)
+    zone, asked = Zone(curved, 3 if curved and radius is None else 2), (tolerance or np.nan) / at.frames.stroke
     if not curved or radius is not None:
         columns["radius"] = np.full(n, radius if curved else np.nan, float)
     first = np.searchsorted(found.of, found.of[at.circuit])
@@ -319,7 +321,7 @@ def _rows(
         "series": blank,
         "configuration": blank,
         "order": np.zeros(n),
-        "allowance": ((tolerance or np.nan) - columns["deviation"]) / (2 * columns["sensitivity_rms"]),
+        "allowance": at.frames.stroke * allowances(asked, curve, traced, zone) if tolerance else nothing,
         "number": found.of[at.circuit] + 1,
         "circuit": at.circuit - first + 1,
         "given": np.isfinite(found.phase[at.circuit]).astype(object),

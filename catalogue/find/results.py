@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar, overload
 
 import numpy as np
 
+from ..candidates.batch import with_allowance
 from ..candidates.feasibility import values
 from ..candidates.select import nearest, normal_form
 from ..guidance.drive import drive_metrics
@@ -166,15 +167,14 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
     """Return candidates one by one in the unit and the frame of the user's request, with the drifts of refined ones."""
     found, frames = chosen.found, Frames.of(request, len(chosen.found))
     slots = problem.constraints.slots
+    found, certificate, n = with_allowance(problem, found), chosen.certificate, len(found)
     columns = measured_columns(found.curve, found.traced, found.measures, frames, slots=slots)
-    rms, certificate, n = columns["sensitivity_rms"], chosen.certificate, len(found)
-    allowance = (problem.deviation - found.deviation) / (2 * rms)
     gap = np.full(n, np.nan) if certificate is None else certificate.gap
     columns |= {
         "radius": columns["radius"] if request.radius is None else np.full(n, request.radius),
-        "allowance": problem.stroke * allowance,
-        "expected": columns["deviation"] + 2 * problem.stroke * problem.constraints.play * rms,
-        "score": problem.ranking.score(values(problem, replace(found, allowance=np.nan_to_num(allowance)))),
+        "allowance": problem.stroke * found.allowance,
+        "expected": problem.stroke * found.expected,
+        "score": problem.ranking.score(values(problem, found)),
         "nearest": nearest(normal_form(found.linkage.pivots, 1.0), mirror=problem.curvature == 0),
         "gap": gap,
         **{name: getattr(found.origin, name) for name in ("family", "series", "configuration", "order")},

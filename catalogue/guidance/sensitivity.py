@@ -26,7 +26,7 @@ import numpy as np
 
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
-from ..kinematics.motion import Motion, motion
+from ..kinematics.motion import Motion
 from ..kinematics.types import Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .minimum_zone import grid
@@ -126,8 +126,8 @@ def displaced(linkage: Linkage, point: Complexes, step: Floats) -> tuple[Linkage
 
 
 #: Intervals between the positions that are looked at, most of them where fewer miss more than such a part of the
-#: largest sum of squares, and where derivatives are wanted.
-NODES, MOST, MISSED, COARSE = 32, 512, 1e-3, 8
+#: largest sum of squares.
+NODES, MOST, MISSED = 32, 512, 1e-3
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def sensitivity(
     where these do not resolve the sum of squares, by its last two Chebyshev coefficients.
     """
     points = grid(stations)
-    t, tangent = traced.parameters(points.nodes), _ways(guides, traced, points.nodes)
+    t, tangent = traced.parameters(points.nodes), ways(guides, traced, points.nodes)
     by = pose_jacobian(guides.motion, guides.point, t, tangent).across.reshape(*t.shape, 5, 2)
     length = np.hypot(by[..., 0], by[..., 1])  # (m, n, 5)
     finite = np.concatenate([guides.linkage.finite.reshape(-1, 4), np.ones((len(guides), 1), bool)], axis=1)
@@ -179,36 +179,12 @@ def sensitivity(
     return put(found, rough, sensitivity(guides[rough], traced[rough], 2 * stations, most))
 
 
-def rms_gradient(guides: CouplerCurve, traced: Traced, step: float = 1e-5) -> tuple[Floats, Floats]:
-    """Return `Sensitivity.rms` of traced guides, (n,), and its derivatives by the pivots and the guided point, (n, 10),
-    as in `PoseJacobian`, 0 where they are not known.
-
-    Differences of the first derivatives over a `step` [length], the poses and the way of the path held.
-    """
-    n, nodes = len(guides), grid(COARSE).nodes
-    t, tangent = traced.parameters(nodes), _ways(guides, traced, nodes)
-    steps = np.concatenate([np.zeros((1, COUNT)), step * np.eye(COUNT)])
-    each, which = np.tile(np.arange(n), COUNT + 1), np.repeat(steps, n, axis=0)
-    linkage, point, good = displaced(guides.linkage[each], guides.point[each], which)
-    each = each[good]
-    pole = None if guides.pole is None else guides.pole[each]
-    with np.errstate(all="ignore"):
-        moving = motion(linkage, guides.motion.chart[each], point, pole=pole)
-        by = pose_jacobian(moving, point, t[:, each], tangent[:, each]).across
-        finite = np.concatenate([linkage.finite.reshape(-1, 4), np.ones((len(point), 1), bool)], axis=1)
-        rms = np.full((COUNT + 1) * n, np.nan)
-        rms[good] = _largest(np.where(np.repeat(finite, 2, axis=1), by**2, 0.0), COARSE)
-        each_rms = rms.reshape(COUNT + 1, n)
-        slope = ((each_rms[1:] - each_rms[0]) / step).T
-    return each_rms[0], np.where(np.isfinite(slope), slope, 0.0)
-
-
 def _largest(squares: Floats, stations: int) -> Floats:
     """Return the largest root of the sum of squares (m, n, k), read between the positions too, shape (n,)."""
     return np.asarray(np.sqrt((grid(stations).fine @ squares.sum(-1)).max(0)))
 
 
-def _ways(guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: Floats) -> Complexes:
+def ways(guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: Floats) -> Complexes:
     """Return unit vectors along the nominals where the guided points are, shape (m, n)."""
     fit = traced.fit
     along, curvature = fit.along.astype(complex), fit.curvature.astype(float)

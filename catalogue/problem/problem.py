@@ -34,6 +34,8 @@ class Problem:
     #: Instead of the ranking: break this constraint, or ``deviation``, as little as the others allow; ``ranking``: none
     #: of them, whatever it costs.
     relaxed: str = ""
+    #: Whether the path itself is the nominal, so that nothing is placed anew; so it is where pivots are given.
+    in_place: bool = False
 
     @classmethod
     def of(
@@ -47,7 +49,8 @@ class Problem:
             path = CircularArc(1.0, digits(request.relative), radius)
         if constraints.returns:
             ranking = ranking.without("allowance")
-        return cls(path, constraints.carried(1 / scale, -shift / scale), ranking, limit, effort, scale, shift)
+        carried, fixed = constraints.carried(1 / scale, -shift / scale), constraints.given is not None
+        return cls(path, carried, ranking, limit, effort, scale, shift, in_place=fixed)
 
     def with_constraints(self, **changes: Any) -> Problem:
         """Return the problem with some constraints changed [strokes]."""
@@ -80,9 +83,14 @@ class Problem:
 
     @property
     def needs_allowance(self) -> bool:
-        """Whether answers are bounded or ranked by the allowance, or play is to be told, which is read off it."""
-        wanted = self.constraints
-        return bool(wanted.min_allowance or wanted.play) or "allowance" in self.ranking.quantities
+        """Whether answers are bounded or ranked by the allowance."""
+        return bool(self.constraints.min_allowance) or "allowance" in self.ranking.quantities
+
+    @property
+    def zone(self) -> tuple[bool, int]:
+        """Whether it is a circle that holds the path, and how many coordinates of the nominal are sought: none in its
+        place, two of a line or an arc of given radius, else three."""
+        return self.curved, 0 if self.in_place else 3 if self.curvature is None else 2
 
     @property
     def stroke(self) -> float:

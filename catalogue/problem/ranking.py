@@ -64,15 +64,15 @@ class Desire:
 
 
 #: Lengths in strokes, transmission in right angles, allowance in parts of the deviation asked.  A guide is as large as
-#: its stroke at least; textbooks ask for 40 to 50 degrees and accept 30; a path that uses none of its tolerance allows
-#: about 0.4 of it at the sensitivities of sound guides.  A rail as long as the stroke could carry the point by
+#: its stroke at least; textbooks ask for 40 to 50 degrees and accept 30; sound guides that use half of their
+#: tolerance forgive pivots that scatter by two to four times as much.  A rail as long as the stroke could carry the point by
 #: itself: such a linkage gains nothing (of an arc: a rail along the chord costs as much as one along the arc).  The
 #: textbook guide that trades a long path for a short rail, Scott Russell's, has a travel of tan(a/2)/2 strokes when its
 #: crank turns by 2 a about mid-stroke: half a stroke at most, at its dead points.  Without a slide the travel is 0.
 DESIRES: Mapping[str, Desire] = {
     "size": Desire(1.0, 6.0),
     "transmission": Desire(60 / 90, 15 / 90),
-    "allowance": Desire(0.25, 0.0),
+    "allowance": Desire(2.0, 0.0),
     "min_link": Desire(0.25, 0.05),
     "min_ground": Desire(0.25, 0.05),
     "travel": Desire(0.5, 1.0),

@@ -117,9 +117,8 @@ class _Columns:
 
     def __init__(self, problem: Subproblem) -> None:
         self.steps = self.error = int(problem.jacobian.shape[2])
-        ranked = [*problem.measures, *(["allowance"] if "allowance" in problem.marginal else [])]
-        self.measures = {name: self.error + 1 + i for i, name in enumerate(ranked)}
-        self.shared = self.error + 1 + len(ranked)
+        self.measures = {name: self.error + 1 + i for i, name in enumerate(problem.measures)}
+        self.shared = self.error + 1 + len(self.measures)
         own = [name for name in ("deviation", *problem.limits) if name not in SHARING]
         self.own = {name: self.shared + 1 + i for i, name in enumerate(own)}
         self.width = self.shared + 1 + len(own)
@@ -158,27 +157,25 @@ def _elastic_rows(
     allowed = (inside * problem.allowed / scaling.unit)[:, None]
     yield still, allowed, {columns.error: 1.0, columns.slack("deviation"): -1.0}
     for name, limit in problem.limits.items():
-        yield limit.slope @ back, -limit.value - margin, {columns.slack(name): -1.0}
+        right, error = _with_error(problem, scaling, columns, name)
+        yield limit.slope @ back, right - limit.value - margin, {columns.slack(name): -1.0, **error}
     for name, piece in problem.measures.items():
-        most = piece.value.max(1, keepdims=True)
-        yield piece.slope @ back, most - piece.value, {columns.measures[name]: -1.0}
-    if "allowance" in problem.marginal:
-        yield _allowance_row(problem, scaling, columns)
+        right, error = _with_error(problem, scaling, columns, name)
+        right = right + piece.value.max(1, keepdims=True)
+        yield piece.slope @ back, right - piece.value, {columns.measures[name]: -1.0, **error}
     for column in range(columns.shared, columns.width):
         yield still, np.zeros((n, 1)), {column: -1.0}
 
 
-def _allowance_row(problem: Subproblem, scaling: _Scaling, columns: _Columns) -> _Block:
-    """Return the row by which the allowance falls with the deviation and with the sensitivity."""
-    rms = np.where(np.isfinite(problem.rms) & (problem.rms > 0), problem.rms, np.inf)
-    used = scaling.worst / problem.allowed
-    gradient = problem.rms_slope * np.nan_to_num(np.maximum(1 - used, 0.0) / (2 * rms**2))[:, None]
-    by_error = (scaling.unit / problem.allowed / (2 * rms))[:, None]
-    return (
-        gradient[:, None] @ scaling.back,
-        (used / (2 * rms))[:, None],
-        {columns.error: by_error, columns.measures["allowance"]: -1.0},
-    )
+def _with_error(
+    problem: Subproblem, scaling: _Scaling, columns: _Columns, name: str
+) -> tuple[Floats, Mapping[int, Floats]]:
+    """Return by how much the present error lifts the right side of rows that rise with the largest error, (n, 1) or 0,
+    and their coefficients in its column."""
+    if name not in problem.by_error:
+        return np.zeros((1, 1)), {}
+    rate = problem.by_error[name][:, None]
+    return rate * scaling.worst[:, None], {columns.error: rate * scaling.unit[:, None]}
 
 
 def _box(scaling: _Scaling, radius: Floats) -> Iterator[_Block]:

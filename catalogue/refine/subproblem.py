@@ -22,11 +22,12 @@ from ..candidates.feasibility import (
     swept_violations,
     values,
 )
+from ..guidance.allowance import Zone, slopes
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.metrics import LEAST_ARM
 from ..guidance.minimum_zone import concentric, exchange, grid
-from ..guidance.sensitivity import COUNT, displaced, pose_jacobian, rms_gradient
+from ..guidance.sensitivity import COUNT, displaced, pose_jacobian
 from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
@@ -102,8 +103,7 @@ class Subproblem:
     measures: Mapping[str, Pieces]  #: what the cost is a function of: each the largest of value + slope s
     marginal: Mapping[str, Floats]  #: (n,), what the cost rises by per unit of each measure that becomes worse
     allowed: Floats  #: (n,), largest distance that is allowed
-    rms: Floats  #: (n,), sensitivity, NaN where nobody asks for the allowance
-    rms_slope: Floats  #: (n, p)
+    by_error: Mapping[str, Floats]  #: (n,), what constraints and measures rise by per unit of the largest error
     relaxed: str = ""  #: the constraint that is to be broken as little as the others allow
 
     def __getitem__(self, index: Indices) -> Subproblem:
@@ -112,10 +112,10 @@ class Subproblem:
         def some(every: Mapping[str, Pieces]) -> dict[str, Pieces]:
             return {name: Pieces(p.value[index], p.slope[index]) for name, p in every.items()}
 
+        marginal, by_error = ({k: part[index] for k, part in d.items()} for d in (self.marginal, self.by_error))
         return Subproblem(
-            self.error[index], self.jacobian[index], some(self.limits), some(self.measures),
-            {name: part[index] for name, part in self.marginal.items()}, self.allowed[index], self.rms[index],
-            self.rms_slope[index], self.relaxed,
+            self.error[index], self.jacobian[index], some(self.limits), some(self.measures), marginal,
+            self.allowed[index], by_error, self.relaxed,
         )  # fmt: skip
 
 
@@ -154,22 +154,18 @@ def linearise(
             rough.append("swept_in")
     if rough:
         limits |= differences(problem, found, guides.motion.chart, rough, basis, nominal)
-    rms, rms_slope = np.full(len(found), np.nan), np.zeros((len(found), COUNT))
-    if problem.needs_allowance:
-        rms, rms_slope = rms_gradient(guides, found.traced)
-        if (bound := problem.constraints.min_allowance) is not None:
-            limits["min_allowance"] = _of_allowance(found, bound, rms, rms_slope)
+    limits_, measures_, by_error = _of_scatter(problem, found, guides)
+    limits, measures = limits | limits_, measures | measures_
     limits, measures = ({name: p.in_basis(basis) for name, p in every.items()} for every in (limits, measures))
-    jacobian, rms_slope = np.moveaxis(by.across, 0, 1) @ basis, (rms_slope[:, None] @ basis)[:, 0]
+    jacobian = np.moveaxis(by.across, 0, 1) @ basis
     if problem.curvature is None:
         jacobian = np.concatenate([jacobian, by_bend.T[..., None]], axis=-1)
         limits, measures = ({k: _wider(p) for k, p in d.items()} for d in (limits, measures))
-        rms_slope = np.concatenate([rms_slope, np.zeros((len(found), 1))], axis=-1)
         limits["radius"] = _radius(bend, jacobian.shape[-1])
     marginal = marginals(problem, found)
     allowed = np.full(len(found), problem.deviation)
     return Subproblem(
-        *_at_peaks(error.T, jacobian, intervals), limits, measures, marginal, allowed, rms, rms_slope, problem.relaxed
+        *_at_peaks(error.T, jacobian, intervals), limits, measures, marginal, allowed, by_error, problem.relaxed
     )
 
 
@@ -255,10 +251,29 @@ def differences(
     return {name: Pieces(value[k][:, None], slopes[k][:, None]) for k, name in enumerate(names)}
 
 
-def _of_allowance(found: CandidateBatch, bound: float, rms: Floats, slope: Floats) -> Pieces:
-    """Return the constraint on the allowance as one on the deviation at the present sensitivity."""
-    value = bound - found.allowance
-    return Pieces((value / bound)[:, None], (slope * (found.allowance / rms)[:, None] / bound)[:, None])
+def _of_scatter(
+    problem: Problem, found: CandidateBatch, guides: CouplerCurve
+) -> tuple[dict[str, Pieces], dict[str, Pieces], dict[str, Floats]]:
+    """Return the constraint and the measures that know the scatter of the pivots, and what they rise by per unit of the
+    largest error: less the allowance in parts of its bound and of the deviation asked, and in parts of this the
+    deviation expected at the play asked."""
+    wanted, ranked, asked = problem.constraints, problem.ranking.quantities, problem.deviation
+    limits, measures, by_error, zone = {}, {}, {}, Zone(*problem.zone)
+    if problem.needs_allowance:
+        by = slopes(asked, guides, found.traced, zone)
+        for name, unit, parts in (("min_allowance", wanted.min_allowance, limits), ("allowance", asked, measures)):
+            if unit is not None and (name in ranked or parts is limits):
+                less = -np.nan_to_num(found.allowance / unit) + (parts is limits)
+                parts[name] = Pieces(less[:, None], -by.by_pivots[:, None] / unit)
+                by_error[name] = -by.by_deviation / unit
+    if wanted.play and "deviation" in ranked:
+        by = slopes(found.expected, guides, found.traced, zone)
+        with np.errstate(all="ignore"):
+            rate = np.nan_to_num(1 / (asked * by.by_tolerance), posinf=0.0)
+        expected = np.nan_to_num(found.expected / asked, posinf=0.0)
+        measures["expected"] = Pieces(expected[:, None], -(by.by_pivots * rate[:, None])[:, None])
+        by_error["expected"] = -by.by_deviation * rate
+    return limits, measures if not problem.relaxed else {}, by_error
 
 
 def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
@@ -266,15 +281,16 @@ def marginals(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
     if problem.relaxed:
         return {}
     here = values(problem, found)
-    ranking = problem.ranking
+    ranking, deviation = problem.ranking, "expected" if problem.constraints.play else "deviation"
     if ranking.only == "deviation":
-        return {"deviation": 1 / np.maximum(here["deviation"], 1e-300)}
+        return {deviation: 1 / np.maximum(here["deviation"], 1e-300)}
     base, out = ranking.cost(here), {}
     for name in sorted(ranking.quantities):
         worse = here[name] + (-WORSE if name in RISING else WORSE)
         with np.errstate(invalid="ignore"):
             rise = (ranking.cost({**here, name: worse}) - base) / WORSE
-        out[name] = np.where(np.isfinite(rise), np.maximum(rise, 0.0), 0.0)
+        rise = np.where(np.isfinite(rise), np.maximum(rise, 0.0), 0.0)
+        out[deviation if name == "deviation" else name] = rise
     return out
 
 

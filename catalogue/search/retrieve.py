@@ -40,8 +40,8 @@ DEVIATES, UNBENT, TURNS_NOT, UNKNOWN = 0.1, 0.02, 0.3, 0.5
 CORRECTIONS, USED = 4, 0.995
 #: Starts of one series that differ by less than this in size [strokes] and transmission angle [right angles] are one.
 CELL = (0.15, 0.12)
-#: The deviation that is typical of sensitivities of stored guides: the allowance of one that uses no tolerance.
-TYPICAL_ALLOWANCE = 0.4
+#: Allowance of a typical stored guide that uses no tolerance [deviations asked].
+TYPICAL_ALLOWANCE = 4.0
 #: Uniformity of a stored reach: none is stored, so that starts are told apart by what they break.
 TYPICAL_UNIFORMITY = 0.6
 #: Lines serve arcs whose sagitta is less than this part of the stroke, and such arcs lines.

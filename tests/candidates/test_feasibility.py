@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
@@ -150,32 +149,6 @@ def test_links_stay_in_the_room_and_out_of_what_is_kept_free(batch: Any, shown: 
     assert min(clear) > 0, "of each kind there is one"
 
 
-@pytest.mark.slow
-def test_the_allowance_is_the_scatter_that_uses_the_rest_of_the_tolerance(
-    batch: Any, shown: Callable[..., Any], naive: SimpleNamespace
-) -> None:
-    """Against the path of linkages with one coordinate moved, all moves taken together as independent ones."""
-    problem, found = batch(LINE, count=60, pins_only=True, min_allowance=1e-9)
-    found = found[np.flatnonzero(found.deviation < 0.9e-3)][:4]
-    x, h = np.linspace(0, 1, 33), 1e-6
-    for c, allowance in zip(shown(problem, LINE, found), found.allowance, strict=True):
-        straight = np.array(c.pivots)[..., :2].reshape(-1)
-
-        def height(shift: Any, point: complex, straight: Any = straight) -> Any:
-            pivots = np.ones((2, 2, 3))
-            pivots[..., :2] = (straight + shift).reshape(2, 2, 2)
-            loop = naive.Loop(pivots, point)
-            z = np.asarray(loop.over(1.0, 801))
-            return np.interp(x, z.real.astype(float), z.imag.astype(float))
-
-        point = complex(*c.guided)
-        here = height(np.zeros(8), point)
-        moved = [height(h * unit, point) for unit in np.eye(8)] + [height(np.zeros(8), point + 1j * h)]
-        slope = (np.array(moved) - here) / h
-        rms = np.sqrt((slope**2).sum(0)).max()
-        assert allowance == pytest.approx((1e-3 - c.deviation) / (2 * rms), rel=0.05)
-
-
 def test_cost_and_values_are_those_of_the_candidate(batch: Any, shown: Any) -> None:
     problem, found = batch(LINE, count=30)
     found = found[np.flatnonzero(np.isfinite(found.deviation))]
@@ -188,7 +161,7 @@ def test_cost_and_values_are_those_of_the_candidate(batch: Any, shown: Any) -> N
         assert here["travel"][i] == (c.travel or 0.0)
         assert here["min_ground"][i] == c.max_ground or c.max_ground is None
         shares = [
-            (6 - c.size) / 5, (c.min_transmission - 15) / 45, 4 * here["allowance"][i],
+            (6 - c.size) / 5, (c.min_transmission - 15) / 45, 0.5 * here["allowance"][i],
             (here["min_link"][i] - 0.05) / 0.2, (here["min_ground"][i] - 0.05) / 0.2,
             1.0 if c.travel is None else (1 - c.travel) / 0.5,
         ]  # fmt: skip

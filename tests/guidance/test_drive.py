@@ -88,8 +88,7 @@ def test_play_of_the_pivots_ranks_sensitive_guides_behind(small: catalogue.Catal
     found = small.find(wish, play=1e-3, rank_by="deviation", limit=20, per_series=0)
     expected = [c.expected for c in found]
     assert expected == sorted(expected, key=lambda x: x or 0)
-    for c in found:
-        assert c.expected == pytest.approx(c.deviation + 2e-3 * c.sensitivity().rms[0])
+    assert all(c.deviation < (c.expected or 0) < c.deviation + 2e-3 * c.sensitivity().rms[0] for c in found)
     without = small.find(wish, rank_by="deviation", limit=20, per_series=0)
     assert [c.expected for c in without] == [c.deviation for c in without]
 

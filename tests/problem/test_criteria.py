@@ -55,7 +55,7 @@ def test_weights_refuse(given: Any, message: str) -> None:
     [
         ("size", 0.5, 1), ("size", 1, 1), ("size", 2, 0.8), ("size", 3.5, 0.5), ("size", 6, 0), ("size", 60, 0),
         ("transmission", 10 / 90, 0), ("transmission", 37.5 / 90, 0.5), ("transmission", 60 / 90, 1),
-        ("transmission", 1, 1), ("allowance", -1, 0), ("allowance", 0.1, 0.4), ("allowance", 0.3, 1),
+        ("transmission", 1, 1), ("allowance", -1, 0), ("allowance", 0.8, 0.4), ("allowance", 2.4, 1),
         ("min_link", 0.05, 0), ("min_link", 0.1, 0.25), ("min_link", math.inf, 1),
         ("min_ground", 0.05, 0), ("min_ground", 0.2, 0.75),
     ],

@@ -71,7 +71,7 @@ def test_curvature_of_the_nominal(request_: Any, curvature: float | None, fixed:
     assert math.copysign(1, problem.curvature or 0.0) == (-1 if curvature else 1)
 
 
-def test_the_allowance_is_needed_where_it_is_ranked_or_bounded_or_play_is_told() -> None:
+def test_the_allowance_is_needed_where_it_is_ranked_or_bounded() -> None:
     def problem(rank_by: Any, **wanted: Any) -> Problem:
         request = StraightLine(1, 0.01)
         return Problem.of(request, Constraints(**wanted), Ranking.of(request, rank_by))
@@ -81,11 +81,11 @@ def test_the_allowance_is_needed_where_it_is_ranked_or_bounded_or_play_is_told()
     assert problem(["size", "max_link"]).ranking.quantities == {"size", "max_link"}
     for needed in (
         problem("score"), problem("size=1,allowance=2"), problem(["size", "allowance"]),
-        problem("size", min_allowance=0.1), problem("size", play=0.1),
+        problem("size", min_allowance=0.1),
     ):  # fmt: skip
         assert needed.needs_allowance is True
     for other in (
-        problem("size"), problem(["size", "max_link"]), problem("score", returns=True),
+        problem("size"), problem(["size", "max_link"]), problem("score", returns=True), problem("size", play=0.1),
         problem("deviation", max_size=3, min_transmission=40),
     ):  # fmt: skip
         assert other.needs_allowance is False

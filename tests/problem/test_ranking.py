@@ -16,13 +16,13 @@ from catalogue.problem.ranking import DESIRES, Ranking
 
 LINE = StraightLine(150, 0.05)
 VALUES = {
-    "size": 2.0, "transmission": 37.5 / 90, "allowance": 0.125, "min_link": 0.15, "min_ground": 0.15, "deviation": 0.5,
+    "size": 2.0, "transmission": 37.5 / 90, "allowance": 1.0, "min_link": 0.15, "min_ground": 0.15, "deviation": 0.5,
     "max_link": 1.5, "max_ground": 1.1, "max_arm": 0.7, "travel": 0.75, "uniformity": 0.4,
 }  # fmt: skip
 #: The same by hand: of the score the mean of the six logarithms.
 COST = {
     "score": -(math.log(0.8) + 5 * math.log(0.5)) / 6, "balance": 2.0 - 37.5 / 90, "size": 2.0,
-    "deviation": math.log(0.5), "transmission": 1 - 37.5 / 90, "allowance": -0.125, "max_link": 1.5,
+    "deviation": math.log(0.5), "transmission": 1 - 37.5 / 90, "allowance": -1.0, "max_link": 1.5,
     "min_link": -0.15, "max_ground": 1.1, "max_arm": 0.7, "uniformity": 0.6,
 }  # fmt: skip
 SMALLER = {"size", "deviation", "max_link", "max_ground", "max_arm", "travel"}
@@ -63,7 +63,7 @@ def test_the_score_is_the_weighted_geometric_mean_of_the_desirabilities() -> Non
     assert mine.cost(arrays(VALUES)) == pytest.approx(math.log(2))
     assert set(mine.desires) == set(DESIRES)
     assert Ranking().score(arrays({**VALUES, "transmission": 0.1})) == 0
-    perfect = {"size": 1.0, "transmission": 0.7, "allowance": 0.3, "min_link": 0.3, "min_ground": 0.3}
+    perfect = {"size": 1.0, "transmission": 0.7, "allowance": 2.3, "min_link": 0.3, "min_ground": 0.3}
     perfect["travel"] = 0.5
     assert Ranking().score(arrays(perfect)) == pytest.approx(100)
     assert Ranking().score(arrays({**perfect, "travel": 0.0})) == pytest.approx(100)  # pins only
@@ -82,7 +82,7 @@ def test_a_higher_score_costs_less() -> None:
     draw = np.random.default_rng(2)
     some = {
         "size": draw.uniform(0.5, 5.5, 200), "transmission": draw.uniform(0.2, 1, 200),
-        "allowance": draw.uniform(0.01, 0.4, 200), "min_link": draw.uniform(0.06, 0.4, 200),
+        "allowance": draw.uniform(0.08, 3.2, 200), "min_link": draw.uniform(0.06, 0.4, 200),
         "min_ground": draw.uniform(0.06, 0.4, 200), "travel": draw.uniform(0, 0.98, 200),
     }  # fmt: skip
     cost, score = Ranking().cost(some), Ranking().score(some)

@@ -34,7 +34,7 @@ def smooth(size: float, limits: int, *, broken: float = 0.0, seed: int = 1) -> S
     value[:, :2] += broken
     rows = {"rows": Pieces(value, draw.normal(size=(N, limits, P)))} if limits else {}
     worst = np.abs(error).max(1)
-    return Subproblem(error, jacobian, rows, {}, {"deviation": np.ones(N)}, worst, np.full(N, np.nan), np.zeros((N, P)))
+    return Subproblem(error, jacobian, rows, {}, {"deviation": np.ones(N)}, worst, {})
 
 
 def cost_of(problem: Subproblem, i: int, step: Array, penalty: float) -> float:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from catalogue.guidance.fixed_nominal import Nominal, in_place
 from catalogue.kinematics.linkage import RR
 from catalogue.kinematics.types import Array
 from catalogue.refine.sqp import Refinement
-from catalogue.refine.subproblem import PivotCoordinates, _distance, _of_allowance, linearise
+from catalogue.refine.subproblem import PivotCoordinates, _distance, linearise
 from catalogue.search.exact_guides import parallelograms
 from tests.refine.starts import problem_of, started
 
@@ -335,14 +334,3 @@ def test_what_is_exact_is_led_into_its_constraints_and_stays_exact() -> None:
     assert found.mean() > 0.5
     assert (led.best.measures.size[found] <= 1.6 + 1e-9).all()
     assert (led.best.deviation[found] < EXACT_DEVIATION).mean() > 0.5
-
-
-def test_a_bound_on_the_allowance_falls_as_the_path_is_more_sensitive() -> None:
-    """Of allowances room / rms, over the bound: slopes are differences."""
-    draw = np.random.default_rng(4)
-    bound, room, rms, slope = 0.02, draw.uniform(0.01, 0.1, 5), draw.uniform(1, 3, 5), draw.normal(size=(5, 10))
-    value, found = _of_allowance(SimpleNamespace(allowance=room / rms), bound, rms, slope)  # type: ignore[arg-type]
-    np.testing.assert_allclose(value[:, 0], (bound - room / rms) / bound)
-    for k in range(10):
-        ahead, behind = (bound - room / (rms + h * slope[:, k]) for h in (1e-6, -1e-6))
-        np.testing.assert_allclose(found[:, 0, k], (ahead - behind) / 2e-6 / bound, rtol=1e-6)

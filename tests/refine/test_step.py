@@ -78,17 +78,16 @@ def test_ranked_measures_become_least(radius: float) -> None:
         assert cost_of(problem, i, found.displacement[i], 100.0) <= best + slight + pull + 2e-3
 
 
-@pytest.mark.parametrize("rms", [0.1, 0.7, 3.0])
-def test_a_ranked_allowance_becomes_the_largest(rms: float) -> None:
-    """It is (1 - deviation/allowed)/(2 rms): as good as the programme of its derivatives by deviation and rms."""
-    plain = smooth(1e-3, 4)
-    worst, slope = np.abs(plain.error).max(1), np.random.default_rng(6).normal(size=(N, P))
-    asked = replace(
-        plain, marginal={"allowance": np.ones(N)}, allowed=1.6 * worst, rms=np.full(N, rms), rms_slope=rms * slope
-    )
-    by_rms = (1 - 1 / 1.6) / (2 * rms**2) * asked.rms_slope
-    marginal = {"deviation": np.full(N, 1 / (2 * rms)), "size": np.ones(N)}
-    same = replace(asked, measures={"size": Pieces(np.zeros((N, 1)), by_rms[:, None])}, marginal=marginal)
+@pytest.mark.parametrize("rate", [0.2, 3.0])
+def test_a_measure_that_rises_with_the_largest_error_becomes_least(rate: float) -> None:
+    """As good as the programme in which the error costs as much itself."""
+    plain, slope = smooth(1e-3, 4), np.random.default_rng(6).normal(size=(N, 1, P))
+    worst = np.abs(plain.error).max(1)
+    pieces = {"allowance": Pieces(np.zeros((N, 1)), slope)}
+    by_error = {"allowance": np.full(N, rate) / (1.6 * worst)}
+    asked = replace(plain, measures=pieces, marginal={"allowance": np.ones(N)}, allowed=1.6 * worst, by_error=by_error)
+    marginal = {"deviation": np.full(N, rate), "allowance": np.ones(N)}
+    same = replace(asked, marginal=marginal, by_error={})
     step = take_step(asked, np.full(N, 0.3), np.full(N, 100.0)).displacement
     for i in range(N):
         here, still = (cost_of(same, i, s, 100.0) for s in (step[i], np.zeros(P)))

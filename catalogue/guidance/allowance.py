@@ -1,0 +1,374 @@
+"""The allowance: the standard deviation of every pivot coordinate that leaves a path within its tolerance in 95 of 100.
+
+Where the coordinates of the finite pivots and of the guided point are off by s c, c (10,) independent standard normal
+numbers, the distance from the nominal at a station becomes e + s G c to first order (`pose_jacobian`).  The nominal is
+placed anew, as for the deviation.  By de la Vallee-Poussin the half width of the zone is then
+
+    max over references of  |L . (e + s G c)|,   sum |L| = 1,
+
+where a reference is as many stations as the nominal has coordinates, and one more, and its weights L are orthogonal to
+what moves of the nominal do there.  So along a direction c = r u the path stays within a tolerance A while
+
+    s r <= R(u),   1 / R(u) = max over references and signs of  L . G u / (A - L . e).
+
+With r chi distributed the allowance is the s at which the mean over directions u of P(r > R(u) / s) is 5 per cent.
+Paths answer in two or three directions, nearly all in four: there r has four degrees of freedom, P(r > y) = exp(-x) (1
++ x), x = y^2 / 2, and the directions are the 120 vertices of the 600-cell, which integrate polynomials to degree 11.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from functools import lru_cache
+from itertools import combinations, permutations, product
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ..kinematics.batch import Rows
+from ..kinematics.linkage import Linkage
+from ..kinematics.motion import motion
+from ..kinematics.types import Floats, Indices, Mask
+from .coupler_curve import CouplerCurve
+from .minimum_zone import concentric, grid, polar, seen
+from .sensitivity import COUNT, displaced, pose_jacobian, ways
+from .trace import Traced
+
+if TYPE_CHECKING:
+    from .circuit_curve import CircuitCurve
+
+#: Probability with which a path stays within its tolerance over the whole stroke, at pivots that scatter by the
+#: allowance: two standard deviations of a normal number.
+PROBABILITY = 0.95
+#: Intervals between the Chebyshev points of the stroke in a search: they leave the probability open by 3 per cent.
+ROUGH = 8
+#: Intervals for what is shown and bounded: they leave it open by 1 per cent, as 20 do.
+FINE = 16
+#: References that are looked at in all directions, those which alone forgive least, in a search, and for what is shown:
+#: more change the probability by less than 0.1 per cent.
+ROUGH_REFERENCES, REFERENCES = 24, 128
+#: Part of the deviation by which a tolerance exceeds it at least; below that the allowance is proportional to what is
+#: left, and negative where nothing is.
+LEAST_LEFT = 1e-3
+#: Newton steps to the standard deviation, which leave 1e-9 of it open.
+STEPS = 12
+#: Fixed-point steps from the standard deviation to the tolerance.
+TOLERANCE_STEPS = 8
+#: Largest allowance, over the shortest link: beyond it distances do not change in proportion to the scatter, and
+#: linkages that no longer close become frequent.  There the path keeps its tolerance with a higher probability.
+LARGEST = 0.01
+#: x at which exp(-x) (1 + x) is 5 per cent.
+TAIL = 4.743864518
+#: Dimensions of the directions.
+DIMENSIONS = 4
+#: Step of the differences of derivatives by the pivots, and of the parameter as a part of its window [strokes].
+PIVOT_STEP = 1e-5
+
+
+class Zone(NamedTuple):
+    """What holds a path: about a line or a circle whose place, and maybe radius, is free."""
+
+    circle: bool
+    free: int  #: coordinates of the nominal that are sought: 0 in a fixed place, 2 of a line or given radius, else 3
+
+
+@dataclass(frozen=True)
+class Response:
+    """Distances from the nominals of n guides at m stations, and how they change with the pivots, to first order."""
+
+    error: Floats  #: (n, m), distances from the nominal [length]
+    place: Floats  #: (n, m), along the nominal, as a polynomial knows it
+    weight: Floats  #: (n, m), by which polynomials are divided; see `catalogue.guidance.minimum_zone`
+    across: Floats  #: (n, m, 10), derivatives of the distances by the coordinates of finite pivots
+    carried: Floats  #: (n, m, nodes), from values at the nodes of the stroke to the stations
+    moved: Floats  #: (nodes, n, 10), derivatives of the distances by all coordinates, at the nodes
+    deviation: Floats  #: (n,), half widths of the zones [length]
+
+
+def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, intervals: int) -> Response:
+    """Return the linear response of traced guides at the ends of the stroke and where, between two Chebyshev points
+    each, the distance from the nominal is largest; that is read on twice as many, as it oscillates more."""
+    few, many, fit = grid(intervals), grid(2 * intervals), traced.fit
+    across = pose_jacobian(
+        guides.motion, guides.point, traced.parameters(few.nodes), ways(guides, traced, few.nodes)
+    ).across
+    z = guides.motion.pose(traced.parameters(many.nodes)).point(guides.point)
+    start, along, curvature = fit.start.astype(complex), fit.along.astype(complex), fit.curvature.astype(float)
+    half = 0.5 * fit.stroke.astype(float)
+    x, y = seen(z.real, z.imag, start + half * along, along)
+    if zone.circle:
+        y = y + curvature * half**2 / (1 + np.sqrt(np.maximum(1 - (curvature * half) ** 2, 0.0)))
+        error, place, weight = (polar if zone.free == 3 else concentric)(x, y, curvature)
+    else:
+        error, place, weight = y, x, np.ones_like(x)
+    fine = (many.fine @ error).T
+    bins = np.abs(fine[:, 1:]).reshape(len(fine), intervals, -1)
+    size = bins.shape[2]
+    worst = np.argmax(np.where(np.isnan(bins), -1.0, bins), axis=2) + 1 + np.arange(0, fine.shape[1] - 1, size)
+    stations = np.concatenate([np.zeros((len(fine), 1), int), worst], axis=1)
+    error, place, weight = ((many.fine[stations] @ part.T[..., None])[..., 0] for part in (error, place, weight))
+    carried = _carrying(intervals)[stations]
+    given = carried @ np.where(scattered(guides.linkage)[:, None], np.moveaxis(across, 0, 1), 0.0)
+    return Response(error, place, weight, given, carried, across, fit.deviation.astype(float))
+
+
+@lru_cache
+def _carrying(intervals: int) -> Floats:
+    """Return the matrix that carries values at the nodes of a grid to the fine points of that with twice as many."""
+    angle = np.pi * (1 - np.arange(8 * intervals + 1) / (8 * intervals))
+    return np.asarray(np.cos(angle[:, None] * np.arange(intervals + 1)) @ grid(intervals).coefficients)
+
+
+def scattered(linkage: Linkage) -> Mask:
+    """Return which coordinates scatter, those of finite pivots and of the guided point, shape (n, 10)."""
+    finite = np.concatenate([linkage.finite.reshape(-1, 4), np.ones((len(linkage), 1), bool)], axis=1)
+    return np.repeat(finite, 2, axis=1)
+
+
+@dataclass(frozen=True)
+class References(Rows):
+    """Sets of stations whose distances from the nominal no move of it changes, l for each of n guides."""
+
+    stations: Indices  #: (n, l, k)
+    weights: Floats  #: (n, l, k), of the distances, their absolute values add up to 1
+    error: Floats  #: (n, l), weighted distances [length]
+    across: Floats  #: (n, l, 10), their derivatives by the coordinates of finite pivots
+    missed: Floats  #: (n,), how much more the deviation is than the largest of the distances [length]
+
+    @classmethod
+    def of(cls, here: Response, free: int) -> References:
+        """Return all references of responses."""
+        m = here.error.shape[1]
+        stations = _combinations(m, free + 1)
+        place, weights = here.place[:, stations], here.weight[:, stations]
+        for i, j in permutations(range(free + 1), 2):
+            weights[..., i] /= place[..., i] - place[..., j]
+        weights /= np.abs(weights).sum(-1, keepdims=True)
+        error, across = np.zeros(weights.shape[:2]), np.zeros((*weights.shape[:2], COUNT))
+        for k, at in enumerate(stations.T):
+            error += weights[..., k] * here.error[:, at]
+            across += weights[..., k, None] * here.across[:, at]
+        missed = here.deviation - np.abs(error).max(1)
+        return cls(np.broadcast_to(stations, weights.shape), weights, error, across, missed)
+
+    def strongest(self, asked: Floats, count: int) -> References:
+        """Return those references, so many of each guide, which alone would forgive least."""
+        if self.error.shape[1] <= count:
+            return self
+        least = np.minimum(*self.margins(asked))
+        strength = (self.across**2).sum(-1) / least**2
+        which = np.argpartition(-np.nan_to_num(strength, nan=-1.0), count, axis=1)[:, :count]
+        row = np.arange(len(which))[:, None]
+        return References(
+            self.stations[row, which], self.weights[row, which], self.error[row, which], self.across[row, which],
+            self.missed,
+        )  # fmt: skip
+
+    def margins(self, asked: Floats) -> tuple[Floats, Floats]:
+        """Return how much farther the distances may grow upward and downward, (n, l) each."""
+        left = (asked - self.missed)[:, None]
+        return left - self.error, left + self.error
+
+
+@dataclass(frozen=True)
+class Reach:
+    """How far n paths may be carried off along each direction of the scatter until they leave their tolerance."""
+
+    nearness: Floats  #: (n, 120), one over how far [1/length]
+    reference: Indices  #: (n, 120), number of the reference that ends it
+    direction: Floats  #: (n, 120, 10), unit vectors, upward of that reference
+
+    @classmethod
+    def of(cls, found: References, asked: Floats) -> Reach:
+        """Return the reach of paths within tolerances (n,) [length]."""
+        up, down = found.margins(asked)
+        n, count = up.shape
+        scaled = np.nan_to_num(found.across / np.minimum(up, down)[..., None])
+        axes = np.linalg.eigh(np.swapaxes(scaled, 1, 2) @ scaled)[1][..., -DIMENSIONS:]  # (n, 10, 4)
+        seen_ = found.across @ axes
+        length, whole = np.linalg.norm(seen_, axis=-1), np.linalg.norm(found.across, axis=-1)
+        with np.errstate(all="ignore"):  # of a reference that answers in other directions too all scatter counts
+            seen_ *= np.where(length > 0.3 * whole, whole / length, 1.0)[..., None]
+        half = _directions()
+        moved = (seen_.reshape(-1, DIMENSIONS) @ half.T).reshape(n, count, len(half))
+        nearness, reference = [], []
+        for sign in (1, -1):
+            rates = np.maximum(sign * moved / up[..., None], -sign * moved / down[..., None])
+            first = np.argmax(np.nan_to_num(rates, nan=-1.0), axis=1)
+            reference.append(first)
+            nearness.append(np.take_along_axis(rates, first[:, None], 1)[:, 0])
+        both = np.concatenate([half, -half])
+        return cls(np.concatenate(nearness, axis=1), np.concatenate(reference, axis=1), both @ np.swapaxes(axes, 1, 2))
+
+    def scatter(self) -> Floats:
+        """Return the standard deviation at which paths stay within their tolerances with `PROBABILITY`, (n,)."""
+        with np.errstate(all="ignore"):
+            square = 0.5 / self.nearness**2
+            rate = TAIL / square.min(1)  # 1 / variance; Newton on the logarithms, from above
+            for _ in range(STEPS):
+                x = rate[:, None] * square
+                tail = np.exp(-x)
+                missing = (tail * (1 + x)).mean(1)
+                slope = (tail * x * x).mean(1) / missing
+                rate = rate * np.exp(np.log(missing / (1 - PROBABILITY)) / slope)
+            return np.asarray(1 / np.sqrt(rate))
+
+    def shares(self, scatter: Floats) -> Floats:
+        """Return the part that each direction has in the logarithm of the scatter, (n, 120), 1 together."""
+        with np.errstate(all="ignore"):
+            x = 0.5 / (self.nearness * scatter[:, None]) ** 2
+            part = np.nan_to_num(np.exp(-x) * x * x)
+            return np.asarray(part / part.sum(1, keepdims=True))
+
+
+def allowances(
+    asked: float | Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *, rough: bool = False
+) -> Floats:
+    """Return the allowances of traced guides for a tolerance, at most `LARGEST`, shape (n,) [length].
+
+    Negative where the deviation is larger than the tolerance, NaN where the point returns or nothing was traced.
+
+    Parameters
+    ----------
+    asked : float or ndarray, shape (n,)
+        Largest deviations that are allowed [length].
+    rough : bool
+        At fewer stations, as a search does.
+    """
+    found, deviation = _references(guides, traced, zone, rough)
+    allowed = _allowed(found, deviation, np.broadcast_to(asked, deviation.shape), rough)
+    return np.minimum(allowed, LARGEST * _shortest(guides.linkage))
+
+
+def _shortest(linkage: Linkage) -> Floats:
+    """Return the lengths of the shortest of cranks and coupler, infinite without one, shape (n,)."""
+    z = np.where(linkage.finite, linkage.points, np.nan)
+    lengths = np.abs([z[:, 0, 0] - z[:, 0, 1], z[:, 1, 0] - z[:, 1, 1], z[:, 0, 1] - z[:, 1, 1]])
+    return np.asarray(np.fmin.reduce(lengths, axis=0, initial=np.inf))
+
+
+def expected_deviation(
+    scatter: float, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *, rough: bool = False
+) -> Floats:
+    """Return the deviations that traced guides keep with `PROBABILITY` where every coordinate of the pivots scatters by
+    a standard deviation, shape (n,) [length]: the tolerances of which that is the allowance."""
+    found, deviation = _references(guides, traced, zone, rough)
+    if not scatter:
+        return deviation
+    asked = np.where(deviation > 0, 2 * deviation, scatter)
+    with np.errstate(all="ignore"):
+        for _ in range(TOLERANCE_STEPS):
+            asked = deviation + scatter * (asked - deviation) / _allowed(found, deviation, asked, rough)
+    return np.asarray(asked)
+
+
+class Slopes(NamedTuple):
+    """How allowances change, shape (n,) but for the first; 0 where it is not known."""
+
+    by_pivots: Floats  #: (n, 10), by pivots and guided point, as far as these change the sensitivities
+    by_deviation: Floats
+    by_tolerance: Floats
+
+
+def slopes(asked: float | Floats, guides: CouplerCurve, traced: Traced, zone: Zone, *, rough: bool = True) -> Slopes:
+    """Return the derivatives of the allowances for tolerances, () or (n,) [length].
+
+    The sensitivities are differenced, with the places along the nominals held.
+    """
+    with np.errstate(all="ignore"):
+        intervals = ROUGH if rough else FINE
+        here = response(guides, traced, zone, intervals)
+        at = np.maximum(asked, here.deviation * (1 + LEAST_LEFT))
+        found = References.of(here, zone.free).strongest(at, ROUGH_REFERENCES if rough else REFERENCES)
+        good = np.isfinite(found.across).all((1, 2)) & np.isfinite(here.deviation) & ~guides.cusp
+        found = replace(found, across=np.where(good[:, None, None], found.across, 0.0))
+        reach = Reach.of(found, at)
+        scatter = reach.scatter()
+        by_rate, by_deviation, by_tolerance = _influence(here, found, reach, at, reach.shares(scatter))
+        by_rate = np.swapaxes(here.carried, 1, 2) @ by_rate  # to the nodes
+        changes = _second_differences(guides, traced, grid(intervals).nodes, here.moved)  # (10, nodes, n, 10)
+        changes = np.where(scattered(guides.linkage), changes, 0.0)
+        left = (asked - here.deviation) / (at - here.deviation)
+        by_pivots = (scatter * left)[:, None] * np.einsum("kjni,nji->nk", changes, by_rate)
+    one, two = (np.where(good, np.nan_to_num(scatter * part), 0.0) for part in (by_deviation, by_tolerance))
+    return Slopes(np.where(good[:, None] & np.isfinite(by_pivots), by_pivots, 0.0), one, two)
+
+
+def _influence(
+    here: Response, found: References, reach: Reach, asked: Floats, shares: Floats
+) -> tuple[Floats, Floats, Floats]:
+    """Return the derivatives of the logarithm of the allowance by the sensitivities at the stations, (n, m, 10), by the
+    deviation, all distances growing with it, and by the tolerance, (n,)."""
+    row, (up, down) = np.arange(len(asked))[:, None], found.margins(asked)
+    weights = np.zeros((*reach.reference.shape, here.error.shape[1]))
+    np.put_along_axis(weights, found.stations[row, reach.reference], found.weights[row, reach.reference], axis=2)
+    moved = ((reach.direction @ np.swapaxes(here.across, 1, 2)) * weights).sum(-1)
+    margin = np.where(moved > 0, up[row, reach.reference], down[row, reach.reference])
+    by_rate = -np.swapaxes(weights, 1, 2) @ (np.nan_to_num(shares / moved)[..., None] * reach.direction)
+    per_margin = np.nan_to_num(shares / margin)
+    used = np.nan_to_num((asked[:, None] - margin) / here.deviation[:, None])
+    return by_rate, -(per_margin * used).sum(1), per_margin.sum(1)
+
+
+def _second_differences(guides: CouplerCurve, traced: Traced, nodes: Floats, here: Floats) -> Floats:
+    """Return the derivatives of `PoseJacobian.across` at nodes by each coordinate, (10, m, n, 10), NaN where there are
+    none: differences at the same places along the nominals, whose directions are held."""
+    n, t, tangent = len(guides), traced.parameters(nodes), ways(guides, traced, nodes)
+    each = np.tile(np.arange(n), COUNT)
+    linkage, point, good = displaced(
+        guides.linkage[each], guides.point[each], np.repeat(PIVOT_STEP * np.eye(COUNT), n, axis=0)
+    )
+    each = each[good]
+    pole = None if guides.pole is None else guides.pole[each]
+    moving = motion(linkage, guides.motion.chart[each], point, pole=pole)
+    place, window = guides.motion.pose(t).point(guides.point), PIVOT_STEP * (t[-1] - t[0])
+    speed = ((guides.motion.pose(t + window).point(guides.point) - place) * tangent.conj()).real / window
+    t, tangent, place, speed = t[:, each], tangent[:, each], place[:, each], speed[:, each]
+    t = t - ((moving.pose(t).point(point) - place) * tangent.conj()).real / speed
+    changed = np.full((len(nodes), COUNT * n, COUNT), np.nan)
+    changed[:, good] = pose_jacobian(moving, point, t, tangent).across
+    changed = np.moveaxis(changed.reshape(len(nodes), COUNT, n, COUNT), 1, 0)
+    return np.asarray((changed - here) / PIVOT_STEP)
+
+
+def _references(
+    guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, rough: bool
+) -> tuple[References, Floats]:
+    """Return the references of traced guides and their deviations; NaN where the point returns."""
+    with np.errstate(all="ignore"):
+        here = response(guides, traced, zone, ROUGH if rough else FINE)
+        return References.of(here, zone.free), np.where(guides.cusp, np.nan, here.deviation)
+
+
+def _allowed(found: References, deviation: Floats, asked: Floats, rough: bool) -> Floats:
+    """Return the allowances of guides with references and deviations for tolerances (n,)."""
+    allowed, good = np.full(len(deviation), np.nan), np.flatnonzero(np.isfinite(deviation))
+    if len(good):
+        some, deviation, asked = found[good], deviation[good], asked[good]
+        with np.errstate(all="ignore"):
+            at = np.maximum(asked, deviation * (1 + LEAST_LEFT))
+            some = some.strongest(at, ROUGH_REFERENCES if rough else REFERENCES)
+            allowed[good] = Reach.of(some, at).scatter() * (asked - deviation) / (at - deviation)
+    return allowed
+
+
+@lru_cache
+def _combinations(count: int, size: int) -> Indices:
+    return np.array(list(combinations(range(count), size)))
+
+
+@lru_cache
+def _directions() -> Floats:
+    """Return one of each two opposite vertices of the 600-cell, unit vectors (60, 4)."""
+    golden = (1 + math.sqrt(5)) / 2
+    even = [p for p in permutations(range(4)) if sum(a > b for a, b in combinations(p, 2)) % 2 == 0]
+    vertices = {(1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0)}
+    vertices |= {(0.5, *rest) for rest in product((0.5, -0.5), repeat=3)}
+    for p in even:
+        for signs in product((1, -1), repeat=3):
+            corner = [0.5 * s * v for s, v in zip((*signs, 1), (golden, 1.0, 1 / golden, 0.0), strict=True)]
+            placed = tuple(corner[k] for k in p)
+            if next(v for v in placed if v) > 0:
+                vertices.add(placed)
+    return np.array(sorted(vertices))

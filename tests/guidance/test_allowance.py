@@ -1,0 +1,152 @@
+"""The allowance: the scatter of the pivots that leaves a path within its tolerance in 95 of 100."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from catalogue import Catalogue, CircularArc, StraightLine
+from catalogue.candidates.batch import CandidateBatch, described, near_path
+from catalogue.guidance import allowance as module
+from catalogue.guidance.allowance import Reach, Zone, allowances, expected_deviation, slopes
+from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.sensitivity import COUNT, displaced
+from catalogue.problem.problem import Problem
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+from allowance import probability  # beside the command that measures more of them
+
+FAMILIES = ["four-bar", "slider-crank", "inverted-slider-crank", "elliptic-trammel"]
+
+
+def of_directions(nearness: Any) -> float:
+    """Return the scatter at which paths that answer so in four directions are kept with 95 per cent."""
+    half = module._directions()
+    rates = nearness(np.concatenate([half, -half]))[None]
+    none = np.zeros(rates.shape, int)
+    return float(Reach(rates, none, np.zeros((*rates.shape, COUNT))).scatter()[0])
+
+
+def test_directions_integrate_polynomials_up_to_degree_eleven() -> None:
+    """The mean of even powers of a coordinate over the sphere in four dimensions; odd ones vanish."""
+    half = module._directions()
+    assert half.shape == (60, 4)
+    np.testing.assert_allclose(np.linalg.norm(half, axis=1), 1)
+    way = np.array([0.1, -0.7, 0.5, 0.3])
+    way /= np.linalg.norm(way)
+    for power, mean in ((2, 1 / 4), (4, 1 / 8), (6, 5 / 64), (8, 7 / 128), (10, 21 / 512)):
+        assert np.mean((half @ way) ** power) == pytest.approx(mean, rel=1e-12)
+
+
+def test_scatter_in_one_direction_is_that_of_a_normal_number() -> None:
+    """Both sides end at 1: 1.95996 standard deviations; one side: 1.64485."""
+    way = np.array([0.3, 0.2, -0.8, 0.4])
+    way /= np.linalg.norm(way)
+    assert of_directions(lambda u: np.abs(u @ way)) == pytest.approx(1 / 1.959964, rel=0.01)
+    assert of_directions(lambda u: np.maximum(u @ way, 1e-9)) == pytest.approx(1 / 1.644854, rel=0.01)
+
+
+def test_scatter_alike_in_all_directions_is_chi_distributed() -> None:
+    assert of_directions(lambda u: np.ones(len(u))) == pytest.approx(1 / np.sqrt(9.487729), rel=1e-6)
+
+
+def batches(small: Catalogue, request: Any, monkeypatch: pytest.MonkeyPatch, **wish: Any) -> tuple[Problem, Any]:
+    """Return the problem of a request and its answers, before they are listed."""
+    from catalogue.find import find as finding
+
+    seen: list[tuple[Problem, CandidateBatch]] = []
+    plain = finding.candidates
+
+    def spy(problem: Problem, *rest: Any) -> Any:
+        seen.append((problem, rest[1].found))
+        return plain(problem, *rest)
+
+    monkeypatch.setattr(finding, "candidates", spy)
+    small.find(request, **wish)
+    return seen[0]
+
+
+def test_expected_deviation_is_the_inverse_of_the_allowance(small: Catalogue, monkeypatch: Any) -> None:
+    problem, found = batches(small, StraightLine(150, 0.05), monkeypatch, limit=6)
+    zone = Zone(*problem.zone)
+    for i in range(len(found)):
+        one = found[np.array([i])]
+        asked = 1.7 * one.deviation[0] + 1e-4
+        kept = allowances(asked, one.curve, one.traced, zone)
+        if kept[0] < 0.0099 * one.measures.min_link[0]:
+            assert expected_deviation(kept[0], one.curve, one.traced, zone)[0] == pytest.approx(asked, rel=1e-4)
+
+
+REQUESTS = [
+    (StraightLine(150, 0.05), {"families": ["four-bar"]}),
+    (StraightLine(150, 0.05), {"families": ["slider-crank"]}),
+    (CircularArc(100, 0.05, 80), {"families": ["four-bar"]}),
+    (CircularArc(100, 0.05), {"families": ["four-bar"]}),
+]
+IDS = ["line", "slider", "arc", "any arc"]
+
+
+@pytest.mark.parametrize(("request_", "wish"), REQUESTS, ids=IDS)
+def test_rates_by_tolerance_and_deviation_are_those_of_differences(
+    small: Catalogue, request_: Any, wish: dict[str, Any], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A deviation grows as all distances do."""
+    problem, found = batches(small, request_, monkeypatch, limit=6, per_series=0, **wish)
+    monkeypatch.setattr(module, "LARGEST", np.inf)
+    zone, asked, plain, part = Zone(*problem.zone), problem.deviation, module.response, 1e-4
+    by = slopes(asked, found.curve, found.traced, zone)
+
+    def kept(share: float = 1.0, times: float = 1.0) -> Any:
+        def grown(*given: Any) -> Any:
+            here = plain(*given)
+            return replace(here, error=times * here.error, deviation=times * here.deviation)
+
+        monkeypatch.setattr(module, "response", grown)
+        return allowances(share * asked, found.curve, found.traced, zone, rough=True)
+
+    higher = (kept(share=1 + part) - kept(share=1 - part)) / (2 * part * asked)
+    np.testing.assert_allclose(by.by_tolerance, higher, rtol=0.01)
+    grown = (kept(times=1 + part) - kept(times=1 - part)) / (2 * part * found.deviation)
+    np.testing.assert_allclose(by.by_deviation, grown, rtol=0.01, atol=1e-3 * np.abs(higher).max())
+    assert (by.by_deviation < 0).all()
+
+
+def test_rates_by_pivots_are_those_of_differences(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of sliders whose deviation is small, so that the sensitivities alone decide; half of them at least, others stand
+    where two references change places."""
+    request = StraightLine(150, 0.5)
+    problem, found = batches(
+        small, request, monkeypatch, limit=12, per_series=0, refine=False, families=["slider-crank"]
+    )
+    problem = replace(problem, constraints=replace(problem.constraints, min_allowance=1e-6))
+    found = described(problem, found.origin, found.curve, found.traced)
+    by = slopes(problem.deviation, found.curve, found.traced, Zone(*problem.zone), rough=False)
+    moves = [k for k in range(COUNT) if k != 8]  # along the path nothing changes
+    wanted, step = np.zeros((len(found), len(moves))), 1e-7
+    for column, k in enumerate(moves):
+        ends = []
+        for sign in (1, -1):
+            move = np.broadcast_to(sign * step * np.eye(COUNT)[k], (len(found), COUNT))
+            linkage, point, good = displaced(found.linkage, found.point, move)
+            assert good.all()
+            ends.append(near_path(problem, found.origin, coupler_curve(linkage, point, chart=found.chart)))
+        wanted[:, column] = (ends[0].allowance - ends[1].allowance) / (2 * step)
+    error = np.abs(by.by_pivots[:, moves] - wanted).max(1) / np.abs(wanted).max(1)
+    assert np.median(error) < 0.1, error
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", FAMILIES)
+def test_paths_keep_the_tolerance_in_95_of_100_machines_drawn_at_the_allowance(small: Catalogue, family: str) -> None:
+    request = StraightLine(150, 0.05)
+    for c in small.find(request, families=[family], limit=2, per_series=0):
+        share = probability(c, request, 4000)
+        if (c.allowance or 0) < 0.0099 * (c.min_link or np.inf):
+            assert share == pytest.approx(0.95, abs=0.015)
+        else:  # no larger one is told
+            assert share > 0.935
