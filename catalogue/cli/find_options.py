@@ -53,7 +53,7 @@ OPTIONS = (
     angle("--min-transmission-turn", "DEG", "The same over the whole turn of the driver, which then turns fully.",
            default=0.0),
     length("--min-allowance", "L",
-           "Least scatter of the pivots (standard deviation of each coordinate) that the path forgives."),
+           "Least scatter of the pivots (standard deviation of each coordinate) that the path forgives in 95 of 100."),
     switch("--full-rotation", "A crank must be able to turn fully."),
     length("--min-lift", "L", "Least lift of the point off its path on the way back, the crank turning on: of a leg."),
     length("--swept-in", "X0 Y0 X1 Y1", "Box for the whole linkage over the stroke.", nargs=4),

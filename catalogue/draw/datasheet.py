@@ -12,6 +12,7 @@ import numpy as np
 from .. import __version__
 from ..curvature_theory.analysis import REGULAR, curvature
 from ..errors import InvalidRequest, quoted
+from ..guidance.allowance import PROBABILITY
 from ..kinematics.linkage import PR
 from ..units import ASSUMED, ASSUMPTION
 from .units import decimals, fixed, length
@@ -24,6 +25,8 @@ if TYPE_CHECKING:
 PAPERS = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
 #: Standard deviations of a tolerance to either side.
 SIDES = 2
+#: Share of the machines that keep the path at the allowance [per cent].
+SHARE = round(100 * PROBABILITY)
 #: Order of contact of a guide that is exact.
 EXACT_ORDER = 99
 
@@ -110,7 +113,7 @@ def _note(guide: PlacedGuide, unit: str) -> str:
     if allowance <= 0:
         return "tolerances: none is left, the deviation asked for is used up"
     told = f"each coordinate of each pivot scattering by {_two(allowance)} {unit}"
-    return f"tolerances: {SIDES} standard deviations, {told} (the allowance)"
+    return f"tolerances: {SIDES} standard deviations, {told} (the allowance: {SHARE} % of machines keep the path)"
 
 
 def _pivots(guide: PlacedGuide, unit: str) -> Table:

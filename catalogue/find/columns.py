@@ -82,9 +82,10 @@ CANDIDATE: Mapping[str, Column] = dict([
     _column("lift", LENGTH, "how far the point lifts off the line or circle on its way back, the driving crank turning "
             "on; none where it does not turn fully"),
     _column("allowance", LENGTH, "scatter of the pivots (standard deviation of each coordinate) at which the path "
-            "still stays within the deviation asked", "allow\u00adance"),
+            "stays within the deviation asked with 95 % probability; a hundredth of the shortest link at most",
+            "allow\u00adance"),
     _column("sensitivity_rms", "", "standard deviation of the path across its way per scatter of the pivots"),
-    _column("expected", LENGTH, "deviation and two standard deviations of the path for the play asked"),
+    _column("expected", LENGTH, "deviation that the path keeps with 95 % probability for the play asked"),
     _column("score", "", "joint desirability of size, transmission (over the whole turn where a crank is to turn "
             "fully), allowance, shortest link and ground, travel of slides, 0 to 100"),
     _column("front", "", "number of its Pareto front; 1: no other answer is better by all criteria"),

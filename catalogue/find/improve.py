@@ -177,7 +177,8 @@ class ImprovementTask:
         if in_place:
             if problem.path.radius is None:
                 raise InvalidRequest("give the radius of the arc too, where the path stays in place")
-            problem, nominal = replace(problem, in_place=True), Nominal(1.0, problem.path.radius)
+            nominal = Nominal(1.0, problem.path.radius)
+            problem = replace(problem, in_place=True)
         return cls(guide, request, problem, _held(guide, hold, problem, in_place, within), nominal)
 
     def start(self) -> CandidateBatch:

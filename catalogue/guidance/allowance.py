@@ -328,8 +328,8 @@ def _second_differences(guides: CouplerCurve, traced: Traced, nodes: Floats, her
     t = t - ((moving.pose(t).point(point) - place) * tangent.conj()).real / speed
     changed = np.full((len(nodes), COUNT * n, COUNT), np.nan)
     changed[:, good] = pose_jacobian(moving, point, t, tangent).across
-    changed = np.moveaxis(changed.reshape(len(nodes), COUNT, n, COUNT), 1, 0)
-    return np.asarray((changed - here) / PIVOT_STEP)
+    by_step = changed.reshape(len(nodes), COUNT, n, COUNT).swapaxes(0, 1)
+    return np.asarray((by_step - here) / PIVOT_STEP)
 
 
 def _references(
@@ -363,7 +363,12 @@ def _directions() -> Floats:
     """Return one of each two opposite vertices of the 600-cell, unit vectors (60, 4)."""
     golden = (1 + math.sqrt(5)) / 2
     even = [p for p in permutations(range(4)) if sum(a > b for a, b in combinations(p, 2)) % 2 == 0]
-    vertices = {(1.0, 0.0, 0.0, 0.0), (0.0, 1.0, 0.0, 0.0), (0.0, 0.0, 1.0, 0.0), (0.0, 0.0, 0.0, 1.0)}
+    vertices: set[tuple[float, ...]] = {
+        (1.0, 0.0, 0.0, 0.0),
+        (0.0, 1.0, 0.0, 0.0),
+        (0.0, 0.0, 1.0, 0.0),
+        (0.0, 0.0, 0.0, 1.0),
+    }
     vertices |= {(0.5, *rest) for rest in product((0.5, -0.5), repeat=3)}
     for p in even:
         for signs in product((1, -1), repeat=3):

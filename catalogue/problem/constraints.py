@@ -127,7 +127,7 @@ class Constraints:
     min_lift : float, optional
         Least lift of the way back, see `catalogue.guidance.return_path.lift`; the driving crank then must turn fully.
     min_allowance : float, optional
-        Least allowance; see `catalogue.candidates.batch.CandidateBatch`.
+        Least allowance; see `catalogue.guidance.allowance`.
     min_drive_angle, max_drive_angle, max_rotation, min_uniformity, min_advantage : float, optional
         See `catalogue.guidance.drive.DriveMetrics` [deg, deg, deg, 1, 1].
     play : float

@@ -65,8 +65,8 @@ class Desire:
 
 #: Lengths in strokes, transmission in right angles, allowance in parts of the deviation asked.  A guide is as large as
 #: its stroke at least; textbooks ask for 40 to 50 degrees and accept 30; sound guides that use half of their
-#: tolerance forgive pivots that scatter by two to four times as much.  A rail as long as the stroke could carry the point by
-#: itself: such a linkage gains nothing (of an arc: a rail along the chord costs as much as one along the arc).  The
+#: tolerance forgive pivots that scatter by two to four times as much.  A rail as long as the stroke could carry the
+#: point by itself: such a linkage gains nothing (of an arc: a rail along the chord costs as much as one along it).  The
 #: textbook guide that trades a long path for a short rail, Scott Russell's, has a travel of tan(a/2)/2 strokes when its
 #: crank turns by 2 a about mid-stroke: half a stroke at most, at its dead points.  Without a slide the travel is 0.
 DESIRES: Mapping[str, Desire] = {

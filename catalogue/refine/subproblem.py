@@ -258,7 +258,9 @@ def _of_scatter(
     largest error: less the allowance in parts of its bound and of the deviation asked, and in parts of this the
     deviation expected at the play asked."""
     wanted, ranked, asked = problem.constraints, problem.ranking.quantities, problem.deviation
-    limits, measures, by_error, zone = {}, {}, {}, Zone(*problem.zone)
+    limits: dict[str, Pieces] = {}
+    measures: dict[str, Pieces] = {}
+    by_error, zone = {}, Zone(*problem.zone)
     if problem.needs_allowance:
         by = slopes(asked, guides, found.traced, zone)
         for name, unit, parts in (("min_allowance", wanted.min_allowance, limits), ("allowance", asked, measures)):

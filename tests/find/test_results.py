@@ -120,7 +120,7 @@ def test_play_as_large_as_the_allowance_uses_up_the_tolerance(small: Catalogue) 
     """With play as large as the allowance the path keeps what was asked, and no more."""
     c = small.find(LINE, limit=1, families=["four-bar"], refine=False)[0]
     (again,) = [d for d in small.find(LINE, limit=20, per_series=0, families=["four-bar"], refine=False,
-                                      play=c.allowance) if d.id == c.id][:1]  # fmt: skip
+                                      play=c.allowance or 0.0) if d.id == c.id][:1]  # fmt: skip
     assert again.expected == pytest.approx(0.05, rel=1e-3)
 
 

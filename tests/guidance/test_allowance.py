@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib
 import sys
 from dataclasses import replace
 from pathlib import Path
@@ -57,8 +58,7 @@ def test_scatter_alike_in_all_directions_is_chi_distributed() -> None:
 
 def batches(small: Catalogue, request: Any, monkeypatch: pytest.MonkeyPatch, **wish: Any) -> tuple[Problem, Any]:
     """Return the problem of a request and its answers, before they are listed."""
-    from catalogue.find import find as finding
-
+    finding: Any = importlib.import_module("catalogue.find.find")
     seen: list[tuple[Problem, CandidateBatch]] = []
     plain = finding.candidates
 
