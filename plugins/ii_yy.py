@@ -17,7 +17,6 @@ from catalogue.plugin import (
     hookimpl,
     linkage_of,
     normal_pair,
-    off_line,
     slider_pair,
     tangent_pair,
 )
@@ -52,11 +51,10 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: |kappa| rho0 at the nearer of the two poles of the dead point, or how far from that the linkage is.
-    Margin: to II.ooo, q3 = 1."""
-    branches = dead_points(instant.linkage, beside=True)
+    """Residual: |kappa| rho0 at the nearer of the two poles of a dead point.  Margin: to II.ooo, q3 = 1."""
+    branches = dead_points(instant.linkage)
     kappa = np.abs(branches.kappa * branches.rho0).reshape(-1, 2)
-    residual = np.maximum(np.fmin.reduce(kappa, axis=1), off_line(instant.linkage))
+    residual = np.fmin.reduce(kappa, axis=1)
     return residual, np.where(np.isnan(residual), np.nan, 1.0)
 
 

@@ -506,6 +506,104 @@ def longest_stretch(way: Callable[[Array], Array], closed: bool, allowed: float)
     return best
 
 
+def straightest_window(way: Callable[[Array], Array], closed: bool, stroke: float) -> float:
+    """Return half the least width of a window of a way over a stroke along its strip: those that begin at 800 places
+    are tried, and about the four narrowest others, ever nearer; infinite without any that runs forward."""
+    phases = _even(way, 800)
+    if closed:
+        phases = np.concatenate([phases[:-1], phases[:-1] + 2 * np.pi, phases[:1] + 4 * np.pi])
+    with np.errstate(all="ignore"):
+        z = way(phases)
+    z = np.where(np.isfinite(z), z, 1e9)
+    ends = np.array([_crossing(z, first, stroke) for first in range(800)])
+    begins = np.flatnonzero(np.isfinite(ends))
+    if not len(begins):
+        return math.inf
+    width = np.full(800, np.inf)
+    place = begins + (ends[begins] - begins) * np.linspace(0, 1, 41)[:, None]
+    before = np.minimum(place.astype(int), len(z) - 2)
+    width[begins] = _half_widths(z[before] + (place - before) * (z[before + 1] - z[before]))
+    narrow = np.flatnonzero((width <= np.roll(width, 1)) & (width <= np.roll(width, -1)) & np.isfinite(width))
+    best = math.inf
+    for first in narrow[np.argsort(width[narrow])][:4]:
+        if width[first] < 1.3 * min(width.min(), best):
+            best = min(best, _narrowest_about(way, closed, phases, ends, int(first), stroke))
+    return best
+
+
+def _crossing(z: Array, first: int, stroke: float) -> float:
+    """Return where, counted in points, a way is first a stroke from one of its points; NaN if nowhere."""
+    far = np.abs(z[first + 1 :] - z[first]) >= stroke
+    if not far.any():
+        return math.nan
+    last = first + 1 + int(far.argmax())
+    near, beyond = abs(z[last - 1] - z[first]), abs(z[last] - z[first])
+    return float(last - 1 + (stroke - near) / (beyond - near))
+
+
+def _half_widths(z: Array) -> Array:
+    """Return half the widths of the narrowest strips of windows (m, n), infinite where they do not run forward."""
+    chord = z[-1] - z[0]
+    w = (z - z[0]) / chord * np.abs(chord)
+    low, high, golden = np.full(w.shape[1], -1.5), np.full(w.shape[1], 1.5), 0.5 * (math.sqrt(5) - 1)
+
+    def width(slope: Array) -> Array:
+        across = w.imag - slope * w.real
+        return np.ptp(across, axis=0) / np.hypot(1, slope)
+
+    for _ in range(26):
+        first, second = high - golden * (high - low), low + golden * (high - low)
+        less = width(first) < width(second)
+        low, high = np.where(less, low, first), np.where(less, second, high)
+    return np.where((np.diff(w.real, axis=0) > 0).all(0), 0.5 * width(0.5 * (low + high)), np.inf)
+
+
+def _narrowest_about(
+    way: Callable[[Array], Array], closed: bool, phases: Array, ends: Array, first: int, stroke: float
+) -> float:
+    """Return half the least width of windows that begin less than a point from one of them."""
+
+    def half_width(place: float) -> float:
+        after = min(int(place) + 1, len(ends) - 1)
+        end = np.interp(place, np.arange(len(ends)), ends) if np.isfinite(ends[after]) else ends[first] + place - first
+        here, there = (float(np.interp(x, np.arange(len(phases)), phases)) for x in (place, end))
+        return _window_over(way, closed, here, there, stroke)
+
+    low, high = max(first - 1.0, 0.0), min(first + 1.0, len(ends) - 1.0)
+    places = np.linspace(low, high, 9)
+    for _ in range(4):
+        found = [half_width(place) for place in places]
+        best, step = int(np.argmin(found)), places[1] - places[0]
+        places = np.linspace(max(places[best] - step, 0), min(places[best] + step, len(ends) - 1.0), 7)
+    return min(found)
+
+
+def _window_over(way: Callable[[Array], Array], closed: bool, start: float, end: float, stroke: float) -> float:
+    """Return half the width of the window from one phase to about another, over a stroke along its strip; infinite if
+    it does not run forward, within 83 degrees of its middle: those at the limit of 84 depend on how it is sampled."""
+    home, chord = way(np.array([start]))[0], stroke
+    for _ in range(2):
+        low, high = start + 0.97 * (end - start), start + 1.03 * (end - start)
+        if not abs(way(np.array([low]))[0] - home) < chord < abs(way(np.array([high]))[0] - home):
+            return math.inf
+        for _ in range(40):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if abs(way(np.array([middle]))[0] - home) < chord else (low, middle)
+        z = way(np.linspace(start, high, 401))
+        if not np.isfinite(z).all() or (not closed and high > 2 * math.pi):
+            return math.inf
+        half, length = straightness(z[::4])
+        if math.isinf(half):
+            return math.inf
+        chord *= stroke / length
+    w = (z - z[0]) / (z[-1] - z[0]) * abs(z[-1] - z[0])
+    steps, middle = np.diff(w), min(max(int((w.real < 0.5 * w.real[-1]).sum()), 8), 392)
+    tangent = w[middle + 8] - w[middle - 8]
+    if not ((steps.real > 0).all() and (dot(tangent, steps) > 0.122 * abs(tangent) * np.abs(steps)).all()):
+        return math.inf
+    return strip_of(z)
+
+
 def _windows(z: Array, count: int, step: int, most: int, allowed: float) -> Iterator[tuple[float, int, int]]:
     """Yield for every so many of the first points stroke, first and last point of the longest window within a
     deviation."""

@@ -25,12 +25,7 @@ if TYPE_CHECKING:
 
 @click.command(
     params=[
-        Argument(
-            "series",
-            "SERIES",
-            "Code of a series, such as II.xy or 'III*.KK', or a named design, whose is drawn.",
-            shell_complete=held("series"),
-        ),
+        Argument("series", "SERIES", "Code of a series, such as II.xy or 'III*.KK'.", shell_complete=held("series")),
         option("--out", "FILE", "PNG, SVG or PDF by the suffix.", OUTPUT, show_default="CODE.svg, here"),
         FORCE,
         PLUGINS,
@@ -41,14 +36,8 @@ def plate(series: str, out: Path | None, plugins: Sequence[str]) -> None:
     from ..draw.plate import file_name
     from ..draw.plate import plate as draw
     from ..plugin.registry import Registry
-    from ..series.named_guides import named_guides
 
-    registry, design = Registry(plugins), named_guides().get(series)
-    if design is not None:
-        from ..series.classification import classify
-
-        series = classify(design.linkage, registry.series)[0].series[0]
-    chosen = registry.get(series)
+    chosen = Registry(plugins).get(series)
     file = Path(f"{file_name(chosen.code)}.svg") if out is None else out
     refuse_existing(file, "--out", force=click.get_current_context().meta[FORCE_KEY])
     with busy("drawing"):

@@ -11,12 +11,13 @@ import numpy as np
 from ..errors import InvalidRequest, quoted
 from ..given import positive, switch, whole
 from ..guidance.allowance import Zone, allowances
+from ..guidance.cells import Curves
 from ..guidance.circuit_curve import CircuitCurve, fitted, laid, on_path
 from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
 from ..guidance.stretches import longest, straightest
 from ..guidance.trace import Traced
-from ..guidance.windows import Curves, Stretches
+from ..guidance.windows import Stretches
 from ..kinematics.batch import Columns, join
 from ..kinematics.circuits import OPEN, Circuits, circuits
 from ..kinematics.link_lengths import link_lengths

@@ -89,15 +89,15 @@ class CircuitCurve(Columns):
         return z.real, z.imag
 
 
-def runs_forward(seen: Complexes) -> Mask:
+def runs_forward(seen: Complexes, turning: float = TURNING) -> Mask:
     """Return which paths (m, k), seen at Chebyshev points with their chords along the real axis, run forward along
-    these, and within `TURNING` of their direction in the middle; the latter on `STEPS` intervals, so that it does not
-    depend on the grid."""
+    these, and with a cosine above `turning` to their direction in the middle; the latter on `STEPS` intervals, so that
+    it does not depend on the grid."""
     steps = np.diff(seen[:: (len(seen) - 1) // STEPS], axis=0)
     k = np.clip((seen[:: (len(seen) - 1) // STEPS].real < seen[[0, -1]].real.mean(0)).sum(0) - 1, 1, STEPS - 2)
     tangent = sum(steps[k + i, np.arange(len(k))] for i in (-1, 0, 1))
     along = (steps * (tangent / np.abs(tangent)).conj()).real
-    return np.asarray((along > TURNING * np.abs(steps)).all(0) & (np.diff(seen.real, axis=0) > 0).all(0))
+    return np.asarray((along > turning * np.abs(steps)).all(0) & (np.diff(seen.real, axis=0) > 0).all(0))
 
 
 def fitted(

@@ -1,5 +1,9 @@
-"""Where on its circuits a coupler point runs straightest, or nearest to a circle, over a stroke that is given; and the
-longest stroke over which it does so within a deviation that is given: windows (`windows`) moved until they are."""
+"""Where a coupler point runs straightest over a stroke, and how far within a deviation: one frontier, read either way.
+
+Over a stroke the windows with the least deviation are sought (`least`): what no bound of a cell (`cells`) excludes is
+measured, and moved on.  Within a deviation windows are grown until they have it; then windows a little longer than the
+longest are sought in the same way, and grown, until none is within the deviation.  So neither answer refutes the other.
+"""
 
 from __future__ import annotations
 
@@ -13,21 +17,39 @@ import numpy as np
 from ..kinematics.batch import join, put
 from ..kinematics.circuits import Circuits
 from ..kinematics.types import Complexes, Floats, Indices
-from .windows import FINER, NODES, Curves, Search, Stretches
+from .cells import Curves
+from .windows import FINER, LOOSER, NODES, WIDE, Search, Stretches
 
 #: Circuits handled at once at most, on one of the cores.
 BLOCK = 1024
 #: So few are not shared among the cores.
 LEAST = 256
-#: Rounds after which only the best of each linkage are followed, of several wanted so many times as many; if only one
-#: is wanted, how many are looked about, how many are then moved, and how many are left after each correction.
-FIRST, SPARE, SEEN, MOVED, KEPT = 2, 2, 4, 2, (3, 2, 1)
+#: Rounds of moves between two choices of windows to follow.
+FIRST = 2
+#: Windows followed per stretch that is wanted: some of them overlap.
+SPARE = 2
+#: Windows of a linkage that are measured to have a first bound, in a quick search.
+SEEN = 4
+#: Windows of a linkage that may be moved on, in a quick search.
+MOVED = 6
+#: Windows of a linkage left after each of the first corrections of a stroke, in a quick search.
+KEPT = (3, 2, 1)
+#: Deviations over the best up to which windows are followed after two rounds and after four, in a quick search: what
+#: is left of a way then, a fortieth and a hundredth of a window, changes a deviation by less.
+CLOSE_ENOUGH = 1.2
+CLOSER = 1.05
+#: Rounds of moves in the end of a quick search: at a limit, where a deviation falls like a root, they leave 1e-4 of it.
+LAST = 8
+#: Most searches for windows longer than the longest: of 400 linkages none needs more than two.
+CHECKS = 4
 #: Corrections of a stroke at most, on the way and then on the finer grid, in a thorough and a quick search; what is
 #: left between a stroke that holds and one that does not when it is corrected no more.
 CORRECTIONS, SETTLED = ((4, 1), (5, 7)), 1e-3
 #: Powers of the stroke with which a deviation may grow; most that the logarithm of a stroke is changed by; by which
 #: part the deviation stays inside.
 STEEP, CHANGE, INSIDE = (0.5, 60.0), (-0.5, 0.2), 1e-3
+#: Part of a stroke by which it has to grow when an end is moved: where it is the longest that there is, rounding gains.
+GAIN = 1e-7
 #: In the end both ends of a window are moved for themselves: by which parts of a way and of one so much shorter, in so
 #: many directions (eight miss a ridge of the deviation that lies between two of them), how long that is at first and at
 #: last, of the window, and how often at most.
@@ -40,9 +62,9 @@ FIRST_EXTENSION, LAST_EXTENSION, EXTENSIONS = 1 / 64, 1e-4, 20
 def straightest(
     circuits: Circuits, point: Complexes, stroke: Floats, *, circle: bool, radius: float | None = None, count: int = 4
 ) -> Stretches:
-    """Return the stretches of circuits (k,) over which coupler points (k,), given with the linkages, run straightest:
-    of each linkage those that look best, `SPARE` times `count` at most, as some may overlap; with 1 the best only,
-    sought less thoroughly.
+    """Return the stretches of circuits (k,) over which coupler points (k,), given with the linkages, run straightest.
+
+    With `count` 1 the best of each linkage; else also others, `SPARE` times `count` at most, as some may overlap.
 
     Parameters
     ----------
@@ -55,15 +77,50 @@ def straightest(
 
     def found(block: Indices) -> Stretches:
         seek = Search(Curves.of(circuits[block], point[block], block), circle, radius, quick)
-        at = seek.places(stroke[block], max(count, 3))
-        at, by = seek.about(at[seek.leading(at, at.deviation, SEEN)] if quick else at)
-        lead = seek.leading(at, at.deviation, MOVED) if quick else slice(None)
-        at, by = seek.moved(at[lead], by[lead], FIRST)
-        lead = seek.leading(at, at.deviation, 1 if quick else SPARE * count)
-        at, _ = seek.moved(at[lead], by[lead], nodes=NODES if quick else FINER)
-        return seek.numbered(seek.measured(at, FINER) if quick else at)
+        return seek.numbered(least(seek, stroke[block], np.full(len(block), np.inf), count))
 
     return _by_blocks(found, len(circuits))
+
+
+def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indices | None = None) -> Stretches:
+    """Return the windows with the least deviations over strokes (m,), where these may be below bounds (k,).
+
+    With `count` 1 the best of each linkage; else that of each curve, and of others up to `SPARE` times `count`.
+
+    Parameters
+    ----------
+    stroke : ndarray, shape (m,)
+        Of all curves, or of those with the numbers `which` (m,) [length].
+    """
+    cells = seek.cells(stroke, which)
+    cells = cells[np.flatnonzero(cells.least < bound[cells.circuit])]
+    if not len(cells.low):
+        return Stretches.none()
+    first = seek.places(cells, SEEN if seek.quick else max(count, 3))
+    at = seek.measured(first[seek.leading(first, first.deviation, SEEN)] if seek.quick else first)
+    at, by = seek.moved(at, 0.5 * WIDE * (at.high - at.low), FIRST)
+    best = seek.best(at, bound)
+    more, near = seek.contenders(cells, best)
+    at, by = join(more, at), np.concatenate([near, by])
+    if seek.quick:
+        lead = seek.leading(at, at.deviation, MOVED)
+        at, by = _near_the_best(seek, at[lead], by[lead], bound, LOOSER)
+        at, by = _near_the_best(seek, *seek.moved(at, by, FIRST), bound, CLOSE_ENOUGH)
+        at, by = _near_the_best(seek, *seek.moved(at, by, FIRST), bound, CLOSER)
+        at, _ = seek.moved(at, by, LAST, along=True)
+        return seek.measured(at[seek.leading(at, at.deviation, 1)], FINER, along=True)
+    at, by = seek.moved(at, by, FIRST)
+    apart = seek.distinct(at)
+    at, by = at[apart], by[apart]
+    lead = seek.leading(at, at.deviation, SPARE * count)
+    at, _ = seek.moved(at[lead], by[lead], nodes=FINER, along=True)
+    return at
+
+
+def _near_the_best(seek: Search, at: Stretches, by: Floats, bound: Floats, within: float) -> tuple[Stretches, Floats]:
+    """Return of windows of each linkage those that are nearly as straight as the best, or as bounds (k,)."""
+    some = np.flatnonzero(at.deviation <= within * seek.best(at, bound)[at.circuit])
+    return at[some], by[some]
 
 
 def longest(
@@ -75,24 +132,43 @@ def longest(
 
     def found(block: Indices) -> Stretches:
         seek = Search(Curves.of(circuits[block], point[block], block), circle, radius, quick)
-        at = seek.longer(deviation[block], count)
-        if not len(at.low):
-            return at
-        at, by = seek.about(at)
-        grow = _Growing(seek, at, by, deviation[block][at.circuit])
-        rough, fine = CORRECTIONS[quick]
-        for turn in range(rough):
-            grow.step(NODES)
-            if quick and turn < len(KEPT):
-                grow.keep(seek.leading(grow.at, -grow.reach, KEPT[turn]))
-        grow.finer()
-        for _ in range(fine):
-            grow.step(FINER)
-        held = np.flatnonzero(grow.best.stroke > 0)
-        best = grow.best[held]
-        return seek.numbered(best if quick else extended(seek, best, (1 - INSIDE) * grow.allowed[held]))
+        allowed = deviation[block]
+        at = grown(seek, *seek.about(seek.longer(allowed, count)), allowed)
+        open_ = np.arange(len(block))
+        for _ in range(CHECKS):
+            known = seek.farthest(at)[open_]
+            asked = np.where(known > 0, (1 + SETTLED) * known, seek.curves.shortest[open_])
+            more = least(seek, asked, allowed, count, open_)
+            more = more[np.flatnonzero(more.deviation <= allowed[more.circuit])]
+            more = grown(seek, more, WIDE * (more.high - more.low), allowed)
+            more = more[np.flatnonzero(more.stroke > (1 + 0.5 * SETTLED) * seek.farthest(at)[more.circuit])]
+            if not len(more.low):
+                break
+            at = join(at, more)
+            own = seek.owner
+            open_ = np.flatnonzero(np.isin(own, own[more.circuit]))
+        return seek.numbered(at)
 
     return _by_blocks(found, len(circuits))
+
+
+def grown(seek: Search, at: Stretches, by: Floats, allowed: Floats) -> Stretches:
+    """Return windows that are grown, moved by ways `by` (n,) [rad], as far as the deviations of their curves (k,) are
+    allowed; none of those that cannot."""
+    if not len(at.low):
+        return at
+    grow = _Growing(seek, at, by, allowed[at.circuit])
+    rough, fine = CORRECTIONS[seek.quick]
+    for turn in range(rough):
+        grow.step(NODES)
+        if seek.quick and turn < len(KEPT):
+            grow.keep(seek.leading(grow.at, -grow.reach, KEPT[turn]))
+    grow.finer()
+    for _ in range(fine):
+        grow.step(FINER)
+    held = np.flatnonzero(grow.best.stroke > 0)
+    best = grow.best[held]
+    return best if seek.quick else extended(seek, best, (1 - INSIDE) * grow.allowed[held])
 
 
 class _Growing:
@@ -173,7 +249,7 @@ def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
         tried = seek.between(replace(each, low=each.low + low.ravel(), high=each.high + high.ravel()), NODES)
         stroke = np.where(tried.deviation <= np.tile(allowed[some], len(low)), tried.stroke, 0.0).reshape(len(low), n)
         best = stroke.argmax(axis=0)
-        longer = stroke[best, np.arange(n)] > at.stroke[some]
+        longer = stroke[best, np.arange(n)] > (1 + GAIN) * at.stroke[some]
         at = put(at, some[longer], tried[(best * n + np.arange(n))[longer]])
         by[some] *= np.where(longer, 2 * np.abs(SIDES[best]).max(1), SHORTER**2)
         some = some[by[some] > LAST_EXTENSION * (at.high - at.low)[some]]

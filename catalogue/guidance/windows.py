@@ -1,9 +1,8 @@
-"""Windows of coupler curves: where they are sought, measured, and moved to where their paths are straightest.
+"""Windows of coupler curves: measured, and moved to where their paths are straightest.
 
-A coupler curve is cut into pieces of equal length.  A window of as many pieces as the stroke needs is moved along it,
-and what nine of its points are off the best line or circle, in the mean square, says where the path is straight.  From
-the best of these places the window is moved on, by ever shorter ways, until its deviation, now that of `minimum_zone`,
-is least.
+A window begins in a cell (`cells`) of its curve.  It is moved along the curve, by ever shorter ways, until its
+deviation, that of `minimum_zone`, is least; where it may not be moved on, because the path turns by more than is
+allowed there, it ends at that limit.
 """
 
 from __future__ import annotations
@@ -13,20 +12,18 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..kinematics.batch import Columns, Rows, join
-from ..kinematics.circuits import OPEN, Circuits
+from ..kinematics.batch import Rows, join, put
+from ..kinematics.circuits import OPEN
 from ..kinematics.types import Complexes, Floats, Indices, Mask
-from .circuit_curve import runs_forward
+from .cells import Cells, Curves, bent, cells_of, from_chord
+from .circuit_curve import TURNING, runs_forward
 from .minimum_zone import alternating, grid, reference
 
-#: Phases at which a coupler curve is read to be cut.
-PHASES = 192
-#: Pieces of a window at least; of a circuit, at least and at most.
-PIECES, FEWEST, MOST = 10, 160, 5120
-#: Points of a window that are looked at.
-POINTS = 9
-#: Windows are looked at whose ends are that many times as far apart as asked, or that many times nearer.
-NEARLY = 1.5
+#: Deviation of a window, read in the middle of each piece, over the least that is known, up to which it is moved on: it
+#: falls by no more from there to the next one, a twentieth of a window away.
+LOOSER = 1.6
+#: Part of a window within which the begin of another one makes it the same: half a piece.
+APART = 0.05
 #: A path that is as good as it can be reaches about so many times its mean error.
 PEAK = 1.4
 #: In a thorough and a quick search: where windows are tried about the best place, what the way to the farthest becomes
@@ -40,10 +37,19 @@ FARTHER = 2.0
 #: Windows about each of the first ones, and how many of them are followed, in either; and how far to either side they
 #: are, of a window.
 ABOUT, WIDE = ((13, 2), (7, 1)), 1 / 6
-#: Secant steps to the end of a window, how near its stroke is to be then, and how near it is near enough.
-STEPS, CLOSE, NEGLIGIBLE = 5, 1e-5, 1e-7
+#: Secant steps to the end of a window at most: where its path turns by 84 degrees they close in slowly.
+STEPS = 8
+#: Part of a stroke by which it may be missed.
+CLOSE = 1e-5
+#: Part of a stroke at which no further step is taken.
+NEGLIGIBLE = 1e-7
+#: Corrections of a chord at most until the stroke along the best line is that asked for.
+TILTS = 3
 #: Intervals between the Chebyshev points of a window, on the way and in the end.
 NODES, FINER = 16, 32
+#: Cosine of the most a path turns in a search, over that at which it no longer runs forward: what is found at this
+#: limit is still within the other one when its stroke is corrected in the last digits.
+INSIDE_LIMIT = 1.03
 #: How far inside its ends, of half a window, a path is looked at for whether it turns back there.
 EDGE = 1e-5
 #: Strokes tried for a deviation that is given, of the largest distance on the curve; widest arc, chord over radius.
@@ -89,54 +95,10 @@ class Stretches(Rows):
 
 
 @dataclass(frozen=True)
-class Curves(Columns):
-    """Coupler curves of k circuits, cut: phases s and the parts of their lengths up to there, (PHASES + 1, k); their
-    lengths and the largest distances on them, (k,); `number` says which circuits they are."""
+class Spans(Stretches):
+    """Windows with their strokes along the best line, and their chords, shape (n,) [length]."""
 
-    circuits: Circuits
-    point: Complexes
-    number: Indices
-    s: Floats
-    run: Floats
-    length: Floats
-    across: Floats
-
-    def __len__(self) -> int:
-        return len(self.point)
-
-    @classmethod
-    def of(cls, circuits: Circuits, point: Complexes, number: Indices) -> Curves:
-        share = np.linspace(0, 1, PHASES + 1)[:, None]
-        s = share * circuits.period
-        for last in (False, True):
-            with np.errstate(all="ignore"):
-                z = circuits.pose(s).point(point)
-                run = np.cumsum(np.nan_to_num(np.abs(np.diff(z, axis=0, prepend=z[:1]))), axis=0)
-                across = np.fmax.reduce(np.abs(z[:, None] - z[::16]), axis=(0, 1))
-            length = run[-1]
-            # a little of the phase itself, so that a point at rest moves on
-            run = run / np.where(length > 0, length, 1) + 0.02 * share
-            run /= run[-1]
-            if not last:
-                s = _interpolated(share, run, s)
-        return cls(circuits, point, number, s, run, length, across)
-
-    @property
-    def shortest(self) -> Floats:
-        """Shortest strokes that are looked for, shape (k,) [length]."""
-        return np.asarray(PIECES / MOST * self.length)
-
-    def cut(self, pieces: int) -> tuple[Floats, Complexes]:
-        """Return the phases (pieces + 1, k) that cut the curves into pieces about equally long, and the points."""
-        s = _interpolated(np.linspace(0, 1, pieces + 1)[:, None], self.run, self.s)
-        with np.errstate(all="ignore"):
-            return s, self.circuits.pose(s).point(self.point)
-
-
-def _interpolated(x: Floats, table: Floats, values: Floats) -> Floats:
-    """Return values (m, k) at x (p, 1), from 0 to 1, in tables (m, k) of which each begins with 0 and ends with 1."""
-    apart = 2 * np.arange(table.shape[1])
-    return np.interp((x + apart).T.ravel(), (table + apart).T.ravel(), values.T.ravel()).reshape(len(apart), -1).T
+    chord: Floats
 
 
 @dataclass(frozen=True)
@@ -148,102 +110,106 @@ class Search:
     radius: float | None
     quick: bool
 
-    def places(self, stroke: Floats, count: int, which: Indices | None = None) -> Stretches:
-        """Return the windows of curves in which nine points show the path straightest, at most `count` of each."""
+    def cells(self, stroke: Floats, which: Indices | None = None) -> Cells:
+        """Return the cells of curves for windows of strokes, one for each: of all, or of those numbers."""
         which = np.arange(len(self.curves)) if which is None else which
-        with np.errstate(all="ignore"):
-            many = np.nan_to_num(PIECES * self.curves.length[which] / stroke, nan=FEWEST)
-        double = np.ceil(np.log2(np.clip(many, FEWEST, MOST) / FEWEST)).astype(int)
-        parts = []
-        for k in np.unique(double):
-            some = np.flatnonzero(double == k)
-            parts.append(self._places(which[some], stroke[some], FEWEST * 2**k, count))
-        return join(*parts)
+        return cells_of(self.curves, stroke, which, self.circle, self.radius)
 
-    def _places(self, which: Indices, stroke: Floats, pieces: int, count: int) -> Stretches:
-        curves = self.curves[which]
-        s, z = curves.cut(pieces)
-        turns = curves.circuits.kind != OPEN
-        arc = stroke
-        if self.radius is not None:
-            arc = 2 * self.radius * np.arcsin(np.minimum(0.5 * stroke / self.radius, 1.0))
-        with np.errstate(all="ignore"):
-            width = np.nan_to_num(arc / curves.length * pieces, posinf=2.0 * pieces)
-        steps = np.rint(np.linspace(0, 1, POINTS)[:, None] * np.minimum(width, 2.0 * pieces)).astype(int)
-        fits = (steps[-1] < pieces) & (steps[1] > 0)
-        index = np.arange(pieces)[:, None] + np.where(fits, steps, np.arange(POINTS)[:, None])[:, None]
-        beyond = ~turns & (index[-1] > pieces)
-        index = np.where(turns & (index >= pieces), index - pieces, np.minimum(index, pieces))
-        w = z[index, np.arange(len(which))]  # (POINTS, pieces, k)
-        with np.errstate(all="ignore"):
-            ratio = np.abs(w[-1] - w[0]) / stroke
-            good = fits & ~beyond & (ratio > 1 / NEARLY) & (ratio < NEARLY)
-            off = np.where(good, np.nan_to_num(self._off(w), nan=np.inf, posinf=np.inf), np.inf)
-        peak = (off <= np.roll(off, 1, 0)) & (off < np.roll(off, -1, 0)) & np.isfinite(off)
-        at, column = np.nonzero(peak)
-        order = np.lexsort((off[at, column], column))
-        order = order[np.arange(len(order)) - np.searchsorted(column[order], column[order]) < count]
-        at, column = at[order], column[order]
-        low, high = s[at, column], s[index[-1, at, column], column]
-        high = np.where(high > low, high, high + curves.circuits.period[column])
+    def begun(self, cells: Cells, share: float = 0.0) -> Stretches:
+        """Return the windows that begin in cells, at a share of their pieces."""
+        shift = share * cells.piece
         extremes = reference(4 if self.circle and self.radius is None else 3, 4 * FINER)
-        extremes = np.broadcast_to(extremes, (len(column), len(extremes)))
-        return Stretches(which[column], low, high, stroke[column], PEAK * off[at, column], extremes)
+        extremes = np.broadcast_to(extremes, (len(shift), len(extremes)))
+        return Stretches(
+            cells.circuit, cells.low + shift, cells.high + shift, cells.stroke, PEAK * cells.least, extremes
+        )
 
-    def _off(self, w: Complexes) -> Floats:
-        """Return what points w (POINTS, m, k), in their order, are off the best line or circle, in the mean square,
-        (m, k); infinite where they do not run forward."""
-        seen, half = _seen(w)
-        u, v = seen.real, seen.imag
-        basis = np.polynomial.legendre.legvander(np.linspace(-1, 1, POINTS), 1)
-        if self.circle:
-            k = self._bend(v[POINTS // 2], half)
-            v = v + k / (1 + np.sqrt(np.maximum(1 - k * k, 0.0)))
-            v = (2 * v - k * (u * u + v * v)) / (1 + np.sqrt((k * u) ** 2 + (1 - k * v) ** 2))
-            if self.radius is None:
-                basis = np.polynomial.legendre.legvander(np.linspace(-1, 1, POINTS), 2)
-        rest = np.eye(POINTS) - basis @ np.linalg.pinv(basis)
-        error = np.tensordot(rest, v, 1)
-        return np.where((np.diff(u, axis=0) > 0).all(0), half * np.sqrt((error**2).mean(0)), np.inf)
+    def places(self, cells: Cells, count: int) -> Stretches:
+        """Return the windows of the cells with the least bounds beside them, at most `count` of a stroke and curve."""
+        cells = cells[np.flatnonzero(cells.peak)]
+        order = np.lexsort((cells.least, cells.stroke, cells.circuit))
+        of, asked = cells.circuit[order], cells.stroke[order]
+        new = np.flatnonzero((np.diff(of, prepend=-1) != 0) | (np.diff(asked, prepend=-1.0) != 0))
+        rank = np.arange(len(of)) - np.repeat(new, np.diff(new, append=len(of)))
+        return self.begun(cells[np.sort(order[rank < count])])
 
-    def _bend(self, sagitta: Floats, half: Floats) -> Floats:
-        """Return curvatures of circles through the ends and the middle of a path, or with the radius that is given and
-        on that side, positive to the left [1/half the chord]."""
-        bend = -2 * sagitta / (sagitta**2 + 1)
-        return bend if self.radius is None else np.copysign(half / self.radius, bend)
+    def contenders(self, cells: Cells, bound: Floats) -> tuple[Stretches, Floats]:
+        """Return the windows that may be moved to deviations below bounds (k,), and how near the next ones are [rad].
 
-    def measured(self, at: Stretches, nodes: int = NODES) -> Stretches:
-        """Return windows, from where they begin and about how long they are, over exactly their strokes; pushed back
-        from the ends of open circuits."""
+        Every cell that its bound does not exclude is measured in its middle; those that are straighter than their
+        neighbours, and not too far above the bound, are returned.
+        """
+        open_ = cells[np.flatnonzero(cells.least < bound[cells.circuit])]
+        tried = self.measured(self.begun(open_, 0.5))
+        off = np.where(np.isnan(tried.deviation), np.inf, tried.deviation)
+        beside = (np.diff(open_.circuit) == 0) & (np.diff(open_.number) == 1)
+        before = np.where(np.append(False, beside), np.roll(off, 1), np.inf)
+        after = np.where(np.append(beside, False), np.roll(off, -1), np.inf)
+        kept = np.flatnonzero((off <= before) & (off < after) & (off < LOOSER * bound[open_.circuit]))
+        return tried[kept], open_.piece[kept]
+
+    def distinct(self, at: Stretches) -> Indices:
+        """Return which windows are straighter than those that begin within `APART` of their length of them."""
+        order = np.lexsort((at.low, at.circuit))
+        low, off, of = at.low[order], np.nan_to_num(at.deviation[order], nan=np.inf), at.circuit[order]
+        near = (np.diff(of) == 0) & (np.diff(low) < APART * (at.high - at.low)[order][1:])
+        worse = np.append(False, near & (off[1:] >= off[:-1])) | np.append(near & (off[:-1] > off[1:]), False)
+        return np.sort(order[~worse])
+
+    def measured(self, at: Stretches, nodes: int = NODES, *, along: bool = False) -> Stretches:
+        """Return windows, from where they begin and about how long they are, over their strokes, pushed back from the
+        ends of open circuits: over these as chords, or `along` the best line."""
+        found = self._over(at, at.stroke, nodes)
+        for _ in range(TILTS * along):
+            with np.errstate(all="ignore"):
+                off = np.flatnonzero(np.abs(found.stroke - at.stroke) > CLOSE * at.stroke)
+                if not len(off):
+                    break
+                chord = at.stroke[off] / found.stroke[off] * found.chord[off]
+            found = put(found, off, self._over(found[off], chord, nodes))
+        return replace(at, low=found.low, high=found.high, deviation=found.deviation, extremes=found.extremes)
+
+    def _over(self, at: Stretches, chord: Floats, nodes: int) -> Spans:
+        """Return windows over chords (n,), with their strokes along the best line."""
         path, open_ = self._path(at), self._open(at)
         with np.errstate(all="ignore"):
             # a circuit from infinity to infinity has two ends, at which windows stop
             low = np.where(open_, np.maximum(at.low, 0.0), at.low)
-            high = _far_end(path, low, at.high + low - at.low, at.stroke)
+            high = _far_end(path, low, at.high + low - at.low, chord)
             beyond = open_ & (high > 2 * np.pi)
             if beyond.any():
-                low = np.where(beyond, _far_end(path, np.where(beyond, 2 * np.pi, high), low, at.stroke), low)
+                low = np.where(beyond, _far_end(path, np.where(beyond, 2 * np.pi, high), low, chord), low)
                 high = np.where(beyond, 2 * np.pi, high)
-            found = self.between(replace(at, low=low, high=high), nodes, path)
-            close = np.abs(found.stroke - at.stroke) <= CLOSE * at.stroke
-            return replace(found, stroke=at.stroke, deviation=np.where(close, found.deviation, np.nan))
+            found = self._between(replace(at, low=low, high=high), nodes, path)
+            close = np.abs(found.chord - chord) <= CLOSE * chord
+            return replace(found, deviation=np.where(close, found.deviation, np.nan))
 
-    def between(self, at: Stretches, nodes: int = NODES, path: Path | None = None) -> Stretches:
-        """Return windows between their ends, whatever their strokes; on their paths, where these are there."""
-        path, open_ = path or self._path(at), self._open(at)
+    def between(self, at: Stretches, nodes: int = NODES) -> Stretches:
+        """Return windows between their ends, whatever their strokes, which are those along the best line."""
+        return self._between(at, nodes, self._path(at))
+
+    def _between(self, at: Stretches, nodes: int, path: Path) -> Spans:
+        """Return windows on their paths between their ends."""
+        open_ = self._open(at)
         low, high = at.low, at.high
         with np.errstate(all="ignore"):
             points = grid(nodes)
             share = np.concatenate([[EDGE - 1], points.nodes, [1 - EDGE]])
             z = path(0.5 * (low + high) + 0.5 * (high - low) * share[:, None])
-            seen, half = _seen(z[1:-1])
+            seen, half = from_chord(z[1:-1])
             # between its last points, too
             onward = (((z[[0, -2]] - z[[1, -1]]) * (z[-2] - z[1]).conj()).real > 0).all(0)
-            held = self._bend(seen[nodes // 2].imag, half) if self.radius is not None else None
-            forward = runs_forward(seen) & onward & (low < high) & ~(open_ & ((low < 0) | (high > 2 * np.pi)))
+            held = bent(seen[nodes // 2].imag, half, self.radius) if self.radius is not None else None
+            forward = (
+                runs_forward(seen, INSIDE_LIMIT * TURNING)
+                & onward
+                & (low < high)
+                & ~(open_ & ((low < 0) | (high > 2 * np.pi)))
+            )
             per, v = FINER // nodes, np.where(forward, seen.imag, np.nan)
             fit, index = alternating(seen.real, v, self.circle, points, held, _apart(at.extremes.T // per, 4 * nodes))
-            return replace(at, stroke=2 * half, deviation=half * fit.deviation, extremes=per * index.T)
+            stroke, deviation = half * fit.stroke, half * fit.deviation
+            return Spans(at.circuit, low, high, stroke, deviation, per * index.T, 2 * half)
 
     def _path(self, at: Stretches) -> Path:
         """Return the paths of windows by their phases."""
@@ -257,6 +223,8 @@ class Search:
     def about(self, at: Stretches) -> tuple[Stretches, Floats]:
         """Return of windows, and others about each of them, those that are straighter than their neighbours, and how
         near the next ones were [rad]."""
+        if not len(at.low):
+            return at, np.zeros(0)
         count, kept = ABOUT[self.quick]
         by = WIDE * (at.high - at.low)
         tried, off = self._tried(at, by, np.linspace(-1, 1, count))
@@ -269,15 +237,47 @@ class Search:
         found, near = join(tried[order.T[good] * len(by) + column], at[lost]), np.concatenate([column, lost])
         return found, (by * 2 / (count - 1))[near]
 
-    def _tried(self, at: Stretches, by: Floats, way: Floats, nodes: int = NODES) -> tuple[Stretches, Floats]:
+    def best(self, at: Stretches, bound: Floats) -> Floats:
+        """Return the least deviations that are known, bounds (k,) among them, of the linkages of curves, or in a
+        thorough search of the curves."""
+        own = self.owner
+        least = np.full(len(self.curves), np.inf)
+        np.fmin.at(least, own, bound)
+        np.fmin.at(least, own[at.circuit], at.deviation)
+        return np.asarray(least[own])
+
+    def farthest(self, at: Stretches) -> Floats:
+        """Return the longest strokes of windows, of the linkages of curves or of the curves, (k,); 0 without any."""
+        own = self.owner
+        most = np.zeros(len(self.curves))
+        np.fmax.at(most, own[at.circuit], at.stroke)
+        return np.asarray(most[own])
+
+    @property
+    def owner(self) -> Indices:
+        """For each curve the number of what its windows compete for: the linkage, or in a thorough search itself."""
+        if not self.quick:
+            return np.arange(len(self.curves))
+        return np.asarray(np.unique(self.curves.circuits.of, return_inverse=True)[1])
+
+    def _tried(
+        self, at: Stretches, by: Floats, way: Floats, nodes: int = NODES, *, along: bool = False
+    ) -> tuple[Stretches, Floats]:
         """Return windows moved along their paths by parts `way` (m,) of ways (n,) [rad]; their deviations, (m, n)."""
         each = at[np.tile(np.arange(len(at.low)), len(way))]
         shift = (way[:, None] * by).ravel()
-        tried = self.measured(replace(each, low=each.low + shift, high=each.high + shift), nodes)
+        tried = self.measured(replace(each, low=each.low + shift, high=each.high + shift), nodes, along=along)
         return tried, np.where(np.isnan(tried.deviation), np.inf, tried.deviation).reshape(len(way), -1)
 
     def moved(
-        self, at: Stretches, by: Floats, rounds: int | None = None, nodes: int = NODES, *, correcting: bool = False
+        self,
+        at: Stretches,
+        by: Floats,
+        rounds: int | None = None,
+        nodes: int = NODES,
+        *,
+        correcting: bool = False,
+        along: bool = False,
     ) -> tuple[Stretches, Floats]:
         """Return windows moved along their paths to where they are straightest, at first by ways up to `by` (n,) [rad],
         and the ways that would come next; `correcting` those whose strokes were changed."""
@@ -285,8 +285,8 @@ class Search:
         way, shorter, all_rounds = CORRECTING if correcting else QUICK if self.quick else THOROUGH
         farther = FARTHER if correcting else 1.0
         for _ in range(all_rounds if rounds is None else rounds):
-            if rounds is not None or correcting or nodes != NODES:
-                tried, off = self._tried(at, by, way, nodes)
+            if rounds is not None or correcting or along or nodes != NODES:
+                tried, off = self._tried(at, by, way, nodes, along=along)
             else:  # the first is the window as it is, which was measured before
                 tried, off = self._tried(at, by, way[1:], nodes)
                 here = np.where(np.isnan(at.deviation), np.inf, at.deviation)
@@ -313,7 +313,8 @@ class Search:
         parts, which, held, rung = [], np.flatnonzero(across > 0), np.zeros(len(across), int), 0
         while len(which) and rung < len(LADDER):
             shares = LADDER[rung : rung + max(TOGETHER // len(which), 1)]
-            found = self.places(np.outer(shares, across[which]).ravel(), 2, np.tile(which, len(shares)))
+            cells = self.cells(np.outer(shares, across[which]).ravel(), np.tile(which, len(shares)))
+            found = self.places(cells, 2)
             share = np.argmin(np.abs(shares[:, None] - found.stroke / across[found.circuit]), axis=0)
             holds = np.zeros((len(shares), len(across)), int)
             holds[share[good := found.deviation <= allowed[found.circuit]], found.circuit[good]] = 1
@@ -347,13 +348,6 @@ def _far_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:
             break
         now = np.abs(path(end[None])[0] - first) - stroke
     return end
-
-
-def _seen(w: Complexes) -> tuple[Complexes, Floats]:
-    """Return points (p, ...), first to last, as they lie about the middle of their ends, these in -1 and 1; and half
-    the distance of the ends."""
-    half = 0.5 * (w[-1] - w[0])
-    return (w - 0.5 * (w[0] + w[-1])) * (1 / half), np.abs(half)
 
 
 def _apart(index: Indices, last: int) -> Indices:

@@ -146,11 +146,13 @@ class Linkage:
 
     @cached_property
     def rays(self) -> Complexes:
-        """Unit vector of each dyad's ray as a complex number, shape (n, 2): along the crank, else the normal."""
+        """Unit vector of each dyad's ray as a complex number, shape (n, 2): along the crank, else the normal; NaN where
+        rounding has closed a pose with both pivots of a crank in one place."""
         z, kind = self.points, self.dyads
         crank = z[..., 1] - z[..., 0]
         ray = np.where(kind == RR, crank, np.where(kind == PR, z[..., 0], z[..., 1]))
-        return np.asarray(ray / np.abs(ray))
+        with np.errstate(invalid="ignore"):
+            return np.asarray(ray / np.abs(ray))
 
     @cached_property
     def sine(self) -> Floats:

@@ -165,7 +165,7 @@ class Page:
             request,
             guide=found,
             unit=found.unit,
-            files=guides.offered(),
+            files=guides.FILES,
             layers=guides.SHOWN,
             seconds=guides.SECONDS,
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 import csv
 import io
 import json
-import math
 import re
 import sys
 import xml.etree.ElementTree as ET
@@ -48,7 +47,7 @@ def metric() -> catalogue.Stretch:
 def chord(places: Any) -> float:
     """Return the distance of the first and the last of places (x, y)."""
     first, *_, last = places
-    return math.dist(first[:2], last[:2])
+    return float(abs(complex(*first) - complex(*last)))
 
 
 def of_dxf(text: str, read_dxf: Callable[[str], Any]) -> float:

@@ -106,7 +106,7 @@ def test_a_motion_says_where_branches_cross() -> None:
     assert not moved.reason[0]
 
 
-@pytest.mark.parametrize("name", [*CROSSED, "drag"])
+@pytest.mark.parametrize("name", ["kite", "parallelogram", "drag"])
 def test_the_angle_at_the_end_says_which_way_round_the_crank_turns(name: str) -> None:
     links = CROSSED.get(name, four_bar(1, 2, 2, 2))
     rows = measure(guide({**links, **POINT}), stroke=1.5, limit=4)

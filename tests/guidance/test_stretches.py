@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from catalogue.guidance.cells import Curves
 from catalogue.guidance.deviation_curve import from_circle
 from catalogue.guidance.stretches import longest, straightest
-from catalogue.guidance.windows import Curves, Search, Stretches
+from catalogue.guidance.windows import Search, Stretches
 from catalogue.kinematics.circuits import OPEN, Circuits, circuits
 from catalogue.kinematics.linkage import FAMILIES, Linkage
 from catalogue.kinematics.types import Array
@@ -226,7 +227,7 @@ def test_a_window_is_moved_to_where_those_about_it_are_no_straighter(random_link
     """Against 161 windows on either side, as far as it may go."""
     found, point = drawn(random_linkages("four-bar", 10, 95), 5)
     seek = Search(Curves.of(found, point, np.arange(len(found))), False, None, quick)
-    start, by = seek.about(seek.places(0.2 * seek.curves.across, 3))
+    start, by = seek.about(seek.places(seek.cells(0.2 * seek.curves.across), 3))
     at, _ = seek.moved(start, by)
     least = np.full(len(by), np.inf)
     for way in np.linspace(-1, 1, 323):
@@ -240,7 +241,8 @@ def test_a_window_is_moved_to_where_those_about_it_are_no_straighter(random_link
 def test_windows_are_sought_in_different_parts_of_a_path(random_linkages: Maker) -> None:
     found, point = drawn(random_linkages("four-bar", 20, 95), 5)
     curves = Curves.of(found, point, np.arange(len(found)))
-    at = Search(curves, False, None, quick=False).places(0.2 * curves.across, 4)
+    seek = Search(curves, False, None, quick=False)
+    at = seek.places(seek.cells(0.2 * curves.across), 4)
     apart = []
     for k in np.unique(at.circuit):
         begin = np.sort(np.interp(at.low[at.circuit == k], curves.s[:, k], curves.run[:, k]))

@@ -75,7 +75,7 @@ for (const controls of all("[data-controls]")) {
 // --- the wish
 const wish = one("#wish");
 if (wish) {
-  const answers = one("#answers"), unfold = one("#unfold");
+  const answers = one("#answers");
   let timer = 0, asked = null, dragging = false;
   const field = (name) => wish.elements.namedItem(name);
   const number = (text) => Number(String(text).replace(",", "."));
@@ -127,10 +127,7 @@ if (wish) {
       one_.classList.toggle("wrong", Boolean(wrong));
       const line = one(".error", one_);
       if (line) line.textContent = wrong ? found.dataset.error : "";
-      if (wrong) {
-        one_.closest("details")?.setAttribute("open", "");
-        unfold.checked = true;
-      }
+      if (wrong) one_.closest("details")?.setAttribute("open", "");
     });
   };
   async function ask(stage) {
@@ -156,11 +153,7 @@ if (wish) {
       answers.setAttribute("aria-busy", "false");
     }
   }
-  const say = () => {
-    one("#said").textContent = `${field("path").value.replace("-", " ")}, stroke ${field("stroke").value}, deviation ${field("deviation").value}`;
-  };
   const settle = () => {
-    say();
     clearTimeout(timer);
     timer = setTimeout(() => {
       const there = "/?" + address();
@@ -219,7 +212,6 @@ if (wish) {
   placeAll();
   count();
   const found = one(".found", answers);
-  unfold.checked = Boolean(found?.dataset.error);
   if (found?.dataset.start) ask("draft");
   else if (found && !found.dataset.error && found.dataset.refined === "0") ask("refined");
 }

@@ -1,0 +1,210 @@
+"""Cells of coupler curves: pieces on which windows of a stroke may begin, each with a bound below their deviations.
+
+A coupler curve is cut into pieces of equal length.  A window is no shorter than its chord, so that all windows that
+begin on one piece hold the path from the next cut on, for the stroke less one piece: their common core.  The narrowest
+strip of a window is no narrower than that of points of its core, and what these are off their best line in the mean
+square is less.  So no window is straighter than the bound of its cell says, and only cells whose bounds are below the
+best deviation that is known have to be looked into.  Of circles that holds to first order, and at a corner of a path
+within what its pieces are unequal.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..kinematics.batch import Columns, Rows, join
+from ..kinematics.circuits import OPEN, Circuits
+from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
+
+#: Phases at which a coupler curve is read to be cut.
+PHASES = 192
+#: Pieces of a window at least: the bound of a smooth path, which grows like the fourth power of the stroke, loses a
+#: third by the piece that a core is shorter.
+PIECES = 10
+#: Pieces of a circuit at least: with fewer a corner of it hides between two cuts.
+FEWEST = 160
+#: Pieces of a circuit at most: 1024 circuits of so many take 0.7 GB.
+MOST = 5120
+#: Points of a core that are read: nine follow the eight extremes of most paths.
+POINTS = 9
+#: Chord of a core over what it has of a window, and the other way round, at most: a path within 84 degrees of its
+#: middle that is longer than that is no guidance.
+NEARLY = 1.5
+#: Part of the bound that holds for circles: their distances are linear in centre and radius to first order only.
+BENT = 0.9
+#: Part of a step between points of a core by which it may run back: its chord is not quite that of the window.
+SLACK = 0.25
+
+
+@dataclass(frozen=True)
+class Cells(Rows):
+    """n pieces of coupler curves on which windows of a stroke may begin; arrays of shape (n,).
+
+    Attributes
+    ----------
+    circuit, number : ndarray of int
+        Which of the circuits, and of its pieces.
+    piece, low, high : ndarray
+        Length of the piece; phases of its begin, and about of the end of a window from there [rad].
+    stroke, least : ndarray
+        Distance of the ends; a bound below the deviations of all windows that begin on the piece [length].
+    peak : ndarray of bool
+        Whether that is less than on both pieces beside it.
+    """
+
+    circuit: Indices
+    number: Indices
+    piece: Floats
+    low: Floats
+    high: Floats
+    stroke: Floats
+    least: Floats
+    peak: Mask
+
+
+@dataclass(frozen=True)
+class Curves(Columns):
+    """Coupler curves of k circuits, cut: phases s and the parts of their lengths up to there, (PHASES + 1, k); their
+    lengths and the largest distances on them, (k,); `number` says which circuits they are."""
+
+    circuits: Circuits
+    point: Complexes
+    number: Indices
+    s: Floats
+    run: Floats
+    length: Floats
+    across: Floats
+
+    def __len__(self) -> int:
+        return len(self.point)
+
+    @classmethod
+    def of(cls, circuits: Circuits, point: Complexes, number: Indices) -> Curves:
+        share = np.linspace(0, 1, PHASES + 1)[:, None]
+        s = share * circuits.period
+        for last in (False, True):
+            with np.errstate(all="ignore"):
+                z = circuits.pose(s).point(point)
+                run = np.cumsum(np.nan_to_num(np.abs(np.diff(z, axis=0, prepend=z[:1]))), axis=0)
+                across = np.fmax.reduce(np.abs(z[:, None] - z[::16]), axis=(0, 1))
+            length = run[-1]
+            # a little of the phase itself, so that a point at rest moves on
+            run = run / np.where(length > 0, length, 1) + 0.02 * share
+            run /= run[-1]
+            if not last:
+                s = _interpolated(share, run, s)
+        return cls(circuits, point, number, s, run, length, across)
+
+    @property
+    def shortest(self) -> Floats:
+        """Shortest strokes that are looked for, shape (k,) [length]."""
+        return np.asarray(PIECES / MOST * self.length)
+
+    def cut(self, pieces: int) -> tuple[Floats, Complexes]:
+        """Return the phases (pieces + 1, k) that cut the curves into pieces about equally long, and the points."""
+        s = _interpolated(np.linspace(0, 1, pieces + 1)[:, None], self.run, self.s)
+        with np.errstate(all="ignore"):
+            return s, self.circuits.pose(s).point(self.point)
+
+
+def _interpolated(x: Floats, table: Floats, values: Floats) -> Floats:
+    """Return values (m, k) at x (p, 1), from 0 to 1, in tables (m, k) of which each begins with 0 and ends with 1."""
+    apart = 2 * np.arange(table.shape[1])
+    return np.interp((x + apart).T.ravel(), (table + apart).T.ravel(), values.T.ravel()).reshape(len(apart), -1).T
+
+
+def cells_of(curves: Curves, stroke: Floats, which: Indices, circle: bool, radius: float | None) -> Cells:
+    """Return the cells of some curves, numbers `which` (m,), for windows of strokes (m,).
+
+    Parameters
+    ----------
+    circle : bool
+        Bound the deviations from circles, of the `radius` that is given [length] or of any.
+    """
+    with np.errstate(all="ignore"):
+        many = np.nan_to_num(PIECES * curves.length[which] / stroke, nan=FEWEST)
+    double = np.ceil(np.log2(np.clip(many, FEWEST, MOST) / FEWEST)).astype(int)
+    parts = []
+    for k in np.unique(double):
+        some = np.flatnonzero(double == k)
+        parts.append(_cells(curves[which[some]], which[some], stroke[some], FEWEST * 2**k, circle, radius))
+    return join(*parts) if parts else _cells(curves[which], which, stroke, FEWEST, circle, radius)
+
+
+def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: bool, radius: float | None) -> Cells:
+    """Return the cells of curves that are cut into so many pieces."""
+    s, z = curves.cut(pieces)
+    turns = curves.circuits.kind != OPEN
+    arc = stroke
+    if radius is not None:
+        arc = 2 * radius * np.arcsin(np.minimum(0.5 * stroke / radius, 1.0))
+    with np.errstate(all="ignore"):
+        width = np.floor(np.minimum(np.nan_to_num(arc / curves.length * pieces, posinf=2.0 * pieces), pieces))
+    whole = np.clip(width.astype(int), 2, pieces)
+    steps = np.rint(np.linspace(0, 1, POINTS)[:, None] * (whole - 1)).astype(int)
+    index = 1 + np.arange(pieces)[:, None] + steps[:, None]
+    end = np.arange(pieces)[:, None] + whole
+    beyond = ~turns & (end > pieces)
+    index = np.where(turns & (index > pieces), index - pieces, np.minimum(index, pieces))
+    w = z[index, np.arange(len(which))]  # (POINTS, pieces, k)
+    with np.errstate(all="ignore"):
+        far = np.abs(w[-1] - w[0])
+        good = (width >= POINTS) & ~beyond & (far * NEARLY > stroke * (whole - 1) / whole)
+        least = np.where(good, np.nan_to_num(_off(w, circle, radius), nan=np.inf, posinf=np.inf), np.inf)
+        longer = np.clip(stroke * (whole - 1) / (whole * far), 1.0, NEARLY)
+    column = np.arange(len(which))
+    at = np.where(turns & (end > pieces), end - pieces, np.minimum(end, pieces))
+    low, high = s[:-1], s[at, column] + np.where(end > pieces, curves.circuits.period, 0.0) * turns
+    high = low + longer * (high - low)
+    n, each = len(which), np.arange(pieces)[:, None]
+    peak = (least <= np.roll(least, 1, 0)) & (least < np.roll(least, -1, 0)) & np.isfinite(least)
+
+    def flat(values: Array) -> Array:
+        return np.broadcast_to(values, (pieces, n)).T.ravel()
+
+    piece = flat(s[1:] - low)
+    return Cells(flat(which), flat(each), piece, flat(low), flat(high), flat(stroke), flat(least), flat(peak))
+
+
+def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
+    """Return the mean square distances of points w (POINTS, m, k) from their best lines or circles, (m, k); infinite
+    where the points do not run forward."""
+    seen, half = from_chord(w)
+    u, v = seen.real, seen.imag
+    back = -SLACK * np.abs(np.diff(seen, axis=0))
+    forward = (np.diff(u, axis=0) > back).all(0)
+    if not circle:
+        u, v = u - u.mean(0), v - v.mean(0)
+        whole, long = (v * v).sum(0), (u * u).sum(0)
+        rest = np.maximum(whole - (u * v).sum(0) ** 2 / long, 0.0)
+        # across the line itself distances are less than across the chord
+        return np.where(forward, half * np.sqrt(rest / POINTS * long / (long + whole)), np.inf)
+    k = bent(v[POINTS // 2], half, radius)
+    v = v + k / (1 + np.sqrt(np.maximum(1 - k * k, 0.0)))
+    v = (2 * v - k * (u * u + v * v)) / (1 + np.sqrt((k * u) ** 2 + (1 - k * v) ** 2))
+    # a circle that is moved changes distances by sine and cosine of the angle about its centre, its radius by 1
+    cosine = np.sqrt(np.maximum(1 - (k * u) ** 2, 0.0))
+    moves = [u, cosine] if radius is not None else [np.ones_like(u), u, u * u / (1 + cosine)]
+    for n, move in enumerate(moves):
+        for before in moves[:n]:
+            move = move - before * (before * move).sum(0) / (before * before).sum(0)
+        moves[n] = move
+        v = v - move * (move * v).sum(0) / (move * move).sum(0)
+    error = BENT * np.sqrt((v * v).mean(0))
+    return np.where(forward, half * error, np.inf)
+
+
+def bent(sagitta: Floats, half: Floats, radius: float | None) -> Floats:
+    """Return curvatures of circles through the ends and the middle of paths, or of those with a `radius` on that side,
+    positive to the left [1/half the chord]."""
+    bend = -2 * sagitta / (sagitta**2 + 1)
+    return bend if radius is None else np.copysign(half / radius, bend)
+
+
+def from_chord(w: Complexes) -> tuple[Complexes, Floats]:
+    """Return points (p, ...), first to last, as they lie about the middle of their ends, these in -1 and 1; and half
+    the distance of the ends."""
+    half = 0.5 * (w[-1] - w[0])
+    return (w - 0.5 * (w[0] + w[-1])) * (1 / half), np.abs(half)
