@@ -304,13 +304,15 @@ class Catalogue:
         """Fill the database up to `count` guides, or finish the build that was begun; see `catalogue.populate.fill`."""
         from .populate import fill
         from .populate.fill import COUNT
+        from .populate.plan import share_of
 
         series = names("series", series)
         begun = (self.database.get_setting("series") or "").split()
         if count is None and not series and not self.complete:  # finish what was begun
             series = tuple(code for code in begun if code in self.registry.series)
         if count is None:
-            count = self.database.get_number("count", COUNT) if list(series) == begun else COUNT
+            share = share_of(self.registry, series, COUNT) if series else COUNT  # as dense a net as of the others
+            count = self.database.get_number("count", share) if list(series) == begun else share
         seed = self.database.get_number("seed", 0) if seed is None else seed
         return fill(
             self.database, self.registry, count=count, series=series, seed=seed, processes=processes, report=report

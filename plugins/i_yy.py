@@ -17,13 +17,20 @@ from catalogue.plugin import (
     Parameters,
     Series,
     circle_pair,
+    dead_points,
     hookimpl,
     linkage_of,
     normal_pair,
+    off_line,
 )
 
 Q_3 = Parameter("q3", ((-4.0, -1.15), (-0.85, -0.15), (0.15, 3.0)), "rho0/r3 of the first pair on the pole normal")
 Q_4 = Parameter("q4", Q_3.domain, "rho0/r4 of the second pair")
+
+#: Margin at II.yy and II*.yy: above the largest tolerance at which pivots of double precision are classified.
+LEAST_MARGIN = 1e-6
+#: |kappa| rho0 from which a dead point is none of II.yy: pivots off by 1 % of the size change it by about as much.
+AWAY = 0.1
 
 
 def pivots(p: Parameters) -> Array:
@@ -62,16 +69,15 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: distance of the pivots from their common line, and sine of the angle of the rays with it.  Margin: 1,
-    since I.yy holds all dead points."""
+    """Residual: how far the linkage is from a dead point.  Margin: to II.yy and II*.yy, whose linkages are dead points
+    too, so that there it is small, but not 0."""
     linkage = instant.linkage
-    ray = linkage.rays
-    z = np.where(linkage.finite, linkage.points, np.nan).reshape(-1, 4)
-    first = np.where(linkage.finite[:, 0, 0], z[:, 0], z[:, 1])
-    off = np.abs(((z - first[:, None]) * ray[:, :1].conj()).imag)
-    residual = np.maximum(np.fmax.reduce(off, axis=1) / linkage.size, np.abs(linkage.sine))
     lines = (linkage.dyads != RR).all(1) & (linkage.dyads[:, 0] == linkage.dyads[:, 1])
-    return np.where(lines, np.nan, residual), np.ones(len(linkage))
+    branches = dead_points(linkage, beside=True)
+    near = np.abs(np.stack([branches.kappa, branches.kappa_star]) * branches.rho0).reshape(2, -1, 2)
+    away = np.nan_to_num(np.fmin.reduce(near, axis=(0, 2)), nan=AWAY)
+    margin = np.clip(away / AWAY, LEAST_MARGIN, 1.0)
+    return np.where(lines, np.nan, off_line(linkage)), margin
 
 
 I_YY = Series(

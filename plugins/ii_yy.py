@@ -17,6 +17,7 @@ from catalogue.plugin import (
     hookimpl,
     linkage_of,
     normal_pair,
+    off_line,
     slider_pair,
     tangent_pair,
 )
@@ -51,10 +52,11 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 
 def classify(instant: Instant) -> tuple[Array, Array]:
-    """Residual: |kappa| rho0 at the nearer of the two poles of a dead point.  Margin: to II.ooo, q3 = 1."""
-    branches = dead_points(instant.linkage)
+    """Residual: |kappa| rho0 at the nearer of the two poles of the dead point, or how far from that the linkage is.
+    Margin: to II.ooo, q3 = 1."""
+    branches = dead_points(instant.linkage, beside=True)
     kappa = np.abs(branches.kappa * branches.rho0).reshape(-1, 2)
-    residual = np.fmin.reduce(kappa, axis=1)
+    residual = np.maximum(np.fmin.reduce(kappa, axis=1), off_line(instant.linkage))
     return residual, np.where(np.isnan(residual), np.nan, 1.0)
 
 

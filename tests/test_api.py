@@ -101,7 +101,7 @@ SPECIMENS |= {"name": NONE, "rank_by": NONE, "where": NOTHING | {"mapping"}, "sp
 SPECIMENS |= {"quiet": SWITCH}
 BUILD = {"count": NOTHING, "seed": NOTHING, "processes": NOTHING, "series": EMPTY, "report": NONE}
 CLASSIFY = {"linkage": NONE, "tolerance": NOTHING, "plugins": EMPTY}
-LINES = dict.fromkeys(("stroke", "deviation", "start", "along"), NONE)
+LINES = dict.fromkeys(("stroke", "deviation", "start", "along"), NONE) | {"unit": NOTHING}
 
 
 class Searched(Exception):
@@ -132,7 +132,7 @@ def asked(small: Catalogue, monkeypatch: pytest.MonkeyPatch) -> dict[str, Callab
         "lengths": lambda **given: catalogue.classify({"crank": 1, "coupler": 3, "angle": 70} | given),
         "StraightLine": lambda **given: StraightLine(**{"stroke": 150, "deviation": 0.05} | given),
         "CircularArc": lambda **given: CircularArc(**{"stroke": 150, "deviation": 0.05} | given),
-        "guide": lambda linkage=PIVOTS, point=(1, 2): catalogue.guide(linkage, point),
+        "guide": lambda linkage=PIVOTS, point=(1, 2), unit=None: catalogue.guide(linkage, point, unit=unit),
         "own lengths": lambda **given: catalogue.guide(OWN | given),
         "measure": lambda guides=MINE, **given: catalogue.measure(guides, **{"stroke": 120} | given),
         "within": lambda deviation: catalogue.measure(MINE, deviation=deviation),
@@ -155,7 +155,7 @@ TAKEN: dict[str, dict[str, frozenset[str]]] = {
     "lengths": {"crank": MANY, "offset": MANY, "angle": MANY, "branch": EMPTY},
     "StraightLine": LINES,
     "CircularArc": {**LINES, "radius": NOTHING},
-    "guide": {"linkage": NONE, "point": NONE},
+    "guide": {"linkage": NONE, "point": NONE, "unit": NOTHING},
     "own lengths": {"crank": NONE, "along": NONE, "angle": NONE},
     "measure": {
         "guides": NONE,
@@ -174,7 +174,7 @@ TAKEN: dict[str, dict[str, frozenset[str]]] = {
     "motion": {"samples": NONE, "points": NOTHING | {"mapping"}, "driver": NOTHING},
     "recall": {"code": NONE},
     "load": {"path": NONE},
-    "StandStill": dict.fromkeys(("angle", "residual", "swing"), NONE),
+    "StandStill": dict.fromkeys(("angle", "residual", "swing", "crank"), NONE) | {"unit": NOTHING},
 }
 
 

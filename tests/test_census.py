@@ -8,10 +8,13 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 from catalogue import Catalogue
+from catalogue.cli.census import census as census_command
 from catalogue.find.census import ALLIEVI_COUNT, LETTER_COUNT, NORMAL, Cell, _why, census, impossible
 from catalogue.plugin.registry import Registry
+from catalogue.series.named_guides import named_guides
 
 STORED = ("I.GG", "II.ooo", "II.xy", "II*.xy", "IV.l", "IV*.l")  # in the small database
 
@@ -41,6 +44,25 @@ def test_counts_are_those_of_the_tables(cells: list[Cell], small_db: Path) -> No
         assert bool(cell.remark) == (not cell.guides)
     for *key, level, size in best:
         assert counted[tuple(key)].smallest[level] == size
+
+
+def test_guides_and_named_guides_together_are_all_that_is_stored(cells: list[Cell], small_db: Path) -> None:
+    with closing(sqlite3.connect(small_db)) as connection:
+        (guides,) = connection.execute("SELECT count(*) FROM guide").fetchone()
+        (mechanisms,) = connection.execute("SELECT count(*) FROM mechanism").fetchone()
+    named = sum(c.named for c in cells)
+    assert named == len(named_guides())
+    assert sum(c.guides for c in cells) + named == guides
+    assert sum(c.mechanisms for c in cells) + named == mechanisms
+
+
+def test_the_command_says_that_named_guides_are_counted_apart(small_db: Path) -> None:
+    done = CliRunner().invoke(census_command, ["--db", str(small_db)])
+    told = " ".join(done.output.split())
+    with closing(sqlite3.connect(small_db)) as connection:
+        (guides,) = connection.execute("SELECT count(*) FROM guide").fetchone()
+    assert f"with {len(named_guides())} named guides apart" in told
+    assert f"{guides} guides are stored" in told
 
 
 def test_every_series_has_its_cells(cells: list[Cell]) -> None:

@@ -55,3 +55,11 @@ def test_no_other_name(door: str) -> None:
 def test_the_door_itself_loads_nothing(door: str) -> None:
     code = f"import sys, {door}; assert not [m for m in sys.modules if m in ('numpy', 'scipy', 'pluggy')]"
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(catalogue.__file__).parents[1])
+
+
+def test_the_guide_tells_of_all_that_the_door_opens_to() -> None:
+    told = (folder("plugins") / "README.md").read_text("utf-8")
+    known = {name for name in vars(catalogue.plugin.Instant) if not name.startswith("_")} | {"linkage", "pole"}
+    wanted = [*catalogue.plugin.__all__, *(f"instant.{name}" for name in known)]
+    assert "instant.along_axes" in wanted
+    assert [name for name in wanted if f"| `{name}` |" not in told] == []

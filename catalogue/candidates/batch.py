@@ -96,6 +96,12 @@ def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tup
     return flipped(linkage, point, pole, np.zeros(len(point), bool), over)
 
 
+def on_path(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
+    """Lay traced guides along the path and measure them there over exactly the stroke; an arc keeps its window."""
+    bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
+    return measured(problem, origin, *place_on_path(problem, guides, traced), bend)
+
+
 def flipped(
     linkage: Linkage, point: Complexes, pole: Complexes, reverse: Mask, over: Mask
 ) -> tuple[Linkage, Complexes, Complexes]:
@@ -127,14 +133,11 @@ def measured(
 ) -> CandidateBatch:
     """Return guides that stand along the path as candidates, measured over exactly the stroke; for arcs of free radius
     `bend` (n,) are the curvatures of the nominals that are to be expected."""
-    guides = coupler_curve(linkage, point, pole=pole)
+    guides = coupler_curve(linkage, point, pole=pole, least=0.5)
     if problem.fixed_curvature is not None:
         bend = np.full(len(point), problem.fixed_curvature)
     free = problem.fixed_curvature is None
-    traced = at_stroke(
-        guides, 1.0, circle=problem.curved, extend=False, curvature=None if free and guides.cusp.any() else bend,
-        exact=not free,
-    )  # fmt: skip
+    traced = at_stroke(guides, 1.0, circle=problem.curved, extend=False, curvature=bend, exact=not free)
     return described(problem, origin, guides, traced)
 
 
@@ -184,7 +187,7 @@ def near_path(problem: Problem, origin: Origin, moved: CouplerCurve, nominal: No
 
 def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     """Return candidates with those measured anew whose motion has a better chart than the one they were traced in."""
-    best = coupler_curve(found.linkage, found.point, pole=found.pole).motion.chart
+    best = coupler_curve(found.linkage, found.point, pole=found.pole, least=0.5).motion.chart
     other = np.flatnonzero(best != found.chart)
     if not len(other):
         return found

@@ -13,7 +13,7 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats
 from ..problem.problem import Problem
 from ..store import stacked_pivots
-from .batch import CandidateBatch, Origin, measured, place_on_path
+from .batch import CandidateBatch, Origin, on_path
 
 
 def linkages(pivots: Floats, kind: Array) -> Linkage:
@@ -39,5 +39,4 @@ def as_stored(problem: Problem, rows: Mapping[str, Array]) -> CandidateBatch:
     """Return stored reaches laid along a path as they are, at the strokes that are stored."""
     guides = canonical(rows)
     traced = trace(guides, rows["half"], circle=problem.curved, split=True, centre=rows["centre"], nodes=16)
-    linkage, point, pole = place_on_path(problem, guides, traced)
-    return measured(problem, origin(rows), linkage, point, pole, -np.abs(traced.fit.curvature) * traced.fit.stroke)
+    return on_path(problem, origin(rows), guides, traced)

@@ -15,7 +15,13 @@ from .options import DB, PLUGINS, SERIES, option
 
 @click.command(
     params=[
-        option("--count", "N", "Guides wanted.", int, show_default="12000, or as begun; 3000 of a collection"),
+        option(
+            "--count",
+            "N",
+            "Guides wanted.",
+            int,
+            show_default="12000, of --series its share of them, or as begun; 3000 of a collection",
+        ),
         SERIES,
         option("--seed", None, "Seed of the sampling.", int, show_default="0, or as begun"),
         option("--processes", "N", "Worker processes.", int, show_default="one per processor"),

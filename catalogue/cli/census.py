@@ -14,7 +14,7 @@ from .options import COMMON
 from .tables import Tabled, print_records, print_table, tell
 
 #: Columns of the table, and what they mean.
-TABLE = ("series", "family", "configuration", "dimension", "mechanisms", "guides", "smallest", "remark")
+TABLE = ("series", "family", "configuration", "dimension", "mechanisms", "guides", "named", "smallest", "remark")
 COLUMNS = {
     "series": Column("series", "", "code of the series", right=False),
     "family": Column("family", "", "which dyads, such as four-bar", right=False),
@@ -22,6 +22,7 @@ COLUMNS = {
     "dimension": Column("dim.", "", "free parameters of its largest member, apart from similarity"),
     "mechanisms": Column("mech\u00adanisms", "", "stored"),
     "guides": Column("guides", "", "stored: guided points and slots of these mechanisms"),
+    "named": Column("named", "", "named guides, stored apart from the mechanisms and guides before"),
     "smallest": Column("1e-2, ...", "strokes", "least size of a stored guide of this deviation over stroke"),
     "remark": Column("remark", "", "why nothing is stored", right=False),
 }
@@ -38,9 +39,18 @@ def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
             cells = counting.census(catalogue.database, catalogue.registry)
         series = catalogue.registry.series
     levels = sorted({level for c in cells for level in c.smallest}, reverse=True)
-    columns = ["series", "family", "configuration", "dimension", "mechanisms", "guides", *(f">1e{k}" for k in levels)]
+    columns = [
+        "series",
+        "family",
+        "configuration",
+        "dimension",
+        "mechanisms",
+        "guides",
+        "named",
+        *(f">1e{k}" for k in levels),
+    ]
     rows = [
-        [c.series, c.family, c.configuration, c.dimension, c.mechanisms, c.guides,
+        [c.series, c.family, c.configuration, c.dimension, c.mechanisms, c.guides, c.named,
          *(f"{c.smallest[level]:.3g}" if level in c.smallest else "-" for level in levels), c.remark]
         for c in cells
     ]  # fmt: skip
@@ -53,8 +63,11 @@ def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
     empty = sorted({c.remark for c in cells if c.remark})
     for remark in empty:
         tell(f"{remark}: " + ", ".join(f"{c.series} {c.family} {c.configuration}" for c in cells if c.remark == remark))
-    total = sum(c.guides for c in cells)
-    tell(f"{len(cells)} cells, {sum(c.mechanisms for c in cells)} mechanisms, {total} guides")
+    mechanisms, guides, named = (sum(getattr(c, name) for c in cells) for name in ("mechanisms", "guides", "named"))
+    tell(
+        f"{len(cells)} cells, {mechanisms} mechanisms, {guides} guides; with {named} named guides apart, each a "
+        f"mechanism of its own, {mechanisms + named} mechanisms and {guides + named} guides are stored"
+    )
     for one in series.values():
         missing = counting.impossible(one, cells)
         if missing:
@@ -67,4 +80,4 @@ def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
 
 def _spare(levels: list[int]) -> list[str]:
     """Return the columns that may be left out: of the levels every second one first."""
-    return ["dimension", "mechanisms", *(f"1e{k}" for k in sorted(levels, key=lambda k: (k % 2 == 0, k)))]
+    return ["named", "dimension", "mechanisms", *(f"1e{k}" for k in sorted(levels, key=lambda k: (k % 2 == 0, k)))]

@@ -21,9 +21,9 @@ if TYPE_CHECKING:
 
 #: Columns of the table, some of them only where they are asked for, what they mean, and which may be left out.
 TABLE = ("code", "id", "series", "family", "configuration", "order", "deviation", "expected", "allowance", "size",
-         "links", "transmission", "rotates", "radius", "score", "front")  # fmt: skip
+         "travel", "links", "transmission", "rotates", "radius", "score", "front")  # fmt: skip
 COLUMNS = {**MADE, **CANDIDATE}
-SPARE = ("id", "configuration", "order", "rotates", "family", "allowance", "links")
+SPARE = ("id", "configuration", "order", "rotates", "travel", "family", "allowance", "links")
 
 
 def _configured(ctx: click.Context, param: click.Parameter, file: str | None) -> None:  # noqa: ARG001  # click gives it
@@ -143,10 +143,13 @@ def print_candidates(found: Found) -> None:
         what = f"an arc of chord {with_unit(f'{first.stroke:g}')}"
         what += f" and radius {with_unit(f'{first.radius:.4g}')}" * same
     asked = {"radius": not same, "expected": any(c.expected != c.deviation for c in found if c.expected is not None),
-             "front": first.front is not None}  # fmt: skip
+             "front": first.front is not None, "travel": any(c.travel is not None for c in found)}  # fmt: skip
     names = [name for name in TABLE if asked.get(name, True)]
     caption = "`catalogue show CODE` gives all numbers of one and --plot FILE draws it; --legend explains the columns"
     if any(c.score == 0 for c in found):
-        caption += "\nscore 0: too large, hardly transmits, allows nothing, too short a link or frame; see --desire"
+        caption += (
+            "\nscore 0: too large, hardly transmits, allows nothing, too short a link or frame, slides as far as the "
+            "stroke; see --desire"
+        )
     rows = [row(c, names, code=code) for code, c in zip(codes(found), found, strict=True)]
     print_table(f"Guides for {what}", names, rows, caption, meanings=COLUMNS, spare=SPARE)

@@ -25,7 +25,12 @@ if TYPE_CHECKING:
 
 @click.command(
     params=[
-        Argument("series", "SERIES", "Code of a series, such as II.xy or 'III*.KK'.", shell_complete=held("series")),
+        Argument(
+            "series",
+            "SERIES",
+            "Code of a series, such as II.xy or 'III*.KK', or a named design, whose is drawn.",
+            shell_complete=held("series"),
+        ),
         option("--out", "FILE", "PNG, SVG or PDF by the suffix.", OUTPUT, show_default="CODE.svg, here"),
         FORCE,
         PLUGINS,
@@ -36,8 +41,14 @@ def plate(series: str, out: Path | None, plugins: Sequence[str]) -> None:
     from ..draw.plate import file_name
     from ..draw.plate import plate as draw
     from ..plugin.registry import Registry
+    from ..series.named_guides import named_guides
 
-    chosen = Registry(plugins).get(series)
+    registry, design = Registry(plugins), named_guides().get(series)
+    if design is not None:
+        from ..series.classification import classify
+
+        series = classify(design.linkage, registry.series)[0].series[0]
+    chosen = registry.get(series)
     file = Path(f"{file_name(chosen.code)}.svg") if out is None else out
     refuse_existing(file, "--out", force=click.get_current_context().meta[FORCE_KEY])
     with busy("drawing"):

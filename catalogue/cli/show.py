@@ -16,7 +16,7 @@ from ..progress import busy
 from .completion import references
 from .options import COMMON, Argument, option, switch
 from .references import is_answer, keep
-from .tables import FORCE, PICTURE, codes, print_json, print_table, tell
+from .tables import FORCE, PICTURE, codes, contact, print_json, print_table, tell
 from .units import UNIT, in_output_unit, length, unit, warn_of_unit, with_unit
 
 if TYPE_CHECKING:
@@ -108,14 +108,14 @@ def _card(one: Any, name: str) -> None:
     numbers.pop("parameters", None)  # of a collection: for programs
     told = {key: (_unit(column), column.meaning) for key, column in known.items()}
     rows = [
-        [key.replace("_", " "), _plain(value), *told.get(key, ("", ""))]
+        [key.replace("_", " "), contact(value) if key == "order" else _plain(value), *told.get(key, ("", ""))]
         for key, value in numbers.items() if value not in (None, "")
     ]  # fmt: skip
-    print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["meaning", "unit"])
+    print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["unit"])
     if lengths:
         _links(lengths)
     if pivots is not None:
-        _pivots("Pivots in mid-stroke" if hasattr(one, "stroke") else "Pivots", pivots, guided, repr)
+        _pivots("Pivots in mid-stroke" if hasattr(one, "stroke") else "Pivots", pivots, guided, "{:.8g}".format)
 
 
 def _unit(column: Column) -> str:
@@ -148,7 +148,7 @@ def _plain(value: Any) -> str:
         return ", ".join(f"{name} {_plain(v)}" for name, v in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(_plain(v) for v in value) or "none"
-    return repr(value) if isinstance(value, float) else str(value)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
 @click.command(
@@ -246,7 +246,8 @@ def _describe(guide: StoredGuide) -> None:
     """Print what a stored guide is, where it comes from and how far it reaches."""
     from ..curvature_theory.leading_error import EXACT
 
-    order = "exact" if guide.order == EXACT else f"order {guide.order}"
+    order = "exact" if guide.order == EXACT else f"contact of order {guide.order}"
+    order += f", {guide.inflections} inflections" * bool(guide.inflections)
     what = f"circle of radius {1 / abs(guide.curvature):.4g}" if guide.curvature else "straight line"
     if guide.is_slot:
         what = f"slot in the coupler over a fixed point, {what}; shown with the coupler held fast"

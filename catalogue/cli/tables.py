@@ -196,6 +196,7 @@ def codes(found: Sequence[Any]) -> list[str]:
 #: How numbers are printed.
 _NUMBERS: Mapping[str, str] = {
     "deviation": "{:.3g}", "allowance": "{:.3g}", "expected": "{:.3g}", "size": "{:.4g}", "radius": "{:.5g}",
+    "travel": "{:.3g}",
     "stroke": "{:.6g}", "score": "{:.0f}", "min_transmission": "{:.0f}\u00b0", "angle": "{:.1f}\u00b0",
     "residual": "{:.3g}\u00b0", "swing": "{:.1f}\u00b0",
 }  # fmt: skip

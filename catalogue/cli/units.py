@@ -12,7 +12,7 @@ import re
 import sys
 from collections.abc import Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING, Any, Protocol, Self, TypeVar
+from typing import TYPE_CHECKING, Any, Protocol, TypeVar
 
 import click
 
@@ -29,7 +29,6 @@ else:  # which is no generic type in its older versions
 class _WithUnit(Protocol):
     @property
     def unit(self) -> str | None: ...
-    def in_unit(self, unit: str | None) -> Self: ...
 
 
 T = TypeVar("T", bound=_WithUnit)
@@ -201,7 +200,15 @@ def in_output_unit(guides: Sequence[T]) -> list[T]:
     chosen = unit() or next((one.unit for one in guides if one.unit), None)
     if chosen is not None:
         click.get_current_context().meta[KEY] = chosen
-    return [one.in_unit(chosen) for one in guides]
+    return [_in_unit(one, chosen) for one in guides]
+
+
+def _in_unit(one: Any, unit: str | None) -> Any:
+    if not hasattr(one, "collection"):
+        return one.in_unit(unit)
+    from ..find.specimens import in_unit
+
+    return in_unit(one, unit)
 
 
 def warn_of_unit(guide: _WithUnit) -> None:

@@ -37,13 +37,15 @@ def branched(found: Curvature, linkage: Linkage, branch: int | Complexes) -> Cur
     return found
 
 
-def dead_points(linkage: Linkage) -> Curvature:
+def dead_points(linkage: Linkage, *, beside: bool = False) -> Curvature:
     """Return the instants of both branches of linkages at a dead point.
 
     Parameters
     ----------
     linkage : Linkage of n
         Linkages with all pivots on one line and the rays along it.
+    beside : bool
+        Move the pivots of the others to their common line first: then it is the dead point next to a linkage.
 
     Returns
     -------
@@ -52,7 +54,14 @@ def dead_points(linkage: Linkage) -> Curvature:
         has that pole at infinity (cranks of equal signed length).
     """
     there = curvature(linkage).state == DEAD_POINT
-    line = linkage.rays[:, 0]
+    if beside and not there.all():
+        moved = np.where(there[:, None, None, None], linkage.pivots, _on_line(linkage))
+        linkage = Linkage.trusted(moved)
+        with np.errstate(all="ignore"):  # pivots may meet on the line
+            there = curvature(linkage).state == DEAD_POINT
+            line = linkage.rays[:, 0]
+    else:
+        line = linkage.rays[:, 0]
     z = linkage.points[:, 0, 1]
     z = np.where(linkage.finite[:, 0, 1], z, linkage.points[:, 0, 0])
     at = ((linkage.points - z[:, None, None]) * line[:, None, None].conj()).real
@@ -118,3 +127,28 @@ def _pairs(kappa: Floats, star: Floats, v3: Floats, v4: Floats) -> Floats:
     x, y = x / norm, y / norm
     both = [[np.stack([side * x * y / c, y * y / c], -1) for c in (kappa, star)] for side in (1, -1)]
     return np.stack([np.stack(one, axis=-2) for one in both], axis=-3)
+
+
+def _on_line(linkage: Linkage) -> Array:
+    """Return the pivots moved to the line through them, in the sense of least squares, shape (n, 2, 2, 3)."""
+    finite = linkage.finite.reshape(-1, 4)
+    z, w = linkage.points.reshape(-1, 4), finite.astype(float)
+    with np.errstate(all="ignore"):
+        centre = ((w * np.where(finite, z, 0)).sum(1) / w.sum(1))[:, None]
+        along = np.sqrt((w * np.where(finite, z - centre, 0) ** 2).sum(1))[:, None]
+        along = along / np.abs(along)
+        side = np.sign((z * along.conj()).real)
+        moved = np.where(finite, centre + ((z - centre) * along.conj()).real * along, side * along)
+    return homogeneous(moved, w).reshape(-1, 2, 2, 3)
+
+
+def off_line(linkage: Linkage) -> Floats:
+    """Return how far linkages are from a dead point, shape (n,).
+
+    The largest distance of a pivot from the ray of dyad 1, over the size, or the sine of the angle of the rays.
+    """
+    z = np.where(linkage.finite, linkage.points, np.nan).reshape(-1, 4)
+    first = np.where(linkage.finite[:, 0, 0], z[:, 0], z[:, 1])
+    with np.errstate(all="ignore"):
+        off = np.abs(((z - first[:, None]) * linkage.rays[:, :1].conj()).imag)
+        return np.asarray(np.maximum(np.fmax.reduce(off, axis=1) / linkage.size, np.abs(linkage.sine)))

@@ -11,6 +11,7 @@ import numpy as np
 from ..curvature_theory.analysis import curvature
 from ..curvature_theory.finite_pole import finite_pole
 from ..kinematics.linkage import PR, RP, Linkage, homogeneous
+from ..kinematics.sampling import halved, off_chord
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..markup import NOTHING, Markup, element, join
 from .cubics import cubic
@@ -28,6 +29,8 @@ LAYERS = LAYER_NAMES
 WIDE = 8.0
 #: Length of the longest arrow of the velocity [parts of the width].
 ARROW = 0.22
+#: Largest error of a centrode [parts of the width]: a third of a pixel of a card.
+CENTRODE_ERROR = 1e-3
 
 
 @dataclass(frozen=True)
@@ -76,11 +79,21 @@ class Layers:
 
     def _centrodes(self) -> Markup:
         """Return both centrodes: one rolls upon the other and carries the coupler with it."""
-        pole, _ = self._instants
-        pole = np.where(self.frame.near(pole, 1.0), pole, np.nan)
-        fixed = element("path", class_="theory", d=polyline(self.frame.at(pole)))
-        rolling = self.frame.along(self.shown.at_home(pole) - self._origin)
-        return fixed + self._carried(element("path", class_="theory dashed", d=polyline(rolling)))
+        run = self.guide.run(whole=self.shown.closed)
+
+        def both(s: Floats) -> Complexes:
+            pose = run.circuit.pose(s[:, None])
+            with np.errstate(all="ignore"):
+                pole = finite_pole(pose.linkages(run.circuit.linkage))["pole"] @ np.array([1, 1j])
+                pole = np.where(self.frame.near(pole, 1.0), pole, np.nan)
+                away = pole - pose.point(self.shown.home[2:])[:, 0]
+                rolling = self.shown.home[2] + (1 + pose.x[:, 0]).conj() * away
+            return np.stack([self.frame.at(pole), self.frame.along(rolling - self._origin)], axis=1)
+
+        error = CENTRODE_ERROR * self.frame.width
+        _, drawn = halved(both, run.samples.at, lambda a, b, inner: off_chord(a, b, inner) / error)
+        fixed = element("path", class_="theory", d=polyline(drawn[:, 0]))
+        return fixed + self._carried(element("path", class_="theory dashed", d=polyline(drawn[:, 1])))
 
     def _cubics(self) -> Markup:
         """Return the circling-point curve, which the coupler carries, and the centring-point curve, of the position

@@ -134,7 +134,7 @@ class Candidate(PlacedGuide):
         from ..guidance.coupler_curve import coupler_curve
 
         pole = None if self.pole is None else np.array([complex(*self.pole)])
-        return coupler_curve(self.linkage, np.array([complex(*self.guided)]), pole=pole)
+        return coupler_curve(self.linkage, np.array([complex(*self.guided)]), pole=pole, least=0.5 * self.stroke)
 
     def motion(
         self,

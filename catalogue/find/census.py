@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from sqlalchemy import func, select
@@ -46,7 +46,8 @@ class Cell:
     mechanisms: int  #: stored
     guides: int  #: stored
     smallest: dict[int, float]  #: by level: least size over stroke of a stored guide
-    remark: str  #: why nothing is stored; empty if something is
+    remark: str  #: why nothing is stored but named guides; empty if something is
+    named: int = 0  #: named guides, which the other counts leave out
 
 
 def census(database: Database, registry: Registry) -> list[Cell]:
@@ -78,7 +79,9 @@ def census(database: Database, registry: Registry) -> list[Cell]:
             cells.append(Cell(series.code, family, configuration, dimension, mechanisms, guides, smallest, remark))
     unknown = {key: of for key, of in held.items() if key[0] not in registry.series}
     cells += [Cell(*key, 0, *of, "no plugin brings this series") for key, of in unknown.items()]
-    return cells
+    named = _named(database)
+    cells = [replace(c, named=named.pop((c.series, c.family, c.configuration), 0)) for c in cells]
+    return cells + [Cell(*key, 0, 0, 0, {}, "named guides alone", number) for key, number in named.items()]
 
 
 def impossible(series: Series, cells: list[Cell]) -> list[tuple[str, str]]:
@@ -114,12 +117,24 @@ def _configurations(series: Series, member: Member) -> dict[str, Array]:
     return {str(n): each[:, names == n].sum(1) for n in np.unique(names)}
 
 
+def _named(database: Database) -> dict[tuple[str, str, str], int]:
+    """Count the named guides by series, family and configuration."""
+    place = (Mechanism.series, Mechanism.family, Mechanism.configuration)
+    found = database.read(
+        select(*place, func.count(Guide.id).label("guides"))
+        .join(Guide, Guide.mechanism_id == Mechanism.id)
+        .where(Mechanism.batch_id.is_(None))
+        .group_by(*place)
+    )
+    return {tuple(key): int(number) for *key, number in zip(*found.values(), strict=True)}
+
+
 def _held(database: Database) -> dict[tuple[str, str, str], tuple[int, int, dict[int, float]]]:
     place = (Mechanism.series, Mechanism.family, Mechanism.configuration)
     counted = database.read(
         select(*place, func.count(Mechanism.id.distinct()).label("mechanisms"), func.count(Guide.id).label("guides"))
         .join(Guide, Guide.mechanism_id == Mechanism.id)
-        .where(Mechanism.batch_id.is_not(None))  # named guides are no part of the count
+        .where(Mechanism.batch_id.is_not(None))  # `_named` counts the others
         .group_by(*place)
     )
     best = database.read(

@@ -163,10 +163,14 @@ class Explanation:
             )
         if not self.database.has_guides:
             return f"no guide found: {EMPTY}"
-        names = [option(n) for n in ("families", "series", "configurations", "order", "slots", "returns", "pins_only")
-                 if getattr(wanted, n)]  # fmt: skip
-        what = " and ".join(names) or "this path"
-        return f"no guide found: the catalogue holds no guide for {what}; leave one of them out"
+        sorts = ("families", "series", "configurations", "order", "slots", "returns", "pins_only")
+        names = [_with_value(name, getattr(wanted, name)) for name in sorts if getattr(wanted, name)]
+        if not names:
+            return (
+                "no guide found: no stored guide follows such a path; `catalogue build` with a larger --count adds some"
+            )
+        remedy = "leave it out" if len(names) == 1 else "leave one of them out"
+        return f"no guide found: none is stored for {' with '.join(names)} and such a path; {remedy}"
 
     def relaxations(self, nearest: CandidateBatch) -> list[tuple[Relaxation, ...]]:
         """Return what each constraint alone, else each pair of them, would have to be for an answer to be found, in the
@@ -312,6 +316,14 @@ def relaxed(problem: Problem, nearest: CandidateBatch, name: str) -> CandidateBa
     total = feasibility(loose, nearest).total
     first = np.argsort(np.where(np.isnan(total), np.inf, total), kind="stable")[:STARTS]
     return Refinement.of(loose, nearest[first[np.isfinite(total[first])]]).run(ROUNDS).best
+
+
+def _with_value(name: str, value: Any) -> str:
+    """Return the option of a constraint with its values; a switch has none."""
+    if value is True:
+        return option(name)
+    values = value if isinstance(value, list | tuple) else [value]
+    return " ".join(f"{option(name)} {one}" for one in values)
 
 
 def rounded(value: float, room: float, *, up: bool) -> float | None:

@@ -30,6 +30,9 @@ AT_CHANGE = 1e-4
 #: Positions of a motion if it is not said how many, and at most.
 SAMPLES, MOST = 361, 1_000_000
 
+#: Reason for an empty transmission angle and mechanical advantage.
+NO_CRANK_DRIVES = "the coupler drives: no crank has a transmission angle or an advantage"
+
 
 @dataclass(frozen=True, eq=False)
 class GuideMotion:
@@ -55,7 +58,8 @@ class GuideMotion:
         Of ``guided``, the finite moving pivots ``A1*`` and ``A2*`` and the points asked for: x + iy [length], its
         derivatives [length/rad, length/rad^2].
     transmission : ndarray
-        Transmission angle [deg].
+        Transmission angle of the crank that drives, without a crank of the better dyad; NaN where the coupler drives
+        although there is a crank [deg].
     advantage : ndarray
         Mechanical advantage: force of the guided point along its path over force at the pin of the driving crank,
         without friction; NaN where the coupler drives.
@@ -111,14 +115,17 @@ class GuideMotion:
             advantage = reach / np.abs(velocities["guided"])
         name = f"crank {chosen}" if chosen else "coupler"
         dead = np.isnan(moves.omega)
+        pushed = not chosen and bool((kinds == RR).any())  # though a crank could drive
+        usual = NO_CRANK_DRIVES if pushed else ""
         return cls(
             chosen, s[:, 0], cranks.get(chosen, coupler), coupler, cranks,
             {"coupler": moves.omega} | {k: v[0] for k, v in spins.items()},
             {"coupler": moves.alpha} | {k: v[1] for k, v in spins.items()},
             at, velocities, {k: moves.acceleration_of(p) for k, p in at.items()},
-            _transmission(here, chosen), np.where(np.isfinite(advantage), advantage, np.nan),
+            np.full(len(s), np.nan) if pushed else _transmission(here, chosen),
+            np.where(np.isfinite(advantage), advantage, np.nan),
             np.full(len(s), np.nan),
-            np.where(dead, np.where(_at_change(linkage, chosen, z), CHANGE_POINT, f"dead point of {name}"), ""),
+            np.where(dead, np.where(_at_change(linkage, chosen, z), CHANGE_POINT, f"dead point of {name}"), usual),
             placed.unit,
         )  # fmt: skip
 

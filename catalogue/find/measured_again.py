@@ -107,7 +107,7 @@ def _of_path(one: Candidate) -> Iterator[tuple[CouplerCurve, Traced, Frames]]:
     point, pole = (
         np.array([(complex(*(place or (np.nan, np.nan))) - frame.origin) / scale]) for place in (one.guided, one.pole)
     )
-    curve, arc = coupler_curve(linkage, point, pole=pole), one.radius is not None
+    curve, arc = coupler_curve(linkage, point, pole=pole, least=0.5), one.radius is not None
     radius = np.inf if one.radius is None else one.radius / one.stroke
     bend = np.array([-1 / radius]) if arc else None
     for best in (True, False):

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from sqlalchemy import func, select
 
-from ..candidates.batch import CandidateBatch, Origin, measured, place_on_path
+from ..candidates.batch import CandidateBatch, Origin, on_path
 from ..candidates.stored import as_stored, linkages
 from ..errors import DatabaseError, InvalidRequest, quoted, shortened
 from ..given import LARGEST, positive, whole
@@ -51,7 +51,7 @@ class StoredGuide:
     kind: str
     label: str
     order: int  #: of contact; 99 if exact
-    inflections: int  #: merged at the design position; the split guide has as many
+    inflections: int  #: merged at the design position, as many as the split guide has; of a design over its stroke
     parameters: dict[str, float]  #: free ones of the member
     linkage: Linkage  #: one; of a slot the inverse one, in whose motion the fixed point of the slot is the guided point
     point: complex  #: guided
@@ -164,7 +164,7 @@ def _instead(database: Database, name: str) -> str:
     if name in named_guides():
         return "`catalogue build` adds the named guides"
     held = [str(n) for n in database.read(select(Mechanism.name).where(Mechanism.batch_id.is_(None)))["name"] if n]
-    near = get_close_matches(name.lower(), held, n=5, cutoff=0.4) or [n for n in held if name.lower() in n]
+    near = get_close_matches(name.lower(), held, n=5) or [n for n in held if name.lower() in n]
     if near:
         return f"near names are {', '.join(near)}"
     return "`catalogue find` lists guides with their ids"
@@ -180,8 +180,7 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0, *,
     if design.circle:
         request = CircularArc(stroke, 0.09 * stroke, unit=unit)
     origin = Origin(*(np.array([tag]) for tag in tags))
-    bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
-    return laid(request, lambda problem: measured(problem, origin, *place_on_path(problem, design.guide, traced), bend))
+    return laid(request, lambda problem: on_path(problem, origin, design.guide, traced))
 
 
 def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | None:

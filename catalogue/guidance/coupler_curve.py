@@ -10,7 +10,7 @@ counted negative before the reference position.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -30,6 +30,10 @@ FARTHEST = 8.0
 WINDOW_TOLERANCE = 1e-13
 #: Steps in which nearly all ends of windows are found, and those at which the others are given up.
 FEW, MANY = 12, 40
+#: Factor of the score of a chart that holds what is needed: more than the root of any two conditionings differ by.
+FIRST = 1e3
+#: Parabolas by which the place is found where a path turns: 98 of 100 paths then end within 1e-4 of their extent.
+TURNINGS = 5
 #: Worst conditioning of a chart that is still used.
 SINGULAR = 1e-4
 #: A point slower than this, per turn of its linkage's size, is at rest.
@@ -134,13 +138,30 @@ def false_position(
 
 
 def coupler_curve(
-    linkage: Linkage, point: Complexes, dtype: Any = float, pole: Complexes | None = None, chart: Array | None = None
+    linkage: Linkage,
+    point: Complexes,
+    dtype: Any = float,
+    pole: Complexes | None = None,
+    chart: Array | None = None,
+    least: float = 0.0,
 ) -> CouplerCurve:
-    """Return the coupler curves of points (n,), given in the reference position, in the chart in which each runs
-    farthest to both sides: the smaller of the two extents counts, times the root of the conditioning.
+    """Return the coupler curves of points, each in the chart in which it runs farthest to both sides.
 
-    The poles (n,) choose the branch of linkages at a change point; without them such a linkage has extent 0.  Charts
-    (n,) that are given, those of linkages nearby, are taken unseen.  `dtype` is float or numpy.longdouble.
+    What counts is the smaller of the two extents times the root of the conditioning; charts that hold `least` to both
+    sides come first.
+
+    Parameters
+    ----------
+    point : complex ndarray, shape (n,)
+        Guided points in the reference position.
+    dtype : dtype
+        float or numpy.longdouble.
+    pole : complex ndarray, shape (n,), optional
+        Chooses the branch of linkages at a change point; without it such a linkage has extent 0.
+    chart : ndarray of int, shape (n,), optional
+        Charts of linkages nearby, taken unseen.
+    least : float
+        Extent that is needed [length].
     """
     point = np.asarray(point, dtype=complex)
     if chart is None:
@@ -148,16 +169,16 @@ def coupler_curve(
         each = np.tile(np.arange(n), len(CHARTS))
         poles = None if pole is None else np.asarray(pole)[each]
         every = _in_charts(linkage[each], point[each], np.repeat(CHARTS, n), float, poles)
-        conditioning = every.motion.conditioning
-        score = every.extent.min(0) * np.sqrt(np.minimum(conditioning, 1))
+        conditioning, extent = every.motion.conditioning, every.extent.min(0)
+        score = extent * np.sqrt(np.minimum(conditioning, 1)) * np.where(extent >= least, FIRST, 1.0)
         score = np.where(conditioning > SINGULAR, score, -1.0).reshape(len(CHARTS), n)
         chosen = np.zeros(n, dtype=int)
         for i in range(1, len(CHARTS)):
             chosen = np.where(score[i] > score[:i].max(0) * (1 + 1e-9), i, chosen)
         if dtype is float:
-            return every[chosen * n + np.arange(n)]
+            return _to_turnings(every[chosen * n + np.arange(n)])
         chart = np.array(CHARTS)[chosen]
-    return _in_charts(linkage, point, chart, dtype, pole)
+    return _to_turnings(_in_charts(linkage, point, chart, dtype, pole))
 
 
 def _in_charts(linkage: Linkage, point: Complexes, chart: Array, dtype: Any, pole: Complexes | None) -> CouplerCurve:
@@ -188,3 +209,52 @@ def _in_charts(linkage: Linkage, point: Complexes, chart: Array, dtype: Any, pol
     limit = np.where(np.stack([inside[0], inside[-1]]), "linkage turns", "path turns")
     outside = np.concatenate([np.full(STEPS, -np.inf), [0.0], np.full(STEPS, np.inf)])[:, None]
     return CouplerCurve(moving, point, tangent, t, np.where(inside, u, outside), limit, cusp, pole)
+
+
+def _to_turnings(guides: CouplerCurve) -> CouplerCurve:
+    """Extend the tables to the places where paths turn.
+
+    A path turns between the neighbours of the last place inside, up to a step of the table beyond it.
+    """
+    t, u = guides.t.copy(), guides.u.copy()
+    for side in (-1, 1):
+        inside = np.isfinite(u[STEPS:] if side > 0 else u[STEPS::-1]).sum(0) - 1
+        k = np.flatnonzero((inside > 0) & (inside < STEPS))
+        sign = side * np.where(guides.cusp[k] & (side < 0), -1, 1)
+        at = t[STEPS + side * (inside[k] + np.array([[-1], [0], [1]])), k]
+        with np.errstate(all="ignore"):
+            height = sign * guides.path[k](at)[0]
+        turns = height[2] <= height[1]  # else the next place is far away, or beyond the chart
+        k, sign, at, height = k[turns], sign[turns], at[:, turns], height[:, turns]
+        tip, top = _summit(guides.path[k], sign, side, at, height)
+        place = STEPS + side * (inside[k] + (side * tip > side * at[1]))
+        t[place, k], u[place, k] = tip, side * top
+    return replace(guides, t=t, u=u)
+
+
+def _summit(path: Path, sign: Array, side: int, at: Array, height: Array) -> tuple[Array, Array]:
+    """Find the greatest displacement of paths by successive parabolas.
+
+    Parameters
+    ----------
+    sign : ndarray, shape (n,)
+        Factor of the displacement u.
+    side : int
+        1 if the parameters rise, -1 if they fall.
+    at, height : ndarray, shape (3, n)
+        Parameters of which the middle one has the greatest displacement, and these displacements.
+    """
+    every = np.arange(len(sign))
+    for _ in range(TURNINGS):
+        (t0, t1, t2), (u0, u1, u2) = at, height
+        with np.errstate(all="ignore"):
+            rise, fall = (t2 - t1) * (u1 - u0), (t1 - t0) * (u1 - u2)
+            tip = t1 + 0.5 * ((t2 - t1) * rise - (t1 - t0) * fall) / (rise + fall)
+            tip = np.where(np.isfinite(tip), tip, t1)
+            at = np.stack([t0, t1, tip, t2])
+            height = np.stack([u0, u1, sign * path(tip[None])[0][0], u2])
+        order = np.argsort(side * at, axis=0, kind="stable")
+        top = np.clip(np.argmax(np.take_along_axis(height, order, 0), axis=0), 1, 2)
+        places = order[top + np.array([[-1], [0], [1]]), every]
+        at, height = (np.take_along_axis(values, places, 0) for values in (at, height))
+    return at[1], height[1]

@@ -1,10 +1,11 @@
 """Strips and annuli that hold a path which runs to a cusp and back along nearly the same line or circle.
 
 Both branches count.  Far from the cusp they part, and where that decides the width of an annulus its radius is free
-within bounds.  So the radius is set first, by least squares over both branches at points that are Chebyshev's on each,
-and then the narrowest annulus of that radius is sought, by exchange as in `minimum_zone`; the best strip likewise. The
-width is read at the fine points of the grid, among them the ends, where it is largest as a rule; a grid four times as
-fine as for other paths keeps what is missed between them below 5e-4 of it.
+within bounds: an exchange over all three parameters of a circle has no reference there.  So the radius is sought by
+golden section, from the circle of least squares over both branches, and for each radius the narrowest annulus by
+exchange as in `minimum_zone`; the best strip likewise.  The width is read at the fine points of the grid, among them
+the ends, where it is largest as a rule; a grid four times as fine as for other paths keeps what is missed between them
+below 5e-4 of it.
 """
 
 from __future__ import annotations
@@ -20,6 +21,12 @@ STEPS, EXCHANGES, AT_REST = 12, 8, 1e-12
 SETTLED = 1.001
 #: What keeps points of two branches apart where they are equally far from the cusp, in strokes.
 APART = 1e-11
+#: Change of the curvature that is tried, in deviations over the square of the stroke: it moves the middle of the arc by
+#: twice the deviation, more than the narrowest annulus can.
+BRACKET = 16.0
+#: Steps of the golden section: they leave 4e-4 of that change, and so less than 1e-3 of the deviation, open.
+SECTIONS = 17
+GOLDEN = 0.5 * (5**0.5 - 1)
 
 
 def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None) -> Fit:
@@ -43,36 +50,85 @@ def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | Non
             heading = np.exp(-1j * np.arcsin(0.5 * curvature * stroke))
         elif circle:
             centre, heading, curvature = _mean_circle(x, y, stroke)
-        deviation = stroke.copy()
-        apart = APART * stroke * np.arange(len(x))[:, None]
-        open_, xs, ys = np.arange(x.shape[1]), x, y
-        for _ in range(EXCHANGES):
-            a, b = seen(xs, ys, centre[open_], heading[open_])
-            bend = curvature[open_]
-            distance, _, _ = polar(a, b, bend)
-            # a circle that is moved but keeps its radius: (c0 + c1 X) cos, X = tan(theta)/curvature
-            inverse_cosine = np.hypot(bend * a, 1 - bend * b) / (1 - bend * b)
-            run = a / (1 - bend * b)
-            order = np.argsort(run, axis=0)
-            run, distance, by = (np.take_along_axis(f, order, 0) for f in (run, distance, inverse_cosine))
-            first = np.repeat(np.array([[0], [len(x) // 2], [len(x) - 1]]), len(open_), axis=1)
-            (c0, c1), level, _ = exchange(run + apart[:, open_], distance, first, by, peaks=False)
-            deviation[open_] = level
-            centre[open_], heading[open_] = shifted(centre[open_], heading[open_], c0, c1)
-            length = stroke[open_]
-            moved = np.abs(c0) + np.abs(c1) * length > 1e-4 * level + AT_REST * length
-            if not moved.any():
-                break
-            open_, xs, ys = open_[moved], xs[:, moved], ys[:, moved]
-        worst = np.abs(polar(*seen(x, y, centre, heading), curvature)[0]).max(0)
-        settled = (worst <= SETTLED * deviation + AT_REST * stroke) & (np.abs(curvature) * stroke < 2)
-        deviation = np.where(settled, worst, np.nan)
+        deviation, foot, heading = _of_radius(x, y, stroke, centre, heading, curvature)
+        if circle and held is None:
+            deviation, curvature = _narrowest(x, y, stroke, foot, heading, curvature, deviation)
         if circle:
             return Fit(deviation, stroke, np.zeros_like(last), along, curvature, unresolved)
         heading = heading * along
-        foot = centre * along
+        foot = foot * along
         foot = 1j * heading * (foot * heading.conj()).imag
         return Fit(deviation, (last * heading.conj()).real, foot, heading, curvature, unresolved)
+
+
+def _of_radius(
+    x: Array, y: Array, stroke: Array, centre: Array, heading: Array, curvature: Array
+) -> tuple[Array, Array, Array]:
+    """Find the narrowest annuli of given curvatures.
+
+    Parameters
+    ----------
+    x, y : ndarray, shape (f, n)
+        Points of both branches.
+    centre, heading : complex ndarray, shape (n,)
+        A point of each circle to begin with, and the direction there.
+
+    Returns
+    -------
+    deviation, centre, heading : ndarray, shape (n,)
+        Half widths, NaN where the exchange does not settle or the arc is half a circle; points and directions.
+    """
+    deviation, centre, heading = stroke.copy(), centre.copy(), heading.copy()
+    apart = APART * stroke * np.arange(len(x))[:, None]
+    open_, xs, ys = np.arange(x.shape[1]), x, y
+    for _ in range(EXCHANGES):
+        a, b = seen(xs, ys, centre[open_], heading[open_])
+        bend = curvature[open_]
+        distance, _, _ = polar(a, b, bend)
+        # a circle that is moved but keeps its radius: (c0 + c1 X) cos, X = tan(theta)/curvature
+        inverse_cosine = np.hypot(bend * a, 1 - bend * b) / (1 - bend * b)
+        run = a / (1 - bend * b)
+        order = np.argsort(run, axis=0)
+        run, distance, by = (np.take_along_axis(f, order, 0) for f in (run, distance, inverse_cosine))
+        first = np.repeat(np.array([[0], [len(x) // 2], [len(x) - 1]]), len(open_), axis=1)
+        (c0, c1), level, _ = exchange(run + apart[:, open_], distance, first, by, peaks=False)
+        deviation[open_] = level
+        centre[open_], heading[open_] = shifted(centre[open_], heading[open_], c0, c1)
+        length = stroke[open_]
+        moved = np.abs(c0) + np.abs(c1) * length > 1e-4 * level + AT_REST * length
+        if not moved.any():
+            break
+        open_, xs, ys = open_[moved], xs[:, moved], ys[:, moved]
+    worst = np.abs(polar(*seen(x, y, centre, heading), curvature)[0]).max(0)
+    settled = (worst <= SETTLED * deviation + AT_REST * stroke) & (np.abs(curvature) * stroke < 2)
+    return np.where(settled, worst, np.nan), centre, heading
+
+
+def _narrowest(
+    x: Array, y: Array, stroke: Array, centre: Array, heading: Array, curvature: Array, deviation: Array
+) -> tuple[Array, Array]:
+    """Find the curvature of the narrowest annulus by golden section about one whose deviation is known.
+
+    The half width is a convex function of the curvature, as far as the circle moves by a few deviations.
+    """
+    reach = BRACKET * deviation / stroke**2
+    low, high = curvature - reach, curvature + reach
+
+    def width(bend: Array) -> Array:
+        found = _of_radius(x, y, stroke, centre, heading, bend)[0]
+        return np.where(np.isnan(found), np.inf, found)
+
+    left, right = high - GOLDEN * (high - low), low + GOLDEN * (high - low)
+    at_left, at_right = width(left), width(right)
+    for _ in range(SECTIONS):
+        below = at_left <= at_right
+        low, high = np.where(below, low, left), np.where(below, right, high)
+        new = np.where(below, high - GOLDEN * (high - low), low + GOLDEN * (high - low))
+        left, right, at_new = np.where(below, new, right), np.where(below, left, new), width(new)
+        at_left, at_right = np.where(below, at_new, at_right), np.where(below, at_left, at_new)
+    bend, least = np.where(at_left <= at_right, [left, at_left], [right, at_right])
+    better = least < deviation
+    return np.where(better, least, deviation), np.where(better, bend, curvature)
 
 
 def _mean_circle(x: Array, y: Array, stroke: Array) -> tuple[Array, Array, Array]:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 
@@ -30,7 +29,8 @@ def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tupl
     """Return the linkages in mid-stroke, laid so that their paths run from (0, 0) to (stroke, 0), float or (n,), which
     sets the scale; the guided points (n,) there; and the same traces, in the same charts.
 
-    Guides whose paths have a cusp are given as they stand there, at (0, 0).  One that was not traced stays where it is.
+    Guides whose paths have a cusp are given as they stand there, at (0, 0), those at a change point as they stand at
+    it, wherever that is on the stroke.  One that was not traced stays where it is.
     """
     there = _there(traced)
     now, here, seen = mid_stroke(guides, traced)
@@ -46,12 +46,13 @@ def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tupl
 
 
 def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Array, Traced]:
-    """Return the linkages and guided points in mid-stroke (at a cusp: there), where they stand, and their traces with
-    the parameters counted from there, in the same charts."""
+    """Return the linkages and guided points in mid-stroke (at a cusp or a change point: there), where they stand, and
+    their traces with the parameters counted from there, in the same charts."""
     there = _there(traced)
     moving, linkage = guides.motion, guides.linkage
     point = np.where(there, guides.point + traced.shift, guides.point)
     t = np.where(there, middle_of_stroke(moving, point, traced, guides.cusp), 0.0)
+    t = np.where(moving.branch != 0, 0.0, t)  # beside a change point double has no digits that tell the branches apart
     pose = moving.pose(t[None])
     # a parameter is the tangent of half an angle: angles are subtracted
     low, high = ((end - t) / (1 + end * t) for end in (traced.low, traced.high))
@@ -98,9 +99,8 @@ def at_stroke(
     half, centre = np.where(guides.cusp, np.minimum(stroke, guides.extent.min(0)), 0.5 * stroke), np.zeros(len(guides))
     at, rest = np.flatnonzero(guides.cusp), np.flatnonzero(~guides.cusp)
     for _ in range(ROUNDS_AT_CUSP if len(at) else 0):
-        rough = trace(guides[at], half[at], circle=circle, split=False, centre=centre[at], nodes=nodes)
         with np.errstate(all="ignore"):
-            half[at] *= stroke[at] / rough.fit.stroke
+            half[at] *= stroke[at] / _from_cusp(guides[at], half[at], circle, nodes)
     if circle and curvature is not None:
         bend = np.broadcast_to(curvature, len(guides))[rest]
         half[rest], centre[rest] = _symmetric(guides[rest], _arcs(stroke[rest], bend), stroke[rest])
@@ -117,6 +117,14 @@ def at_stroke(
         )  # fmt: skip
         found = found.replaced(fine, again)
     return found
+
+
+def _from_cusp(guides: CouplerCurve, half: Floats, circle: bool, nodes: int) -> Floats:
+    """Return the strokes of guides that return, over windows of a length, shape (n,)."""
+    if not circle:
+        return np.asarray(trace(guides, half, circle=False, split=False, nodes=nodes).fit.stroke)
+    u, v = guides.path(np.stack(guides.window(-half, half)))
+    return np.asarray(np.abs(0.5 * (u.sum(0) + 1j * v.sum(0))))  # a chord, whatever the circle
 
 
 def _about_the_point(guides: CouplerCurve, stroke: Floats, nodes: int) -> tuple[Floats, Floats]:
@@ -158,17 +166,32 @@ def near_stroke(guides: CouplerCurve, stroke: float, *, circle: bool, curvature:
 
 
 def _corrected(
-    found: Traced, guides: CouplerCurve, stroke: Floats | float, half: Floats, **how: Any
+    found: Traced,
+    guides: CouplerCurve,
+    stroke: Floats | float,
+    half: Floats,
+    *,
+    circle: bool,
+    centre: Floats,
+    nodes: int = 32,
+    held: Floats | None = None,
 ) -> tuple[Traced, Floats]:
-    """Return guides traced again until their strokes are those asked for, and their half windows: the chord of a path
-    is longer than its run along the best line."""
+    """Trace guides again until their strokes are those asked for, and return their half windows too.
+
+    The chord of a path is longer than its run along the best line.
+    """
+    stroke, half = np.broadcast_to(stroke, half.shape), half.copy()
     for _ in range(CORRECTIONS):
         with np.errstate(all="ignore"):
             ratio = stroke / found.fit.stroke
-        if not (np.abs(ratio - 1) > REACHED).any():
+        off = np.flatnonzero(np.abs(ratio - 1) > REACHED)
+        if not len(off):
             break
-        half = half * ratio
-        found = trace(guides, half, split=False, **how)
+        half[off] *= ratio[off]
+        bend = None if held is None else held[off]
+        some = guides[off]
+        now = trace(some, half[off], circle=circle, split=False, centre=centre[off], nodes=nodes, held=bend)
+        found = found.replaced(off, now)
     return found, half
 
 

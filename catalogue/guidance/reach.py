@@ -15,6 +15,8 @@ from .trace import OFF_CENTRE, Traced, trace
 LEVELS = (-2, -3, -4, -5, -6, -7, -8, -9)
 #: Strokes tried: a geometric sequence down from the longest.
 STROKES, RATIO = 10, 0.62
+#: Corrections of a window about a change point: they leave less than 1e-4 of the half window open.
+ROUNDS = 4
 #: Intervals between the Chebyshev points of a window.
 NODES = 16
 #: Part of the extent that is used: at its very end the path turns back.
@@ -92,6 +94,39 @@ def reach(
             good, good_e = np.where(hit, tried, good), np.where(hit, e, good_e)
             bad, bad_e = np.where(miss, tried, bad), np.where(miss, e, bad_e)
     return good, found
+
+
+def about_change_points(
+    guides: CouplerCurve, half: Floats, centre: Floats, found: Traced, *, circle: bool
+) -> tuple[Floats, Floats, Traced]:
+    """Move the windows of guides at change points until the linkages stand there in mid-stroke.
+
+    A guide is given as it stands in mid-stroke, and next to a change point its branch cannot be told.
+
+    Parameters
+    ----------
+    half, centre : ndarray, shape (n,)
+        Half windows [length], and where their middles lie, in half windows.
+    found : Traced
+        What was traced there.
+
+    Returns
+    -------
+    half, centre, found
+        Of all guides; those away from change points are as they were.
+    """
+    some = np.flatnonzero(guides.motion.branch != 0)
+    if not len(some):
+        return half, centre, found
+    at, half, centre = guides[some], half.copy(), np.broadcast_to(centre, half.shape).copy()
+    for _ in range(ROUNDS):
+        now = found[some]
+        with np.errstate(all="ignore"):
+            run = ((at.point + now.shift - now.fit.start) * now.fit.along.conj()).real
+            centre[some] += 2 * run / now.fit.stroke - 1
+            half[some] = np.minimum(half[some], _longest(at, centre[some]))
+        found = found.replaced(some, trace(at, half[some], circle=circle, split=True, centre=centre[some], nodes=NODES))
+    return half, centre, found
 
 
 def _longest(guides: CouplerCurve, centre: Array | float) -> Array:

@@ -241,4 +241,4 @@ def _bend(u: Array, v: Array) -> Array:
 
 def extended(guides: CouplerCurve) -> CouplerCurve:
     """Return the same guides in extended precision (where the platform has it)."""
-    return coupler_curve(guides.linkage, guides.point, np.longdouble, guides.pole)
+    return coupler_curve(guides.linkage, guides.point, np.longdouble, guides.pole, guides.motion.chart)

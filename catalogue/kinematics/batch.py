@@ -9,7 +9,7 @@ from typing import Any, Self, TypeVar, cast
 import numpy as np
 
 from .linkage import Linkage
-from .types import Array, Mask
+from .types import Array, Indices, Mask
 
 T = TypeVar("T")
 
@@ -79,8 +79,9 @@ class Columns:
         made: Self = kind(*(chosen(getattr(self, name)) for name in names(kind)))
         return made
 
-    def replaced(self, where: Mask, by: Self) -> Self:
-        """Return this, its precision kept, with the entries `where` (n,) taken from `by`, which holds just those."""
+    def replaced(self, where: Mask | Indices, by: Self) -> Self:
+        """Return this, its precision kept, with the entries `where`, a mask (n,) or indices, taken from `by`, which
+        holds just those."""
 
         def put(values: Array, new: Array) -> Array:
             out = values.copy()

@@ -139,12 +139,12 @@ class Samples:
             return np.asarray(self.curve(at)[:, columns] / scale)
 
         ends = self.values[:, columns] / scale
-        off = _off_chord(ends[:-1], ends[1:], within(curve, self.at))
+        off = off_chord(ends[:-1], ends[1:], within(curve, self.at))
         laid = np.append(0.0, np.cumsum(np.sqrt(np.nan_to_num(off) / (AIMED * error))))
         count = max(MIN_INTERVALS, int(np.ceil(min(laid[-1], MAX_SAMPLES))))
         laid += 1e-3 * np.linspace(0, max(1.0, laid[-1]), len(laid))  # where it is straight
         even = np.interp(np.linspace(0, laid[-1], count + 1), laid, self.at)
-        return halved(curve, even, lambda a, b, inner: _off_chord(a, b, inner) / error)[0]
+        return halved(curve, even, lambda a, b, inner: off_chord(a, b, inner) / error)[0]
 
 
 def resolved(curve: Curve, low: float, high: float, fixed: Array, least: float) -> Samples:
@@ -231,8 +231,8 @@ def _off_table(a: Complexes, b: Complexes, inner: Complexes) -> Floats:
     return np.asarray(np.maximum(off, np.abs(b - a) / TABLE_STEP).max(-1))
 
 
-def _off_chord(a: Complexes, b: Complexes, inner: Complexes) -> Floats:
-    """Return the largest distance of values within intervals from the chord."""
+def off_chord(a: Complexes, b: Complexes, inner: Complexes) -> Floats:
+    """Return the largest distance of values within intervals from their chords, shape (j,)."""
     chord = b - a
     with np.errstate(all="ignore"):
         along = ((inner - a) * chord.conj()).real / np.abs(chord) ** 2

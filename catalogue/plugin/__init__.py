@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from ..collections.results import CollectionCandidate
     from ..collections.spec import LENGTH, Collection, Measured, Metric, Specimen, Tags
-    from ..curvature_theory.dead_points import dead_points
+    from ..curvature_theory.dead_points import dead_points, off_line
     from ..curvature_theory.instant import Instant
     from ..curvature_theory.leading_error import EXACT
     from ..errors import InvalidLinkage, InvalidRequest, PluginError
@@ -67,7 +67,7 @@ _HOME = {
     "kinematics.polynomials": "product real_roots",
     "kinematics.power_series": "taylor_product taylor_quotient taylor_root",
     "curvature_theory.instant": "Instant",
-    "curvature_theory.dead_points": "dead_points",
+    "curvature_theory.dead_points": "dead_points off_line",
     "curvature_theory.leading_error": "EXACT",
     "series.series": "Guided Member Parameter Parameters Series angles",
     "series.pairs": "alike circle_pair linkage_of normal_pair pair parallel_pair point ray_pair roots slide_pair "
@@ -129,6 +129,7 @@ __all__ = [
     "linkage_of",
     "mirror_images",
     "normal_pair",
+    "off_line",
     "on_ray",
     "pair",
     "parallel_pair",

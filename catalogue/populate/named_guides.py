@@ -30,7 +30,8 @@ def write_named_guides(database: Database, connection: Connection, registry: Reg
     nearest = [one.nearest for one in classify(linkage, registry.series)]
     series = np.array([one.series if one else UNKNOWN for one in nearest], dtype=object)
     held = _held(database)
-    now = list(map(_identity, series, linkage.pivots, point))
+    contact = ([getattr(d, name) for d in designs] for name in ("order", "inflections"))
+    now = list(map(_identity, series, linkage.pivots, point, *contact))
     new = [i for i, design in enumerate(designs) if held.get(design.name) != now[i]]
     if not new:
         return
@@ -43,6 +44,7 @@ def write_named_guides(database: Database, connection: Connection, registry: Reg
         "x": point[new].real,
         "y": point[new].imag,
         "contact_order": np.array([d.order for d in chosen]),
+        "inflections": np.array([d.inflections for d in chosen]),
         "centre": centre[new],
     }
     guides, reaches = together(guide_columns(linkage[new], points, half[new]))
@@ -56,16 +58,21 @@ def write_named_guides(database: Database, connection: Connection, registry: Reg
     write_batch(connection, None, mechanisms, guides | {"cover": 0}, reaches)
 
 
-def _identity(series: object, pivots: Floats, point: complex) -> tuple[str, list[float], complex]:
-    return str(series), pivots.ravel().tolist(), complex(point)
+#: Series, pivots, guided point, order of contact and inflections of a design.
+Identity = tuple[str, list[float], complex, int, int]
 
 
-def _held(database: Database) -> dict[str, tuple[str, list[float], complex]]:
-    """Return series, pivots and guided point of each design in the database, by name."""
+def _identity(series: object, pivots: Floats, point: complex, order: int, inflections: int) -> Identity:
+    return str(series), pivots.ravel().tolist(), complex(point), int(order), int(inflections)
+
+
+def _held(database: Database) -> dict[str, Identity]:
+    """Return what the database holds of each design, by name."""
     rows = database.read(
-        select(Mechanism.name, Mechanism.series, *PIVOTS, Guide.x, Guide.y)
+        select(Mechanism.name, Mechanism.series, *PIVOTS, Guide.x, Guide.y, Guide.contact_order, Guide.inflections)
         .join(Guide, Guide.mechanism_id == Mechanism.id)
         .where(Mechanism.batch_id.is_(None), Mechanism.name.in_(list(named_guides())))
     )
     points = rows["x"] + 1j * rows["y"]
-    return dict(zip(rows["name"], map(_identity, rows["series"], stacked_pivots(rows), points), strict=True))
+    contact = rows["contact_order"], rows["inflections"]
+    return dict(zip(rows["name"], map(_identity, rows["series"], stacked_pivots(rows), points, *contact), strict=True))

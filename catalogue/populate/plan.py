@@ -99,7 +99,7 @@ def plan(database: Database, registry: Registry, codes: Sequence[str], count: in
     its members share it by their weights.  A member without parameters is one design, which is not counted.
     """
     held = _held(database, seed)
-    shares = {code: 1 + max(len(m.parameters) for m in registry.series[code].members) for code in codes}
+    shares = {code: _share(registry.series[code]) for code in codes}
     sources = []
     for code in codes:
         one = registry.series[code]
@@ -110,6 +110,19 @@ def plan(database: Database, registry: Registry, codes: Sequence[str], count: in
             sources.append(Source(one, registry.provider(code), member, target, held.get((code, member.key), {})))
             sources[-1].skip()
     return sources
+
+
+def _share(series: Series) -> int:
+    """Return the share of a series in a build, relative to others."""
+    return 1 + max(len(member.parameters) for member in series.members)
+
+
+def share_of(registry: Registry, codes: Sequence[str], count: int) -> int:
+    """Return how many of `count` guides of all series are of these, at least one."""
+    every = sum(map(_share, registry.series.values()))
+    return max(
+        round(count * sum(_share(registry.series[code]) for code in codes if code in registry.series) / every), 1
+    )
 
 
 def outdated(database: Database, codes: Sequence[str]) -> list[int]:

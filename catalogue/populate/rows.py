@@ -6,21 +6,45 @@ from typing import Any
 
 import numpy as np
 
+from ..candidates.batch import Origin, on_path
 from ..curvature_theory.instant import Instant
 from ..curvature_theory.leading_error import EXACT, leading_error
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.kinds import STRAIGHT
-from ..guidance.metrics import LEAST_ARM, measure, transmission
-from ..guidance.reach import LEVELS, reach, scan
+from ..guidance.metrics import LEAST_ARM, transmission
+from ..guidance.reach import LEVELS, about_change_points, reach, scan
 from ..guidance.trace import Traced, trace
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Floats, Indices
+from ..problem.constraints import Constraints
+from ..problem.problem import Problem
+from ..problem.ranking import Ranking
+from ..problem.request import CircularArc, StraightLine
 
 Columns = dict[str, Any]
 #: A reach is stored while the mechanism is smaller than this many strokes and this transmission angle is held.  Where
 #: the design position is a dead point no crank can drive; then the angle is stored as it is, 0.
 LARGEST, LEAST_TRANSMISSION = 12.5, 2.0
+#: Lines and arcs that are as long as their unit, as `catalogue show` asks for them; no tolerance is meant.
+PROBLEMS = {
+    circle: Problem.of(request, Constraints(), Ranking({"deviation": 1.0}))
+    for circle, request in ((False, StraightLine(1.0, 0.1)), (True, CircularArc(1.0, 0.1)))
+}
+#: Columns of a reach that are measures of the guide, in strokes and degrees.
+SAME = (
+    "size",
+    "max_link",
+    "min_link",
+    "max_ground",
+    "max_arm",
+    "min_transmission",
+    "rotates",
+    "drive_angle",
+    "rotation",
+)
+#: Sides of a box in their order.
+SIDES = ("x0", "y0", "x1", "y1")
 #: Secant steps towards the longest stroke of a level: what is stored is a start, which may be a little short.
 SECANTS = 1
 
@@ -76,16 +100,22 @@ def _of_one_nominal(
     guides, points = guides[usable], take(points, usable)
     if not len(guides):
         return None
-    ladder = scan(guides, circle=circle, three=(points["contact_order"] == 4) & (not circle) & ~guides.cusp)
+    ladder = scan(guides, circle=circle, three=(_inflections(points) == 3) & (not circle) & ~guides.cusp)
     steps = np.array(sorted(LEVELS))
     with np.errstate(all="ignore"):
         step, k = np.nonzero((ladder.traced.relative <= 10.0 ** steps[:, None, None]).any(1))
     tried, ladder = guides[k], ladder[k]
     half, traced = reach(tried, ladder, 10.0 ** steps[step], circle=circle, steps=SECANTS)
-    reaches = _reaches(tried, traced, circle) | {"guide": k, "half": half, "centre": ladder.centre}
+    small = _rigid_size(guides)[k] <= LARGEST * traced.fit.stroke
+    step = step[small]
+    _, first, same = np.unique((k + 1j * half)[small], return_index=True, return_inverse=True)
+    first = np.flatnonzero(small)[first]  # of rows of one guide over one window, which a loose level repeats
+    reaches = _reaches(tried[first], half[first], ladder.centre[first], traced[first], circle)
+    reaches = take(reaches | {"guide": k[first]}, same)
     if usual is not None:
-        more = _reaches(guides, trace(guides, usual[usable], circle=circle, split=True, nodes=16), circle)
-        more |= {"guide": np.arange(len(guides)), "half": usual[usable], "centre": np.zeros(len(guides))}
+        traced = trace(guides, usual[usable], circle=circle, split=True, nodes=16)
+        more = _reaches(guides, usual[usable], np.zeros(len(guides)), traced, circle)
+        more |= {"guide": np.arange(len(guides))}
         reaches = join(reaches, *[more] * len(steps))
         step = np.concatenate([step, np.repeat(np.arange(len(steps)), len(guides))])
     least = np.where(at_design(guides.linkage) >= LEAST_TRANSMISSION, LEAST_TRANSMISSION, 0.0)
@@ -108,16 +138,29 @@ def _of_one_nominal(
         "tangent_x": tangent.real,
         "tangent_y": tangent.imag,
         "curvature": np.copysign(1 / np.abs(radius), (radius * tangent.conj()).imag) if circle else radius.real,
-        "inflections": np.where(exact | circle | guides.cusp, 0, order - 1),
+        "inflections": np.where(exact | circle | guides.cusp, 0, _inflections(columns)),
         "leading": np.where(exact, np.nan, np.abs(leading)),
     }
     return columns, take(reaches, np.lexsort((-reaches["level"], reaches["guide"])))
+
+
+def _inflections(points: Columns) -> Array:
+    """Return how many inflections the paths of points on lines have: as many as are merged if nothing else is told."""
+    return np.asarray(points.get("inflections", points["contact_order"] - 1))
 
 
 def at_design(linkage: Linkage) -> Floats:
     """Return the transmission angle in the design position, shape (n,) [deg]."""
     z = linkage.points
     return transmission(linkage, [np.stack([z[:, i, 1]] * 2) for i in (0, 1)], np.zeros((2, len(linkage)), complex))[0]
+
+
+def _rigid_size(guides: CouplerCurve) -> Floats:
+    """Return the longest distance that no motion changes, a bound on the size from below, shape (n,) [canonical]."""
+    finite, z = guides.linkage.finite, guides.linkage.points
+    fixed, moving = (np.where(finite[:, :, plane], z[:, :, plane], np.nan) for plane in (0, 1))
+    pairs = [*(moving - fixed).T, *np.diff(fixed).T, *np.diff(moving).T, *(moving.T - guides.point)]
+    return np.asarray(np.fmax.reduce(np.abs(pairs), initial=0.0))
 
 
 def _longest(reaches: Columns, step: Indices, steps: Array, least: Floats, circle: bool) -> Array:
@@ -138,21 +181,26 @@ def _longest(reaches: Columns, step: Indices, steps: Array, least: Floats, circl
     return best
 
 
-def _reaches(guides: CouplerCurve, traced: Traced, circle: bool) -> Columns:
-    """Return the columns of one reach of each guide."""
-    measured = measure(guides, traced)
-    stroke = traced.fit.stroke
+def _reaches(guides: CouplerCurve, half: Floats, centre: Floats, traced: Traced, circle: bool) -> Columns:
+    """Measure one reach of each guide as whoever asks for the guide will get it; NaN for one that he would not get.
+
+    Parameters
+    ----------
+    half, centre : ndarray, shape (n,)
+        Half windows [canonical], and where their middles lie, in half windows.
+    traced : Traced
+        What was traced there.
+    """
+    half, centre, traced = about_change_points(guides, half, centre, traced, circle=circle)
+    found = on_path(PROBLEMS[circle], Origin.made(guides.linkage, ""), guides, traced)
+    measured, back = found.measures, found.traced.fit.along.real < 0
+    boxes: Columns = {}
+    for name, box in (("fixed", measured.fixed_box), ("all", measured.box)):
+        box = np.where(back[:, None], -box[:, [2, 3, 0, 1]], box)  # of a path from (0, 0) to (1, 0), not back
+        boxes |= {f"{name}_{side}": box[:, i] + (0.5, 0.0, 0.5, 0.0)[i] for i, side in enumerate(SIDES)}
     with np.errstate(all="ignore"):
-        # the path runs from (0, 0) to (1, 0)
-        boxes = {
-            f"{name}_{side}": box[:, i] / stroke + (0.5 if i % 2 == 0 else 0.0)
-            for name, box in (("fixed", measured.fixed_box), ("all", measured.box))
-            for i, side in enumerate(("x0", "y0", "x1", "y1"))
-        }
-        lengths = {k: getattr(measured, k) / stroke for k in ("size", "max_link", "min_link", "max_ground", "max_arm")}
-        sweep = np.abs(traced.fit.curvature) * stroke if circle else np.zeros(len(stroke))
+        sweep = np.abs(found.traced.fit.curvature) if circle else np.zeros(len(guides))
     return {
-        "stroke": stroke, "deviation": traced.relative, "sweep": sweep, **lengths,
-        "min_transmission": measured.min_transmission, "rotates": measured.rotates, **boxes,
-        "drive_angle": measured.drive_angle, "rotation": measured.rotation,
+        "half": half, "centre": centre, "stroke": traced.fit.stroke, "deviation": found.deviation, "sweep": sweep,
+        **{name: getattr(measured, name) for name in SAME}, **boxes,
     }  # fmt: skip

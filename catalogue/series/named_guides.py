@@ -9,6 +9,7 @@ from functools import cache, cached_property
 import numpy as np
 
 from ..curvature_theory.analysis import Curvature, curvature
+from ..curvature_theory.leading_error import leading_error
 from ..errors import InvalidDesign, InvalidLinkage
 from ..folders import folder
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
@@ -35,9 +36,8 @@ class NamedGuide:
         ``line`` or ``circle``.
     stroke : float
         Over which it is commonly used, half of it to either side.
-    order : int
-        Inflections of the path over that stroke, merged ones counted as often as they merge, and one more; for a circle
-        the order of contact; 99 if exact.
+    inflections : int
+        Of the path over that stroke, merged ones counted as often as they merge; 0 if it is exact, or for a circle.
     proportions, source, place : str
         Proportions in words; who described it, when and where; its place in the theory.
 
@@ -54,7 +54,7 @@ class NamedGuide:
     guided: tuple[float, float]
     nominal: str
     stroke: float
-    order: int
+    inflections: int
     proportions: str
     source: str
     place: str
@@ -66,8 +66,8 @@ class NamedGuide:
                 raise InvalidDesign(f"design {self.name!r}: {text} is blank")
         if self.nominal not in ("line", "circle") or (self.nominal == "circle") != (self.centre is not None):
             raise InvalidDesign(f"design {self.name}: the nominal is a line, or a circle with a centre")
-        if self.order < 2:
-            raise InvalidDesign(f"design {self.name}: a guide of order {self.order} is none")
+        if self.inflections < 0:
+            raise InvalidDesign(f"design {self.name}: a path has no {self.inflections} inflections")
         try:
             family = str(self.linkage.family[0])
         except InvalidLinkage as error:
@@ -83,6 +83,11 @@ class NamedGuide:
     def linkage(self) -> Linkage:
         """The linkage, in its usual position."""
         return Linkage(self.pivots)
+
+    @cached_property
+    def order(self) -> int:
+        """Order of contact of the path with its nominal in the usual position; 99 if exact."""
+        return int(leading_error(self.linkage, np.array([complex(*self.guided)]), circle=self.circle).order[0])
 
     @property
     def circle(self) -> bool:

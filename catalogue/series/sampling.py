@@ -14,7 +14,7 @@ from .series import Member, Parameters, Series, lent
 #: Samples per block, a power of two as the sequence wants.
 BLOCK = 1024
 #: Changed whenever the same seed would give other content: blocks of another plan are not mixed with these.
-PLAN = "6"
+PLAN = "7"
 
 #: Proportions, in units of rho0 (parallel cranks: of the height of crank 1).
 FARTHEST = 8.0

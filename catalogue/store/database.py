@@ -34,7 +34,7 @@ _RANGES = {
     **dict.fromkeys(("stroke", "half", "size", "smallest", "max_link", "min_link", "rho0"), (5e-324, 1e300)),
     **dict.fromkeys(("deviation", "sweep", "max_ground", "max_arm"), (0, 1e300)),
     **dict.fromkeys(("centre", "tangent_x", "tangent_y"), (-1.000000001, 1.000000001)),
-    **{"min_transmission": (0, 90), "level": (-12, -1), "rotates": (0, 3), "contact_order": (2, 99)},
+    **{"min_transmission": (0, 90), "level": (-12, -1), "rotates": (0, 3), "contact_order": (1, 99)},
     **dict.fromkeys(("drive_angle", "rotation"), (0, 1e6)),
     **dict.fromkeys(("x", "y", "curvature", "all_x0", "all_y0", "all_x1", "all_y1"), (-1e300, 1e300)),
     **dict.fromkeys(("inflections", "cover", "seed", "number"), (0, 2**53)),

@@ -166,7 +166,9 @@ class Guide(Base):
         comment="of the nominal, positive to the left of the tangent; 0: a line [1/canonical]"
     )
     contact_order: Mapped[int] = mapped_column(comment="order of contact of the path with its nominal; 99: exact")
-    inflections: Mapped[int] = mapped_column(comment="inflections that are merged at the design position")
+    inflections: Mapped[int] = mapped_column(
+        comment="inflections merged at the design position, of a named guide those over its usual stroke"
+    )
     leading: Mapped[float | None] = mapped_column(
         comment="c in v = c u^m, m = contact_order + 1, by which it leaves its nominal; NULL: never, or has no series"
     )
@@ -181,7 +183,7 @@ class Guide(Base):
         # The square's error is twice the norm's; sqrt is missing from many builds of SQLite.
         CheckConstraint("abs(tangent_x * tangent_x + tangent_y * tangent_y - 1) < 2e-9", name="tangent"),
         CheckConstraint("(kind IN ('line', 'slot', 'return-line')) = (curvature = 0)", name="curvature"),
-        CheckConstraint("contact_order >= 2", name="contact_order"),
+        CheckConstraint("contact_order >= 1", name="contact_order"),
         CheckConstraint("inflections >= 0", name="inflections"),
         CheckConstraint("cover >= 0", name="cover"),
         Index("ix_guide_mechanism", "mechanism_id"),
@@ -192,7 +194,8 @@ class Guide(Base):
 class Reach(Base):
     """The longest stroke a guide holds within a relative deviation of 10**level, and what was measured over it.
 
-    Boxes are those of the pivots at finite distance, in the guide's frame: the path runs from (0, 0) to (1, 0).
+    Boxes are those of the pivots at finite distance, in the guide's frame: the path runs from (0, 0) to (1, 0), and an
+    arc bulges to +y.
     """
 
     __tablename__ = "reach"

@@ -165,7 +165,7 @@ class Page:
             request,
             guide=found,
             unit=found.unit,
-            files=guides.FILES,
+            files=guides.offered(),
             layers=guides.SHOWN,
             seconds=guides.SECONDS,
         )

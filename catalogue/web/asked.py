@@ -38,6 +38,12 @@ def opened() -> Catalogue:
     return _OPEN[0]
 
 
+def in_words(code: str) -> str:
+    """Return a series in words; none of one that no plugin brings."""
+    series = opened().registry.series.get(code)
+    return "" if series is None else str(series.title)
+
+
 @dataclass(frozen=True)
 class Answers:
     """Answers to a wish: a card of each kind first, the others after; what would give some where there are none."""
@@ -57,6 +63,9 @@ def search(request: Request, keywords: dict[str, Any], *, refined: bool) -> Answ
     found = catalogue.find(request, **{**keywords, "starts": starts}, refine=refined)
     codes = found.remember() if refined else [""] * len(found)
     first, others = variety([*zip(found, codes, strict=True)], [(one.family, one.series) for one in found])
-    cards = [[card(one, code, drawing(one)) for one, code in part] for part in (first, others if refined else [])]
+    cards = [
+        [card(one, code, drawing(one), in_words(one.series)) for one, code in part]
+        for part in (first, others if refined else [])
+    ]
     advice = found.explanation.advice() if refined and not found else None
     return Answers(tuple(cards[0]), tuple(cards[1]), len(found), refined, advice)

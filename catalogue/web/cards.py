@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, TypeVar
 
 from ..curvature_theory.leading_error import EXACT
 from ..draw import moving_svg
+from ..draw.words import family
 from ..markup import Markup
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ class Number:
     text: str
     unit: str = ""
     help: str = ""
+    value: float | None = None  #: what is best of several: the least, of `RISING` the greatest
 
 
 @dataclass(frozen=True)
@@ -37,13 +39,19 @@ class Card:
     """One answer; without a code it is not kept."""
 
     code: str
+    name: str  #: of the mechanism
     series: str
+    kind: str  #: the series in words
     family: str
     configuration: str
     title: str
     drawing: Markup
     numbers: tuple[Number, ...]
     score: float | None
+
+
+#: Numbers of which the greatest is best.
+RISING = ("Transmission", "Allowance", "Score", "Uniformity", "Advantage", "Min transmission turn")
 
 
 def figure(value: float | None, digits: int = 3) -> str:
@@ -88,24 +96,31 @@ def numbers(one: Candidate) -> tuple[Number, ...]:
     links = "–" if one.max_link is None else f"{figure(one.min_link)} – {figure(one.max_link)}"
     shown = [
         Number("Deviation", figure(one.deviation), "length", "Half the width of the narrowest strip, or annulus, that "
-               "holds the path; of an arc of a given radius the largest distance from it."),
-        Number("Size", figure(one.size, 4), "length", "Diameter of the pivots and the path together."),
+               "holds the path; of an arc of a given radius the largest distance from it.", one.deviation),
+        Number("Size", figure(one.size, 4), "length", "Diameter of the pivots and the path together.", one.size),
         Number("Links", links, "length", "Shortest and longest crank or coupler."),
         Number("Transmission", figure(one.min_transmission, 2), "°",
-               f"Least transmission angle over the stroke, the better crank driving{turning}."),
+               f"Least transmission angle over the stroke, the better crank driving{turning}.", one.min_transmission),
     ]  # fmt: skip
     if one.allowance is not None:
         help = "Standard deviation of every pivot coordinate at which the path still stays within the deviation asked."
-        shown.append(Number("Allowance", figure(one.allowance), "length", help))
+        shown.append(Number("Allowance", figure(one.allowance), "length", help, one.allowance))
     if one.radius is not None:
         shown.append(Number("Radius", figure(one.radius, 4), "length", "Of the arc that the point follows."))
     return tuple(shown)
 
 
-def card(one: Candidate, code: str, drawn: Markup) -> Card:
-    """Return the card of an answer with its drawing."""
+def mechanism(one: Candidate) -> str:
+    """Return what people call a mechanism."""
+    name = family(one)
+    return name[:1].upper() + name[1:]
+
+
+def card(one: Candidate, code: str, drawn: Markup, kind: str = "") -> Card:
+    """Return the card of an answer with its drawing, and its series in words."""
     title = " · ".join(part for part in (one.configuration, contact(one.order) if one.order else "") if part)
-    return Card(code, one.series or "own", one.family, one.configuration, title, drawn, numbers(one), one.score)
+    name, series = mechanism(one), one.series or "own"
+    return Card(code, name, series, kind, one.family, one.configuration, title, drawn, numbers(one), one.score)
 
 
 def variety(answers: Sequence[T], kinds: Iterable[tuple[str, str]]) -> tuple[list[T], list[T]]:

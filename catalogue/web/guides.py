@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,8 +25,8 @@ from ..find.own_guide import OwnGuide
 from ..markup import NOTHING, Markup
 from ..series.named_guides import named_guides
 from ..units import ASSUMED
-from .asked import opened
-from .cards import Card, Number, card, contact, coordinate, figure, words
+from .asked import in_words, opened
+from .cards import RISING, Card, Number, card, contact, coordinate, figure, mechanism, words
 from .charts import charts
 
 if TYPE_CHECKING:
@@ -119,9 +120,9 @@ def guide_page(name: str, unit: str | None) -> GuidePage | tuple[tuple[str, str]
         remarks = (f"Series {series.code}: {series.title}. {series.source}.", *remarks)
     return GuidePage(
         name,
-        design.title if design is not None else f"{found.series or 'Own linkage'} {found.family}",
+        design.title if design is not None else mechanism(found),
         words,
-        card(found, name, NOTHING),
+        card(found, name, NOTHING, in_words(found.series)),
         moving_svg(found, width=LARGE[0], height=LARGE[1], layers=LAYERS, hidden=LAYERS, seconds=SECONDS, style=False),
         _all_numbers(found),
         tuple(_lengths(found)),
@@ -138,6 +139,10 @@ def guide_page(name: str, unit: str | None) -> GuidePage | tuple[tuple[str, str]
 ANGLES = ("angle", "between")
 
 
+#: Numbers besides those of the card of which one is best.
+COMPARED = (*RISING, "Travel", "Expected", "Sensitivity rms")
+
+
 def _all_numbers(one: Candidate) -> tuple[Number, ...]:
     """Return what is measured besides the numbers of the card."""
     degrees = ("drive_angle", "rotation", "min_transmission_turn")
@@ -146,7 +151,11 @@ def _all_numbers(one: Candidate) -> tuple[Number, ...]:
     shown = [Number("Stroke", figure(one.stroke, 6), "length")]
     for names, unit in ((lengths, "length"), (degrees, "°"), (plain, "")):
         values = ((name, getattr(one, name)) for name in names)
-        shown += [Number(words(name), figure(value), unit) for name, value in values if value is not None]
+        shown += [
+            Number(words(name), figure(value), unit, value=value if words(name) in COMPARED else None)
+            for name, value in values
+            if value is not None
+        ]
     return tuple(shown)
 
 
@@ -196,6 +205,8 @@ def _theory(one: Candidate) -> tuple[tuple[Number, ...], tuple[str, ...]]:
     return tuple(shown), tuple(remarks)
 
 
+#: Packages without which a file cannot be made, by kind.
+NEEDED = {"dxf": "ezdxf", "step": "build123d", "xlsx": "xlsxwriter", "parquet": "pyarrow"}
 #: Files made of a guide, by kind: suffix, and what it is.
 FILES: dict[str, tuple[str, str]] = {
     "sheet": ("html", "data sheet of one page"),
@@ -204,6 +215,11 @@ FILES: dict[str, tuple[str, str]] = {
 FILES |= {
     kind: (next((s[1:] for s, k in SUFFIXES.items() if k == kind), "csv"), told) for kind, told in FORMATS.items()
 }
+
+
+def offered() -> dict[str, tuple[str, str]]:
+    """Return those of `FILES` that can be made here."""
+    return {kind: told for kind, told in FILES.items() if kind not in NEEDED or find_spec(NEEDED[kind]) is not None}
 
 
 def file_of(name: str, kind: str, unit: str | None) -> str | bytes:
@@ -221,8 +237,8 @@ def compared(names: tuple[str, ...], unit: str) -> list[Any]:
     return [page for page in (guide_page(name, unit) for name in names) if isinstance(page, GuidePage)]
 
 
-#: A row of a comparison: label, help, and the number of each guide, None where it has none.
-Row = tuple[str, str, tuple[Number | None, ...]]
+#: A row of a comparison: label, help, the number of each guide, None where it has none, and which are best.
+Row = tuple[str, str, tuple[Number | None, ...], frozenset[int]]
 
 
 def side_by_side(pages: Sequence[GuidePage]) -> list[tuple[str, list[Row]]]:
@@ -239,6 +255,16 @@ def side_by_side(pages: Sequence[GuidePage]) -> list[tuple[str, list[Row]]]:
         rows = []
         for label in labels:
             cells = tuple(column.get(label) for column in found)
-            rows.append((label, next(cell.help for cell in cells if cell), cells))
+            rows.append((label, next(cell.help for cell in cells if cell), cells, best(cells)))
         groups.append((heading, rows))
     return groups
+
+
+def best(cells: Sequence[Number | None]) -> frozenset[int]:
+    """Return which numbers of a row are best; none where all are shown alike, or none can be."""
+    known = {k: (cell.value, cell.text) for k, cell in enumerate(cells) if cell and cell.value is not None}
+    if len({text for _, text in known.values()}) < 2:
+        return frozenset()
+    label = next(cell.label for cell in cells if cell)
+    _, text = (max if label in RISING else min)(known.values())
+    return frozenset(k for k, (_, other) in known.items() if other == text)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import re
 import runpy
 import shutil
 import sqlite3
@@ -18,6 +19,7 @@ from typing import Any
 import pytest
 
 from catalogue import Catalogue, StraightLine
+from catalogue import open as catalogue_open
 from catalogue.folders import replacing
 
 Run = Callable[..., Any]
@@ -582,3 +584,46 @@ def test_files_that_hold_no_linkage_are_told_in_one_line(
     assert done.code == code
     assert any(part in done.line for part in said.split("|")), done.line
     assert len(done.line) < 400
+
+
+def test_the_plate_of_a_named_design_is_that_of_its_series(run: Run, tmp_path: Path) -> None:
+    one, other = tmp_path / "design.svg", tmp_path / "series.svg"
+    assert run("plate", "evans", "--out", one).code == 0
+    assert run("plate", "II.xy", "--out", other).code == 0
+    assert one.read_bytes() == other.read_bytes()
+
+
+def test_only_near_names_are_offered(run: Run, small_db: Path) -> None:
+    assert "near names" not in run("show", "nosuch", "--db", small_db).line
+    assert "near names are evans" in run("show", "evens", "--db", small_db).line
+
+
+def test_the_card_of_an_answer_keeps_the_meanings_and_few_digits(
+    run: Run, code: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    printed, exact = run("show", code).out, json.loads(run("show", code, "--format", "json").out)
+    assert "meaning" in printed
+    digits = [len(text.replace(".", "").lstrip("0")) for text in re.findall(r"\d+\.\d+", printed)]
+    assert max(digits) == 8
+    assert max(map(len, printed.splitlines())) <= 80
+    assert len(repr(exact["deviation"])) > 12
+
+
+def test_a_sort_without_guides_is_named_with_its_value(run: Run, small_db: Path) -> None:
+    asked = ("find", "straight-line", "--stroke", 1, "--deviation", 0.01, "--db", small_db)
+    done = run(*asked, "--series", "II.ooo", "--family", "four-bar")
+    assert (
+        "none is stored for --family four-bar with --series II.ooo and such a path; leave one of" in done.out + done.err
+    )
+
+
+def test_a_series_alone_has_its_share_of_the_default_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked: list[int] = []
+    monkeypatch.setattr("catalogue.populate.fill", lambda *_, count, **__: asked.append(count))
+    with catalogue_open(tmp_path / "new.db", build=False) as cat:
+        cat.build(series=["II.xy"])
+        cat.build(series=["II.xy"], count=7)
+        every = len(cat.registry.series)
+    assert 12_000 / every / 3 < asked[0] < 3 * 12_000 / every
+    assert asked[1] == 7

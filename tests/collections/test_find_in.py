@@ -15,13 +15,16 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+import click
 import pytest
 
 import catalogue
 from catalogue import Catalogue, CircularArc, InvalidRequest, PluginError, StraightLine
+from catalogue.cli import units
 from catalogue.collections.bounds import parsed
 from catalogue.collections.spec import Collection
 from catalogue.find import specimens
+from catalogue.find.answers import recall
 from catalogue.find.specimens import CollectionResults, check
 from catalogue.problem.request import Request
 from catalogue.store import Database
@@ -352,3 +355,21 @@ def test_a_collection_changes_nothing_of_what_it_is_given(swings: Catalogue) -> 
     found = find_in(swings.database, bad, LINE, limit=3)
     found[0].plot()
     assert [one.to_dict() for one in found] == [one.to_dict() for one in sound]
+
+
+def test_an_answer_keeps_its_unit_and_is_laid_anew_in_another(swings: Catalogue) -> None:
+    inches = swings.find_in("swings", StraightLine(14, 0.3, unit="in"), limit=5)
+    metric = swings.find_in("swings", StraightLine(355.6, 7.62, unit="mm"), limit=5)
+    assert {one.unit for one in inches} == {"in"}
+    for one, other in zip(inches, metric, strict=True):
+        moved = specimens.in_unit(one, "mm")
+        assert (moved.unit, moved.stroke, moved.id) == ("mm", 355.6, other.id)
+        assert moved.deviation == pytest.approx(other.deviation, rel=1e-9)
+        assert moved.metrics == pytest.approx(other.metrics, rel=1e-9)
+        assert specimens.in_unit(replace(one, unit=None), "mm").metrics == one.metrics
+    (code,) = inches[:1].remember()
+    assert recall(code, swings.registry.collection).unit == "in"
+    with click.Context(click.Command("show")) as ctx:
+        ctx.meta[units.KEY] = "mm"
+        assert units.in_output_unit(inches)[0].metrics == specimens.in_unit(inches[0], "mm").metrics
+    assert [one["unit"] for one in json.loads(inches.to_json())] == ["in"] * 5

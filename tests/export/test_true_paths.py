@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import xml.etree.ElementTree as ET
 from functools import cache, lru_cache
 from typing import Any
@@ -10,7 +11,10 @@ import numpy as np
 import pytest
 
 from catalogue.draw import moving_svg
+from catalogue.draw.frame import Frame
+from catalogue.draw.moving_layers import Layers
 from catalogue.draw.poses import POSE_ERROR, poses
+from catalogue.draw.svg import Clock
 from catalogue.errors import InvalidRequest
 from catalogue.export.links import taken_apart
 from catalogue.find.own_guide import OwnGuide
@@ -153,3 +157,24 @@ def test_a_slot_ends_where_the_block_turns(part: int) -> None:
                 assert 1 - 1e-6 < along.max() < 1 + 1e-9
                 seen += 1
     assert seen
+
+
+@pytest.mark.parametrize("k", [0, 1, 3, 7, 11])
+def test_a_centrode_lies_where_the_coupler_is_at_rest(k: int) -> None:
+    """The pole from the velocities of two points, on paper, against the polyline that is drawn."""
+    guide = linkages()[k]
+    shown = poses(guide)
+    frame = Frame.around(shown, 360.0, None, 1.06)
+    drawn = Layers(guide, shown, frame, Clock(5.0, True, 0, True)).drawn("centrodes")
+    line = ET.fromstring(drawn).find("path")
+    assert line is not None
+    pieces = [re.findall(r"-?[\d.]+", piece) for piece in line.attrib["d"].split("M") if piece]
+    places = [np.array(piece, float).reshape(-1, 2) @ [1, 1j] for piece in pieces]
+    moved = guide.motion(4001)
+    (z, v), (w, u) = ((moved.points[name], moved.velocities[name]) for name in ("guided", "A1*"))
+    with np.errstate(all="ignore"):
+        pole = frame.at(z - v * (w - z) / (u - v))
+        seen = np.isfinite(pole) & (np.abs(pole - complex(frame.width, frame.height) / 2) < 0.5 * frame.height)
+    least = np.min([nearest(pole[seen], piece) for piece in places if len(piece) > 1], axis=0)
+    assert seen.sum() > 50
+    assert least.max() < 2e-3 * frame.width

@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import json
+import math
 import re
 import sys
 import xml.etree.ElementTree as ET
@@ -47,7 +48,7 @@ def metric() -> catalogue.Stretch:
 def chord(places: Any) -> float:
     """Return the distance of the first and the last of places (x, y)."""
     first, *_, last = places
-    return float(abs(complex(*first) - complex(*last)))
+    return math.dist(first[:2], last[:2])
 
 
 def of_dxf(text: str, read_dxf: Callable[[str], Any]) -> float:

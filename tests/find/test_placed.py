@@ -252,3 +252,17 @@ def test_a_length_that_is_rounding_is_nought() -> None:
         told = catalogue.guide(links | {"along": along, "across": across}).lengths
         assert told["point across"] == (pytest.approx(across, rel=1e-6) if across else 0)
         assert told["point along"] == (pytest.approx(along) if along else 0)
+
+
+def test_figures_of_a_crank_are_empty_where_the_coupler_drives() -> None:
+    """With the reason; the ratios are over the coupler's angle."""
+    placed = guide({"ground": 4, "crank": 2, "coupler": 3, "rocker": 3, "angle": 60}, (1.0, 2.0))
+    moved, led = placed.motion(37, driver=0), placed.motion(37, driver=1)
+    assert np.isnan(moved.transmission).all()
+    assert np.isnan(moved.advantage).all()
+    assert all("coupler drives" in reason or "dead point" in reason for reason in moved.reason)
+    assert np.isfinite(led.transmission).all()
+    free = np.isfinite(moved.ratios["crank 1"]) & np.isfinite(led.ratios["coupler"])
+    assert free.sum() > 20
+    np.testing.assert_allclose(moved.ratios["coupler"][free], 1.0)
+    np.testing.assert_allclose(moved.ratios["crank 1"][free] * led.ratios["coupler"][free], 1.0, rtol=1e-9)

@@ -104,14 +104,15 @@ def test_a_full_answer_explains_itself(small: Catalogue, found: Found) -> None:
 
 
 def test_a_score_is_what_its_parts_make_by_hand(found: Found) -> None:
-    """The geometric mean of how desirable size, transmission angle, allowance, shortest link and ground are."""
+    """The geometric mean of how desirable size, transmission angle, allowance, shortest link, ground and travel are."""
     for c in found:
         short = [c.min_link or np.inf, c.max_ground or np.inf]
         shares = [
             (900 - c.size) / (900 - 150), (c.min_transmission - 15) / (60 - 15), (c.allowance or 0) / (2 * 0.05),
             *((length - 0.05 * 150) / (0.25 * 150 - 0.05 * 150) for length in short),
+            (150 - (c.travel or 0.0)) / (150 - 75),
         ]  # fmt: skip
-        assert c.score == pytest.approx(100 * np.prod(np.clip(shares, 0, 1)) ** 0.2, rel=1e-6)
+        assert c.score == pytest.approx(100 * np.prod(np.clip(shares, 0, 1)) ** (1 / 6), rel=1e-6)
     assert [c.score for c in found] == sorted((c.score or 0 for c in found), reverse=True)
 
 

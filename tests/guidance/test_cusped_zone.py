@@ -10,7 +10,7 @@ from typing import Any
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
 import pytest
-from scipy.optimize import linprog
+from scipy.optimize import linprog, minimize
 
 import catalogue
 from catalogue import Candidate, Catalogue, CircularArc, StraightLine
@@ -105,6 +105,38 @@ def narrowest_of_radius(path: Any, radius: float, centre: complex) -> float:
         step = unit * found.x
         centre += complex(step[0], step[1])
     return float(np.abs(np.abs(path - centre) - radius).max())
+
+
+def narrowest(path: Any, radius: float, centre: complex) -> float:
+    """Return half the width of the narrowest annulus of a path, by the simplex method over its centre."""
+
+    def width(at: Any) -> float:
+        away = np.abs(path - complex(*at))
+        return float(0.5 * (away.max() - away.min()))
+
+    out = centre - path[len(path) // 2]
+    starts = (centre + part * out for part in (-0.2, -0.1, 0.0, 0.1, 0.25))
+    how = {"xatol": 1e-12 * radius, "fatol": 1e-14 * radius, "maxiter": 4000}
+    simplex: Any = minimize
+    return min(float(simplex(width, [z.real, z.imag], method="Nelder-Mead", options=how).fun) for z in starts)
+
+
+@pytest.mark.parametrize("key", ["four-bar general", "four-bar fifth order"])
+def test_deviation_is_that_of_the_narrowest_annulus(key: str) -> None:
+    """Of any radius: that of least squares gives up to an eighth more."""
+    guides, _, _ = returning("III.KK", key)
+    guides = guides[guides.extent.min(0) > 0.3][:12]
+    found = trace(guides, 0.6 * np.minimum(guides.extent.min(0), 1.0), circle=True, split=True)
+    u, v = guides.path.window(found.low, found.high, np.sin(np.linspace(-np.pi / 2, np.pi / 2, 1201)))
+    paths = guides.point + (u + 1j * v) * guides.tangent
+    fit, seen = found.fit, 0
+    for i in np.flatnonzero(fit.deviation < 0.02 * fit.stroke)[:5]:
+        radius, half = 1 / float(fit.curvature[i]), 0.5 * float(fit.stroke[i])
+        up = 1j * fit.along[i] * np.copysign(np.sqrt(max(radius**2 - half**2, 0.0)), radius)
+        best = narrowest(paths[:, i], abs(radius), fit.start[i] + half * fit.along[i] + up)
+        assert fit.deviation[i] == pytest.approx(best, rel=2e-3)
+        seen += 1
+    assert seen > 2
 
 
 @pytest.mark.slow

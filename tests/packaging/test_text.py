@@ -92,3 +92,13 @@ def test_the_oldest_versions_are_those_that_are_promised(root: Path) -> None:
     promised = {line.replace(">=", "==") for line in named}
     oldest = (root / "tests" / "packaging" / "oldest.txt").read_text("utf-8").split("# what the oldest")[0]
     assert {line for line in oldest.splitlines() if not line.startswith("#")} == promised
+
+
+def test_the_install_line_brings_what_the_next_commands_need(root: Path) -> None:
+    """All extras of users, STEP with its huge kernel apart; a plugin's contract tests need few packages."""
+    extras = tomllib.loads((root / "pyproject.toml").read_text("utf-8"))["project"]["optional-dependencies"]
+    (every,) = extras["all"]
+    named = set(every.partition("[")[2].rstrip("]").split(","))
+    assert named == {*extras} - {"all", "docs", "plugin", "step", "test"}
+    assert ".venv/bin/pip install -q '.[all]' && .venv/bin/catalogue find" in (root / "README.md").read_text("utf-8")
+    assert {re.split(r"[>\[]", line)[0] for line in extras["plugin"]} == {"mechanism-catalogue", "mpmath", "pytest"}

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
@@ -65,7 +66,7 @@ def test_each_says_where_it_comes_from_and_names_its_series(design: NamedGuide) 
     assert 0 < design.share <= 1
 
 
-def test_order_counts_the_inflections_of_the_path(design: NamedGuide) -> None:
+def test_order_is_that_of_contact_and_inflections_are_counted(design: NamedGuide) -> None:
     """Merged ones count as often as they merge, the others are changes of sign of the curvature."""
     found = contact_order(taylor(design.linkage.pivots[0], [pair(design)])[0])
     if design.order == EXACT:
@@ -73,16 +74,22 @@ def test_order_counts_the_inflections_of_the_path(design: NamedGuide) -> None:
         assert largest_gap(design.linkage.pivots[0], [pair(design)])[0] < 1e-14
         return
     assert found is not None
+    assert design.order == found
     if design.circle:
-        assert design.order == found
+        assert design.inflections == 0
         return
+    near, nearer = (
+        float(at_stroke(design.guide, part * design.stroke, circle=False, extend=True).fit.deviation[0])
+        for part in (0.05, 0.025)
+    )
+    assert math.log2(near / nearer) == pytest.approx(design.order + 1, abs=0.1)  # what is left grows by that power
     t = design.traced
     share = np.linspace(-1, 1, 400)  # an even number: none at the middle
     u, v = (x[:, 0] for x in design.guide.path.window(t.low.astype(float), t.high.astype(float), share))
     bend = np.gradient(np.gradient(v) / np.gradient(u))[3:-3]
     changes = int((np.diff(np.sign(bend)) != 0).sum())
     merged = found - 1
-    assert design.order - 1 == merged + changes - merged % 2
+    assert design.inflections == merged + changes - merged % 2
 
 
 @pytest.mark.parametrize(
@@ -91,7 +98,7 @@ def test_order_counts_the_inflections_of_the_path(design: NamedGuide) -> None:
         ({"source": "  "}, "source is blank"),
         ({"nominal": "spiral"}, "a line, or a circle with a centre"),
         ({"nominal": "circle"}, "a line, or a circle with a centre"),
-        ({"order": 1}, "order 1"),
+        ({"inflections": -1}, "no -1 inflections"),
         ({"family": "oldham"}, "those of a four-bar"),
         ({"stroke": 40.0}, "stroke 40 cannot be traced"),
         ({"pivots": (((0, 0, 1), (0, 0, 1)), ((1, 0, 1), (1, 1, 1)))}, "coincide"),
@@ -230,7 +237,7 @@ def test_each_is_in_the_database_with_its_guide_and_reaches(small_db: Path) -> N
         near = catalogue.classify(design.linkage)[0].nearest
         assert (series, member) == (near.series if near else UNKNOWN, MEMBER)
         assert (kind, order) == (design.nominal, design.order)
-        assert inflections == (0 if design.circle or order == EXACT else design.order - 1)
+        assert inflections == design.inflections
         assert bool(parallel) == name.startswith("watt")
         assert levels
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import re
+import sys
 import xml.etree.ElementTree as ET
 
 import numpy as np
@@ -12,9 +13,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from catalogue.draw.curves import curves
+from catalogue.draw.words import family as described_family
+from catalogue.errors import MissingExtra
+from catalogue.export import export
 from catalogue.find.candidate import Candidate
-from catalogue.web.cards import coordinate, numbers
+from catalogue.markup import NOTHING
+from catalogue.web import guides
+from catalogue.web.cards import Number, card, coordinate, figure, numbers
 from catalogue.web.charts import BELOW, HEIGHT, LEFT, RIGHT, TICKS, TOP, WIDTH, charts, ticks
+from catalogue.web.guides import best
 from catalogue.web.own import measured
 from tests.draw.samples import ARC, MADE
 
@@ -114,3 +121,37 @@ def test_lengths_of_an_own_linkage_have_five_digits_and_those_that_are_rounding_
         assert float(text) == pytest.approx(value, rel=0.5e-4)
         assert len(text.replace(".", "")) == 5
     assert shown["Point across"] == "0"
+
+
+def test_the_best_of_a_row_is_the_greatest_of_what_rises_and_the_least_of_the_rest() -> None:
+    def row(label: str, *values: float | None) -> list[Number | None]:
+        return [None if v is None else Number(label, figure(v), value=v) for v in values]
+
+    assert best(row("Deviation", 0.2, None, 0.1, 0.10001)) == {2, 3}  # shown alike
+    assert best(row("Transmission", 40, 60, 50)) == {1}
+    assert best(row("Deviation", 0.1, 0.1)) == best(row("Deviation", 0.1, None)) == frozenset()
+    assert best([Number("Stroke", "1"), Number("Stroke", "2")]) == frozenset()
+
+
+def test_only_files_are_offered_that_can_be_made(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(guides, "find_spec", lambda name: None if name in ("build123d", "pyarrow") else object())
+    assert {*guides.FILES} - {*guides.offered()} == {"step", "parquet"}
+    monkeypatch.setattr(guides, "find_spec", lambda _: None)
+    assert {*guides.offered()} == {"sheet", "svg", "json", "csv", "solidworks", "fusion", "freecad", "pylinkage"}
+
+
+@pytest.mark.parametrize("kind", sorted(guides.NEEDED))
+def test_a_file_is_refused_without_the_package_that_it_is_said_to_need(
+    kind: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(sys.modules, guides.NEEDED[kind], None)
+    with pytest.raises(MissingExtra):
+        export(MADE["four-bar"], format=kind)
+
+
+@every
+def test_a_headline_is_the_name_of_a_mechanism(made: Candidate) -> None:
+    shown = card(made, "abcdefg", NOTHING, "in words")
+    assert shown.name.casefold() == described_family(made).casefold()
+    assert shown.name[0].isupper()
+    assert (shown.series, shown.kind) == (made.series, "in words")

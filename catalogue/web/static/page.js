@@ -75,7 +75,7 @@ for (const controls of all("[data-controls]")) {
 // --- the wish
 const wish = one("#wish");
 if (wish) {
-  const answers = one("#answers");
+  const answers = one("#answers"), unfold = one("#unfold");
   let timer = 0, asked = null, dragging = false;
   const field = (name) => wish.elements.namedItem(name);
   const number = (text) => Number(String(text).replace(",", "."));
@@ -127,7 +127,10 @@ if (wish) {
       one_.classList.toggle("wrong", Boolean(wrong));
       const line = one(".error", one_);
       if (line) line.textContent = wrong ? found.dataset.error : "";
-      if (wrong) one_.closest("details")?.setAttribute("open", "");
+      if (wrong) {
+        one_.closest("details")?.setAttribute("open", "");
+        unfold.checked = true;
+      }
     });
   };
   async function ask(stage) {
@@ -153,7 +156,11 @@ if (wish) {
       answers.setAttribute("aria-busy", "false");
     }
   }
+  const say = () => {
+    one("#said").textContent = `${field("path").value.replace("-", " ")}, stroke ${field("stroke").value}, deviation ${field("deviation").value}`;
+  };
   const settle = () => {
+    say();
     clearTimeout(timer);
     timer = setTimeout(() => {
       const there = "/?" + address();
@@ -212,6 +219,7 @@ if (wish) {
   placeAll();
   count();
   const found = one(".found", answers);
+  unfold.checked = Boolean(found?.dataset.error);
   if (found?.dataset.start) ask("draft");
   else if (found && !found.dataset.error && found.dataset.refined === "0") ask("refined");
 }
