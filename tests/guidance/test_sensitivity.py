@@ -73,7 +73,7 @@ def test_worst_and_spread_bound_one_another(small: Catalogue) -> None:
 
 @pytest.mark.slow
 def test_a_returning_point_has_none(small: Catalogue) -> None:
-    c = small.find(StraightLine(150, 0.05), limit=1)[0]
+    c = small.find(StraightLine(150, 0.05), families=["elliptic-trammel"], limit=1)[0]
     resting = replace(c, guided=[float(v) for v in _pole(c)])
     with pytest.raises(InvalidRequest, match="returns: its sensitivity is not known"):
         resting.sensitivity()
