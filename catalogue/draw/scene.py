@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..errors import InvalidRequest
 from ..guidance.coupler_curve import CouplerCurve
 from ..guidance.deviation_curve import from_circle
 from ..guidance.minimum_zone import grid
@@ -21,6 +20,7 @@ from .poses import Poses
 if TYPE_CHECKING:
     from ..find.candidate import Candidate
     from ..find.run import Run
+    from ..guidance.circuit_curve import CircuitCurve
 
 #: Positions of the linkage over the stroke: an odd number, the middle one in mid-stroke.
 POSES = 33
@@ -84,10 +84,9 @@ def scene(candidate: Candidate) -> Scene:
         If the linkage does not lead the guided point over the whole stroke.
     """
     way, candidate = candidate.frame, candidate.at_home()
-    here = candidate.span()
-    traced = at_stroke(here, candidate.stroke, circle=candidate.radius is not None)
-    if not np.isfinite(traced.fit.deviation).all():
-        raise InvalidRequest(f"the linkage does not lead its guided point over a stroke of {candidate.stroke:g}")
+    here, traced = candidate.traced
+    if isinstance(here, CouplerCurve) and traced.relative[0] < FINE:
+        traced = at_stroke(here, candidate.stroke, circle=candidate.radius is not None)
     kinds, z = here.linkage.dyads[0], here.linkage.points[0]
     run = candidate.run()
     home = float(run.circuit.phase[0])
@@ -173,10 +172,10 @@ def _beyond(run: Run, tangent: complex, more: float) -> list[Complexes]:
     return tails
 
 
-def _deviation(candidate: Candidate, here: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
+def _deviation(candidate: Candidate, here: CouplerCurve | CircuitCurve, traced: Traced) -> tuple[Floats, Floats]:
     """Return the distance from the nominal along the stroke, measured as finely as the deviation itself."""
-    fine = bool(traced.relative[0] < FINE)
-    guides = extended(here) if fine else here
+    fine = isinstance(here, CouplerCurve) and bool(traced.relative[0] < FINE)
+    guides = extended(here) if isinstance(here, CouplerCurve) and fine else here
     real: Any = np.longdouble if fine else float
     nodes = grid(NODES).nodes.astype(real)
     u, v = guides.path.window(traced.low.astype(real), traced.high.astype(real), nodes)

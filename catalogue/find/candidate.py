@@ -154,7 +154,7 @@ class Candidate(PlacedGuide):
         driver = self.driver if driver is None else driver
         if switch("whole", whole):
             return super().motion(samples, points=points, driver=driver)
-        if self._trace[0].cusp.any():
+        if self.traced[0].cusp.any():
             raise InvalidRequest("the guided point returns: ask for the motion over the whole circuit")
         run = self.run(points=points)
         moved = run.motion(run.rows(sampled(samples)), driver)
@@ -163,7 +163,7 @@ class Candidate(PlacedGuide):
     def drawn_motion(
         self, samples: int, *, whole: bool = False, points: Mapping[str, Any] | None = None
     ) -> tuple[GuideMotion, bool]:
-        if switch("whole", whole) or self._trace[0].cusp.any():
+        if switch("whole", whole) or self.traced[0].cusp.any():
             return super().drawn_motion(samples, whole=whole, points=points)
         return self.motion(samples, points=points), False
 
@@ -179,7 +179,7 @@ class Candidate(PlacedGuide):
         path to its rest and back."""
         from ..kinematics.circuits import circuits
 
-        here, traced = self._trace
+        here, traced = self.traced
         found = circuits(self.linkage)[:1]
         start = found if np.array_equal(here.linkage.pivots, found.linkage.pivots) else circuits(here.linkage)[:1]
         pose = here.motion.pose(np.stack([traced.low, traced.high]).astype(float))
@@ -202,7 +202,7 @@ class Candidate(PlacedGuide):
         z = complexes("z", z)
         if z.ndim != 1 or not len(z):
             raise InvalidRequest(f"z must be places in a row, not {quoted(z)}")
-        _, traced = self._trace
+        _, traced = self.traced
         fit = traced.fit
         if self.radius is None:
             side = 1.0 if (fit.along[0].conjugate() * self.frame.direction).real > 0 else -1.0
@@ -212,7 +212,7 @@ class Candidate(PlacedGuide):
         return from_circle(z, (z[0], z[-1]), self.radius, max(self.deviation, 1e-18 * self.stroke))
 
     @cached_property
-    def _trace(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
+    def traced(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
         """The guide on its motion, and what is traced over the stroke; once for all that is asked of it."""
         here, traced = self._traced()
         if not np.isfinite(traced.fit.deviation).all():
@@ -247,7 +247,7 @@ class Candidate(PlacedGuide):
         InvalidRequest
             If the guided point returns: at its rest it follows no error to first order.
         """
-        here, traced = self._trace
+        here, traced = self.traced
         if here.cusp.any():
             raise InvalidRequest("the guided point returns: its sensitivity is not known")
         return sensitivity(here, traced)
@@ -271,7 +271,7 @@ class Candidate(PlacedGuide):
         from ..guidance.return_path import distance, peak
 
         run = self.run(whole=True)
-        fit = self._trace[1].fit
+        fit = self.traced[1].fit
         z = run.path(run.rows(LIFT_POSITIONS))[:-1, None]  # the last place is the first
         return float(peak(np.abs(distance(z, fit.start, fit.along, fit.stroke, fit.curvature)))[0])
 

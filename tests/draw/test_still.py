@@ -460,3 +460,16 @@ def test_the_way_back_of_a_turning_crank_is_drawn() -> None:
     highest = np.abs(((z - path[0]) * along.conjugate()).imag).max()
     assert highest == pytest.approx(guide.lift, rel=1e-3, abs=2 * guide.deviation)
     assert not [one for axes in draw(MADE["four-bar"]).axes for one in axes.lines if one.get_gid() == "path-turn"]
+
+
+def test_every_measured_stretch_is_drawn() -> None:
+    links = {"ground": 220, "crank": 100, "coupler": 250, "rocker": 250, "along": 125, "across": 80}
+    for stroke, radius in ((120.0, 300.0), (230.0, None)):
+        found = catalogue.guide(links).measure(stroke=stroke, radius=radius)
+        assert len(found) >= 2
+        for one in found:
+            shown = scene(one)
+            ends = one.path(2) @ np.array([1, 1j])
+            for end in ends:
+                assert np.abs(shown.path - end).min() < 1e-6 * one.stroke
+            assert np.abs(shown.error).max() == pytest.approx(one.deviation, rel=1e-2)
