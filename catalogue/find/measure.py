@@ -238,7 +238,7 @@ class Laid(Columns):
     ) -> Laid:
         """Return stretches laid along their nominals: over exactly their strokes if any deviation is `allowed`, else as
         long as they are, made shorter where the deviation turns out to be a little above that."""
-        some, z, low, high = found[at.circuit], point[at.circuit], at.low, at.high.copy()
+        some, z, low, high = found[at.circuit], point[at.circuit], at.low.copy(), at.high.copy()
         last = np.where(some.kind == OPEN, 2 * np.pi, np.inf)
         fit = fitted(some, z, low, high, circle=curved, radius=radius)
         for _ in range(CORRECTIONS):
@@ -252,9 +252,21 @@ class Laid(Columns):
                 off = np.abs(missing) > 0.5 * CLOSE * length
                 if not off.any():
                     break
-                step = missing[off] / _speed(some[off], z[off], high[off], fit.along[off])
-                high[off] = np.clip(high[off] + step, low[off] + 0.5 * (high - low)[off], last[off])
-            fit = fit.replaced(off, fitted(some[off], z[off], low[off], high[off], circle=curved, radius=radius))
+                where = np.flatnonzero(off)
+                step = missing[where] / _speed(some[where], z[where], high[where], fit.along[where])
+            later = np.clip(high[where] + step, low[where] + 0.5 * (high - low)[where], last[where])
+            new = fitted(some[where], z[where], low[where], later, circle=curved, radius=radius)
+            lost = np.isnan(new.deviation) & np.isfinite(fit.deviation[where])
+            if lost.any():  # the path turns there by as much as it may: it begins earlier instead
+                held = where[lost]
+                with np.errstate(all="ignore"):
+                    step = missing[held] / _speed(some[held], z[held], low[held], fit.along[held])
+                low[held] = np.where(some[held].kind == OPEN, np.maximum(low[held] - step, 0.0), low[held] - step)
+                later[lost] = high[held]
+                new = new.replaced(
+                    lost, fitted(some[held], z[held], low[held], high[held], circle=curved, radius=radius)
+                )
+            high[where], fit = later, fit.replaced(off, new)
         if not np.isfinite(allowed):  # at the end of an open circuit there may be no such stroke
             lost = ~(np.abs(at.stroke - fit.stroke) <= MISSED * at.stroke)
             fit = replace(fit, deviation=np.where(lost, np.nan, fit.deviation))

@@ -40,6 +40,9 @@ CLOSE_ENOUGH = 1.2
 CLOSER = 1.05
 #: Rounds of moves in the end of a quick search: at a limit, where a deviation falls like a root, they leave 1e-4 of it.
 LAST = 8
+#: Ways by which windows are moved then over those they had last: over a stroke along the best line, no longer over a
+#: chord, the best place is another one.
+AGAIN = 4
 #: Most searches for windows longer than the longest: of 400 linkages none needs more than two.
 CHECKS = 4
 #: Corrections of a stroke at most, on the way and then on the finer grid, in a thorough and a quick search; what is
@@ -107,7 +110,7 @@ def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indice
         at, by = _near_the_best(seek, at[lead], by[lead], bound, LOOSER)
         at, by = _near_the_best(seek, *seek.moved(at, by, FIRST), bound, CLOSE_ENOUGH)
         at, by = _near_the_best(seek, *seek.moved(at, by, FIRST), bound, CLOSER)
-        at, _ = seek.moved(at, by, LAST, along=True)
+        at, _ = seek.moved(at, AGAIN * by, LAST, along=True)
         return seek.measured(at[seek.leading(at, at.deviation, 1)], FINER, along=True)
     at, by = seek.moved(at, by, FIRST)
     apart = seek.distinct(at)
