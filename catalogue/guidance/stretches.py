@@ -116,7 +116,7 @@ def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indice
     apart = seek.distinct(at)
     at, by = at[apart], by[apart]
     lead = seek.leading(at, at.deviation, SPARE * count)
-    at, _ = seek.moved(at[lead], by[lead], nodes=FINER, along=True)
+    at, _ = seek.moved(at[lead], AGAIN * by[lead], nodes=FINER, along=True)
     return at
 
 
