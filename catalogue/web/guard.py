@@ -20,7 +20,7 @@ from ..markup import element, fill
 #: Names by which the page is asked for; another site that gives our address its own name is refused.
 HOSTS = ["localhost", "127.0.0.1", "[::1]"]
 #: Name of the token in the address that the command prints.
-TOKEN = "token"
+TOKEN = "token"  # nosec B105  # a name, no secret
 #: Letters of an address at most; every field of the form filled in takes about 2,000.
 MAX_ADDRESS = 8000
 #: What a browser says of a request that no foreign page began; an older one says nothing.
