@@ -103,8 +103,8 @@ def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, in
     else:
         error, place, weight = y, x, np.ones_like(x)
     fine = (many.fine @ error).T
-    bins = np.abs(fine[:, 1:]).reshape(len(fine), intervals, -1)
-    size = bins.shape[2]
+    size = (fine.shape[1] - 1) // intervals
+    bins = np.abs(fine[:, 1:]).reshape(len(fine), intervals, size)
     worst = np.argmax(np.where(np.isnan(bins), -1.0, bins), axis=2) + 1 + np.arange(0, fine.shape[1] - 1, size)
     stations = np.concatenate([np.zeros((len(fine), 1), int), worst], axis=1)
     error, place, weight = ((many.fine[stations] @ part.T[..., None])[..., 0] for part in (error, place, weight))

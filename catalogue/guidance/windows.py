@@ -267,7 +267,7 @@ class Search:
         each = at[np.tile(np.arange(len(at.low)), len(way))]
         shift = (way[:, None] * by).ravel()
         tried = self.measured(replace(each, low=each.low + shift, high=each.high + shift), nodes, along=along)
-        return tried, np.where(np.isnan(tried.deviation), np.inf, tried.deviation).reshape(len(way), -1)
+        return tried, np.where(np.isnan(tried.deviation), np.inf, tried.deviation).reshape(len(way), len(by))
 
     def moved(
         self,
