@@ -6,6 +6,7 @@ families, lines and arcs, drawn and moved by loops that are closed in another wa
 
 from __future__ import annotations
 
+import argparse
 import sys
 from pathlib import Path
 from typing import Any
@@ -181,4 +182,8 @@ def main(database: str, draws: int = 2000) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], *map(int, sys.argv[2:]))
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("database")
+    parser.add_argument("draws", type=int, nargs="?", default=2000)
+    given = parser.parse_args()
+    main(given.database, given.draws)

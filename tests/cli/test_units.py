@@ -18,6 +18,7 @@ from catalogue.cli import units
 from catalogue.cli.config import options_from_file
 from catalogue.cli.find import straight_line
 from catalogue.errors import InvalidRequest
+from catalogue.units import ASSUMPTION
 
 Run = Callable[..., Any]
 LINE = ("find", "straight-line", "--no-refine", "--limit", 1, "--format", "json")
@@ -125,7 +126,7 @@ def test_a_request_in_inches_is_the_same_in_millimetres(run: Run, small_db: Path
 def test_an_answer_is_shown_with_the_unit_of_its_lengths(run: Run, small_db: Path) -> None:
     [found] = json.loads(run(*LINE, "--stroke", 6, "--deviation", 0.02, "--db", small_db).out)
     cells = [line.split() for line in run("show", found["code"], "--unit", "in").out.splitlines()]
-    assert next(line for line in cells if line[:1] == ["stroke"])[:3] == ["stroke", "6.0", "in"]
+    assert next(line for line in cells if line[:1] == ["stroke"])[:3] == ["stroke", "6", "in"]
     assert next(line for line in cells if line[:1] == ["size"])[2] == "in"
     plain = [line.split() for line in run("show", found["code"]).out.splitlines()]
     assert next(line for line in plain if line[:1] == ["stroke"])[2] == "length"
@@ -252,7 +253,7 @@ def test_an_answer_keeps_its_unit_from_command_to_command(run: Run, small_db: Pa
     assert json.loads(saved.read_text("utf-8"))["answers"][0]["unit"] == "in"
     for what in (code, saved):
         cells = [line.split() for line in run("show", what).out.splitlines()]
-        assert next(line for line in cells if line[:1] == ["stroke"])[:3] == ["stroke", "14.0", "in"]
+        assert next(line for line in cells if line[:1] == ["stroke"])[:3] == ["stroke", "14", "in"]
         shown = json.loads(run("show", what, "--unit", "mm", "--format", "json").out)
         assert (shown["unit"], shown["stroke"]) == ("mm", 355.6)
         assert shown["deviation"] == pytest.approx(25.4 * found["deviation"], rel=1e-14)
@@ -277,8 +278,8 @@ def test_an_answer_without_a_unit_is_taken_as_millimetres_aloud(run: Run, small_
     assert found["unit"] is None
     drawing = tmp_path / "guide.dxf"
     done = run("export", found["code"], "--out", drawing)
-    assert "unit unknown, taken as mm; --unit names another" in done.err
-    assert "they are taken as mm" in drawing.read_text("utf-8")
+    assert f"{ASSUMPTION}; --unit names another" in done.err
+    assert ASSUMPTION in drawing.read_text("utf-8")
     assert "taken as" not in run("export", found["code"], "--out", drawing, "--force", "--unit", "in").err
     assert re.search(r"\$INSUNITS\n +70\n1\n", drawing.read_text("utf-8"))
     done = run("sheet", found["code"], "--out", tmp_path / "guide.html")
