@@ -292,6 +292,7 @@ PRICE: dict[str, Callable[[Candidate], float]] = {
     "deviation": lambda c: c.deviation,
     "transmission": lambda c: -c.min_transmission,
     "allowance": lambda c: -(c.allowance or 0.0),
+    "uniformity": lambda c: -(c.uniformity or 0.0),
     "max_link": lambda c: c.max_link or 0.0,
     "min_link": lambda c: -(c.min_link or np.inf),
     "max_ground": lambda c: c.max_ground or 0.0,
