@@ -118,7 +118,7 @@ BROKEN: list[tuple[str, dict[str, Any]]] = [
     *(("ck_guide_tangent", {"tangent_x": 0.6 + error}) for error in (1e-8, -1e-8)),
     ("ck_guide_curvature", {"curvature": 1e-300}),
     ("ck_guide_curvature", {"kind": "circle"}),
-    ("ck_guide_contact_order", {"contact_order": 1}),
+    ("ck_guide_contact_order", {"contact_order": 0}),
     ("ck_guide_inflections", {"inflections": -1}),
     ("ck_guide_cover", {"cover": -1}),
     *(("ck_reach_level", {"level": level}) for level in (0, -13)),

@@ -65,7 +65,7 @@ def fill_backwards(old: Path, built: Path, mechanisms: str = "TRUE") -> None:
     wanted = {
         "batch": "TRUE",
         "mechanism": mechanisms,
-        "guide": "mechanism_id IN (SELECT id FROM main.mechanism)",
+        "guide": "mechanism_id IN (SELECT id FROM main.mechanism) AND contact_order >= 2",  # all that old files took
         "reach": "guide_id IN (SELECT id FROM main.guide)",
     }
     with closing(sqlite3.connect(old)) as target, target:

@@ -75,6 +75,6 @@ def catalogue_series():
         series("R.endless", member(endless)),
         series("R.greedy", member(allocates)),
         series("R.few", Member("general", "four-bar", [KAPPA, PHI], few)),
-        series("R.refused", member(), order=1),
+        series("R.refused", member(), order=0),
         series("R.empty", member(), pairs=lambda v: normal_pair(v) * np.nan),
     ]
