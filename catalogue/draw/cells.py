@@ -1,4 +1,4 @@
-"""Which linkages a plate shows: of each family and configuration the best-proportioned of an even sample."""
+"""Which linkages a plate shows: of each family and configuration the best-proportioned of a random sample."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ from ..errors import PluginError
 from ..foreign_code import foreign
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats
-from ..series.sampling import draw as sample
+from ..series.sampling import BLOCK, draw_at
 from ..series.series import Guided, Member, Series
 
 #: Cells of a plate; members with special conditions take those that the configurations leave.
 ROOM = 20
-#: Block of the sequence that is looked at, the same every time.
-SEED, NUMBER = 0, 0
+#: Seed of the sample: a series has the same plate every time.
+SEED = 0
 #: Guided points farther from the pole than this are not waited for (units of rho0).
 FAR = 3.0
 ORDER = "DVTCPXN"
@@ -91,7 +91,9 @@ def _best(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]
 
 
 def _sampled(series: Series, member: Member) -> _Sampled:
-    drawn = sample(series, member, SEED, NUMBER)
+    # uniform shares: an even sequence would load scipy.stats, half a second for a picture
+    shares = np.random.default_rng(SEED).random((BLOCK, len(member.parameters)))
+    drawn = draw_at(series, member, shares)
     n = len(drawn.linkage)
     instant = Instant(drawn.linkage, np.zeros(n, complex))
     with np.errstate(all="ignore"):

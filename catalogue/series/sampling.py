@@ -32,7 +32,7 @@ class Drawn:
 
 
 def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
-    """Return block `number` of the sequence of a member, without what is invalid or out of proportion."""
+    """Draw block `number` of the sequence of a member, without what is invalid or out of proportion."""
     from scipy.stats.qmc import Sobol
 
     mixed = np.random.default_rng([seed, crc32(f"{series.code} {member.key}".encode())])
@@ -42,6 +42,17 @@ def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
         if number:
             sequence.fast_forward(number * BLOCK)
         shares = sequence.random(BLOCK)
+    return draw_at(series, member, shares)
+
+
+def draw_at(series: Series, member: Member, shares: Floats) -> Drawn:
+    """Draw the linkages at shares of the domain of a member, without what is invalid or out of proportion.
+
+    Parameters
+    ----------
+    shares : ndarray, shape (n, number of parameters)
+        Places in the ranges of the parameters, from 0 to 1.
+    """
     free = {p.name: p.spread(shares[:, i]) for i, p in enumerate(member.parameters)}
     complete = member.complete(free)
     linkage, valid = Linkage.valid(member.synthesise(free))

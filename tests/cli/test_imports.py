@@ -19,7 +19,6 @@ PLANAR = [
     "measure mine.json --stroke 120 --plot measured.svg",
     "sheet watt --out sheet.html",
     "plate I.GG --out plate.svg",
-    "export watt --stroke 150 --out watt.dxf",
 ]
 CODE = """
 import sys
