@@ -644,5 +644,11 @@ def around(items: list[Any]) -> Iterator[tuple[Any, Any]]:
     return zip(items, items[1:] + items[:1], strict=True)
 
 
+def segment(places: Array) -> tuple[complex, complex]:
+    """Return the ends of the segment that places on one line fill."""
+    end = places[np.abs(places - places[0]).argmax()]
+    return complex(end), complex(places[np.abs(places - end).argmax()])
+
+
 def diameter(points: list[complex]) -> float:
     return max(abs(p - q) for p in points for q in points)

@@ -14,7 +14,7 @@ from catalogue.guidance.coupler_curve import CouplerCurve, coupler_curve
 from catalogue.guidance.metrics import _reach, measure, rotates
 from catalogue.guidance.placement import placed
 from catalogue.guidance.trace import Traced, trace
-from catalogue.kinematics.linkage import FAMILIES, RR, Linkage
+from catalogue.kinematics.linkage import FAMILIES, PR, RR, Linkage
 
 Made = tuple[CouplerCurve, Traced]
 
@@ -115,12 +115,43 @@ def test_transmission_angle_is_0_where_a_dead_point_lies_on_the_way() -> None:
     assert min(found) >= 0
 
 
+def runs_of_slides(guides: CouplerCurve, found: Traced, naive: Any) -> list[list[tuple[bool, complex, complex]]]:
+    """Return whether it is a rail, and its ends in mid-stroke, of each slide; the stroke runs along x about 0.
+
+    A rail is where its moving pivot has been in the frame, a slot where its fixed pivot has been in the coupler.
+    """
+    d, x = poses(guides, found, np.linspace(0, 1, 101))
+    every = []
+    for n, linkage in enumerate(guides.linkage):
+        origin, along = guides.motion.origin[n], found.fit.along[n]
+        centre = found.fit.start[n] + found.fit.stroke[n] / 2 * along
+
+        def carried(p: Any, d: Any, x: Any, origin: complex = origin) -> Any:
+            return p + d + x * (p - origin)
+
+        path = carried(guides.point[n] + found.shift[n], d[:, n], x[:, n])
+        k = np.abs(((path - centre) / along).real).argmin()
+        runs = []
+        for (fixed, moving), kind in zip(linkage.points[0], linkage.dyads[0], strict=True):
+            if kind == RR:
+                continue
+            if kind == PR:
+                places = carried(moving, d[:, n], x[:, n])
+            else:
+                seen = [(fixed - e + y * origin) / (1 + y) for e, y in zip(d[:, n], x[:, n], strict=True)]
+                places = carried(np.array(seen), d[k, n], x[k, n])
+            one, other = naive.segment(places)
+            runs.append((kind == PR, (one - centre) / along, (other - centre) / along))
+        every.append(runs)
+    return every
+
+
 def test_lengths_and_boxes_are_those_of_the_placed_linkage(short: Made, naive: Any) -> None:
     guides, found = short
     stroke = found.fit.stroke
     m = measure(guides, found)
     linkage, _, _ = placed(guides, found, stroke)
-    for n in range(len(guides)):
+    for n, runs in enumerate(runs_of_slides(guides, found, naive)):
         z, finite, kind = linkage.points[n], linkage.finite[n], linkage.dyads[n]
         links = [abs(z[i, 1] - z[i, 0]) for i in (0, 1) if kind[i] == RR]
         if finite[:, 1].all():
@@ -137,9 +168,13 @@ def test_lengths_and_boxes_are_those_of_the_placed_linkage(short: Made, naive: A
         assert m.max_arm[n] == pytest.approx(min(arms, default=math.nan), nan_ok=True, **tight)
         ends = [0, stroke[n], complex(stroke[n] / 2, 0)]
         every = [complex(z[i, k]) for i in (0, 1) for k in (0, 1) if finite[i, k]]
+        travel = max((abs(one - other) for _, one, other in runs), default=math.nan)
+        assert m.travel[n] == pytest.approx(travel, rel=1e-3, nan_ok=True)
+        every += [end + stroke[n] / 2 for _, *slide in runs for end in slide]
         assert m.size[n] == pytest.approx(naive.diameter(every + ends), **rough)
         for planes, box in (((0,), m.fixed_box[n]), ((0, 1), m.box[n])):
             inside = [z[i, k] - stroke[n] / 2 for k in planes for i in (0, 1) if finite[i, k]]
+            inside += [end for rail, *slide in runs if rail or 1 in planes for end in slide]
             if not inside:
                 assert np.isnan(box).all()
                 continue
