@@ -6,6 +6,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from catalogue.plugin import (
+    PR,
+    RR,
     Array,
     Guided,
     Instant,
@@ -53,10 +55,13 @@ def guided(p: Parameters) -> Iterator[Guided]:
 
 def classify(instant: Instant) -> tuple[Array, Array]:
     """Residual: |kappa| rho0 at the nearer of the two poles of the dead point, or how far from that the linkage is.
-    Margin: to II.ooo, q3 = 1."""
+    Margin: to II.ooo, q3 = 1, which alone has sliders."""
+    dyads = instant.linkage.dyads
+    of_family = (dyads == RR).any(1) & (dyads != PR).all(1)
     branches = dead_points(instant.linkage, beside=True)
     kappa = np.abs(branches.kappa * branches.rho0).reshape(-1, 2)
-    residual = np.maximum(np.fmin.reduce(kappa, axis=1), off_line(instant.linkage))
+    distance = np.maximum(np.fmin.reduce(kappa, axis=1), off_line(instant.linkage))
+    residual = np.where(of_family, distance, np.nan)
     return residual, np.where(np.isnan(residual), np.nan, 1.0)
 
 
