@@ -16,6 +16,8 @@ from catalogue.search.exact_guides import DEAD, cardan, parallelograms, starts
 
 LINE, ARC, ANY = StraightLine(1, 1e-3), CircularArc(1, 1e-3, 0.8), CircularArc(1, 1e-3)
 ABOVE = (-4.0, 3.0, 5.0, 7.0)
+#: Room beside the path for the crank's pivot and a rail, across the path, of a Cardan motion of diameter 2.
+RAIL_TOO = (-1.0, -2.0, -0.5, 2.0)
 
 
 def asked(request: Any, **wanted: Any) -> Problem:
@@ -116,7 +118,7 @@ def test_only_exact_guides_of_the_sort_asked_for_are_made(request_: Any, wanted:
     ("request_", "wanted"),
     [
         (LINE, {"pivots_in": ABOVE}),
-        (LINE, {"families": ["slider-crank"], "fixed_pivots_in": (-1.0, -0.2, -0.5, 0.2)}),
+        (LINE, {"families": ["slider-crank"], "fixed_pivots_in": RAIL_TOO}),
         (ANY, {"pins_only": True, "fixed_pivots_in": (0.57, -0.64, 0.6, -0.36), "max_size": 1.02}),
     ],
     ids=["trammel", "slider-crank", "parallelogram"],
