@@ -21,8 +21,8 @@ if TYPE_CHECKING:
     from ..find.dwell_results import DwellResults
 
 #: Columns of the table, what they mean, and which may be left out.
-TABLE = ("code", "id", "series", "family", "angle", "crank", "residual", "swing", "min_transmission", "size", "rod",
-         "rocker")  # fmt: skip
+TABLE = ("code", "id", "series", "family", "angle", "crank", "residual", "swing", "allowance", "min_transmission",
+         "size", "rod", "rocker")  # fmt: skip
 COLUMNS = {
     **MADE,
     **DWELL,
@@ -31,7 +31,7 @@ COLUMNS = {
     "rod": Column("rod", LENGTH, "from the guided point to the rocker"),
     "rocker": Column("rocker", LENGTH, "from the rod to the rocker's pivot"),
 }  # fmt: skip
-SPARE = ("id", "rod", "rocker", "crank", "family")
+SPARE = ("id", "rod", "rocker", "crank", "family", "allowance")
 
 
 @click.command(

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from ..errors import InvalidRequest
-from ..find.columns import LENGTH, Column
+from ..find.columns import LENGTH, TABLE, Column
 from ..progress import busy
 from .completion import references
 from .options import COMMON, Argument, option, switch
@@ -73,7 +73,7 @@ def _show_answers(found: list[Any], name: str, plot: Path | None, moving: bool, 
     if plot is not None:
         _draw(found[0], plot, moving)
     if format != "table":
-        records = [{"code": code, **one.to_dict()} for code, one in zip(codes(found), found, strict=True)]
+        records = [{"code": code, **_numbers(one)} for code, one in zip(codes(found), found, strict=True)]
         print_json(records if len(found) > 1 else records[0])
         return
     for one in found:
@@ -96,13 +96,13 @@ def _card(one: Any, name: str) -> None:
     """Print one answer: what it is, its numbers with what they mean, its links and its pivots."""
     from ..find.placed import IMMOBILE, PlacedGuide
 
-    numbers = one.to_dict()
+    numbers = _numbers(one)
     pivots, guided, lengths = (numbers.pop(key, None) for key in ("pivots", "guided", "lengths"))
     kind = " ".join(str(numbers.pop(key)) for key in ("series", "family", "configuration") if numbers.get(key))
     tell(f"{name}: {kind}")
     if isinstance(one, PlacedGuide) and one.is_immobile:
         tell(IMMOBILE)
-    known = getattr(one, "meanings", {})
+    known = {**getattr(one, "meanings", {}), "kept_share": TABLE["kept_share"]}
     if hasattr(one, "collection"):
         known = {key: Column(key, m.unit, m.meaning) for key, m in one.collection.metrics.items()}
     numbers.pop("parameters", None)  # of a collection: for programs
@@ -116,6 +116,16 @@ def _card(one: Any, name: str) -> None:
         _links(lengths)
     if pivots is not None:
         _pivots("Pivots in mid-stroke" if hasattr(one, "stroke") else "Pivots", pivots, guided, "{:.8g}".format)
+
+
+def _numbers(one: Any) -> dict[str, Any]:
+    """Return the numbers of an answer, with the share of machines that keep the path at its allowance."""
+    numbers: dict[str, Any] = {}
+    for key, value in one.to_dict().items():
+        numbers[key] = value
+        if key == "allowance" and (share := getattr(one, "kept_share", None)) is not None:
+            numbers["kept_share"] = share
+    return numbers
 
 
 def _unit(column: Column) -> str:

@@ -93,7 +93,7 @@ def _best(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]
 def _sampled(series: Series, member: Member) -> _Sampled:
     # uniform shares: an even sequence would load scipy.stats, half a second for a picture
     shares = np.random.default_rng(SEED).random((BLOCK, len(member.parameters)))
-    drawn = draw_at(series, member, shares)
+    drawn = draw_at(member, shares)
     n = len(drawn.linkage)
     instant = Instant(drawn.linkage, np.zeros(n, complex))
     with np.errstate(all="ignore"):

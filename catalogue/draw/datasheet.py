@@ -113,7 +113,10 @@ def _note(guide: PlacedGuide, unit: str) -> str:
     if allowance <= 0:
         return "tolerances: none is left, the deviation asked for is used up"
     told = f"each coordinate of each pivot scattering by {_two(allowance)} {unit}"
-    return f"tolerances: {SIDES} standard deviations, {told} (the allowance: {SHARE} % of machines keep the path)"
+    keep = f"the allowance: {SHARE} % of machines keep the path"
+    if (share := getattr(guide, "kept_share", None)) is not None:
+        keep += f"; of a thousand drawn {100 * share:.1f} %"
+    return f"tolerances: {SIDES} standard deviations, {told} ({keep})"
 
 
 def _pivots(guide: PlacedGuide, unit: str) -> Table:

@@ -72,6 +72,8 @@ class Candidate(PlacedGuide):
     sensitivity_rms: float | None = None
     travel: float | None = None
     expected: float | None = None
+    asked_deviation: float | None = None
+    fitted: int | None = None
     score: float | None = None
     front: int | None = None
     nearest: float | None = None
@@ -251,6 +253,24 @@ class Candidate(PlacedGuide):
         if here.cusp.any():
             raise InvalidRequest("the guided point returns: its sensitivity is not known")
         return sensitivity(here, traced)
+
+    @cached_property
+    def kept_share(self) -> float | None:
+        """Share of the machines, drawn at the allowance, whose path keeps the deviation asked; None without an
+        allowance, and at a change point.  A thousand finite motions are measured, see `guidance.drawn_machines`."""
+        if not self.allowance or self.allowance < 0 or self.asked_deviation is None or self.fitted is None:
+            return None
+        from ..guidance.allowance import Zone
+        from ..guidance.coupler_curve import CouplerCurve
+        from ..guidance.drawn_machines import kept_share
+        from ..guidance.fixed_nominal import Nominal
+
+        guides, traced = self.at_home().traced
+        if self.pole is not None or not isinstance(guides, CouplerCurve):
+            return None
+        zone = Zone(self.radius is not None, self.fitted)
+        nominal = Nominal(self.stroke, math.inf if self.radius is None else self.radius)
+        return kept_share(guides, traced, nominal, zone, self.allowance, self.asked_deviation)
 
     @property
     def drift(self) -> float | None:

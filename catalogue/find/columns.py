@@ -42,6 +42,8 @@ def _column(name: str, unit: str, meaning: str, title: str = "", *, right: bool 
 TABLE: Mapping[str, Column] = dict([
     _column("code", "", "by it show, measure, improve, trace, export take up exactly this answer", right=False),
     _column("links", LENGTH, "shortest and longest of cranks and coupler"),
+    _column("kept_share", "", "share of a thousand machines, drawn at the allowance, whose path keeps the deviation "
+            "asked"),
     _column("which", "", "the linkage as it was given, improved, or the best of the catalogue", right=False),
     _column("transmission", "deg", "least transmission angle over the stroke; in brackets over the whole turn",
             "trans\u00admission"),
@@ -86,6 +88,9 @@ CANDIDATE: Mapping[str, Column] = dict([
             "allow\u00adance"),
     _column("sensitivity_rms", "", "standard deviation of the path across its way per scatter of the pivots"),
     _column("expected", LENGTH, "deviation that the path keeps with 95 % probability for the play asked"),
+    _column("asked_deviation", LENGTH, "largest deviation asked; the allowance and what is expected are for it"),
+    _column("fitted", "", "coordinates of the line or arc that are fitted to the path: 0 none, 2 its place, 3 the "
+            "radius too"),
     _column("score", "", "joint desirability of size, transmission (over the whole turn where a crank is to turn "
             "fully), allowance, shortest link and ground, travel of slides, 0 to 100"),
     _column("front", "", "number of its Pareto front; 1: no other answer is better by all criteria"),
@@ -135,6 +140,10 @@ DWELL: Mapping[str, Column] = {name: CANDIDATE[name] for name in ("id", "family"
     _column("drive_from", "deg", "angle of the driving crank at the beginning of the dwell, from the line between its "
             "fixed pivot and that of the rocker"),
     _column("drive_to", "deg", "the same at the end of the dwell"),
+    _column("allowance", LENGTH, "scatter of all pivots (standard deviation of each coordinate) at which the rocker "
+            "keeps the residual asked over the dwell asked with 95 % probability", "allow\u00adance"),
+    _column("asked_angle", "deg", "dwell asked; the allowance is for it, in the middle of the dwell"),
+    _column("asked_residual", "deg", "residual asked; the allowance is for it"),
     _column("lengths", LENGTH, "lengths of all links, rod and rocker too, by name"),
 ])  # fmt: skip
 DWELL = {**DWELL, "unit": CANDIDATE["unit"]}

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -16,6 +16,9 @@ from ..units import unit_or_none
 from .columns import DWELL
 from .placed import PlacedGuide
 from .results import Results
+
+if TYPE_CHECKING:
+    from ..guidance.dwell_scatter import Standing
 
 
 @dataclass(frozen=True)
@@ -84,6 +87,11 @@ class DwellCandidate(PlacedGuide):
     #: fixed pivot to that of the rocker [deg]; None if a record does not say them.
     drive_from: float | None = None
     drive_to: float | None = None
+    #: Standard deviation of every coordinate at which the rocker keeps the residual asked over the dwell asked, in the
+    #: middle of this one, with 95 % probability [the unit of the crank].
+    allowance: float | None = None
+    asked_angle: float | None = None  #: dwell asked [deg]
+    asked_residual: float | None = None  #: residual asked [deg]
     unit: str | None = None  #: of the lengths; None: not known
 
     meanings = DWELL
@@ -111,15 +119,10 @@ class DwellCandidate(PlacedGuide):
         complex ndarray, shape (m,)
             Places of the joint [length], NaN where rod and rocker do not reach the point.
         """
-        start, joint, pivot = (complex(*z) for z in (self.guided, self.joint, self.pivot))
-        rod, rocker = abs(start - joint), abs(joint - pivot)
-        side = np.sign(((start - pivot).conjugate() * (joint - pivot)).imag)
-        arm = guided - pivot
-        square = np.abs(arm) ** 2
-        foot = 0.5 * (square + rocker**2 - rod**2)  # of the perpendicular from the joint, times |arm|
-        with np.errstate(invalid="ignore"):
-            height = np.sqrt(square * rocker**2 - foot**2)
-            return np.asarray(pivot + arm * (foot + 1j * side * height) / square)
+        from ..guidance.dwell import joint_places
+
+        point, joint, pivot = (np.array(complex(*z)) for z in (self.guided, self.joint, self.pivot))
+        return joint_places(guided, point, joint, pivot)
 
     def scaled(self, crank: float) -> DwellCandidate:
         """Return the same dwell with a driving crank of this length [its unit].
@@ -133,7 +136,40 @@ class DwellCandidate(PlacedGuide):
         times = positive("crank", crank) / math.dist((ax, ay), (bx, by))
         pivots = [[[times * x, times * y, w] if w else [x, y, w] for x, y, w in dyad] for dyad in self.pivots]
         guided, joint, pivot = ([times * x, times * y] for x, y in (self.guided, self.joint, self.pivot))
-        return replace(self, pivots=pivots, guided=guided, joint=joint, pivot=pivot, size=times * self.size)
+        allowance = None if self.allowance is None else times * self.allowance
+        return replace(
+            self, pivots=pivots, guided=guided, joint=joint, pivot=pivot, size=times * self.size, allowance=allowance
+        )
+
+    @property
+    def _standing(self) -> Standing | None:
+        """The part of the turn over which the rocker is to stand still, in the middle of that over which it does; None
+        where it is not known what was asked."""
+        if self.drive_from is None or self.asked_angle is None:
+            return None
+        from ..guidance.dwell_scatter import Standing
+
+        middle, half = self.drive_from + 0.5 * self.angle, 0.5 * self.asked_angle
+        point, joint, pivot = (complex(*z) for z in (self.guided, self.joint, self.pivot))
+        low, high = math.radians(middle - half), math.radians(middle + half)
+        return Standing(self.linkage, point, joint, pivot, self.driver, low, high)
+
+    def for_request(self, request: StandStill) -> DwellCandidate:
+        """Return the same dwell with what was asked and its allowance for it."""
+        asked = replace(self, asked_angle=request.angle, asked_residual=request.residual)
+        standing = asked._standing
+        return (
+            asked if standing is None else replace(asked, allowance=standing.allowance(math.radians(request.residual)))
+        )
+
+    @cached_property
+    def kept_share(self) -> float | None:
+        """Share of a thousand machines, drawn at the allowance, whose rocker keeps the residual asked; None without an
+        allowance."""
+        standing = self._standing
+        if standing is None or not self.allowance or self.asked_residual is None:
+            return None
+        return standing.kept_share(self.allowance, math.radians(self.asked_residual))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the dwell as plain Python numbers, lists and strings, what is derived included."""

@@ -59,7 +59,7 @@ def find_dwells(
     check_names(database, constraints)
     found = _found(database, request, constraints, limit, effort)
     if len(found):
-        laid = [replace(one.scaled(request.crank), unit=request.unit) for one in found]
+        laid = [replace(one.for_request(request).scaled(request.crank), unit=request.unit) for one in found]
         return replace(found, candidates=laid)
     if not database.has_guides:
         return found

@@ -335,6 +335,8 @@ def _rows(
         "configuration": blank,
         "order": np.zeros(n),
         "allowance": at.frames.stroke * allowances(asked, curve, traced, zone) if tolerance else nothing,
+        "asked_deviation": np.full(n, np.nan if tolerance is None else tolerance),
+        "fitted": np.full(n, zone.free),
         "number": found.of[at.circuit] + 1,
         "circuit": at.circuit - first + 1,
         "given": np.isfinite(found.phase[at.circuit]).astype(object),

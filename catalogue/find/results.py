@@ -174,6 +174,8 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
         "radius": columns["radius"] if request.radius is None else np.full(n, request.radius),
         "allowance": problem.stroke * found.allowance,
         "expected": problem.stroke * found.expected,
+        "asked_deviation": np.full(n, request.deviation),
+        "fitted": np.full(n, problem.zone[1]),
         "score": problem.ranking.score(values(problem, found)),
         "nearest": nearest(normal_form(found.linkage.pivots, 1.0), mirror=problem.curvature == 0),
         "gap": gap,
@@ -219,7 +221,7 @@ def measured_columns(
 
 
 #: Fields that are whole numbers.
-WHOLE = ("id", "order", "driver", "front", "cognate", "alternations", "circuit", "number")
+WHOLE = ("id", "order", "fitted", "driver", "front", "cognate", "alternations", "circuit", "number")
 C = TypeVar("C", bound=Candidate)
 
 

@@ -145,7 +145,7 @@ class References(Rows):
         for i, j in permutations(range(free + 1), 2):
             weights[..., i] /= place[..., i] - place[..., j]
         weights /= np.abs(weights).sum(-1, keepdims=True)
-        error, across = np.zeros(weights.shape[:2]), np.zeros((*weights.shape[:2], COUNT))
+        error, across = np.zeros(weights.shape[:2]), np.zeros((*weights.shape[:2], here.across.shape[-1]))
         for k, at in enumerate(stations.T):
             error += weights[..., k] * here.error[:, at]
             across += weights[..., k, None] * here.across[:, at]
@@ -237,11 +237,11 @@ def allowances(
         At fewer stations, as a search does.
     """
     found, deviation = _references(guides, traced, zone, rough)
-    allowed = _allowed(found, deviation, np.broadcast_to(asked, deviation.shape), rough)
-    return np.minimum(allowed, LARGEST * _shortest(guides.linkage))
+    least = allowed(found, deviation, np.broadcast_to(asked, deviation.shape), rough=rough)
+    return np.minimum(least, LARGEST * shortest(guides.linkage))
 
 
-def _shortest(linkage: Linkage) -> Floats:
+def shortest(linkage: Linkage) -> Floats:
     """Return the lengths of the shortest of cranks and coupler, infinite without one, shape (n,)."""
     z = np.where(linkage.finite, linkage.points, np.nan)
     lengths = np.abs([z[:, 0, 0] - z[:, 0, 1], z[:, 1, 0] - z[:, 1, 1], z[:, 0, 1] - z[:, 1, 1]])
@@ -259,7 +259,7 @@ def expected_deviation(
     asked = np.where(deviation > 0, 2 * deviation, scatter)
     with np.errstate(all="ignore"):
         for _ in range(TOLERANCE_STEPS):
-            asked = deviation + scatter * (asked - deviation) / _allowed(found, deviation, asked, rough)
+            asked = deviation + scatter * (asked - deviation) / allowed(found, deviation, asked, rough=rough)
     return np.asarray(asked)
 
 
@@ -341,16 +341,16 @@ def _references(
         return References.of(here, zone.free), np.where(guides.cusp, np.nan, here.deviation)
 
 
-def _allowed(found: References, deviation: Floats, asked: Floats, rough: bool) -> Floats:
+def allowed(found: References, deviation: Floats, asked: Floats, *, rough: bool = False) -> Floats:
     """Return the allowances of guides with references and deviations for tolerances (n,)."""
-    allowed, good = np.full(len(deviation), np.nan), np.flatnonzero(np.isfinite(deviation))
+    scatter, good = np.full(len(deviation), np.nan), np.flatnonzero(np.isfinite(deviation))
     if len(good):
         some, deviation, asked = found[good], deviation[good], asked[good]
         with np.errstate(all="ignore"):
             at = np.maximum(asked, deviation * (1 + LEAST_LEFT))
             some = some.strongest(at, ROUGH_REFERENCES if rough else REFERENCES)
-            allowed[good] = Reach.of(some, at).scatter() * (asked - deviation) / (at - deviation)
-    return allowed
+            scatter[good] = Reach.of(some, at).scatter() * (asked - deviation) / (at - deviation)
+    return scatter
 
 
 @lru_cache

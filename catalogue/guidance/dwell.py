@@ -16,13 +16,13 @@ from ..kinematics.batch import Rows
 from ..kinematics.motion import Motion, Pose, motion
 from ..kinematics.types import Array, Complexes, Floats
 from .coupler_curve import CouplerCurve
-from .metrics import transmissions
+from .metrics import min_transmission_turn
 from .minimum_zone import grid
 from .slides import slide_ends, slide_runs
 
 #: Offsets of the band in which a rocker stands still from its angle in the reference position, in half bands.
 OFFSETS = np.linspace(-1, 1, 21)
-#: Intervals between the Chebyshev points of the turn at which transmission angles are interpolated.
+#: Intervals between the Chebyshev points of the turn at which slides are read.
 NODES = 96
 
 
@@ -62,10 +62,7 @@ def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Complexes, F
     full = ~np.isfinite(moving.interval).any(axis=0)
     with np.errstate(all="ignore"):
         path = moving.pose(np.tan(0.5 * np.pi * step)[:, None] + np.zeros(len(guides))).point(guides.point)
-        pose = _over_turn(moving, len(guides))
-        pins = [pose.point(guides.linkage.points[:, i, 1]) for i in (0, 1)]
-        angle, _ = transmissions(guides.linkage, pins, pose.x)
-    angle = np.take_along_axis(angle, crank[None] - 1, axis=0)[0]
+        angle = min_transmission_turn(guides.linkage, crank)
     return np.where(full, path, np.nan), np.where(full, angle, np.nan)
 
 
@@ -139,10 +136,38 @@ def _rocking(path: Array, centre: Complexes, pivot: Array) -> tuple[Floats, tupl
         which = np.nonzero((np.abs(cosine) < 1).all(0))
         arm, square = (np.moveaxis(a, 0, -1)[which].T for a in (arm, square))
         place, rod_, rocker_ = (centre[:, None] - pivot)[which], rod[which[0], 0], rocker[which]
-        foot = 0.5 * (square + rocker_**2 - rod_**2)
-        joint = arm * (foot + 1j * side[which] * np.sqrt(square * rocker_**2 - foot**2)) / square
+        joint = arm * _apex(square, rod_, rocker_, side[which])
         angle = np.degrees(np.unwrap(np.angle(joint * place.conj()), axis=0))
     return transmission, which, angle
+
+
+def _apex(square: Floats, rod: Floats, rocker: Floats, side: Floats) -> Complexes:
+    """Return where the joint of rod and rocker is as seen from the rocker's pivot, in parts of the arm from there to
+    the guided point, of which the square of the length is given; NaN where they do not reach."""
+    foot = 0.5 * (square + rocker**2 - rod**2)
+    return np.asarray((foot + 1j * side * np.sqrt(square * rocker**2 - foot**2)) / square)
+
+
+def joint_places(path: Complexes, point: Complexes, joint: Complexes, pivot: Complexes) -> Complexes:
+    """Return where joints of rods and rockers are while guided points run along paths.
+
+    Parameters
+    ----------
+    path : complex ndarray, shape (m, n) or (m,)
+        Places of the guided points [length].
+    point, joint, pivot : complex ndarray, shape (n,) or ()
+        Guided point, joint and fixed pivot of the rocker in one position [length].
+
+    Returns
+    -------
+    complex ndarray
+        Shape of `path`; NaN where rod and rocker do not reach the point.
+    """
+    side = np.sign(((point - pivot).conj() * (joint - pivot)).imag)
+    arm = path - pivot
+    with np.errstate(invalid="ignore"):
+        seen = _apex(arm.real**2 + arm.imag**2, np.abs(point - joint), np.abs(joint - pivot), side)
+    return np.asarray(pivot + arm * seen)
 
 
 def _standing(angle: Floats, residual: float) -> tuple[Floats, Floats, Floats]:

@@ -118,8 +118,14 @@ def trace(
 
 def again(guides: CouplerCurve, traced: Traced, *, circle: bool, nodes: int, held: Array | None = None) -> Traced:
     """Measure guides, which do not return, over the same windows on another grid, their points as they are."""
-    low, high = traced.low.astype(float), traced.high.astype(float)
-    return _measure(guides, low, high, 0.5 * traced.fit.stroke.astype(float), circle, False, nodes, held)
+    return over(guides, traced.low.astype(float), traced.high.astype(float), circle=circle, nodes=nodes, held=held)
+
+
+def over(
+    guides: CouplerCurve, low: Floats, high: Floats, *, circle: bool, nodes: int, held: Array | None = None
+) -> Traced:
+    """Measure guides, which do not return, over windows of the parameter, (n,) each, their points as they are."""
+    return _measure(guides, low, high, np.full_like(low, np.nan), circle, False, nodes, held)
 
 
 def _measure(

@@ -42,10 +42,10 @@ def draw(series: Series, member: Member, seed: int, number: int) -> Drawn:
         if number:
             sequence.fast_forward(number * BLOCK)
         shares = sequence.random(BLOCK)
-    return draw_at(series, member, shares)
+    return draw_at(member, shares)
 
 
-def draw_at(series: Series, member: Member, shares: Floats) -> Drawn:
+def draw_at(member: Member, shares: Floats) -> Drawn:
     """Draw the linkages at shares of the domain of a member, without what is invalid or out of proportion.
 
     Parameters

@@ -112,7 +112,7 @@ def guide_page(name: str, unit: str | None) -> GuidePage | tuple[tuple[str, str]
     if not isinstance(found, Candidate):
         return address(found)
     if not is_code(name) or design is not None:  # nobody asked for a deviation that it could allow
-        found = replace(found, allowance=None, score=None, expected=None)
+        found = replace(found, allowance=None, asked_deviation=None, score=None, expected=None)
     theory, remarks = _theory(found)
     words = () if design is None else (design.proportions, design.place, f"Source: {design.source}")
     series = opened().registry.series.get(found.series)

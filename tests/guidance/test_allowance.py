@@ -146,6 +146,7 @@ def test_paths_keep_the_tolerance_in_95_of_100_machines_drawn_at_the_allowance(s
     request = StraightLine(150, 0.05)
     for c in small.find(request, families=[family], limit=2, per_series=0):
         share = probability(c, request, 4000)
+        assert c.kept_share == pytest.approx(share, abs=0.03)  # of a thousand machines
         if (c.allowance or 0) < 0.0099 * (c.min_link or np.inf):
             assert share == pytest.approx(0.95, abs=0.015)
         else:  # no larger one is told

@@ -1,0 +1,101 @@
+"""What a scatter of the pivots does to a dwell: its allowance, and machines that are drawn at it.
+
+The crank turns between the same directions whatever the pivots are.  Over that part of its turn the angle of the rocker
+is, to first order, linear in the errors of all coordinates; half its range is the distance from the best-placed angle,
+so that the allowance of a path serves for it, with one free coordinate.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..kinematics.linkage import Linkage
+from ..kinematics.motion import motion
+from ..kinematics.types import Complexes, Floats
+from .allowance import LARGEST, References, Response, allowed, scattered, shortest
+from .dwell import joint_places
+from .minimum_zone import grid
+from .sensitivity import COUNT, displaced
+
+#: Intervals between the Chebyshev points of the dwell, and those of a machine that is drawn.
+STATIONS, DRAWN = 32, 64
+#: Step of the differences [length of the driving crank].
+STEP = 1e-5
+#: Machines that are drawn, and the seed of their errors: an answer is told the same share every time.
+DRAWS, SEED = 1000, 0
+#: Coordinates of the output dyad, joint and pivot of the rocker.
+OUTPUT = 4
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A rocker that stands still while the crank turns between two directions.
+
+    Attributes
+    ----------
+    linkage : Linkage
+        One, in the reference position.
+    point, joint, pivot : complex
+        Guided point, joint of rod and rocker, fixed pivot of the rocker, in that position [length].
+    crank : int
+        Number of the crank that drives, 1 or 2.
+    low, high : float
+        Directions of the crank at the beginning and at the end [rad].
+    """
+
+    linkage: Linkage
+    point: complex
+    joint: complex
+    pivot: complex
+    crank: int
+    low: float
+    high: float
+
+    def allowance(self, band: float) -> float:
+        """Return the standard deviation of all coordinates at which the rocker keeps a band [rad] with `PROBABILITY`,
+        [length]; at most `LARGEST` of the shortest link."""
+        nodes = grid(STATIONS)
+        steps = STEP * np.concatenate([np.eye(self._count), -np.eye(self._count), np.zeros((1, self._count))])
+        angles = self._angles(steps, nodes.nodes)
+        across = (angles[:, : self._count] - angles[:, self._count : -1])[None] / (2 * STEP)
+        across = np.where(self._scattered, across, 0.0)
+        fine = nodes.fine @ angles[:, -1]
+        middle = 0.5 * (fine.max() + fine.min())
+        error, deviation = (angles[:, -1] - middle)[None], np.array([0.5 * np.ptp(fine)])
+        place = nodes.nodes[None]
+        here = Response(error, place, np.ones_like(place), across, np.zeros(0), np.zeros(0), deviation)
+        found = References.of(here, 1)
+        links = [abs(self.point - self.joint), abs(self.joint - self.pivot), shortest(self.linkage)[0]]
+        return float(min(allowed(found, deviation, np.array([0.5 * band]))[0], LARGEST * min(links)))
+
+    def kept_share(self, scatter: float, band: float, draws: int = DRAWS) -> float:
+        """Return the share of machines, their coordinates off by a standard deviation [length], whose rocker keeps a
+        band [rad]; those that do not run through the dwell do not."""
+        steps = scatter * np.random.default_rng(SEED).normal(size=(draws, self._count)) * self._scattered
+        with np.errstate(all="ignore"):
+            ranges = np.ptp(self._angles(steps, grid(DRAWN).nodes), axis=0)
+        return float(np.count_nonzero(ranges <= band) / draws)
+
+    _count = COUNT + OUTPUT
+
+    @property
+    def _scattered(self) -> Floats:
+        return np.concatenate([scattered(self.linkage)[0], np.ones(OUTPUT, bool)])
+
+    def _angles(self, steps: Floats, nodes: Floats) -> Floats:
+        """Return the angles of rockers [rad] of machines off by steps (n, 14), at nodes (m,) of the dwell, (m, n)."""
+        each = np.zeros(len(steps), int)
+        linkage, point, good = displaced(self.linkage[each], np.full(len(each), self.point), steps[:, :COUNT])
+        more = steps[good, COUNT:]
+        joint, pivot = self.joint + more[:, 0] + 1j * more[:, 1], self.pivot + more[:, 2] + 1j * more[:, 3]
+        z = linkage.points[:, self.crank - 1]
+        direction = 0.5 * (self.high + self.low) + 0.5 * (self.high - self.low) * nodes[:, None]
+        turn = np.angle(np.exp(1j * direction) * (z[:, 0] - z[:, 1]).conj() * -1)
+        moving = motion(linkage, np.full(len(point), self.crank), point)
+        path: Complexes = moving.pose(np.tan(0.5 * turn)).point(point)
+        places = joint_places(path, point, joint, pivot)
+        found = np.full((len(nodes), len(steps)), np.nan)
+        found[:, good] = np.unwrap(np.angle((places - pivot) * (joint - pivot).conj()), axis=0)
+        return found
