@@ -14,7 +14,7 @@ import pytest
 #: The command as its console script runs it; it says when Ctrl-C is first guarded against.
 SCRIPT = """
 import os, sys
-sys.addaudithook(lambda event, what: event == "import" and what[0] == "catalogue.folders" and os.write(1, b"."))
+sys.addaudithook(lambda event, what: event == "import" and what[0] == "catalogue.installed" and os.write(1, b"."))
 sys.argv[0] = "/somewhere/bin/catalogue"
 from catalogue.cli import main
 sys.exit(main())
