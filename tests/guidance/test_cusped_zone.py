@@ -299,8 +299,9 @@ def test_points_that_return_are_scored_without_an_allowance(held: Catalogue) -> 
     assert all(c.allowance is None for c in found)
     for c in found:
         short = [(length - 1.5) / 6 for length in (c.min_link or np.inf, c.max_ground or np.inf)]
-        shares = [(180 - c.size) / 150, (c.min_transmission - 15) / 45, *short]
-        assert c.score == pytest.approx(100 * np.prod(np.clip(shares, 0, 1)) ** (1 / 4), rel=1e-6)
+        slide = 2 * (1 - (c.travel or 0.0) / 30)  # 1 at half the stroke, 0 at all of it
+        shares = [(180 - c.size) / 150, (c.min_transmission - 15) / 45, *short, slide]
+        assert c.score == pytest.approx(100 * np.prod(np.clip(shares, 0, 1)) ** (1 / 5), rel=1e-6)
     assert (found[0].score or 0) > 0
 
 
