@@ -171,7 +171,7 @@ def test_a_guide_that_comes_near_a_dead_point_is_refused_in_any_unit(
 
     for unit in (1e-3, 1.0, 1e3):
         links = {name: unit * value for name, value in swinging.items()}
-        found = catalogue.guide(links).measure(stroke=stroke * unit, limit=4)
+        found = catalogue.guide(links).measure(stroke=stroke * unit, limit=8)
         near = [one.min_transmission < 5 for one in found]
         assert sum(near) == nears
         assert ["near a dead point" in told(one) for one in found] == near
