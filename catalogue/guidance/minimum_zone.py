@@ -105,21 +105,23 @@ def reference(size: int, last: int) -> Indices:
     return np.rint(last / 2 * (1 - np.cos(np.pi * np.arange(size) / (size - 1)))).astype(int)
 
 
-def minimum_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None) -> Fit:
+def minimum_zone(
+    u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None, *, between: bool = False
+) -> Fit:
     """Return the narrowest strips (`circle` false) or annuli of the paths (u, v), each (m, n), at the nodes of a grid.
 
     NaN paths give NaN.  An annulus is sought near the circle through the ends and the middle of the path; the arc must
     stay below a half circle, else NaN.  With `held`, curvatures (n,) positive to the left of the way from the first end
     to the last, only the place of the circle is sought: the deviation is then the largest distance from the best-placed
-    arc of exactly that radius, whatever the radius (a straight line is the case 0).
+    arc of exactly that radius, whatever the radius (a straight line is the case 0).  `between`: see `exchange`.
     """
     size = 4 if circle and held is None else 3
     index = np.repeat(reference(size, len(nodes.fine) - 1)[:, None], u.shape[1], axis=1)
-    return alternating(u, v, circle, nodes, held, index)[0]
+    return alternating(u, v, circle, nodes, held, index, between=between)[0]
 
 
 def alternating(
-    u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None, index: Indices
+    u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None, index: Indices, *, between: bool = False
 ) -> tuple[Fit, Indices]:
     """The same with the fine points on which the error alternates, (4, n), of lines and circles held (3, n); `index`
     says about where."""
@@ -139,7 +141,7 @@ def alternating(
             curvature = np.where(np.abs(sagitta) < half, curvature, np.nan)
         if not circle:  # linear but for its tilt
             x, y = seen(u, v, np.zeros_like(origin), chord)
-            c, error, index = exchange(x, y, index)
+            c, error, index = exchange(x, y, index, between=between)
             centre, heading = shifted(origin, chord, c[0], c[1])
             stroke, foot = ((last - first) * heading.conj()).real, ((first - centre) * heading.conj()).imag
             deviation = _across(c[1], error, np.take_along_axis(x, index, 0))
@@ -151,7 +153,7 @@ def alternating(
             at, ahead = centre[open_], heading[open_]
             bend, far = curvature[open_], reach[open_]
             y, x, weight = (polar if held is None else concentric)(*seen(u, v, at, ahead), bend)
-            c, error, index = exchange(x, y, index, weight)
+            c, error, index = exchange(x, y, index, weight, between=between)
             centre[open_], heading[open_], alternates[:, open_] = *shifted(at, ahead, c[0], c[1]), index
             deviation[open_], moved = error, np.abs(c[1])
             if held is None:
@@ -205,35 +207,43 @@ def concentric(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Arra
 
 
 def exchange(
-    x: Array, g: Array, index: Indices, by: Array | None = None, peaks: bool = True
+    x: Array, g: Array, index: Indices, by: Array | None = None, peaks: bool = True, between: bool = False
 ) -> tuple[Array, Array, Indices]:
     """Best uniform approximation of g by a polynomial in x of degree len(index) - 2, over `by`, by Remez exchange.
 
-    With `peaks`, extremes between the points are read off parabolas.  Returns the coefficients (k - 1, n), the largest
-    error (n,), and the reference (indices of the alternating extremes, (k, n)).  A path leaves the exchange as soon as
-    its reference stands, so that none costs more than it needs nor depends on its neighbours.
+    With `peaks`, extremes of the reference between the points are read off parabolas; with `between` those of the whole
+    path are exchanged so, too: none is larger than the error by more than 1e-6 of it.  Returns the coefficients (k - 1,
+    n), the largest error (n,), and the reference (indices of the alternating extremes, (k, n)).  A path leaves the
+    exchange as soon as its reference stands, so that none costs more than it needs nor depends on its neighbours.
     """
     size, n = index.shape
     sign = np.where(np.arange(size) % 2 == 0, 1.0, -1.0)[:, None].astype(g.dtype)
     rounding = 4 * np.finfo(g.dtype).eps * np.abs(x[-1] - x[0])
-    index, c, value = index.copy(), np.empty((size - 1, n), g.dtype), np.empty(n, g.dtype)
-    open_, xs, gs, bs, at = np.arange(n), x, g, by, index
-    for _ in range(EXCHANGES):
-        column = np.arange(len(open_))
-        c[:, open_], level = _level(xs, gs[at, column], at, sign, bs)
-        residual = _residual(c[:, open_], xs, gs, bs)
-        worst = np.argmax(np.abs(residual), axis=0)
-        value[open_] = farthest = residual[worst, column]
-        better = np.abs(farthest) > np.abs(level) * (1 + 1e-6) + rounding[open_]
-        if not better.any():
-            break
-        like_first = np.sign(farthest[better]) == np.sign(level[better])
-        at = _replace(at[:, better], worst[better], like_first, len(x) - 1)
-        open_, xs, gs, bs = open_[better], xs[:, better], gs[:, better], None if bs is None else bs[:, better]
-        index[:, open_] = at
-    more, level = _level(x, _peaks(c, x, g, index, by) if peaks else _at(c, x, g, index, by), index, sign, by)
-    noise = np.where(np.abs(value) <= 4 * rounding, np.abs(value), 0)  # where the exchange stopped short of it
-    return c + more, np.maximum(np.abs(level), noise), index
+    index, c, level, value = index.copy(), np.empty((size - 1, n), g.dtype), np.empty(n, g.dtype), np.empty(n, g.dtype)
+    for peaks_too in (False, True) if between else (False,):
+        open_, xs, gs, bs, at = np.arange(n), x, g, by, index
+        for _ in range(EXCHANGES):
+            column = np.arange(len(open_))
+            c[:, open_], level[open_] = _level(xs, gs[at, column], at, sign, bs)
+            if peaks_too:
+                more, level[open_] = _level(xs, _peaks(c[:, open_], xs, gs, at, bs), at, sign, bs)
+                c[:, open_] += more
+            residual = _residual(c[:, open_], xs, gs, bs)
+            height = raised(np.abs(residual)) if peaks_too else np.abs(residual)
+            worst = np.argmax(height, axis=0)
+            value[open_] = height[worst, column]
+            better = value[open_] > np.abs(level[open_]) * (1 + 1e-6) + rounding[open_]
+            if not better.any():
+                break
+            like_first = np.sign(residual[worst, column][better]) == np.sign(level[open_][better])
+            at = _replace(at[:, better], worst[better], like_first, len(x) - 1)
+            open_, xs, gs, bs = open_[better], xs[:, better], gs[:, better], None if bs is None else bs[:, better]
+            index[:, open_] = at
+    if not between:
+        more, level = _level(x, _peaks(c, x, g, index, by) if peaks else _at(c, x, g, index, by), index, sign, by)
+        c = c + more
+    noise = np.where(value <= 4 * rounding, value, 0)  # where the exchange stopped short of it
+    return c, np.maximum(np.abs(level), noise), index
 
 
 def _residual(c: Array, x: Array, g: Array, by: Array | None) -> Array:
@@ -303,13 +313,17 @@ def _peaks(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Ar
 def largest(values: Array) -> Array:
     """Return the largest of values (m, n) along paths, each maximum between three places read off a parabola; NaN where
     one is, shape (n,)."""
-    if len(values) < 3:
-        return np.asarray(values.max(0))
+    return np.asarray((values if len(values) < 3 else raised(values)).max(0))
+
+
+def raised(values: Array) -> Array:
+    """Return values (m, n) along paths, maxima of three raised to that of a parabola through them."""
     low, at, high = values[:-2], values[1:-1], values[2:]
     bend = low - 2 * at + high
     peak = (at >= low) & (at >= high) & (bend < 0)
-    gain = np.where(peak, (high - low) ** 2 / (8 * np.where(peak, -bend, 1)), 0)
-    return np.asarray(np.maximum(values.max(0), (at + gain).max(0)))
+    found = values.copy()
+    found[1:-1] += np.where(peak, (high - low) ** 2 / (8 * np.where(peak, -bend, 1)), 0)
+    return found
 
 
 def resolved(found: Fit, tolerance: float = 1e-4, floor: Any = 4e-16) -> Mask:

@@ -117,8 +117,10 @@ def trace(
 
 
 def again(guides: CouplerCurve, traced: Traced, *, circle: bool, nodes: int, held: Array | None = None) -> Traced:
-    """Measure guides, which do not return, over the same windows on another grid, their points as they are."""
-    return over(guides, traced.low.astype(float), traced.high.astype(float), circle=circle, nodes=nodes, held=held)
+    """Measure guides, which do not return, over the same windows on another grid, their points as they are; extremes
+    that lie between the points of the grid too."""
+    low, high = traced.low.astype(float), traced.high.astype(float)
+    return _measure(guides, low, high, np.full_like(low, np.nan), circle, False, nodes, held, between=True)
 
 
 def over(
@@ -137,6 +139,8 @@ def _measure(
     split: bool,
     nodes: int,
     held: Array | None,
+    *,
+    between: bool = False,
 ) -> Traced:
     returning = bool(guides.cusp.any())
     points = grid(4 * nodes if returning else nodes, half.dtype)
@@ -152,7 +156,7 @@ def _measure(
             found, shift = _split_again(found, shift, poor, (u, v, cos, sin), half, circle, points)
         shift = shift * guides.tangent
     else:
-        found, shift = _fit(u, v, circle, points, held), np.zeros_like(guides.tangent)
+        found, shift = _fit(u, v, circle, points, held, between=between), np.zeros_like(guides.tangent)
     placed = replace(
         found,
         start=guides.point + shift + found.start * guides.tangent,
@@ -161,9 +165,9 @@ def _measure(
     return Traced(placed, shift, low, high)
 
 
-def _fit(u: Array, v: Array, circle: bool, points: Grid, held: Array | None = None) -> Fit:
+def _fit(u: Array, v: Array, circle: bool, points: Grid, held: Array | None = None, *, between: bool = False) -> Fit:
     """Fit the paths that run forward all the way."""
-    return minimum_zone(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points, held)
+    return minimum_zone(u, np.where((np.diff(u, axis=0) <= 0).any(0), np.nan, v), circle, points, held, between=between)
 
 
 def _split_again(
