@@ -97,9 +97,8 @@ def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tup
 
 
 def on_path(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
-    """Lay traced guides along the path and measure them there over exactly the stroke; an arc keeps its window."""
-    bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
-    return measured(problem, origin, *place_on_path(problem, guides, traced), bend)
+    """Lay traced guides along the path and measure them there over exactly the stroke."""
+    return measured(problem, origin, *place_on_path(problem, guides, traced))
 
 
 def flipped(
@@ -128,17 +127,10 @@ def every_flip(problem: Problem, n: int) -> list[tuple[Mask, Mask]]:
     return [(np.full(n, reverse), np.full(n, over)) for reverse, over in flips]
 
 
-def measured(
-    problem: Problem, origin: Origin, linkage: Linkage, point: Complexes, pole: Complexes, bend: Floats | None = None
-) -> CandidateBatch:
-    """Return guides that stand along the path as candidates, measured over exactly the stroke; for arcs of free radius
-    `bend` (n,) are the curvatures of the nominals that are to be expected."""
+def measured(problem: Problem, origin: Origin, linkage: Linkage, point: Complexes, pole: Complexes) -> CandidateBatch:
+    """Return guides that stand along the path as candidates, measured over exactly the stroke."""
     guides = coupler_curve(linkage, point, pole=pole, least=0.5)
-    if problem.fixed_curvature is not None:
-        bend = np.full(len(point), problem.fixed_curvature)
-    free = problem.fixed_curvature is None
-    traced = at_stroke(guides, 1.0, circle=problem.curved, extend=False, curvature=bend, exact=not free)
-    return described(problem, origin, guides, traced)
+    return described(problem, origin, guides, _over_stroke(problem, guides, extend=False))
 
 
 def described(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
@@ -180,7 +172,7 @@ def near_path(problem: Problem, origin: Origin, moved: CouplerCurve, nominal: No
     with np.errstate(all="ignore"):
         pole = found.fit.along.conj() / found.fit.stroke * (_pole(moved) - found.fit.start)
     if moved.cusp.any():
-        return measured(problem, origin, linkage, point, pole, traced.fit.curvature)
+        return measured(problem, origin, linkage, point, pole)
     here = coupler_curve(linkage, point, pole=pole, chart=moved.motion.chart)
     return described(problem, origin, here, _reversed(traced, back))
 
@@ -192,8 +184,7 @@ def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     if not len(other):
         return found
     some = found[other]
-    bend = _reversed(some.traced, some.traced.fit.along.real < 0).fit.curvature
-    anew = measured(problem, some.origin, some.linkage, some.point, some.pole, bend)
+    anew = measured(problem, some.origin, some.linkage, some.point, some.pole)
     return found.replaced(other, anew)
 
 
@@ -205,7 +196,7 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     the grids do.
     """
     if found.curve.cusp.any():
-        return replace(found, traced=_exactly(problem, found.curve))
+        return replace(found, traced=_over_stroke(problem, found.curve))
     found = in_best_charts(problem, found)
     guides = found.curve
     held = found.traced.fit.curvature if problem.fixed_curvature is not None else None
@@ -220,15 +211,15 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     here = coupler_curve(linkage, point, pole=found.pole, chart=found.chart)
     fine = np.flatnonzero(traced.relative < FINE)
     if len(fine):
-        traced = traced.replaced(np.isin(np.arange(len(found)), fine), _exactly(problem, here[fine]))
+        traced = traced.replaced(np.isin(np.arange(len(found)), fine), _over_stroke(problem, here[fine]))
     shown = described(problem, found.origin, here, traced)
     return with_allowance(problem, shown) if problem.needs_allowance or problem.constraints.play else shown
 
 
-def _exactly(problem: Problem, guides: CouplerCurve) -> Traced:
-    """Return guides traced over exactly the stroke."""
+def _over_stroke(problem: Problem, guides: CouplerCurve, *, extend: bool = True) -> Traced:
+    """Trace guides over exactly the stroke, about their guided points."""
     up = None if problem.fixed_curvature is None else np.full(len(guides), problem.fixed_curvature)
-    return at_stroke(guides, 1.0, circle=problem.curved, curvature=up, exact=up is not None)
+    return at_stroke(guides, 1.0, circle=problem.curved, extend=extend, curvature=up)
 
 
 def _pole(guides: CouplerCurve) -> Complexes:

@@ -17,7 +17,7 @@ from ..guidance.coupler_curve import coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.fixed_nominal import in_place as traced_in_place
 from ..kinematics.linkage import PR, Linkage
-from ..kinematics.types import Complexes, Floats
+from ..kinematics.types import Complexes
 from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
@@ -219,13 +219,13 @@ class ImprovementTask:
             lengths.append((guide.radius or np.inf, self.request.radius or guide.radius or np.nan))
         return all(abs(one - other) <= SAME * other for one, other in lengths)
 
-    def measured(self, origin: Origin, linkage: Linkage, point: Complexes, bend: Floats) -> CandidateBatch:
+    def measured(self, origin: Origin, linkage: Linkage, point: Complexes) -> CandidateBatch:
         """Return guides that stand along the path, measured over exactly the stroke, or where they stand."""
         if self.nominal is not None:
             guides = coupler_curve(linkage, point)
             return described(self.problem, origin, guides, traced_in_place(guides, self.nominal, SHOWN))
         none = np.full(len(point), complex(np.nan, np.nan))
-        return measured(self.problem, origin, linkage, point, none, bend if self.problem.curved else None)
+        return measured(self.problem, origin, linkage, point, none)
 
     def scattered(self, start: CandidateBatch) -> CandidateBatch:
         """Return candidates, each followed by copies that are moved at random, and by the same seen in mirrors along
@@ -241,7 +241,7 @@ class ImprovementTask:
             pivots[..., :2] = np.where(still, start.linkage.pivots[each][..., :2], pivots[..., :2])
         linkage, good = Linkage.valid(pivots)
         kept = each[good]
-        return self.measured(start[kept].origin, linkage, start.point[kept], -np.abs(start.traced.fit.curvature[kept]))
+        return self.measured(start[kept].origin, linkage, start.point[kept])
 
     def closed(self, found: CandidateBatch) -> CandidateBatch:
         """Return candidates whose held lengths have their values to the last digits."""
@@ -249,7 +249,7 @@ class ImprovementTask:
             return found
         linkage, point, good = self.held.closed(found.linkage, found.point, self.held.free.basis(found))
         kept = np.flatnonzero(good)
-        return self.measured(found[kept].origin, linkage, point, -np.abs(found.traced.fit.curvature[kept]))
+        return self.measured(found[kept].origin, linkage, point)
 
     def refined(self, start: CandidateBatch) -> CandidateBatch | None:
         """Return the best that refinement makes of candidates, one; None if nothing meets the constraints."""

@@ -112,7 +112,7 @@ def _of_path(one: Candidate) -> Iterator[tuple[CouplerCurve, Traced, Frames]]:
     bend = np.array([-1 / radius]) if arc else None
     for best in (True, False):
         if best:
-            traced = at_stroke(curve, 1.0, circle=arc, nodes=SHOWN, curvature=bend, exact=arc)
+            traced = at_stroke(curve, 1.0, circle=arc, nodes=SHOWN, curvature=bend)
         else:
             traced = in_place(curve, Nominal(1.0, radius), SHOWN)
         fit, back = traced.fit, traced.fit.along.real < 0

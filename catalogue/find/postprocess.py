@@ -95,4 +95,4 @@ def _laid_unscaled(problem: Problem, origin: Origin, guides: CouplerCurve) -> Ca
 def _laid(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
     """Place traced guides along the path, in the orientation their pivots fit best."""
     placed = best_orientation(problem, *place_on_path(problem, guides, traced), slides_on_path(problem, guides, traced))
-    return measured(problem, origin, *placed, -np.abs(traced.fit.curvature))
+    return measured(problem, origin, *placed)

@@ -56,9 +56,8 @@ def laid_guides(problem: Problem, guides: Sequence[Candidate], series: str = "")
         np.array([complex(*(getattr(one, name) or nowhere)) for one in home], complex) / stroke
         for name in ("guided", "pole")
     )
-    bend = np.array([-one.stroke / one.radius if one.radius else 0.0 for one in home])
     origin = Origin.made(linkage, series) if series else _origin(guides)
-    return measured(problem, origin, linkage, point, pole, bend if problem.curved else None)
+    return measured(problem, origin, linkage, point, pole)
 
 
 def _origin(guides: Sequence[Candidate]) -> Origin:

@@ -18,9 +18,11 @@ FINE = 1e-11
 #: Corrections of a window until its chord, or its stroke from a cusp, is the one asked for; the chord from a cusp turns
 #: as it grows.
 ROUNDS, ROUNDS_AT_CUSP = 3, 10
-#: The same of an arc of any radius until its window lies about the guided point as seen from its own centre; one that
-#: moves by less than such a part of its half is left.
-ROUNDS_OF_ARC, STILL = 20, 1e-7
+#: Most corrections until the ends of a path are equally far from its guided point: near a half circle each leaves up to
+#: a third of the last.
+ROUNDS_ABOUT_POINT = 30
+#: Correction of an end below which it stays [half windows]: answers that are read again keep 11 digits of their stroke.
+STILL = 1e-12
 #: No correction is made by less than this part.
 REACHED, CORRECTIONS = 1e-11, 2
 
@@ -86,29 +88,23 @@ def at_stroke(
     nodes: int = 32,
     extend: bool = True,
     curvature: Floats | None = None,
-    exact: bool = False,
 ) -> Traced:
     """Trace each guide, its point as it is, over the window about its reference position that has exactly this stroke.
 
     NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended precision if `extend`.
-    The `curvature` of arcs that run from (0, 0) to (stroke, 0), positive for a centre above, is sought unless it is
-    given; it places the window, but not at a cusp, and is that of the nominal if `exact`.
+    With the `curvature` of arcs that run from (0, 0) to (stroke, 0), positive for a centre above, that is the one of
+    the nominal.
     """
-    held = along_path(guides, curvature) if exact and curvature is not None else None
+    held = None if curvature is None else along_path(guides, curvature)
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
     half, centre = np.where(guides.cusp, np.minimum(stroke, guides.extent.min(0)), 0.5 * stroke), np.zeros(len(guides))
     at, rest = np.flatnonzero(guides.cusp), np.flatnonzero(~guides.cusp)
     for _ in range(ROUNDS_AT_CUSP if len(at) else 0):
         with np.errstate(all="ignore"):
             half[at] *= stroke[at] / _from_cusp(guides[at], half[at], circle, nodes)
-    if circle and curvature is not None:
-        bend = np.broadcast_to(curvature, len(guides))[rest]
-        half[rest], centre[rest] = _symmetric(guides[rest], _arcs(stroke[rest], bend), stroke[rest])
-    elif circle:
-        half[rest], centre[rest] = _about_the_point(guides[rest], stroke[rest], nodes)
-    half[rest] = _of_chord(guides[rest], half[rest], centre[rest], stroke[rest])
+    half[rest], centre[rest] = _about_point(guides[rest], stroke[rest])
     found = trace(guides, half, circle=circle, split=False, centre=centre, nodes=nodes, held=held)
-    found, half = _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)
+    found, half, centre = _corrected(found, guides, stroke, half, circle=circle, centre=centre, nodes=nodes, held=held)
     fine = (found.relative < FINE) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
         again = trace(
@@ -127,21 +123,44 @@ def _from_cusp(guides: CouplerCurve, half: Floats, circle: bool, nodes: int) -> 
     return np.asarray(np.abs(0.5 * (u.sum(0) + 1j * v.sum(0))))  # a chord, whatever the circle
 
 
-def _about_the_point(guides: CouplerCurve, stroke: Floats, nodes: int) -> tuple[Floats, Floats]:
-    """Return half and centre of windows of such strokes whose ends are equally far from the guided points as seen from
-    the centres of the arcs, of any radius, that fit the paths between them best."""
-    half, centre = 0.5 * stroke, np.zeros(len(guides))
-    left = np.arange(len(guides))
-    for _ in range(ROUNDS_OF_ARC):
-        here, wanted = guides[left], stroke[left]
-        chord = _of_chord(here, half[left], centre[left], wanted)
-        rough = trace(here, chord, circle=True, split=False, centre=centre[left], nodes=nodes)
-        half[left], after = _symmetric(here, rough.fit, wanted)
-        moved, centre[left] = np.abs(after - centre[left]), after
-        left = left[moved > STILL]
+def _about_point(guides: CouplerCurve, stroke: Floats) -> tuple[Floats, Floats]:
+    """Solve for half and centre of the windows whose ends are `stroke` apart, equally far from the guided points.
+
+    Each round takes the ends from the circles through the last ones and the guided points.
+    """
+    low, high = -0.5 * stroke, 0.5 * stroke
+    left, extent = np.arange(len(guides)), guides.extent
+    for _ in range(ROUNDS_ABOUT_POINT):
+        here = guides[left]
+        inside = np.maximum(low[left], -extent[0, left]), np.minimum(high[left], extent[1, left])
+        u, v = here.path(np.stack(here.window(*inside)))
+        first, last = _ends_on_circle(u + 1j * v, stroke[left])
+        moved = np.maximum(np.abs(first - low[left]), np.abs(last - high[left]))
+        low[left], high[left] = first, last
+        left = left[moved > STILL * stroke[left]]
         if not len(left):
             break
-    return half, centre
+    return 0.5 * (high - low), (high + low) / (high - low)
+
+
+def _ends_on_circle(ends: Complexes, stroke: Floats) -> tuple[Floats, Floats]:
+    """Return the displacements of the ends of arcs, `stroke` apart, about the middle 0 of circles through 0 and `ends`.
+
+    Inverted in 0 the circle is a straight line, so that no digits are lost where it is nearly one itself.
+
+    Parameters
+    ----------
+    ends : complex ndarray, shape (2, n)
+        One place of the circle before 0, one behind it [length].
+    """
+    with np.errstate(all="ignore"):
+        before, behind = 1 / ends
+        back = behind - before
+        tangent = back.conj() / np.abs(back)
+        half_angle = 0.5 * np.arcsin(-stroke * (behind * tangent).imag)
+        reach = 0.5 * stroke / np.cos(half_angle) * tangent
+        turn = np.exp(1j * half_angle)
+        return -(reach * turn.conj()).real, (reach * turn).real
 
 
 def along_path(guides: CouplerCurve, curvature: Floats | float) -> Floats:
@@ -175,24 +194,30 @@ def _corrected(
     centre: Floats,
     nodes: int = 32,
     held: Floats | None = None,
-) -> tuple[Traced, Floats]:
-    """Trace guides again until their strokes are those asked for, and return their half windows too.
+) -> tuple[Traced, Floats, Floats]:
+    """Trace guides again until their strokes are those asked for, and return half and centre of their windows too.
 
-    The chord of a path is longer than its run along the best line.
+    The chord of a path is longer than its run along the best line, and its middle lies elsewhere: along that line the
+    guided point, unless it returns, is to be halfway.
     """
-    stroke, half = np.broadcast_to(stroke, half.shape), half.copy()
+    stroke, half, centre = np.broadcast_to(stroke, half.shape), half.copy(), centre.copy()
     for _ in range(CORRECTIONS):
+        fit = found.fit
         with np.errstate(all="ignore"):
-            ratio = stroke / found.fit.stroke
-        off = np.flatnonzero(np.abs(ratio - 1) > REACHED)
+            ratio = stroke / fit.stroke
+            ahead = ((guides.point - fit.start) * fit.along.conj()).real - 0.5 * fit.stroke
+        ahead = np.where(guides.cusp | circle, 0.0, ahead)
+        off = np.flatnonzero((np.abs(ratio - 1) > REACHED) | (np.abs(ahead) > REACHED * stroke))
         if not len(off):
             break
+        middle = centre[off] * half[off] + ahead[off]
         half[off] *= ratio[off]
+        centre[off] = middle / half[off]
         bend = None if held is None else held[off]
         some = guides[off]
         now = trace(some, half[off], circle=circle, split=False, centre=centre[off], nodes=nodes, held=bend)
         found = found.replaced(off, now)
-    return found, half
+    return found, half, centre
 
 
 def _of_chord(guides: CouplerCurve, half: Floats, centre: Floats, chord: Floats) -> Floats:
@@ -203,25 +228,3 @@ def _of_chord(guides: CouplerCurve, half: Floats, centre: Floats, chord: Floats)
         with np.errstate(all="ignore"):
             half = half * chord / np.hypot(u[1] - u[0], v[1] - v[0])
     return half
-
-
-def _arcs(stroke: Floats, curvature: Floats) -> Fit:
-    """Return the circles of arcs from (0, 0) to (stroke, 0)."""
-    none = np.full_like(stroke, np.nan)
-    return Fit(none, stroke, np.zeros(len(stroke), complex), np.ones(len(stroke), complex), curvature, none)
-
-
-def _symmetric(guides: CouplerCurve, found: Fit, stroke: Floats) -> tuple[Floats, Floats]:
-    """Return half and centre of the windows whose ends, on circles, are equally far from the guided points.
-
-    The tangent in the guided point is not parallel to the chord, since the path wavers about the circle.
-    """
-    with np.errstate(all="ignore"):
-        radius = 1 / found.curvature
-        depth = np.sqrt(radius**2 - 0.25 * found.stroke**2)
-        middle = found.start + found.along * (0.5 * found.stroke + 1j * np.copysign(depth, radius))
-        out = guides.point - middle
-        turn = np.exp(1j * np.arcsin(0.5 * stroke / np.abs(radius)))
-        ends = [((out * t - out) * guides.tangent.conj()).real for t in (turn, turn.conj())]
-    low, high = np.minimum(*ends), np.maximum(*ends)
-    return 0.5 * (high - low), (high + low) / (high - low)

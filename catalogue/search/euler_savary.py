@@ -38,10 +38,8 @@ def starts(problem: Problem, family: str, count: int, random: np.random.Generato
     linkage, good = Linkage.valid(drawn(problem, family, bend, random))
     if not len(linkage):
         return None
-    bend = bend[good]
-    point = summit(bend)
     pole = np.full(len(linkage), complex(np.nan, np.nan))
-    return measured(problem, Origin.made(linkage, "general"), linkage, point, pole, bend)
+    return measured(problem, Origin.made(linkage, "general"), linkage, summit(bend[good]), pole)
 
 
 def drawn(problem: Problem, family: str, curvature: Floats, random: np.random.Generator) -> Floats:

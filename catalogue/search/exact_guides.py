@@ -44,7 +44,7 @@ def parallelograms(problem: Problem, count: int, random: np.random.Generator) ->
     ends = np.stack([fixed, fixed - 1j / bend[:, None]], axis=-1)
     linkage = Linkage(np.stack([ends.real, ends.imag, np.ones(ends.shape)], axis=-1))
     pole = np.full(len(bend), complex(np.nan, np.nan))
-    return measured(problem, Origin.made(linkage, "parallel", 99), linkage, summit(bend), pole, bend)
+    return measured(problem, Origin.made(linkage, "parallel", 99), linkage, summit(bend), pole)
 
 
 def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Generator) -> CandidateBatch | None:
@@ -93,4 +93,4 @@ def cardan(problem: Problem, kinds: list[str], count: int, random: np.random.Gen
     pivots[:, 0, 0, 2], pivots[:, 1, 0, 2] = 0.0, crank
     linkage = Linkage(pivots[good])
     pole = np.full(len(linkage), complex(np.nan, np.nan))
-    return measured(problem, Origin.made(linkage, "cardan", 99), linkage, point[good], pole, np.zeros(len(linkage)))
+    return measured(problem, Origin.made(linkage, "cardan", 99), linkage, point[good], pole)

@@ -289,9 +289,8 @@ def candidates_of(
         else:
             traced = _within(problem, guides, traced, half * stretch, most, centre)
     linkage, point, pole = place_on_path(problem, guides, traced)
-    bend = -np.abs(traced.fit.curvature) * traced.fit.stroke
     slides = slides_on_path(problem, guides, traced)
-    return measured(problem, origin, *best_orientation(problem, linkage, point, pole, slides), bend)
+    return measured(problem, origin, *best_orientation(problem, linkage, point, pole, slides))
 
 
 def _within(

@@ -65,7 +65,7 @@ def starts(problem: Problem, count: int, random: np.random.Generator) -> Candida
     if not len(best):
         return None
     linkage, nothing = linkage[best], np.full(len(best), complex(np.nan, np.nan))
-    return measured(problem, Origin.made(linkage, "general"), linkage, point[best], nothing, np.zeros(len(best)))
+    return measured(problem, Origin.made(linkage, "general"), linkage, point[best], nothing)
 
 
 def straightest(shift: Complexes, turn: Complexes) -> tuple[Floats, Complexes]:

@@ -194,10 +194,7 @@ class Starts:
         pivots = copies.linkage.pivots.copy()
         pivots[..., :2] += scale[:, None, None, None] * self._random.normal(size=(len(copies), 2, 2, 2))
         linkage, valid = Linkage.valid(pivots)
-        bend = copies.traced.fit.curvature[valid]
-        return measured(
-            self.problem, take(copies.origin, valid), linkage, copies.point[valid], copies.pole[valid], -np.abs(bend)
-        )
+        return measured(self.problem, take(copies.origin, valid), linkage, copies.point[valid], copies.pole[valid])
 
     def promising(self, starts: CandidateBatch, count: int) -> CandidateBatch:
         """Return the best by cost and violation that are unlike each other."""

@@ -40,7 +40,7 @@ def test_every_flip_runs_along_the_path(batch: Any, naive: SimpleNamespace, requ
     seen = []
     for reverse, over in ways:
         linkage, point, pole = flipped(found.linkage, found.point, found.pole, reverse, over)
-        laid = measured(problem, found.origin, linkage, point, pole, np.full(len(point), problem.curvature))
+        laid = measured(problem, found.origin, linkage, point, pole)
         # of starts the deviation is read in few places, between ends that are found to half of the digits
         np.testing.assert_allclose(laid.deviation, found.deviation, rtol=1e-6 if EXTENDED else 1e-4, atol=1e-14)
         np.testing.assert_allclose(laid.measures.size, found.measures.size, rtol=1e-9)
@@ -112,8 +112,7 @@ def test_a_displaced_guide_is_laid_along_the_path_again(batch: Any, naive: Simpl
     laid = near_path(problem, found.origin, moved)
     laid = laid[np.flatnonzero(np.isfinite(laid.deviation))]
     assert len(laid) > 0.5 * len(found)
-    bend = -np.abs(laid.traced.fit.curvature) if problem.curved else None
-    again = measured(problem, laid.origin, laid.linkage, laid.point, laid.pole, bend)
+    again = measured(problem, laid.origin, laid.linkage, laid.point, laid.pole)
     # the window of the one is laid about its mid-stroke, that of the other ends on the nominal: second order in the
     # deviation, but in the end all that a steep path rises there
     np.testing.assert_allclose(laid.deviation, again.deviation, rtol=3e-2)

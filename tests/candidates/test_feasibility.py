@@ -186,6 +186,6 @@ def test_cranks_that_stand_for_sliders_are_no_answer() -> None:
         pivots[0, :, :, :2] = [[[0.0, -length], [0.0, 0.0]], [[1.0, -length], [1.0, 0.0]]]
         linkage = Linkage(pivots)
         nothing = np.full(1, complex(np.nan, np.nan))
-        found = measured(problem, Origin.made(linkage, "parallel"), linkage, np.array([0.5 + 1j]), nothing, np.zeros(1))
+        found = measured(problem, Origin.made(linkage, "parallel"), linkage, np.array([0.5 + 1j]), nothing)
         assert found.deviation[0] < 1e-3
         assert feasibility(problem, found).all[0] == serves

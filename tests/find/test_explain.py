@@ -86,7 +86,7 @@ def parallelogram(small: Catalogue, request_: StraightLine, cranks: float, point
     pivots[0, :, :, :2] = [[[0.0, -cranks], [0.0, 0.0]], [[1.0, -cranks], [1.0, 0.0]]]
     linkage = Linkage(pivots)
     nothing = np.full(1, complex(np.nan, np.nan))
-    nearest = measured(problem, Origin.made(linkage, "parallel"), linkage, np.array([point]), nothing, np.zeros(1))
+    nearest = measured(problem, Origin.made(linkage, "parallel"), linkage, np.array([point]), nothing)
     return Explanation(small.database, problem, request_, SearchReport(nearest=nearest), 0)
 
 

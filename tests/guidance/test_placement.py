@@ -130,6 +130,25 @@ def test_a_guide_laid_anew_is_the_same(drawn: Drawn) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("circle", [False, True], ids=["line", "circle"])
+def test_a_laid_guide_is_measured_over_the_stroke_where_it_lies(drawn: Drawn, circle: bool) -> None:
+    """The guided point is halfway along the line, or the chord, on which the guide is laid: windows need not move."""
+    guides, _ = drawn(circle=circle)
+    guides = guides[(guides.extent.min(0) > 0.5) & ~guides.cusp]
+    first = at_stroke(guides, 0.9, circle=circle)
+    linkage, point, _ = placed(guides, first, 0.9)
+    again = at_stroke(coupler_curve(linkage, point), 0.9, circle=circle)
+    kept = np.flatnonzero((first.relative < 2e-3) & np.isfinite(again.relative))
+    assert len(kept) > 100
+    fit = again.fit[kept]
+    back = fit.along.real < 0
+    start = np.where(back, fit.start + fit.stroke * fit.along, fit.start)
+    assert np.abs(start.real).max() < 1e-10
+    assert np.abs(fit.along.imag).max() < 1e-9
+    np.testing.assert_allclose(fit.stroke, 0.9, rtol=1e-10)
+
+
+@pytest.mark.slow
 @pytest.mark.parametrize("stroke", [1e-6, 0.01, 0.3])
 def test_at_stroke_is_exact(drawn: Drawn, stroke: float) -> None:
     guides, _ = drawn(circle=False)
