@@ -175,7 +175,7 @@ def test_copies_have_the_pivots_that_are_held(mine: OwnGuide) -> None:
     ("request_", "how", "said"),
     [
         (StraightLine(120, 1), {"hold": "crank 7"}, "nothing is called 'crank 7'"),
-        (StraightLine(2000, 1), {}, "does not run over a stroke of 2000"),
+        (StraightLine(2000, 1), {}, "its point run forward over a stroke of 2000: ask for 252 or less"),
         (StraightLine(120, 1), {"within": 3}, "give in_place too"),
         (StraightLine(120, 1), {"fixed_pivots": [(0, 0), (1, 0)]}, "hold its own pivots"),
         (StraightLine(120, 1, (5000, 0)), {"in_place": True}, "where the request has it"),
