@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations, islice
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -38,6 +38,9 @@ from ..search.search import Search
 from ..store import Database
 from .grid_synthesis import reaches
 from .names import EMPTY, option
+
+if TYPE_CHECKING:
+    from ..series.series import Series
 
 #: Points from which each relaxation is sought, and rounds of refinement.
 STARTS, ROUNDS = 8, 6
@@ -101,6 +104,7 @@ class Explanation:
     request: Request
     report: SearchReport
     count: int  #: how many candidates are shown
+    series: Callable[[], Mapping[str, Series]] = dict  #: returns those by code that are asked where pivots are given
 
     def __str__(self) -> str:
         return "\n".join(self._lines())
@@ -248,12 +252,11 @@ class Explanation:
     def _answers(self, bounds: dict[str, Any], one: CandidateBatch) -> CandidateBatch | None:
         """Return what a search finds with constraints relaxed to these bounds, None if no answer.
 
-        Of the starts that it would have those are tried from which a candidate that meets them is likely to be found:
-        others seldom find what these do not, and take longest where there is nothing.
+        Where pivots are given it is searched as it would be.  Else, of the starts that a search would have, those are
+        tried from which a candidate that meets the bounds is likely to be found: others seldom find what these do not,
+        and take longest where there is nothing.
         """
         problem = self.problem
-        if problem.constraints.given:  # the candidates came of the very steps that would be taken
-            return self.report.nearest
         changes: dict[str, Any] = {}
         path, stroke = problem.path, problem.stroke
         for name, value in bounds.items():
@@ -266,6 +269,11 @@ class Explanation:
             else:
                 changes[name] = value / stroke if name in LENGTHS else value
         looser = replace(problem, path=path, limit=1).with_constraints(**changes)
+        if problem.constraints.given:
+            from .prescribed_pivots import with_prescribed_pivots
+
+            chosen = with_prescribed_pivots(self.series(), looser, SearchReport())
+            return None if chosen is None else chosen.found
         return Search(looser, self.database, enough=1).answers_near(one)
 
     def _value(self, name: str, one: CandidateBatch, room: float) -> Any:

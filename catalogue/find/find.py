@@ -92,7 +92,8 @@ def find(
             else None
         )
     listed = [] if chosen is None else candidates(problem, request, chosen, drifts)
-    return Found(listed, Explanation(database, problem, request, report, len(listed)))
+    told = Explanation(database, problem, request, report, len(listed), lambda: catalogue.registry.series)
+    return Found(listed, told)
 
 
 def searched(

@@ -97,7 +97,7 @@ def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, repor
     if not len(order):
         return None
     with report.timed("refine"):
-        found = _refined(built[order], problem, nominal, report)
+        found = _refined(built[order], problem.tightened(), nominal, report)
         report.nearest = found
         good = feasibility(problem, found).all & _near(found.linkage, wanted)
         found = found[np.flatnonzero(good)]
