@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeGuard
 
 import numpy as np
 
-from ..candidates.batch import SHOWN, CandidateBatch, Origin, described, final, measured, near_path
+from ..candidates.batch import SHOWN, CandidateBatch, Origin, described, final, flipped, measured, near_path
 from ..candidates.feasibility import feasibility
 from ..errors import InvalidRequest, quoted
 from ..given import names, number, switch, whole
@@ -18,7 +18,7 @@ from ..guidance.fixed_nominal import Nominal
 from ..guidance.fixed_nominal import in_place as traced_in_place
 from ..kinematics.linkage import PR, Linkage
 from ..kinematics.types import Complexes
-from ..problem.constraints import Constraints
+from ..problem.constraints import REGIONS, Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, path_request
@@ -27,7 +27,9 @@ from ..refine.sqp import Refinement
 from .candidate import Candidate
 from .find import Selection
 from .measure import measure
+from .own_guide import OwnGuide
 from .placed import PlacedGuide
+from .prescribed_pivots import distinct
 from .results import Results, candidates
 from .starts import laid_guides
 
@@ -47,6 +49,8 @@ LARGEST = 10.0
 OWN = "own"
 #: Fixed pivots nearer to where they were than this part of the stroke have not moved.
 SAME = 1e-9
+#: Sine of the angle between two links below which they do not tell a linkage from its mirror image.
+PARALLEL = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -161,6 +165,7 @@ class ImprovementTask:
     problem: Problem
     held: HeldLengths
     nominal: Nominal | None  #: of a path that stays in place
+    mirrored: bool = False  #: whether the mirror image is searched, so that both have the same answers
 
     @classmethod
     def of(
@@ -179,15 +184,19 @@ class ImprovementTask:
                 raise InvalidRequest("give the radius of the arc too, where the path stays in place")
             nominal = Nominal(1.0, problem.path.radius)
             problem = replace(problem, in_place=True)
-        return cls(guide, request, problem, _held(guide, hold, problem, in_place, within), nominal)
+        placed = in_place or wanted.keep_out or any(getattr(wanted, name) is not None for name in REGIONS)
+        mirrored = not placed and _is_left_handed(guide)
+        searched = _mirrored(guide) if mirrored else guide
+        return cls(guide, request, problem, _held(searched, hold, problem, in_place, within), nominal, mirrored)
 
     def start(self) -> CandidateBatch:
         """Return the stretches of the guide as candidates: that of an answer first, then the straightest; where the
         path stays, those nearest to it."""
         problem, arc = self.problem, isinstance(self.request, CircularArc)
         radius = self.request.radius if arc else None
-        known = [self.guide] if self._runs_as_asked(self.guide) else []
-        sought = measure(self.guide, stroke=self.request.stroke, radius=radius, arc=arc)
+        guide = _mirrored(self.guide) if self.mirrored else self.guide
+        known = [guide] if self._runs_as_asked(guide) else []
+        sought = measure(guide, stroke=self.request.stroke, radius=radius, arc=arc)
         stretches = [*known, *sought]
         if not stretches:
             raise InvalidRequest(sought.explanation)
@@ -203,6 +212,7 @@ class ImprovementTask:
             first = np.zeros(len(found), bool)
         order = np.lexsort((found.deviation, ~first))
         found = found[order[np.isfinite(found.deviation[order])]]
+        found = found[distinct(found, len(found))]
         if not len(found):
             where = " where the request has it" if self.nominal is not None else ""
             raise InvalidRequest(
@@ -273,6 +283,10 @@ class ImprovementTask:
         """Return a candidate of one in the user's unit, its fixed pivots where those of the guide are, if it is of the
         same family; where the path stays, as it stands."""
         problem, request, goal = self.problem, self.request, self.guide.linkage
+        if self.mirrored:
+            back = np.ones(len(found), bool), np.zeros(len(found), bool)
+            linkage, point, _ = flipped(found.linkage, found.point, found.pole, *back)
+            found = self.final(self.measured(found.origin, linkage, point))
         if self.nominal is None:
             scale, shift = _onto(problem.stroke, found.linkage, goal)
             request = replace(request, start=(shift.real, shift.imag), along=float(np.degrees(np.angle(scale))))
@@ -305,6 +319,28 @@ class ImprovementTask:
             return None
         best = self.refined(laid_guides(self.problem, found, OWN))
         return None if best is None else self.shown(best)
+
+
+def _is_left_handed(guide: PlacedGuide) -> bool:
+    """Whether the second link that tells a linkage from its mirror image lies to the right of the first."""
+    one, other = guide.linkage.rays[0]
+    to_point = complex(*guide.guided) - guide.linkage.points[0, 0, 1]
+    sines = (other / one).imag, (to_point / one).imag / float(guide.linkage.size[0])
+    return next((bool(sine < 0) for sine in sines if abs(sine) > PARALLEL), False)
+
+
+def _mirrored(guide: PlacedGuide) -> PlacedGuide:
+    """Return a guide mirrored in the x axis; an answer along an arc runs from the other end, its arc to the left."""
+    pivots = [[[x, -y, w] for x, y, w in pair] for pair in guide.pivots]
+    guided = [guide.guided[0], -guide.guided[1]]
+    if not isinstance(guide, Candidate):
+        return OwnGuide(pivots, guided, unit=guide.unit)
+    start, way = guide.frame.origin, guide.frame.direction
+    if guide.radius is not None:
+        start, way = start + guide.stroke * way, -way
+    along = -float(np.degrees(np.angle(way)))
+    pole = guide.pole and [guide.pole[0], -guide.pole[1]]
+    return replace(guide, pivots=pivots, guided=guided, pole=pole, start=[start.real, -start.imag], along=along)
 
 
 def _held(

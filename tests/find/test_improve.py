@@ -67,8 +67,7 @@ def carried(guide: OwnGuide, turn: complex, shift: complex, mirror: bool) -> Own
 @pytest.mark.slow
 @pytest.mark.parametrize("hold", ["fixed-pivots", ("crank1", "frame"), ()], ids=str)
 def test_it_does_not_matter_how_the_guide_lies(mine: OwnGuide, hold: Any) -> None:
-    """Turned, run the other way, ten times as large it becomes the same; mirrored nearly so, since the stretch that is
-    looked at is not quite the same."""
+    """Turned, run the other way, ten times as large or mirrored it becomes the same."""
     scores = []
     for turn, mirror in ((1, False), (np.exp(0.9j), False), (-1, False), (10 * np.exp(-0.4j), False), (1, True)):
         scale = abs(turn)
@@ -76,7 +75,7 @@ def test_it_does_not_matter_how_the_guide_lies(mine: OwnGuide, hold: Any) -> Non
         found = improve(moved, StraightLine(120 * scale, 0.4 * scale), hold=hold)
         assert found.before.deviation == pytest.approx(0.4845 * scale, rel=1e-3)
         scores.append(found.improved.score)
-    assert min(scores) > 0.99 * max(scores)
+    assert min(scores) > 0.999 * max(scores)
 
 
 @pytest.mark.slow
