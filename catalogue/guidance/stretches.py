@@ -38,11 +38,14 @@ KEPT = (3, 2, 1)
 #: is left of a way then, a fortieth and a hundredth of a window, changes a deviation by less.
 CLOSE_ENOUGH = 1.2
 CLOSER = 1.05
-#: Rounds of moves in the end of a quick search: at a limit, where a deviation falls like a root, they leave 1e-4 of it.
-LAST = 8
+#: Rounds of moves in the end of a quick search, which leave 4e-5 of a window: 2e-4 of a deviation at a steep limit.
+LAST = 4
 #: Ways by which windows are moved then over those they had last: over a stroke along the best line, no longer over a
 #: chord, the best place is another one.
 AGAIN = 4
+#: The same in a quick search, of a window: about a piece, for of two plateaus of nearly one deviation the lower one may
+#: be narrow.
+PIECE = 0.05
 #: Most searches for windows longer than the longest: of 400 linkages none needs more than two.
 CHECKS = 4
 #: Corrections of a stroke at most, on the way and then on the finer grid, in a thorough and a quick search; what is
@@ -110,8 +113,9 @@ def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indice
         at, by = _near_the_best(seek, at[lead], by[lead], bound, LOOSER)
         at, by = _near_the_best(seek, *seek.moved(at, by, FIRST), bound, CLOSE_ENOUGH)
         at, by = _near_the_best(seek, *seek.moved(at, by, FIRST), bound, CLOSER)
-        at, _ = seek.moved(at, AGAIN * by, LAST, along=True)
-        return seek.measured(at[seek.leading(at, at.deviation, 1)], FINER, along=True)
+        at = at[seek.leading(at, at.deviation, 1)]
+        at, _ = seek.moved(at, PIECE * (at.high - at.low), LAST, FINER, along=True)
+        return at[seek.leading(at, at.deviation, 1)]
     at, by = seek.moved(at, by, FIRST)
     apart = seek.distinct(at)
     at, by = at[apart], by[apart]

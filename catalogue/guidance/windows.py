@@ -32,7 +32,7 @@ THOROUGH = (np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6]) / 6, 1 / 6, 
 QUICK = (np.array([0, -1, 1]) / 2, 1 / 2, 9)
 #: The same while a stroke is corrected.
 CORRECTING = (np.array([0, -1, 1, -2, 2, -3, 3]) / 3, 1 / 3, 1)
-#: What that way becomes, while a stroke is sought, where the best is the farthest.
+#: What that way becomes, while a stroke is sought or kept along the best line, where the best is the farthest.
 FARTHER = 2.0
 #: Windows about each of the first ones, and how many of them are followed, in either; and how far to either side they
 #: are, of a window.
@@ -282,8 +282,8 @@ class Search:
         """Return windows moved along their paths to where they are straightest, at first by ways up to `by` (n,) [rad],
         and the ways that would come next; `correcting` those whose strokes were changed."""
         n = len(at.low)
-        way, shorter, all_rounds = CORRECTING if correcting else QUICK if self.quick else THOROUGH
-        farther = FARTHER if correcting else 1.0
+        way, shorter, all_rounds = CORRECTING if correcting else QUICK if self.quick and not along else THOROUGH
+        farther = FARTHER if correcting or along else 1.0
         for _ in range(all_rounds if rounds is None else rounds):
             if rounds is not None or correcting or along or nodes != NODES:
                 tried, off = self._tried(at, by, way, nodes, along=along)
