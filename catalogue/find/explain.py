@@ -5,7 +5,8 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import combinations, islice
+from itertools import combinations, product
+from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -178,7 +179,7 @@ class Explanation:
 
     def relaxations(self, nearest: CandidateBatch) -> list[tuple[Relaxation, ...]]:
         """Return what each constraint alone, else each pair of them, would have to be for an answer to be found, in the
-        user's unit; each was tried."""
+        user's unit; each was tried.  What is absurd alone is offered where no pair helps by less."""
         refined = {}
         wanted = self.problem.constraints
         implied = {"full_rotation"} if wanted.min_transmission_turn or wanted.min_lift else set()
@@ -186,24 +187,22 @@ class Explanation:
             if (amount > ROUNDING).any() and not name.startswith("distance ") and name not in implied:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
                 refined[name] = found, feasibility(self.problem, found)
-        alone = {name: self._least(broken, (name,)).min() for name, (_, broken) in refined.items()}
-        order = sorted(refined, key=alone.__getitem__)
-        for count in (1, 2):
-            sources = {
-                names: [refined[names[0]]] if count == 1 else [*refined.values()]
-                for names in combinations(order, count)
-            }
-            least = {
-                names: min(self._least(broken, names).min() for _, broken in each) for names, each in sources.items()
-            }
-            offered: list[tuple[Relaxation, ...]] = []
-            for names in sorted(sources, key=least.__getitem__):
-                if offered and least[names] > ABSURD:
-                    break
-                rooms = ROOMS[-1:] if offered else ROOMS
-                offered += islice(filter(None, (self._best(*one, names, rooms) for one in sources[names])), 1)
+        every = [*refined.values()][: 1 if self.problem.constraints.given else None]  # there all are the nearest
+        trials = [
+            (float(self._least(source[1], names).min()), names, source)
+            for names in (*combinations(refined, 1), *combinations(refined, 2))
+            for source in ([refined[names[0]]] if len(names) == 1 else every)
+        ]
+        trials.sort(key=itemgetter(0))
+        for absurd, count in product((False, True), (1, 2)):
+            offered: dict[tuple[str, ...], tuple[Relaxation, ...]] = {}
+            for least, names, source in trials:
+                if len(names) != count or (least > ABSURD) != absurd or names in offered:
+                    continue
+                if best := self._best(*source, names, ROOMS[-1:] if offered else ROOMS):
+                    offered[names] = best
             if offered:
-                return offered
+                return [*offered.values()]
         return []
 
     @staticmethod
