@@ -55,6 +55,10 @@ FAR_OFF, CLOSER = 0.2, 3
 ABSURD = 3.0
 
 
+#: Each offer was tried; none is proved to be the least that helps.
+LESS = "a smaller step may do"
+
+
 @dataclass(frozen=True)
 class Relaxation:
     """An option of the command with a bound that is looser than what was asked; without a `value`: leave it out."""
@@ -78,7 +82,7 @@ class Advice:
 
     def __str__(self) -> str:
         offers = ", or ".join(" with ".join(map(str, one)) for one in self.alternatives)
-        return f"{self.reason}; what gives one: {offers}" if offers else self.reason
+        return f"{self.reason}; what gives one: {offers}; {LESS}" if offers else self.reason
 
 
 @dataclass(frozen=True)

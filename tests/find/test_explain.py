@@ -21,7 +21,7 @@ from catalogue.problem.ranking import Ranking
 from catalogue.search.report import SearchReport
 
 Ask = Callable[..., Found]
-LEAD = "no guide found; what gives one: "
+LEAD, TAIL = "no guide found; what gives one: ", "; a smaller step may do"
 LINE = StraightLine(150, 0.05)
 #: A strip without a lower end.
 BELOW = (-5, -np.inf, 5, -100)
@@ -29,9 +29,9 @@ BELOW = (-5, -np.inf, 5, -100)
 
 def advised(told: str) -> list[dict[str, Any]]:
     """Return each relaxation that an explanation offers, as keywords of `find`; None: to be left out."""
-    (line,) = [line for line in told.splitlines() if line.startswith(LEAD)]
+    (line,) = [line for line in told.splitlines() if line.startswith(LEAD) and line.endswith(TAIL)]
     offers = []
-    for offer in line.removeprefix(LEAD).split(", or "):
+    for offer in line.removeprefix(LEAD).removesuffix(TAIL).split(", or "):
         changes: dict[str, Any] = {}
         for one in offer.split(" with "):
             match = re.fullmatch(r"(without )?--([a-z-]+)((?: -?(?:inf|[\d.e+-]+))*)(?: \(asked [^)]*\))?", one.strip())
