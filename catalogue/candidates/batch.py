@@ -110,6 +110,13 @@ def flipped(
     return linkage, point, pole
 
 
+def mirror_image(problem: Problem, found: CandidateBatch, reverse: bool, over: bool) -> CandidateBatch:
+    """Measure candidates mirrored in the middle of the path (`reverse`) and in its line (`over`)."""
+    n = len(found)
+    seen = flipped(found.linkage, found.point, found.pole, np.full(n, reverse), np.full(n, over))
+    return measured(problem, found.origin, *seen)
+
+
 def slides_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> Complexes:
     """Return the ends of rails and slots (n, 2, 2) in mid-stroke after `place_on_path`; NaN if there is no region."""
     wanted, fit = problem.constraints, traced.fit

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, final
+from ..candidates.batch import CandidateBatch, final, mirror_image
 from ..candidates.feasibility import feasibility
 from ..candidates.select import select_top
 from ..errors import InvalidRequest
@@ -111,11 +111,14 @@ def searched(
     Those `given` are starts too.  With `round_to` their lengths are made multiples of it, and those that meet the
     constraints so are kept.  With `cognates` those of all that were found are candidates too.
     """
-    within = problem.tightened()
+    within, mirrors = problem.tightened(), problem.mirrors
+    sought = within.mirrored(*mirrors) if any(mirrors) else within
+    if given is not None and any(mirrors):
+        given = mirror_image(sought, given, *mirrors)
     every = []
     for name in problem.ranking.front or (None,):
         ranking = problem.ranking if name is None else replace(problem.ranking, weights={name: 1.0}, front=())
-        search = Search(replace(within, ranking=ranking), database, report, refines=refine, given=given).run()
+        search = Search(replace(sought, ranking=ranking), database, report, refines=refine, given=given).run()
         every.append(search)
         for _ in range(1, problem.effort):
             every.append(every[-1].again().run())
@@ -123,6 +126,8 @@ def searched(
     if not parts:
         return None
     found = join(*parts)
+    if any(mirrors):
+        found = mirror_image(within, found, *mirrors)
     report.nearest = found
     if cognates:
         from .postprocess import with_cognates

@@ -43,11 +43,13 @@ if TYPE_CHECKING:
 PROBABILITY = 0.95
 #: Intervals between the Chebyshev points of the stroke in a search: they leave the probability open by 3 per cent.
 ROUGH = 8
-#: Intervals for what is shown and bounded: they leave it open by 1 per cent, as 20 do.
-FINE = 16
+#: Intervals for what is shown and bounded: they leave it open by 1 per cent.
+FINE = 20
+#: The same where the radius is sought too: references are four stations then, and many more; 1 per cent again.
+FINE_OF_ARC = 16
 #: References that are looked at in all directions, those which alone forgive least, in a search, and for what is shown:
 #: more change the probability by less than 0.1 per cent.
-ROUGH_REFERENCES, REFERENCES = 24, 128
+ROUGH_REFERENCES, REFERENCES = 24, 64
 #: Part of the deviation by which a tolerance exceeds it at least; below that the allowance is proportional to what is
 #: left, and negative where nothing is.
 LEAST_LEFT = 1e-3
@@ -71,6 +73,10 @@ class Zone(NamedTuple):
 
     circle: bool
     free: int  #: coordinates of the nominal that are sought: 0 in a fixed place, 2 of a line or given radius, else 3
+
+    def intervals(self, rough: bool) -> int:
+        """Return how many intervals there are between stations, in a search or for what is shown."""
+        return ROUGH if rough else FINE_OF_ARC if self.free == 3 else FINE
 
 
 @dataclass(frozen=True)
@@ -104,9 +110,9 @@ def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, in
         error, place, weight = y, x, np.ones_like(x)
     fine = (many.fine @ error).T
     size = (fine.shape[1] - 1) // intervals
-    bins = np.abs(fine[:, 1:]).reshape(len(fine), intervals, size)
+    bins = np.abs(fine[:, 1:]).reshape(len(fine), intervals, size)[..., :-1]  # the same from either end
     worst = np.argmax(np.where(np.isnan(bins), -1.0, bins), axis=2) + 1 + np.arange(0, fine.shape[1] - 1, size)
-    stations = np.concatenate([np.zeros((len(fine), 1), int), worst], axis=1)
+    stations = np.pad(worst, ((0, 0), (1, 1)), constant_values=((0, 0), (0, fine.shape[1] - 1)))
     error, place, weight = ((many.fine[stations] @ part.T[..., None])[..., 0] for part in (error, place, weight))
     carried = _carrying(intervals)[stations]
     given = carried @ np.where(scattered(guides.linkage)[:, None], np.moveaxis(across, 0, 1), 0.0)
@@ -277,7 +283,7 @@ def slopes(asked: float | Floats, guides: CouplerCurve, traced: Traced, zone: Zo
     The sensitivities are differenced, with the places along the nominals held.
     """
     with np.errstate(all="ignore"):
-        intervals = ROUGH if rough else FINE
+        intervals = zone.intervals(rough)
         here = response(guides, traced, zone, intervals)
         at = np.maximum(asked, here.deviation * (1 + LEAST_LEFT))
         found = References.of(here, zone.free).strongest(at, ROUGH_REFERENCES if rough else REFERENCES)
@@ -337,7 +343,7 @@ def _references(
 ) -> tuple[References, Floats]:
     """Return the references of traced guides and their deviations; NaN where the point returns."""
     with np.errstate(all="ignore"):
-        here = response(guides, traced, zone, ROUGH if rough else FINE)
+        here = response(guides, traced, zone, zone.intervals(rough))
         return References.of(here, zone.free), np.where(guides.cusp, np.nan, here.deviation)
 
 

@@ -245,6 +245,18 @@ class Constraints:
                 to[name] = tuple((z.real, z.imag) for z in carried)
         return replace(self, **to)
 
+    @property
+    def regions(self) -> list[Region]:
+        """All regions and zones."""
+        return [*(region for name in REGIONS if (region := getattr(self, name)) is not None), *self.keep_out]
+
+    def mirrored(self, reverse: bool, over: bool) -> Constraints:
+        """Mirror regions and zones in the middle of a path from 0 to 1 (`reverse`) and in its line (`over`)."""
+        to: dict[str, Any] = {
+            name: region.mirrored(reverse, over) for name in REGIONS if (region := getattr(self, name)) is not None
+        }
+        return replace(self, **to, keep_out=tuple(zone.mirrored(reverse, over) for zone in self.keep_out))
+
     def active(self) -> list[str]:
         """Return the names of the constraints that are set."""
         return [f.name for f in fields(self) if getattr(self, f.name) != f.default]

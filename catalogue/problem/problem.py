@@ -6,11 +6,15 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from .constraints import Constraints
 from .criteria import ANSWERS
 from .ranking import Ranking
 from .request import CircularArc, Request, StraightLine, digits
 
+#: Distance of regions from a mirror up to which they lie evenly about it [strokes].
+EVEN = 1e-9
 #: The tolerance inside which a search stays, of the one asked: what its grid leaves open.
 SEARCH_TOLERANCE = 1 - 2e-4
 
@@ -51,6 +55,18 @@ class Problem:
             ranking = ranking.without("allowance")
         carried, fixed = constraints.carried(1 / scale, -shift / scale), constraints.given is not None
         return cls(path, carried, ranking, limit, effort, scale, shift, in_place=fixed)
+
+    @property
+    def mirrors(self) -> tuple[bool, bool]:
+        """In which mirrors the problem is searched, of the middle of the path and, of a line, of the line itself: those
+        that bring its regions to the left and below, so that a problem and its mirror images have the same answers."""
+        corners = np.array([region.corners.mean(0) - (0.5, 0.0) for region in self.constraints.regions]).reshape(-1, 2)
+        right, above = corners.sum(0) > EVEN
+        return bool(right), bool(above and not self.curved)
+
+    def mirrored(self, reverse: bool, over: bool) -> Problem:
+        """Return the problem with its regions mirrored in the middle of the path and in its line."""
+        return replace(self, constraints=self.constraints.mirrored(reverse, over))
 
     def with_constraints(self, **changes: Any) -> Problem:
         """Return the problem with some constraints changed [strokes]."""

@@ -58,6 +58,13 @@ class Region:
         (x0, y0), (x1, y1) = corners.min(0).tolist(), corners.max(0).tolist()
         return Region(corners, (x0, y0, x1, y1), self.is_box and complex(scale).imag == 0)
 
+    def mirrored(self, reverse: bool, over: bool) -> Region:
+        """Mirror the region in the middle of a path from 0 to 1 (`reverse`) and in its line (`over`)."""
+        x, y = self.corners.T
+        corners = np.stack([1 - x if reverse else x, -y if over else y], axis=-1)
+        (x0, y0), (x1, y1) = corners.min(0).tolist(), corners.max(0).tolist()
+        return Region(corners, (x0, y0, x1, y1), self.is_box)
+
     def rounded(self) -> Region:
         """Return the region with its coordinates rounded to 12 decimals."""
         x0, y0, x1, y1 = (round(x, 12) for x in self.box)
