@@ -1,5 +1,5 @@
-"""How often machines whose pivots scatter by their allowance keep the path within the tolerance: 60 answers of six
-families, lines and arcs, drawn and moved by loops that are closed in another way.
+"""How often machines whose pivots scatter by their allowance keep the path within the tolerance: answers of six
+families, lines, arcs and dwells, drawn and moved by loops that are closed in another way.
 
     python tests/benchmarks/allowance.py DB [DRAWS]
 """
@@ -15,10 +15,11 @@ import numpy as np
 from scipy.optimize import linprog
 
 import catalogue
-from catalogue import CircularArc, StraightLine
+from catalogue import CircularArc, StandStill, StraightLine
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from tests import naive
+from tests.find.test_dwells import machines
 
 Array = Any
 #: Places of the path that are looked at, and steps to its ends.
@@ -178,6 +179,15 @@ def main(database: str, draws: int = 2000) -> None:
         every += shares
         told = f"{min(shares):.3f} {np.mean(shares):.3f} {max(shares):.3f}" if shares else "no answer"
         print(f"{name}: {len(shares)} answers, {told}", flush=True)
+    for dwell in (StandStill(60, 1, 20), StandStill(90, 0.5, 30)):
+        shares = [
+            float((machines(d, d.allowance, draws) <= dwell.residual).mean())
+            for d in cat.find_dwells(dwell, pins_only=True, limit=5)
+            if (d.allowance or 0) > 0
+        ]
+        every += shares
+        told = f"{min(shares):.3f} {np.mean(shares):.3f} {max(shares):.3f}" if shares else "no answer"
+        print(f"dwell of {dwell.angle:g} degrees: {len(shares)} answers, {told}", flush=True)
     print(f"{len(every)} answers: {min(every):.3f} {np.mean(every):.4f} {max(every):.3f}")
 
 
