@@ -60,7 +60,7 @@ def along(c: Any, z: Array) -> Array:
 def paths(c: Any, pivots: Array, point: Array) -> Array:
     """Return the points, (PLACES, n), in which machines run from the start to the end of the path of a candidate; NaN
     for those that do not."""
-    n = len(pivots)
+    n, found = len(pivots), None
     for chain in (naive.Chain(pivots, lead) for lead in (2, 0, 1)):
         if (chain.kinds[chain.lead] != "RR") if chain.lead < 2 else ("RR" in chain.kinds):
             continue
@@ -78,8 +78,13 @@ def paths(c: Any, pivots: Array, point: Array) -> Array:
                 x, ahead = (along(c, run(ends[goal] + step)) for step in (0.0, 1e-6))
                 ends[goal] = ends[goal] - (x - goal) * 1e-6 / (ahead - x)
         share = 0.5 - 0.5 * np.cos(np.pi * np.arange(PLACES) / (PLACES - 1))
-        return run(ends[0] + (ends[1] - ends[0]) * share[:, None])
-    raise AssertionError(f"no crank or coupler leads {c.family} through the stroke")
+        led = run(ends[0] + (ends[1] - ends[0]) * share[:, None])
+        # a machine that one link leads to a dead point is led through it by another
+        found = led if found is None else np.where(np.isfinite(found).all(0), found, led)
+        if np.isfinite(found).all():
+            break
+    assert found is not None, f"no crank or coupler leads {c.family} through the stroke"
+    return found
 
 
 def _point(chain: Any, t: Array, point: Array) -> Array:
