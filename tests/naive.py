@@ -14,7 +14,7 @@ from typing import Any
 
 import mpmath as mp  # type: ignore[import-untyped]  # it ships no types
 import numpy as np
-from scipy.optimize import linprog
+from scipy.optimize import least_squares, linprog, minimize
 from scipy.spatial import ConvexHull
 
 Array = Any
@@ -630,6 +630,92 @@ def _even(way: Callable[[Array], Array], pieces: int) -> Array:
         share = run / run[-1] + 1e-3 * np.linspace(0, 1, len(s))
         s = np.interp(np.linspace(0, share[-1], 4001), share, s)
     return np.interp(np.linspace(0, 4000, pieces + 1), np.arange(4001), s)
+
+
+# -- arcs near a half circle, and beyond ------------------------------------------------------------------------------
+def way_through(pivots: Any, point: complex) -> tuple[Callable[[Array], Array], float]:
+    """Return the way of a coupler point round the circuit on which it is given, and the phase of where it is."""
+    s = np.linspace(0, 2 * np.pi, 40001)
+    ways = [way for way, _ in ways_round(pivots, point)]
+    near = [np.nan_to_num(np.abs(way(s) - point), nan=np.inf) for way in ways]
+    best = int(np.argmin([away.min() for away in near]))
+    phase, step = float(s[near[best].argmin()]), float(s[1])
+    for _ in range(4):  # to where it is exactly
+        fine = phase + np.linspace(-step, step, 2001)
+        away = np.nan_to_num(np.abs(ways[best](fine) - point), nan=np.inf)
+        phase, step = float(fine[away.argmin()]), step / 500
+    return ways[best], phase
+
+
+def off_arc(z: Array, radius: float, centre: complex) -> tuple[float, complex]:
+    """Return by how much places are off the circle of a radius that is placed best, and its centre: the least of what
+    linear programmes about the last centre give, from a few places about a first one, and a simplex from there."""
+    best = (math.inf, centre)
+    for away in (0.0, *(0.1 * radius * np.exp(0.5j * np.pi * k) for k in range(4))):
+        here, value = centre + away, float(np.abs(np.abs(z - centre - away) - radius).max())
+        for _ in range(60):
+            spoke = z - here
+            off = np.abs(spoke) - radius
+            far = np.abs(off)
+            inner = np.flatnonzero((far[1:-1] >= far[:-2]) & (far[1:-1] >= far[2:])) + 1
+            at = np.unique(np.concatenate([inner, np.arange(0, len(z), max(len(z) // 100, 1)), [len(z) - 1]]))
+            rows = np.column_stack([(spoke / np.abs(spoke)).real, (spoke / np.abs(spoke)).imag])[at]
+            ones = -np.ones((len(at), 1))
+            found: Any = linprog(
+                [0, 0, 1], np.block([[rows, ones], [-rows, ones]]), np.concatenate([off[at], -off[at]]),
+                bounds=[(-0.2 * radius, 0.2 * radius)] * 2 + [(0, None)],
+            )  # fmt: skip
+            step, part = complex(*found.x[:2]), 1.0
+            while part > 1e-4 and np.abs(np.abs(z - here - part * step) - radius).max() >= value:
+                part *= 0.5
+            if part <= 1e-4:
+                break
+            here += part * step
+            value = float(np.abs(np.abs(z - here) - radius).max())
+            if abs(part * step) < 1e-13 * radius:
+                break
+        best = min(best, (value, here), key=lambda one: one[0])
+    start = np.array([best[1].real, best[1].imag])
+    corners = start + 1e-3 * best[0] * np.array([[0, 0], [1, 0], [0, 1]])
+    close: Any = {"xatol": 1e-13 * radius, "fatol": 1e-14 * radius, "maxiter": 400, "initial_simplex": corners}
+
+    def farthest(c: Any) -> float:
+        return float(np.abs(np.abs(z - complex(*c)) - radius).max())
+
+    refined: Any = minimize(farthest, start, method="Nelder-Mead", options=close)
+    return min(best, (float(refined.fun), complex(*refined.x)), key=lambda one: one[0])
+
+
+def along_arc(
+    way: Callable[[Array], Array], middle: float, centre: complex, radius: float, angle: float
+) -> tuple[float, complex, complex]:
+    """Return by how much a path is off the best-placed arc of a radius and an angle [rad] whose middle it passes at a
+    phase, and its ends: those places that are seen half the angle from the middle, either way, from the centre of the
+    circle with the least mean square distance from the path between them."""
+    s = middle + np.linspace(-1.9 * np.pi, 1.9 * np.pi, 60001)
+    z = way(s)
+    mid = len(s) // 2
+    for _ in range(40):
+        seen = np.unwrap(np.angle((z - centre) / (z[mid] - centre)))
+        seen -= seen[mid]
+        seen *= np.sign(seen[mid + 1] - seen[mid - 1])
+        last = mid + int(np.argmax(seen[mid:] >= angle / 2))
+        first = mid - int(np.argmax(-seen[mid::-1] >= angle / 2))
+        low = float(np.interp(-angle / 2, seen[first : mid + 1], s[first : mid + 1]))
+        high = float(np.interp(angle / 2, seen[mid : last + 1], s[mid : last + 1]))
+        fine = np.linspace(low, high, 8001)
+        run = np.concatenate([[0], np.abs(np.diff(way(fine))).cumsum()])
+        even = way(np.interp(np.linspace(0, run[-1], 4001)[:-1] + run[-1] / 8000, run, fine))
+        before = centre
+
+        def off(c: Any, even: Array = even) -> Array:
+            return np.abs(even - complex(*c)) - radius
+
+        centre = complex(*least_squares(off, [before.real, before.imag], xtol=1e-15, ftol=1e-15, gtol=1e-15).x)
+        if abs(centre - before) < 1e-12 * radius:
+            break
+    path = way(np.linspace(low, high, 20001))
+    return off_arc(path, radius, centre)[0], complex(path[0]), complex(path[-1])
 
 
 # -- measures ---------------------------------------------------------------------------------------------------------

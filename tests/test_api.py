@@ -154,7 +154,7 @@ TAKEN: dict[str, dict[str, frozenset[str]]] = {
     "Linkage": {"pivots": NONE},
     "lengths": {"crank": MANY, "offset": MANY, "angle": MANY, "branch": EMPTY},
     "StraightLine": LINES,
-    "CircularArc": {**LINES, "radius": NOTHING},
+    "CircularArc": {**LINES, "radius": NOTHING, "angle": NOTHING},
     "guide": {"linkage": NONE, "point": NONE, "unit": NOTHING},
     "own lengths": {"crank": NONE, "along": NONE, "angle": NONE},
     "measure": {

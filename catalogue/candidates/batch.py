@@ -4,16 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
 from ..guidance.allowance import Zone, allowances, expected_deviation
+from ..guidance.circuit_curve import CIRCUIT, CircuitCurve
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
 from ..guidance.fixed_nominal import Nominal, in_place
 from ..guidance.metrics import Measures, measure
 from ..guidance.placement import FINE, at_stroke, mid_stroke, mirrored, mirrored_places, near_stroke, placed
 from ..guidance.slides import NOWHERE
 from ..guidance.trace import Traced, again
+from ..guidance.wide_arc import MOST, along_circuits, traced_about
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Mask
@@ -79,9 +82,16 @@ class CandidateBatch(Rows):
         return np.asarray(self.traced.fit.deviation.astype(float))
 
     @cached_property
-    def curve(self) -> CouplerCurve:
-        """The guides ready to be traced from mid-stroke."""
-        return coupler_curve(self.linkage, self.point, pole=self.pole, chart=self.chart)
+    def curve(self) -> Any:
+        """The guides ready to be traced from mid-stroke, a `CouplerCurve` or, along wide arcs, a `CircuitCurve`."""
+        return curves(self.linkage, self.point, self.pole, self.chart)
+
+
+def curves(linkage: Linkage, point: Complexes, pole: Complexes, chart: Array) -> CouplerCurve | CircuitCurve:
+    """Return guides (n,) ready to be traced from where they stand, in charts (n,) or along their circuits."""
+    if (chart == CIRCUIT).any():
+        return along_circuits(linkage, point)
+    return coupler_curve(linkage, point, pole=pole, chart=chart)
 
 
 def place_on_path(problem: Problem, guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Complexes, Complexes]:
@@ -102,18 +112,19 @@ def on_path(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Trac
 
 
 def flipped(
-    linkage: Linkage, point: Complexes, pole: Complexes, reverse: Mask, over: Mask
+    linkage: Linkage, point: Complexes, pole: Complexes, reverse: Mask, over: Mask, stroke: float = 1.0
 ) -> tuple[Linkage, Complexes, Complexes]:
     """Return laid guides travelled the other way (`reverse`), mirrored in the line of the path (`over`)."""
-    _, pole = mirrored(linkage, pole, 1.0, reverse, over)
-    linkage, point = mirrored(linkage, point, 1.0, reverse, over)
+    _, pole = mirrored(linkage, pole, stroke, reverse, over)
+    linkage, point = mirrored(linkage, point, stroke, reverse, over)
     return linkage, point, pole
 
 
 def mirror_image(problem: Problem, found: CandidateBatch, reverse: bool, over: bool) -> CandidateBatch:
     """Measure candidates mirrored in the middle of the path (`reverse`) and in its line (`over`)."""
     n = len(found)
-    seen = flipped(found.linkage, found.point, found.pole, np.full(n, reverse), np.full(n, over))
+    sides = np.full(n, reverse), np.full(n, over)
+    seen = flipped(found.linkage, found.point, found.pole, *sides, problem.path.stroke)
     return measured(problem, found.origin, *seen)
 
 
@@ -136,11 +147,29 @@ def every_flip(problem: Problem, n: int) -> list[tuple[Mask, Mask]]:
 
 def measured(problem: Problem, origin: Origin, linkage: Linkage, point: Complexes, pole: Complexes) -> CandidateBatch:
     """Return guides that stand along the path as candidates, measured over exactly the stroke."""
+    if problem.is_wide:
+        return on_wide_arc(problem, origin, along_circuits(linkage, point))
     guides = coupler_curve(linkage, point, pole=pole, least=0.5)
     return described(problem, origin, guides, _over_stroke(problem, guides, extend=False))
 
 
-def described(problem: Problem, origin: Origin, guides: CouplerCurve, traced: Traced) -> CandidateBatch:
+def on_wide_arc(problem: Problem, origin: Origin, guides: CircuitCurve, **nodes: int) -> CandidateBatch:
+    """Return guides that stand about the arc of a problem, in the middles of their paths, laid along it and measured;
+    `nodes` as of `wide_arcs`."""
+    path, n = problem.path, len(guides)
+    assert path.radius is not None
+    assert path.angle is not None
+    centre = 0.5 * path.stroke - 1j * path.radius * np.cos(0.5 * np.radians(path.angle))
+    traced = traced_about(guides, np.full(n, centre), np.full(n, path.radius), path.angle, **nodes)
+    there, fit = np.isfinite(traced.fit.deviation), traced.fit
+    scale = np.where(there, fit.along.conj(), 1.0)
+    shift = np.where(there, -scale * fit.start, 0.0)
+    fit = replace(fit, start=np.where(there, 0j, fit.start), along=np.where(there, 1 + 0j, fit.along))
+    laid = along_circuits(guides.linkage.moved(scale, shift), scale * guides.point + shift)
+    return described(problem, origin, laid, replace(traced, fit=fit))
+
+
+def described(problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCurve, traced: Traced) -> CandidateBatch:
     """Return traced guides in mid-stroke with what the problem needs to be measured of them."""
     wanted = problem.constraints
     found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
@@ -162,10 +191,14 @@ def with_allowance(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     return replace(found, allowance=allowance, expected=expected)
 
 
-def near_path(problem: Problem, origin: Origin, moved: CouplerCurve, nominal: Nominal | None = None) -> CandidateBatch:
+def near_path(
+    problem: Problem, origin: Origin, moved: CouplerCurve | CircuitCurve, nominal: Nominal | None = None
+) -> CandidateBatch:
     """Return guides that stand nearly along the path, about positions near mid-stroke, laid along it anew and measured;
     arcs bulge to +y already.  With the path itself as `nominal` distances are from that: guides stay where they stand.
     """
+    if isinstance(moved, CircuitCurve):
+        return on_wide_arc(problem, origin, moved)
     if nominal is not None:
         linkage, point, traced = mid_stroke(moved, in_place(moved, nominal))
         return described(problem, origin, coupler_curve(linkage, point, chart=moved.motion.chart), traced)
@@ -186,6 +219,8 @@ def near_path(problem: Problem, origin: Origin, moved: CouplerCurve, nominal: No
 
 def in_best_charts(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     """Return candidates with those measured anew whose motion has a better chart than the one they were traced in."""
+    if problem.is_wide:
+        return found
     best = coupler_curve(found.linkage, found.point, pole=found.pole, least=0.5).motion.chart
     other = np.flatnonzero(best != found.chart)
     if not len(other):
@@ -202,10 +237,15 @@ def final(problem: Problem, found: CandidateBatch, *, rigid: bool = False) -> Ca
     With `rigid` lengths stay to the last digit: the fitted stroke may then differ from the one asked for, by as much as
     the grids do.
     """
-    if found.curve.cusp.any():
-        return replace(found, traced=_over_stroke(problem, found.curve))
+    guides = found.curve
+    if isinstance(guides, CircuitCurve):
+        shown = on_wide_arc(problem, found.origin, guides, nodes=SHOWN, most=MOST)
+        return with_allowance(problem, shown) if problem.needs_allowance or problem.constraints.play else shown
+    if guides.cusp.any():
+        return replace(found, traced=_over_stroke(problem, guides))
     found = in_best_charts(problem, found)
     guides = found.curve
+    assert isinstance(guides, CouplerCurve)
     held = found.traced.fit.curvature if problem.fixed_curvature is not None else None
     traced = again(guides, found.traced, circle=problem.curved, nodes=SHOWN, held=held)
     if rigid:
@@ -229,7 +269,7 @@ def _over_stroke(problem: Problem, guides: CouplerCurve, *, extend: bool = True)
     return at_stroke(guides, 1.0, circle=problem.curved, extend=extend, curvature=up)
 
 
-def _pole(guides: CouplerCurve) -> Complexes:
+def _pole(guides: CouplerCurve | CircuitCurve) -> Complexes:
     return np.full(len(guides), complex(np.nan, np.nan)) if guides.pole is None else guides.pole
 
 
@@ -241,7 +281,8 @@ def unscaled(traced: Traced) -> Traced:
 def _reversed(traced: Traced, where: Mask) -> Traced:
     """Return the traces with those `where` a mask says so run through from the other end."""
     fit = traced.fit
-    start, along = np.where(where, fit.start + fit.stroke * fit.along, fit.start), np.where(where, -1, 1) * fit.along
-    turned = replace(fit, start=start, along=along, curvature=np.where(where, -1, 1) * fit.curvature)
+    way = np.where(where, -1, 1)
+    start = np.where(where, fit.start + fit.stroke * fit.along, fit.start)
+    turned = replace(fit, start=start, along=way * fit.along, curvature=way * fit.curvature, rise=way * fit.rise)
     low, high = np.where(where, traced.high, traced.low), np.where(where, traced.low, traced.high)
     return Traced(turned, traced.shift, low, high)

@@ -151,7 +151,9 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
     wanted, m = problem.constraints, found.measures
     amounts: dict[str, Floats] = {}
     with np.errstate(all="ignore"):
-        reached = np.isfinite(found.deviation) & (np.abs(found.traced.fit.stroke.astype(float) - 1) <= 1e-6)
+        reached = np.isfinite(found.deviation) & (
+            np.abs(found.traced.fit.stroke.astype(float) - problem.path.stroke) <= 1e-6
+        )
         amounts["deviation"] = over(np.log(np.maximum(found.deviation, 1e-300) / problem.deviation))
         for name, key in (UPPER_BOUNDS | LOWER_BOUNDS).items():
             if (bound := getattr(wanted, name)) is not None:
@@ -160,6 +162,8 @@ def feasibility(problem: Problem, found: CandidateBatch, *, signed: bool = False
             amounts["min_allowance"] = over((bound - found.allowance) / bound)
         amounts["max_size" if wanted.max_size is None else "distance of the pivots"] = over(m.size - farthest(problem))
         amounts["distance from the moving pivots"] = over(LEAST_ARM - nearer_arm(found))
+        if problem.is_wide:  # on one pivot both cranks turn as one body
+            amounts["distance of the fixed pivots"] = over(LEAST_ARM - m.max_ground)
         if wanted.min_transmission:
             amounts["min_transmission"] = over(np.radians(wanted.min_transmission - m.min_transmission))
         if wanted.full_rotation:

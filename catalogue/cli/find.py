@@ -10,7 +10,7 @@ from ..errors import InvalidRequest
 from ..find.columns import CANDIDATE
 from ..find.columns import TABLE as MADE
 from ..progress import busy
-from .find_options import DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
+from .find_options import ANGLE, DEVIATION, OPTIONS, PLACE, RADIUS, STROKE
 from .options import option
 from .tables import Tabled, codes, print_results, print_table, row
 from .units import unit, with_unit
@@ -50,7 +50,9 @@ def straight_line(**options: Any) -> None:
     _find(request_from(options, curved=False), options)
 
 
-@click.command(cls=Tabled, table=TABLE, columns=COLUMNS, params=[DEVIATION, STROKE, RADIUS, *PLACE, *OPTIONS, CONFIG])
+@click.command(
+    cls=Tabled, table=TABLE, columns=COLUMNS, params=[DEVIATION, STROKE, RADIUS, ANGLE, *PLACE, *OPTIONS, CONFIG]
+)
 def circular_arc(**options: Any) -> None:
     """Guide a point along a circular arc.
 
@@ -71,22 +73,26 @@ def request_from(options: dict[str, Any], *, curved: bool, share: float | None =
     """
     from ..problem.request import CircularArc, StraightLine
 
-    deviation, radius, path = options.pop("deviation"), options.pop("radius", None), _path(options)
+    deviation, arc = options.pop("deviation"), {name: options.pop(name, None) for name in ("radius", "angle")}
+    path = _path(options, **arc)
     if deviation is None and share is not None:
         deviation = share * path["stroke"]
     if curved:
-        return CircularArc(deviation=deviation, radius=radius, unit=unit(), **path)
+        return CircularArc(deviation=deviation, unit=unit(), **arc, **path)
     return StraightLine(deviation=deviation, unit=unit(), **path)
 
 
-def _path(options: dict[str, Any]) -> dict[str, Any]:
+def _path(options: dict[str, Any], radius: float | None = None, angle: float | None = None) -> dict[str, Any]:
     """Return stroke, start and direction of a path from the options that say where it lies, and take these out."""
-    from ..problem.request import ends
+    from ..problem.request import consistent_arc, ends
 
     stroke, start, end, along = (options.pop(name) for name in ("stroke", "from", "to", "along"))
     if end is None:
+        if stroke is None and radius is not None and angle is not None:
+            stroke = consistent_arc(None, radius, angle)[0]
         if stroke is None:
-            raise InvalidRequest("say how long the path is, --stroke L, or where it runs, --from X Y --to X Y")
+            arc = " (of an arc also --radius R --angle DEG)" if radius is not None or angle is not None else ""
+            raise InvalidRequest(f"say how long the path is, --stroke L{arc}, or where it runs, --from X Y --to X Y")
         return {"stroke": stroke, "start": start or (0.0, 0.0), "along": along}
     if stroke is not None or along:
         raise InvalidRequest("--to says how long the path is and where it leads: leave out --stroke and --along")
@@ -142,6 +148,7 @@ def print_candidates(found: Found) -> None:
     if first.radius is not None:
         what = f"an arc of chord {with_unit(f'{first.stroke:g}')}"
         what += f" and radius {with_unit(f'{first.radius:.4g}')}" * same
+        what += f", {first.arc_angle:.4g}\u00b0" * first.is_wide
     asked = {"radius": not same, "expected": any(c.expected != c.deviation for c in found if c.expected is not None),
              "front": first.front is not None, "travel": any(c.travel is not None for c in found)}  # fmt: skip
     names = [name for name in TABLE if asked.get(name, True)]

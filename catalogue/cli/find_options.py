@@ -17,6 +17,9 @@ STROKE = length("--stroke", "L", "Length of the path (chord of an arc), in any u
 RADIUS = length(
     "--radius", "R", "Radius of the arc, which bulges to the left of its way.", show_default="whatever fits best"
 )
+ANGLE = angle(
+    "--angle", "DEG", "Angle of the arc, up to 350; give two of --stroke, --radius and --angle.",
+)  # fmt: skip
 PLACE = (
     length("--from", "X Y", "Where the path starts.", nargs=2),
     length("--to", "X Y", "Where it ends, instead of --stroke.", nargs=2),

@@ -12,7 +12,7 @@ from ..errors import InvalidRequest
 from ..progress import busy
 from .completion import references
 from .find import COLUMNS, request_from, to_keywords
-from .find_options import IMPROVE, PLACE, RADIUS, STROKE
+from .find_options import ANGLE, IMPROVE, PLACE, RADIUS, STROKE
 from .options import Argument, option, several, switch
 from .references import HELP, REFERENCE, resolve
 from .tables import FORCE, OUTPUT, Tabled, codes, print_results, print_table, row
@@ -38,6 +38,7 @@ SPARE = ("family", "series", "links")
         length("--deviation", "D", "Largest deviation.", show_default="a tenth of the stroke; the smallest is sought"),
         switch("--arc", "Along an arc of whatever radius fits best, not a straight line."),
         RADIUS,
+        ANGLE,
         *PLACE,
         length("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
         several("--hold", "WHAT", "What stays: fixed-pivots, or a length by its name, crank1, frame; may be repeated."),
@@ -64,7 +65,9 @@ def improve(
     every = in_output_unit(resolve(reference, point, options["db"], options["plugins"]))
     if options["deviation"] is None:
         options["rank_by"] = options["rank_by"] or "deviation"
-    request = request_from(options, curved=arc or options["radius"] is not None, share=0.1)
+    request = request_from(
+        options, curved=arc or options["radius"] is not None or options["angle"] is not None, share=0.1
+    )
     to_keywords(options)
     output, plot, db, plugins = (options.pop(name) for name in ("format", "plot", "db", "plugins"))
     names = [part for text in hold for part in text.split(",")]

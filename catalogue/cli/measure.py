@@ -16,7 +16,7 @@ from .completion import references
 from .options import DB, FORMAT, PLUGINS, Argument, option, switch
 from .references import HELP, REFERENCE, resolve
 from .tables import FORCE, OUTPUT, PICTURE, Tabled, codes, print_results, print_table, row, tell
-from .units import UNIT, in_output_unit, length, unit, with_unit
+from .units import UNIT, angle, in_output_unit, length, unit, with_unit
 
 if TYPE_CHECKING:
     from ..find.measure import Measured
@@ -43,6 +43,7 @@ SPARE = ("nearest_series", "links", "crank", "size")
         length("--deviation", "D", "How far is it guided within this deviation? With --stroke: the allowance left."),
         switch("--arc", "Along an arc of whatever radius fits best, not a straight line."),
         length("--radius", "R", "Along an arc of exactly this radius."),
+        angle("--angle", "DEG", "Over this angle of the arc, up to 350, instead of --stroke."),
         length("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
         option("--limit", "N", "How many stretches of each linkage.", int, show_default="4, of several linkages 1"),
         option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", OUTPUT),
@@ -55,7 +56,7 @@ SPARE = ("nearest_series", "links", "crank", "size")
     ]
 )  # fmt: skip
 def measure(
-    reference: str, stroke: float | None, deviation: float | None, arc: bool, radius: float | None,
+    reference: str, stroke: float | None, deviation: float | None, arc: bool, radius: float | None, angle: float | None,
     point: tuple[float, float] | None, limit: int | None, save: Path | None, plot: Path | None, format: str,
     db: Path | None, plugins: Sequence[str],
 ) -> None:  # fmt: skip
@@ -75,7 +76,7 @@ def measure(
     count = (4 if len(every) == 1 else 1) if limit is None else limit
     with busy("measuring"):
         found = measured(
-            every, stroke=stroke, deviation=deviation, radius=radius, arc=arc, limit=count,
+            every, stroke=stroke, deviation=deviation, radius=radius, angle=angle, arc=arc, limit=count,
             series=cache(lambda: Registry(plugins).series),
         )  # fmt: skip
     one = every[0] if len(every) == 1 else None
@@ -119,6 +120,7 @@ def _table(found: Measured, *, many: bool) -> None:
     names = [name for name in TABLE if asked.get(name, True)]
     rows = [row(c, names, code=code) for code, c in zip(codes(found), found, strict=True)]
     what = "straight lines" if first.radius is None else "arcs"
+    what += f" of {first.arc_angle:.4g}\u00b0" * first.is_wide
     apart = "* another circuit than that given: take the linkage apart to reach it\n" * any(
         not c.given and not c.joined for c in found
     )

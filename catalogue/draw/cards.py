@@ -20,8 +20,8 @@ WIDTH, CARD, MOST = 520.0, 250.0, 6
 #: Columns of the table, by what they show, with the format of their numbers, as far as the answers have them.
 COLUMNS = {
     "series": "", "family": "", "configuration": "", "order": ">", "stroke": "g", "deviation": ".3g", "radius": ".4g",
-    "angle": ".4g", "residual": ".3g", "swing": ".4g", "allowance": ".3g", "size": ".4g", "min_transmission": ".0f",
-    "score": ".0f", "unit": "",
+    "arc_angle": ".4g", "angle": ".4g", "residual": ".3g", "swing": ".4g", "allowance": ".3g", "size": ".4g",
+    "min_transmission": ".0f", "score": ".0f", "unit": "",
 }  # fmt: skip
 
 

@@ -102,7 +102,8 @@ def scene(candidate: Candidate) -> Scene:
     if candidate.driver in candidate.rotates:
         whole = candidate.run(whole=True)
         turn = whole.path(whole.polyline())
-    before, after = _beyond(run, complex(here.tangent[0]), BEYOND * candidate.stroke)
+    bent = np.exp(0.5j * np.radians(candidate.arc_angle or 0.0)) if candidate.is_wide else 1.0
+    before, after = _beyond(run, complex(here.tangent[0]), BEYOND * candidate.stroke, complex(bent))
     position, error = _deviation(candidate, here, traced)
     shown = Scene(
         kinds, z[:, 0], moving, np.stack([*corners, guided], 1), rods, path, before, after, position, error,
@@ -151,11 +152,12 @@ def _slides(
     return feet, rods
 
 
-def _beyond(run: Run, tangent: complex, more: float) -> list[Complexes]:
+def _beyond(run: Run, middle: complex, more: float, bent: complex = 1.0) -> list[Complexes]:
     """Return the path beyond the start and the end of a run, outwards, for a length of at most `more` along the tangent
-    in mid-stroke, until it turns."""
+    in mid-stroke, turned by `bent` at the start and as far the other way at the end, until it turns."""
     tails, half = [], 0.5 * float(run.circuit.period[0]) * np.sign(run.high - run.low)
-    for end, far in ((run.low, run.low - half), (run.high, run.high + half)):
+    tangents = middle * bent, middle * bent.conjugate()
+    for end, far, tangent in zip((run.low, run.high), (run.low - half, run.high + half), tangents, strict=True):
         if run.circuit.kind[0] == OPEN:
             far = min(max(far, 0.0), float(run.circuit.period[0]))
         far = replace(run, low=end, high=far).until(tangent, more)
@@ -185,6 +187,11 @@ def _deviation(candidate: Candidate, here: CouplerCurve | CircuitCurve, traced: 
         back = traced.fit.along[0].real < 0
         position, error = (candidate.stroke - w.real, -w.imag) if back else (w.real, w.imag)
     else:
+        if candidate.is_wide:
+            turned = np.unwrap(np.angle(z - traced.fit.centre[0]))
+            return candidate.radius * np.abs(turned - turned[0]), from_circle(
+                z, (z[0], z[-1]), candidate.radius, max(float(traced.fit.deviation[0]), 1e-18 * candidate.stroke)
+            )
         ends = (guides.point[0], 0.5 * (z[0] + z[-1])) if here.cusp[0] else (z[0], z[-1])
         w = (z - ends[0]) * traced.fit.along[0].conj()
         position = candidate.stroke - w.real if traced.fit.along[0].real < 0 else w.real

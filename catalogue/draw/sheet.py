@@ -98,6 +98,7 @@ def _title(figure: Figure, guide: PlacedGuide, total: float) -> None:
     told = facts(guide, guide.unit or "") if candidate is None else [
         f"stroke {candidate.stroke:g}{unit}",
         *([] if candidate.radius is None else [f"radius {candidate.radius:.4g}{unit}"]),
+        *([f"{candidate.arc_angle:.4g}°"] if candidate.is_wide else []),
         "exact" if _exact(candidate) else f"deviation {plain(candidate.deviation)}{unit}",
         f"least transmission angle {candidate.min_transmission:.0f}°",
     ]  # fmt: skip
@@ -127,13 +128,14 @@ def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
     from matplotlib.ticker import MaxNLocator
 
     nominal = "straight line" if candidate.radius is None else "circular arc"
+    along = "arc" if candidate.is_wide else "stroke"
     exact = _exact(candidate)
     half = candidate.deviation
     box = axes.get_window_extent()
-    flat = 0.5 * candidate.stroke * box.height / box.width  # half the height of the strip without magnification
+    flat = 0.5 * candidate.run_length * box.height / box.width  # half the height of the strip without magnification
     times = 1.0 if exact else rounded(flat / (1.15 * half))
     axes.set_facecolor("none")
-    axes.set_xlim(0, candidate.stroke)
+    axes.set_xlim(0, candidate.run_length)
     axes.set_ylim(-flat / times, flat / times)
     axes.axhline(0, color=FAINT, linewidth=0.8, zorder=1)
     if not exact:
@@ -147,13 +149,13 @@ def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
     said = (
         f"exact {nominal}: no deviation but rounding"
         if exact
-        else f"deviation × {_times(times)}  from the {nominal}, drawn {_times(times)} times as large as the stroke"
+        else f"deviation × {_times(times)}  from the {nominal}, drawn {_times(times)} times as large as the {along}"
     )
     axes.set_title(said, loc="left", family=SANS, size=8, color=INK, pad=4, gid="magnification")
     if not exact:
         band = f"half the width of the band: {plain(half)} {candidate.unit or ''}".rstrip()
         axes.set_title(band, loc="right", family=SANS, size=8, color=PATH, pad=4)
-    said = "position along the stroke" + (f" [{candidate.unit}]" if candidate.unit else "")
+    said = f"position along the {along}" + (f" [{candidate.unit}]" if candidate.unit else "")
     axes.set_xlabel(said, family=SANS, size=8, color=INK, labelpad=4)
     axes.xaxis.set_major_locator(MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]))
     tick = 0.0 if exact else rounded(1.05 * half, (1, 2, 3, 4, 5, 6, 8))

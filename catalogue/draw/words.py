@@ -36,6 +36,7 @@ def asked(guide: PlacedGuide) -> str:
         line = f"a straight line of {stroke:g}{unit}"
         if radius is not None:
             line = f"an arc of chord {stroke:g}{unit}, radius {radius:.4g}{unit}"
+            line += f", {guide.arc_angle:.4g}°" if getattr(guide, "is_wide", False) else ""  # type: ignore[attr-defined]
         deviation = guide.deviation  # type: ignore[attr-defined]
         return f"{line}, exact" if deviation < EXACT_DEVIATION * stroke else f"{line}, deviation {deviation:.3g}{unit}"
     if (angle := getattr(guide, "angle", None)) is not None:
@@ -60,6 +61,8 @@ def facts(guide: PlacedGuide, unit: str) -> list[str]:
         told.append(f"stroke {length(stroke, unit)}")
         if (radius := getattr(guide, "radius", None)) is not None:
             told.append(f"radius {length(radius, unit)}")
+            if getattr(guide, "is_wide", False):
+                told.append(f"{guide.arc_angle:.4g}°")  # type: ignore[attr-defined]
         deviation = guide.deviation  # type: ignore[attr-defined]
         told.append("exact" if deviation < EXACT_DEVIATION * stroke else f"deviation {deviation:.3g} {unit}".rstrip())
     if (angle := getattr(guide, "angle", None)) is not None:

@@ -22,7 +22,7 @@ from ..foreign_code import NAME
 from ..given import number, positive, switch, whole
 from ..given import text as printable
 from ..kinematics.linkage import Linkage
-from ..problem.request import point
+from ..problem.request import consistent_arc, point
 from ..units import millimetres, unit_or_none
 from .candidate import Candidate
 from .codes import KEPT, LENGTH, code_of, is_code, keep, kept
@@ -125,8 +125,11 @@ def record(one: Answer) -> dict[str, Any]:
         held = {"kind": "CollectionCandidate", **one.to_dict(), "metrics": dict(one.metrics)}
     else:
         held = {"kind": type(one).__name__, **{f.name: getattr(one, f.name) for f in fields(one) if f.name != "_drift"}}
-    if held["unit"] is None:  # so that answers of older versions, which say none, keep their codes
+    # so that answers of older versions, which say no unit and know arcs below a half circle only, keep their codes
+    if held["unit"] is None:
         del held["unit"]
+    if isinstance(one, Candidate) and one.arc_angle is None:
+        del held["arc_angle"]
     return held
 
 
@@ -209,6 +212,8 @@ def _sound(one: Answer) -> Answer:
             raise InvalidRequest(f"{f.name} must be a list, not {quoted(value)}")
     if isinstance(one, PlacedGuide):
         Linkage(one.pivots)
+    if isinstance(one, Candidate) and one.arc_angle is not None:
+        consistent_arc(one.stroke, positive("radius", one.radius), one.arc_angle)
     return one
 
 

@@ -84,6 +84,7 @@ class Candidate(PlacedGuide):
     start: list[float] = field(default_factory=lambda: [0.0, 0.0])
     along: float = 0.0
     unit: str | None = None
+    arc_angle: float | None = None
     _drift: tuple[Drifts, int] | None = field(default=None, repr=False, compare=False)
     __hash__ = PlacedGuide.__hash__
 
@@ -105,11 +106,12 @@ class Candidate(PlacedGuide):
         start = (self.start[0], self.start[1])
         if self.radius is None:
             return StraightLine(self.stroke, tolerance, start, self.along, self.unit)
-        return CircularArc(self.stroke, tolerance, self.radius, start, self.along, self.unit)
+        return CircularArc(self.stroke, tolerance, self.radius, start, self.along, self.unit, self.arc_angle)
 
     def __repr__(self) -> str:
         kind = " ".join(part for part in (self.series, self.family, self.configuration) if part)
         arc = "" if self.radius is None else f", radius {self.radius:.6g}"
+        arc += f", {self.arc_angle:.4g}\u00b0" if self.is_wide else ""
         lengths = f", lengths in {self.unit}" if self.unit else ""
         return (
             f"<{type(self).__name__} {kind}: stroke {self.stroke:.6g}{arc}, deviation {digits(self.deviation)}, "
@@ -179,10 +181,14 @@ class Candidate(PlacedGuide):
     def _run(self) -> Run:
         """The run over the stroke, from the start of the path to its end; of a point that returns from one end of its
         path to its rest and back."""
+        from ..guidance.circuit_curve import CircuitCurve
         from ..kinematics.circuits import circuits
 
         here, traced = self.traced
         found = circuits(self.linkage)[:1]
+        if isinstance(here, CircuitCurve):  # from start to end already
+            low, high = (float(here.motion.middle[0] + end[0]) for end in (traced.low, traced.high))
+            return Run(self, found, low, high)
         start = found if np.array_equal(here.linkage.pivots, found.linkage.pivots) else circuits(here.linkage)[:1]
         pose = here.motion.pose(np.stack([traced.low, traced.high]).astype(float))
         low, high = start.phases(pose)
@@ -225,6 +231,8 @@ class Candidate(PlacedGuide):
         from ..guidance.placement import at_stroke
         from ..guidance.trace import again
 
+        if self.is_wide and self.radius is not None and self.arc_angle is not None:
+            return self._along_wide_arc(self.radius, self.arc_angle)
         here = self.span()
         traced = at_stroke(here, self.stroke, circle=self.radius is not None, extend=False)
         if self.radius is None or here.cusp.any() or not np.isfinite(traced.fit.deviation).all():
@@ -232,6 +240,15 @@ class Candidate(PlacedGuide):
         forward = (here.tangent * self.frame.direction.conjugate()).real > 0
         bend = np.where(forward, -1, 1) / self.radius  # the arc bulges to the left of its chord
         return here, again(here, traced, circle=True, nodes=NODES, held=bend)
+
+    def _along_wide_arc(self, radius: float, angle: float) -> tuple[CircuitCurve, Traced]:
+        """Return the guide, in the middle of its arc, on its circuit, and what is traced over that."""
+        from ..guidance.wide_arc import MOST, SHOWN, along_circuits, traced_about
+
+        here = along_circuits(self.linkage, np.array([complex(*self.guided)]))
+        middle = 0.5 * self.stroke - 1j * radius * math.cos(math.radians(0.5 * angle))
+        centre = np.array([self.frame.origin + self.frame.direction * middle])
+        return here, traced_about(here, centre, np.array([radius]), angle, SHOWN, MOST)
 
     def path(self, points: int = 101) -> Floats:
         """Return points of the guided path over the stroke, shape (points, 2), from 2 to a million; even as the
@@ -261,11 +278,14 @@ class Candidate(PlacedGuide):
         if not self.allowance or self.allowance < 0 or self.asked_deviation is None or self.fitted is None:
             return None
         from ..guidance.allowance import Zone
+        from ..guidance.circuit_curve import CircuitCurve
         from ..guidance.coupler_curve import CouplerCurve
-        from ..guidance.drawn_machines import kept_share
+        from ..guidance.drawn_machines import kept_share, kept_share_over_arc
         from ..guidance.fixed_nominal import Nominal
 
         guides, traced = self.at_home().traced
+        if self.is_wide and isinstance(guides, CircuitCurve) and self.arc_angle is not None:
+            return kept_share_over_arc(guides, traced, self.arc_angle, self.allowance, self.asked_deviation)
         if self.pole is not None or not isinstance(guides, CouplerCurve):
             return None
         zone = Zone(self.radius is not None, self.fitted)
@@ -291,9 +311,25 @@ class Candidate(PlacedGuide):
         from ..guidance.return_path import distance, peak
 
         run = self.run(whole=True)
-        fit = self.traced[1].fit
         z = run.path(run.rows(LIFT_POSITIONS))[:-1, None]  # the last place is the first
-        return float(peak(np.abs(distance(z, fit.start, fit.along, fit.stroke, fit.curvature)))[0])
+        return float(peak(np.abs(distance(z, self.traced[1].fit)))[0])
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether the path is an arc near a half circle, or beyond."""
+        return self.arc_angle is not None
+
+    @property
+    def extent(self) -> float:
+        """Largest distance of two places on the nominal: the stroke, beyond a half circle the diameter."""
+        return 2 * self.radius if self.radius is not None and (self.arc_angle or 0.0) > 180 else self.stroke
+
+    @property
+    def run_length(self) -> float:
+        """Length along which the deviation is drawn: the stroke, of an arc near a half circle or beyond its own."""
+        if self.radius is None or self.arc_angle is None or not self.is_wide:
+            return self.stroke
+        return self.radius * math.radians(self.arc_angle)
 
     @property
     def band(self) -> float:

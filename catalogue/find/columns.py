@@ -62,6 +62,7 @@ CANDIDATE: Mapping[str, Column] = dict([
     _column("deviation", LENGTH, "half the width of the narrowest strip (annulus) that holds the path; from the "
             "best-placed arc where the radius is given, from the path itself where pivots are", "devi\u00adation"),
     _column("radius", LENGTH, "of the best arc, or as given"),
+    _column("arc_angle", "deg", "of an arc near a half circle, or beyond, as seen from its centre; none of others"),
     _column("size", LENGTH, "diameter of pivots, rails, slots and path together"),
     _column("max_link", LENGTH, "longest crank or coupler"),
     _column("max_ground", LENGTH, "distance of the fixed pivots"),

@@ -362,4 +362,5 @@ def describe(request: Request) -> str:
     if request.kind == "line":
         return f"straight line of {request.stroke:g} within {request.deviation:g}"
     radius = "any radius" if request.radius is None else f"radius {request.radius:g}"
-    return f"arc of chord {request.stroke:g} and {radius} within {request.deviation:g}"
+    angle = f", {request.angle:g}\u00b0," if request.is_wide else ""
+    return f"arc of chord {request.stroke:g} and {radius}{angle} within {request.deviation:g}"

@@ -15,7 +15,7 @@ from ..errors import InvalidRequest
 from ..given import positive, switch, whole
 from ..kinematics.batch import join
 from ..kinematics.types import Array
-from ..problem.constraints import Constraints
+from ..problem.constraints import PRESCRIBED, Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import Request, path_request
@@ -24,11 +24,16 @@ from ..search.report import SearchReport
 from ..search.search import Search
 from ..store import Database
 from .explain import Explanation
-from .names import check_names
+from .names import check_names, option
 from .results import Found, candidates
 
 if TYPE_CHECKING:
     from ..api import Catalogue
+
+
+#: What is not searched along arcs near a half circle, or beyond: stored guides, by what they are stored with, and what
+#: carries points or pivots of these to other places.
+NOT_WIDE = ("series", "configurations", "order", "slots", "returns", *PRESCRIBED, "cognates", "round_to")
 
 
 @dataclass(frozen=True)
@@ -68,6 +73,8 @@ def find(
     problem = Problem.of(request, constraints, ranking, limit, effort)
     refine, cognates = switch("refine", refine), switch("cognates", cognates)
     step = None if round_to is None else positive("round_to", round_to) / problem.stroke
+    if problem.is_wide:
+        _check_wide(constraints, cognates=cognates, round_to=step)
     report, given = SearchReport(), None
     if not isinstance(starts, tuple) or starts:
         from .starts import start_batch
@@ -94,6 +101,16 @@ def find(
     listed = [] if chosen is None else candidates(problem, request, chosen, drifts)
     told = Explanation(database, problem, request, report, len(listed), lambda: catalogue.registry.series)
     return Found(listed, told)
+
+
+def _check_wide(constraints: Constraints, *, cognates: bool, round_to: float | None) -> None:
+    """Raise `InvalidRequest` for what is not searched along arcs near a half circle, or beyond."""
+    asked = {*constraints.active(), *["cognates"] * cognates, *["round_to"] * (round_to is not None)}
+    if wrong := [option(name) for name in NOT_WIDE if name in asked]:
+        raise InvalidRequest(
+            f"{', '.join(wrong)} cannot be asked for along an arc near a half circle or beyond, for which guides are "
+            "made to measure: leave it out"
+        )
 
 
 def searched(

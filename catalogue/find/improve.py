@@ -136,7 +136,7 @@ def improve(
     if not isinstance(rank_by, str | Mapping):
         raise InvalidRequest(f"improve ranks by a name, or by names with weights, not {quoted(rank_by)}")
     if constraints.get("max_size") is None:
-        constraints["max_size"] = LARGEST * max(float(guide.linkage.size[0]), request.stroke)
+        constraints["max_size"] = LARGEST * max(float(guide.linkage.size[0]), request.extent)
     wanted = Constraints.of(constraints)
     if wanted.given:
         raise InvalidRequest("to improve a linkage hold its own pivots, by `hold`; given pivots belong to `find`")
@@ -180,6 +180,8 @@ class ImprovementTask:
             )
         nominal = None
         if in_place:
+            if problem.is_wide:
+                raise InvalidRequest("the path stays in place only where it is an arc below a half circle")
             if problem.path.radius is None:
                 raise InvalidRequest("give the radius of the arc too, where the path stays in place")
             nominal = Nominal(1.0, problem.path.radius)
@@ -196,7 +198,8 @@ class ImprovementTask:
         radius = self.request.radius if arc else None
         guide = _mirrored(self.guide) if self.mirrored else self.guide
         known = [guide] if self._runs_as_asked(guide) else []
-        sought = measure(guide, stroke=self.request.stroke, radius=radius, arc=arc)
+        angle = self.request.angle if self.request.is_wide else None
+        sought = measure(guide, stroke=self.request.stroke, radius=radius, angle=angle, arc=arc)
         stretches = [*known, *sought]
         if not stretches:
             raise InvalidRequest(sought.explanation)
@@ -227,6 +230,8 @@ class ImprovementTask:
         lengths = [(guide.stroke, self.request.stroke)]
         if self.request.kind == "circle":
             lengths.append((guide.radius or np.inf, self.request.radius or guide.radius or np.nan))
+            if self.request.is_wide or guide.is_wide:
+                lengths.append((guide.arc_angle or 0.0, self.request.angle or np.nan))
         return all(abs(one - other) <= SAME * other for one, other in lengths)
 
     def measured(self, origin: Origin, linkage: Linkage, point: Complexes) -> CandidateBatch:
@@ -285,12 +290,12 @@ class ImprovementTask:
         problem, request, goal = self.problem, self.request, self.guide.linkage
         if self.mirrored:
             back = np.ones(len(found), bool), np.zeros(len(found), bool)
-            linkage, point, _ = flipped(found.linkage, found.point, found.pole, *back)
+            linkage, point, _ = flipped(found.linkage, found.point, found.pole, *back, problem.path.stroke)
             found = self.final(self.measured(found.origin, linkage, point))
         if self.nominal is None:
             scale, shift = _onto(problem.stroke, found.linkage, goal)
             request = replace(request, start=(shift.real, shift.imag), along=float(np.degrees(np.angle(scale))))
-            problem = replace(problem, scale=request.stroke * request.direction, shift=request.origin)
+            problem = replace(problem, scale=request.extent * request.direction, shift=request.origin)
         one = candidates(problem, request, Selection(found, np.zeros(1, int)))[0]
         pivots = [[[*pivot] for pivot in dyad] for dyad in one.pivots]
         for k in (0, 1):  # what is held is so to the last digit

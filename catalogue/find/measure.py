@@ -17,13 +17,17 @@ from ..guidance.metrics import measure as measures_of
 from ..guidance.minimum_zone import grid
 from ..guidance.stretches import longest, straightest
 from ..guidance.trace import Traced
+from ..guidance.wide_arc import MOST as FINEST
+from ..guidance.wide_arc import SHOWN as FINE
+from ..guidance.wide_arc import on_wide_arcs, wide_arcs
+from ..guidance.wide_stretches import nearest_arcs
 from ..guidance.windows import Stretches
 from ..kinematics.batch import Columns, join
 from ..kinematics.circuits import OPEN, Circuits, circuits
 from ..kinematics.link_lengths import link_lengths
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices
-from ..problem.request import CircularArc
+from ..problem.request import consistent_arc, is_wide
 from ..series.classification import classify
 from ..units import common
 from .candidate import Candidate
@@ -84,6 +88,8 @@ class Stretch(Candidate):
 
     def _traced(self) -> tuple[CircuitCurve, Traced]:
         """Return the guide on its circuit, as it stands, and what is traced over the stretch."""
+        if self.is_wide and self.radius is not None and self.arc_angle is not None:
+            return self._along_wide_arc(self.radius, self.arc_angle)
         found = circuits(self.linkage)[:1]
         low, high = (found.phase + t for t in self._window)
         point = np.array([complex(*self.guided)])
@@ -108,6 +114,7 @@ def measure(
     stroke: float | None = None,
     deviation: float | None = None,
     radius: float | None = None,
+    angle: float | None = None,
     arc: bool = False,
     limit: int = 4,
     series: Callable[[], Mapping[str, Series]] | None = None,
@@ -122,7 +129,10 @@ def measure(
         within which the stroke is to be longest.  With both, stretches of the stroke, and the allowance that the
         deviation leaves.
     radius : float, optional
-        Of an arc; the deviation is then the largest distance from the best-placed arc of exactly that radius.
+        Of an arc; the deviation is then the largest distance from the best-placed arc of exactly that radius.  How far
+        a point keeps within a deviation is told of arcs below a half circle.
+    angle : float, optional
+        Of an arc, up to 350 [deg]; with the radius, or with the stroke, it says the other.
     arc : bool
         Seek arcs of whatever radius fits best.
     limit : int
@@ -133,8 +143,8 @@ def measure(
     Raises
     ------
     InvalidRequest
-        Unless a stroke or a deviation is given, both above zero, and the radius is wide enough for the stroke; or if
-        the linkages have different units.
+        Unless a stroke or a deviation is given, both above zero, and stroke, radius and angle agree; or if the
+        linkages have different units.
     """
     every = list(guides) if isinstance(guides, Sequence) and not isinstance(guides, str) else [guides]
     if not every:
@@ -147,6 +157,8 @@ def measure(
     limit = whole("limit", limit, 1)
     if series is not None and not callable(series):
         raise InvalidRequest(f"series must be a function that returns the series by code, not {quoted(series)}")
+    if angle is not None:
+        stroke, radius, angle = consistent_arc(stroke, radius, angle)
     if stroke is None and deviation is None:
         raise InvalidRequest("say over which stroke it is to be measured, or within which deviation")
     tolerance = None if deviation is None else positive("deviation", deviation)
@@ -159,7 +171,8 @@ def measure(
     length = None if stroke is None else positive("stroke", stroke)
     within = allowed if length is None else np.inf
     if length is not None and radius is not None:
-        CircularArc(length, 0.05 * length, radius)  # refuses an impossible one
+        length, radius, angle = consistent_arc(length, radius, angle)  # refuses an impossible one
+    wide = angle if is_wide(angle) else None
 
     def seek(some: Indices, count: int, share: float = 1.0) -> Stretches:
         if length is not None:
@@ -169,7 +182,9 @@ def measure(
         return longest(found[some], at[some], asked, circle=curved, radius=radius, count=count)
 
     parts, some, more = [], np.arange(len(found)), limit
-    for share in (1.0, *STRICTER):
+    if wide is not None and radius is not None:
+        parts.append(Laid.over_wide_arcs(found, at, radius, wide, limit))
+    for share in (1.0, *STRICTER) if wide is None else ():
         sought = seek(some, more, share)
         part = Laid.of(found, at, replace(sought, circuit=some[sought.circuit]), curved, radius, within)
         over = part.deviation > within * (1 + CLOSE)
@@ -189,24 +204,29 @@ def measure(
     rows: list[Stretch | None] = [None] * len(kept)
     for k, part in enumerate(parts):
         chosen = np.flatnonzero(of_part[kept] == k)
-        made = _rows(part[kept[chosen] - start[k]], found, tolerance, radius, curved, series, unit)
+        made = _rows(part[kept[chosen] - start[k]], found, tolerance, radius, curved, wide, series, unit)
         for i, one in zip(chosen.tolist(), made, strict=True):
             rows[i] = one
     missing = np.setdiff1d(np.arange(len(linkage)), found.of[best.circuit[kept]])
-    failed = {int(i) + 1: _reason(found, at, int(i), length, allowed, curved, radius) for i in missing}
+    failed = {int(i) + 1: _reason(found, at, int(i), length, allowed, curved, radius, wide) for i in missing}
     told = "" if rows else f"no stretch found: {failed[1]}"
     return Measured([one for one in rows if one is not None], told, failed)
 
 
 def _reason(
     found: Circuits, point: Complexes, number: int, stroke: float | None, deviation: float, curved: bool,
-    radius: float | None,
+    radius: float | None, wide: float | None = None,
 ) -> str:  # fmt: skip
     """Say why a linkage has no stretch, and what to ask for instead."""
     its = np.flatnonzero(found.of == number)
     some, at = found[its], point[its]
     if some.is_immobile.any():
         return IMMOBILE
+    if wide is not None:
+        return (
+            f"on no circuit does its point run forward along an arc of radius {radius:g} over {wide:g}\u00b0: ask for "
+            "another radius, or for less"
+        )
     shortest = float(Curves.of(some, at, np.arange(len(some))).shortest.min())
     if stroke is None:
         least = straightest(some, at, np.full(len(some), shortest), circle=curved, radius=radius)
@@ -273,15 +293,31 @@ class Laid(Columns):
         frames = Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
         return cls(at.circuit, low, high, *laid(*on_path(some, z, low, high, fit)), frames)
 
+    @classmethod
+    def over_wide_arcs(cls, found: Circuits, point: Complexes, radius: float, angle: float, count: int) -> Laid:
+        """Return the stretches along arcs near a half circle, or beyond, laid along these."""
+        which, rough = nearest_arcs(found, point, radius, angle, count)
+        some, z = found[which], point[which]
+        n = len(which)
+        fine = wide_arcs(
+            some, z, rough.middle, rough.centre, np.full(n, radius), angle, nodes=FINE, most=FINEST
+        )  # fmt: skip
+        good = np.flatnonzero(np.isfinite(fine.fit.deviation))
+        which, some, z, fine = which[good], some[good], z[good], fine[good]
+        fit = fine.fit
+        frames = Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
+        ends = np.minimum(fine.start, fine.end), np.maximum(fine.start, fine.end)
+        return cls(which, *ends, *laid(*on_wide_arcs(some, z, fine)), frames)
+
     @property
     def deviation(self) -> Floats:
         """Deviations [the user's unit]."""
-        return np.asarray(self.frames.stroke * self.traced.fit.deviation)
+        return np.asarray(self.frames.extent * self.traced.fit.deviation)
 
     @property
     def stretches(self) -> Stretches:
         none = np.zeros((len(self.circuit), 0), int)
-        return Stretches(self.circuit, self.low, self.high, self.frames.stroke, self.deviation, none)
+        return Stretches(self.circuit, self.low, self.high, self.frames.extent, self.deviation, none)
 
 
 def _speed(some: Circuits, point: Complexes, s: Floats, along: Complexes) -> Floats:
@@ -314,7 +350,7 @@ def _best(found: Circuits, at: Stretches, key: Floats, limit: int) -> Indices:
 
 
 def _rows(
-    at: Laid, found: Circuits, tolerance: float | None, radius: float | None, curved: bool,
+    at: Laid, found: Circuits, tolerance: float | None, radius: float | None, curved: bool, wide: float | None,
     series: Callable[[], Mapping[str, Series]] | None, unit: str | None,
 ) -> list[Stretch]:  # fmt: skip
     """Return stretches one by one, in the unit and the frame of the linkages."""
@@ -323,9 +359,11 @@ def _rows(
         return []
     columns = measured_columns(curve, traced, measures_of(curve, traced, in_middle=True), at.frames)
     nothing, blank = np.full(n, np.nan), np.full(n, "", object)
-    zone, asked = Zone(curved, 3 if curved and radius is None else 2), (tolerance or np.nan) / at.frames.stroke
+    zone, asked = Zone(curved, 3 if curved and radius is None else 2), (tolerance or np.nan) / at.frames.extent
     if not curved or radius is not None:
         columns["radius"] = np.full(n, radius if curved else np.nan, float)
+    if wide is not None:
+        columns["arc_angle"] = np.full(n, wide)
     first = np.searchsorted(found.of, found.of[at.circuit])
     codes, residual = _nearest(at, series)
     columns |= {
@@ -334,7 +372,7 @@ def _rows(
         "series": blank,
         "configuration": blank,
         "order": np.zeros(n),
-        "allowance": at.frames.stroke * allowances(asked, curve, traced, zone) if tolerance else nothing,
+        "allowance": at.frames.extent * allowances(asked, curve, traced, zone) if tolerance else nothing,
         "asked_deviation": np.full(n, np.nan if tolerance is None else tolerance),
         "fitted": np.full(n, zone.free),
         "number": found.of[at.circuit] + 1,

@@ -92,15 +92,18 @@ def _of_candidate(one: Candidate) -> Iterator[Numbers]:
         for slots in (False, True):
             found = measure(curve, traced, in_middle=True, inverse=slots, driver=driver)
             columns = measured_columns(curve, traced, found, frames, slots=slots)
-            if isinstance(curve, CircuitCurve):
+            if isinstance(one, Stretch) and isinstance(curve, CircuitCurve):
                 columns |= driven(curve, traced, columns["driver"], frames)
             turning, machine = columns.pop("rotates")[0], curve.linkage.inverted() if slots else curve.linkage
             told = {name: float(values[0]) for name, values in columns.items()}
             yield {"family": str(machine.family[0]), **told, "rotates": turning, "start": start}
 
 
-def _of_path(one: Candidate) -> Iterator[tuple[CouplerCurve, Traced, Frames]]:
+def _of_path(one: Candidate) -> Iterator[tuple[CouplerCurve | CircuitCurve, Traced, Frames]]:
     """Yield a candidate laid from 0 to 1, traced along its best-placed line or arc, and along the one that it names."""
+    if one.is_wide:
+        yield from _of_wide_arc(one)
+        return
     frame = StraightLine(one.stroke, 0.05 * one.stroke, (one.start[0], one.start[1]), one.along)
     scale = frame.stroke * frame.direction
     linkage = one.linkage.moved(1 / scale, -frame.origin / scale)
@@ -119,6 +122,15 @@ def _of_path(one: Candidate) -> Iterator[tuple[CouplerCurve, Traced, Frames]]:
         start, along = np.where(back, fit.start + fit.stroke * fit.along, fit.start), np.where(back, -1, 1) * fit.along
         way, stroke = along * frame.direction, np.array([one.stroke])
         yield curve, traced, Frames(stroke, scale * start + frame.origin, np.degrees(np.angle(way)), way)
+
+
+def _of_wide_arc(one: Candidate) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:
+    """Yield a candidate laid from 0 to 1, traced along its arc near a half circle, or beyond."""
+    curve, traced = one._traced()
+    fit = traced.fit
+    if not isinstance(curve, CircuitCurve) or not np.isfinite(fit.deviation).all():
+        raise InvalidRequest(f"its point does not run along an arc of {one.arc_angle:g}\u00b0")
+    yield *laid(curve, traced), Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
 
 
 def _of_stretch(one: Stretch) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:

@@ -148,10 +148,10 @@ class Found(Results[Candidate]):
 
 @dataclass(frozen=True)
 class Frames(Rows):
-    """Where n guides stand in the user's unit and frame: their paths from `start` on, complex, over a `stroke` in the
-    direction `along` [deg]; arrays of shape (n,)."""
+    """Where n guides stand in the user's unit and frame: their paths from `start` on, complex, in the direction `along`
+    [deg], and the `extent` in which their lengths are told, that is their stroke or diameter; arrays of shape (n,)."""
 
-    stroke: Floats
+    extent: Floats
     start: Complexes
     along: Floats
     direction: Complexes  # unit vector
@@ -159,7 +159,7 @@ class Frames(Rows):
     @classmethod
     def of(cls, request: Request, n: int) -> Frames:
         """Return the frame of a request, n times."""
-        place = (float(request.stroke), complex(request.origin), float(request.along), complex(request.direction))
+        place = (float(request.extent), complex(request.origin), float(request.along), complex(request.direction))
         return cls(*(np.full(n, value) for value in place))
 
 
@@ -171,6 +171,8 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
     columns = measured_columns(found.curve, found.traced, found.measures, frames, slots=slots)
     gap = np.full(n, np.nan) if certificate is None else certificate.gap
     columns |= {
+        "stroke": np.full(n, float(request.stroke)),
+        **({"arc_angle": np.full(n, float(request.angle))} if request.is_wide and request.angle else {}),
         "radius": columns["radius"] if request.radius is None else np.full(n, request.radius),
         "allowance": problem.stroke * found.allowance,
         "expected": problem.stroke * found.expected,
@@ -196,7 +198,7 @@ def measured_columns(
     guides: CouplerCurve | CircuitCurve, traced: Traced, measures: Measures, frames: Frames, *, slots: bool = False
 ) -> dict[str, Array]:
     """Return what is measured of guides laid from 0 to 1, by the names of fields of `Candidate` [the user's unit]."""
-    s = frames.stroke
+    s = frames.extent
     works = drive_metrics(guides, traced, measures, inverse=slots)
     machines = guides.linkage.inverted() if slots else guides.linkage
     rotates = measures.rotates
@@ -231,7 +233,7 @@ def listed(
 ) -> list[C]:  # fmt: skip
     """Return candidates one by one: linkages laid from 0 to 1 carried to where they stand, columns (n,), of whose
     numbers those that are not finite become None, and what else there is of each."""
-    scale = frames.stroke * frames.direction
+    scale = frames.extent * frames.direction
     pivots = linkage.moved(scale, frames.start).pivots
     z, poles = (scale * part + frames.start for part in (point, pole))
     change = np.isfinite(poles)

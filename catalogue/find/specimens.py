@@ -68,6 +68,8 @@ def find_in(
     criteria = ["deviation", *collection.metrics]
     if not isinstance(rank_by, str) or rank_by not in criteria:
         raise InvalidRequest(f"cannot rank by {quoted(rank_by)}; {collection.name} has {', '.join(criteria)}")
+    if request.is_wide:
+        raise InvalidRequest("collections are searched for arcs below a half circle: ask for an angle below 160\u00b0")
     given = bounds(collection, request.stroke, {} if where is None else where)
     named = {"family": (names("families", families), collection.families),
              "series": (names("series", series), collection.series),

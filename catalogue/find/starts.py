@@ -49,7 +49,7 @@ def laid_guides(problem: Problem, guides: Sequence[Candidate], series: str = "")
     """Return guides laid along the path from 0 to 1, measured over exactly that; as of a `series`, if one
     is said, instead of where they come from."""
     home = [one.at_home() for one in guides]
-    stroke = np.array([one.stroke for one in home], float)
+    stroke = np.array([one.extent if problem.is_wide else one.stroke for one in home], float)
     linkage = Linkage([one.pivots for one in home] or np.zeros((0, 2, 2, 3))).moved(1 / stroke)
     nowhere = (np.nan, np.nan)
     point, pole = (

@@ -22,21 +22,20 @@ import math
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import combinations, permutations, product
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from ..kinematics.batch import Rows
 from ..kinematics.linkage import Linkage
-from ..kinematics.motion import motion
+from ..kinematics.motion import Motion, motion
 from ..kinematics.types import Floats, Indices, Mask
+from .circuit_curve import CIRCUIT, CircuitCurve, CircuitMotion
 from .coupler_curve import CouplerCurve
 from .minimum_zone import concentric, grid, polar, seen
 from .sensitivity import COUNT, displaced, pose_jacobian, ways
 from .trace import Traced
-
-if TYPE_CHECKING:
-    from .circuit_curve import CircuitCurve
+from .wide_arc import along_circuits
 
 #: Probability with which a path stays within its tolerance over the whole stroke, at pivots that scatter by the
 #: allowance: two standard deviations of a normal number.
@@ -50,6 +49,14 @@ FINE_OF_ARC = 16
 #: References that are looked at in all directions, those which alone forgive least, in a search, and for what is shown:
 #: more change the probability by less than 0.1 per cent.
 ROUGH_REFERENCES, REFERENCES = 24, 64
+#: Machines that are drawn to first order along wide arcs in a search: the probability is known to 1 per cent.
+ROUGH_DRAWS = 500
+#: The same for what is shown: to 0.3 per cent.
+DRAWS = 4000
+#: References that are looked at in these in a search.
+ROUGH_DRAWN = 64
+#: The same for what is shown: more change the probability by less than 0.1 per cent.
+DRAWN = 512
 #: Part of the deviation by which a tolerance exceeds it at least; below that the allowance is proportional to what is
 #: left, and negative where nothing is.
 LEAST_LEFT = 1e-3
@@ -90,6 +97,7 @@ class Response:
     carried: Floats  #: (n, m, nodes), from values at the nodes of the stroke to the stations
     moved: Floats  #: (nodes, n, 10), derivatives of the distances by all coordinates, at the nodes
     deviation: Floats  #: (n,), half widths of the zones [length]
+    turned: Floats | None = None  #: (n, m), angles about the centres of arcs near a half circle, or beyond [rad]
 
 
 def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, intervals: int) -> Response:
@@ -103,9 +111,12 @@ def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, in
     start, along, curvature = fit.start.astype(complex), fit.along.astype(complex), fit.curvature.astype(float)
     half = 0.5 * fit.stroke.astype(float)
     x, y = seen(z.real, z.imag, start + half * along, along)
+    turned = None
     if zone.circle:
-        y = y + curvature * half**2 / (1 + np.sqrt(np.maximum(1 - (curvature * half) ** 2, 0.0)))
+        y = y - fit.rise.astype(float)
         error, place, weight = (polar if zone.free == 3 else concentric)(x, y, curvature)
+        if fit.is_wide.any() and zone.free == 2:
+            turned = np.unwrap(np.arctan2(curvature * x, 1 - curvature * y), axis=0)
     else:
         error, place, weight = y, x, np.ones_like(x)
     fine = (many.fine @ error).T
@@ -116,7 +127,9 @@ def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, in
     error, place, weight = ((many.fine[stations] @ part.T[..., None])[..., 0] for part in (error, place, weight))
     carried = _carrying(intervals)[stations]
     given = carried @ np.where(scattered(guides.linkage)[:, None], np.moveaxis(across, 0, 1), 0.0)
-    return Response(error, place, weight, given, carried, across, fit.deviation.astype(float))
+    if turned is not None:
+        turned = (many.fine[stations] @ turned.T[..., None])[..., 0]
+    return Response(error, place, weight, given, carried, across, fit.deviation.astype(float), turned)
 
 
 @lru_cache
@@ -141,22 +154,28 @@ class References(Rows):
     error: Floats  #: (n, l), weighted distances [length]
     across: Floats  #: (n, l, 10), their derivatives by the coordinates of finite pivots
     missed: Floats  #: (n,), how much more the deviation is than the largest of the distances [length]
+    wide: Mask  #: (n,), whether they are of arcs near a half circle, or beyond
 
     @classmethod
     def of(cls, here: Response, free: int) -> References:
         """Return all references of responses."""
         m = here.error.shape[1]
         stations = _combinations(m, free + 1)
-        place, weights = here.place[:, stations], here.weight[:, stations]
-        for i, j in permutations(range(free + 1), 2):
-            weights[..., i] /= place[..., i] - place[..., j]
+        if here.turned is not None and free == 2:  # beyond half a turn a tangent has poles
+            turned = here.turned[:, stations]
+            weights = np.sin(turned[..., [1, 2, 0]] - turned[..., [2, 0, 1]])
+        else:
+            place, weights = here.place[:, stations], here.weight[:, stations]
+            for i, j in permutations(range(free + 1), 2):
+                weights[..., i] /= place[..., i] - place[..., j]
         weights /= np.abs(weights).sum(-1, keepdims=True)
         error, across = np.zeros(weights.shape[:2]), np.zeros((*weights.shape[:2], here.across.shape[-1]))
         for k, at in enumerate(stations.T):
             error += weights[..., k] * here.error[:, at]
             across += weights[..., k, None] * here.across[:, at]
         missed = here.deviation - np.abs(error).max(1)
-        return cls(np.broadcast_to(stations, weights.shape), weights, error, across, missed)
+        wide = np.full(len(missed), here.turned is not None)
+        return cls(np.broadcast_to(stations, weights.shape), weights, error, across, missed, wide)
 
     def strongest(self, asked: Floats, count: int) -> References:
         """Return those references, so many of each guide, which alone would forgive least."""
@@ -168,7 +187,7 @@ class References(Rows):
         row = np.arange(len(which))[:, None]
         return References(
             self.stations[row, which], self.weights[row, which], self.error[row, which], self.across[row, which],
-            self.missed,
+            self.missed, self.wide,
         )  # fmt: skip
 
     def margins(self, asked: Floats) -> tuple[Floats, Floats]:
@@ -228,6 +247,24 @@ class Reach:
             return np.asarray(part / part.sum(1, keepdims=True))
 
 
+def drawn_scatter(found: References, asked: Floats, *, rough: bool) -> Floats:
+    """Return the standard deviations at which paths within tolerances (n,) keep them with `PROBABILITY`.
+
+    The scatter is drawn, in all ten coordinates: over an arc near a full circle paths answer in more than four
+    directions.
+    """
+    draws, count = (ROUGH_DRAWS, ROUGH_DRAWN) if rough else (DRAWS, DRAWN)
+    found = found.strongest(asked, count)
+    moves = np.random.default_rng(0).normal(size=(COUNT, draws))
+    up, down = found.margins(asked)
+    scatter = np.empty(len(asked))
+    for i in range(len(asked)):  # one at a time: a row of all is as large as a core's memory
+        moved = np.nan_to_num(found.across[i]) @ moves
+        most = np.maximum(moved / up[i, :, None], -moved / down[i, :, None]).max(0)
+        scatter[i] = 1 / np.quantile(most, PROBABILITY)
+    return scatter
+
+
 def allowances(
     asked: float | Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *, rough: bool = False
 ) -> Floats:
@@ -277,13 +314,15 @@ class Slopes(NamedTuple):
     by_tolerance: Floats
 
 
-def slopes(asked: float | Floats, guides: CouplerCurve, traced: Traced, zone: Zone, *, rough: bool = True) -> Slopes:
+def slopes(
+    asked: float | Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *, rough: bool = True
+) -> Slopes:
     """Return the derivatives of the allowances for tolerances, () or (n,) [length].
 
     The sensitivities are differenced, with the places along the nominals held.
     """
     with np.errstate(all="ignore"):
-        intervals = zone.intervals(rough)
+        intervals = _intervals(traced, zone, rough)
         here = response(guides, traced, zone, intervals)
         at = np.maximum(asked, here.deviation * (1 + LEAST_LEFT))
         found = References.of(here, zone.free).strongest(at, ROUGH_REFERENCES if rough else REFERENCES)
@@ -317,7 +356,7 @@ def _influence(
     return by_rate, -(per_margin * used).sum(1), per_margin.sum(1)
 
 
-def _second_differences(guides: CouplerCurve, traced: Traced, nodes: Floats, here: Floats) -> Floats:
+def _second_differences(guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: Floats, here: Floats) -> Floats:
     """Return the derivatives of `PoseJacobian.across` at nodes by each coordinate, (10, m, n, 10), NaN where there are
     none: differences at the same places along the nominals, whose directions are held."""
     n, t, tangent = len(guides), traced.parameters(nodes), ways(guides, traced, nodes)
@@ -327,7 +366,11 @@ def _second_differences(guides: CouplerCurve, traced: Traced, nodes: Floats, her
     )
     each = each[good]
     pole = None if guides.pole is None else guides.pole[each]
-    moving = motion(linkage, guides.motion.chart[each], point, pole=pole)
+    charts = guides.motion.chart[each]
+    if (charts == CIRCUIT).any():
+        moving: Motion | CircuitMotion = along_circuits(linkage, point).motion
+    else:
+        moving = motion(linkage, charts, point, pole=pole)
     place, window = guides.motion.pose(t).point(guides.point), PIVOT_STEP * (t[-1] - t[0])
     speed = ((guides.motion.pose(t + window).point(guides.point) - place) * tangent.conj()).real / window
     t, tangent, place, speed = t[:, each], tangent[:, each], place[:, each], speed[:, each]
@@ -338,12 +381,17 @@ def _second_differences(guides: CouplerCurve, traced: Traced, nodes: Floats, her
     return np.asarray((by_step - here) / PIVOT_STEP)
 
 
+def _intervals(traced: Traced, zone: Zone, rough: bool) -> int:
+    """Return the intervals between stations: twice as many along wide arcs, which are longer."""
+    return zone.intervals(rough) * (2 if traced.fit.is_wide.any() else 1)
+
+
 def _references(
     guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, rough: bool
 ) -> tuple[References, Floats]:
     """Return the references of traced guides and their deviations; NaN where the point returns."""
     with np.errstate(all="ignore"):
-        here = response(guides, traced, zone, zone.intervals(rough))
+        here = response(guides, traced, zone, _intervals(traced, zone, rough))
         return References.of(here, zone.free), np.where(guides.cusp, np.nan, here.deviation)
 
 
@@ -354,8 +402,12 @@ def allowed(found: References, deviation: Floats, asked: Floats, *, rough: bool 
         some, deviation, asked = found[good], deviation[good], asked[good]
         with np.errstate(all="ignore"):
             at = np.maximum(asked, deviation * (1 + LEAST_LEFT))
-            some = some.strongest(at, ROUGH_REFERENCES if rough else REFERENCES)
-            scatter[good] = Reach.of(some, at).scatter() * (asked - deviation) / (at - deviation)
+            if some.wide.any():
+                reached = drawn_scatter(some, at, rough=rough)
+            else:
+                some = some.strongest(at, ROUGH_REFERENCES if rough else REFERENCES)
+                reached = Reach.of(some, at).scatter()
+            scatter[good] = reached * (asked - deviation) / (at - deviation)
     return scatter
 
 

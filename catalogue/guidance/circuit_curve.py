@@ -18,6 +18,8 @@ from .trace import LEAST_SURE, Traced
 
 #: Intervals between the Chebyshev points at which the deviation is measured.
 NODES = 128
+#: What stands for the chart of a motion whose parameter is the phase of its circuit, see `catalogue.kinematics.motion`.
+CIRCUIT = 3
 #: Part of half a stroke to which its middle is known.
 MIDDLE = 1e-14
 #: Cosine of the angle to its middle at which a path no longer runs forward; on so many intervals.
@@ -38,6 +40,11 @@ class CircuitMotion(Columns):
     @cached_property
     def _start(self) -> Pose:
         return self.circuits.pose(self.middle[None])
+
+    @property
+    def chart(self) -> Array:
+        """What stands for a chart, shape (k,)."""
+        return np.full(len(self.middle), CIRCUIT)
 
     @property
     def origin(self) -> Complexes:
@@ -61,6 +68,9 @@ class CircuitCurve(Columns):
 
     motion: CircuitMotion
     point: Complexes  # guided, in mid-stroke
+
+    #: None is needed: a circuit passes its change points straight.
+    pole = None
 
     def __len__(self) -> int:
         return len(self.point)
@@ -129,7 +139,7 @@ def fitted(
         deviation = np.where(resolved(fit, *LEAST_SURE), fit.deviation, np.nan)
         return Fit(
             length * deviation, length * fit.stroke, first + chord * fit.start, chord / length * fit.along,
-            fit.curvature / length, length * fit.unresolved,
+            fit.curvature / length, length * fit.rise, length * fit.unresolved,
         )  # fmt: skip
 
 
@@ -160,6 +170,6 @@ def laid(curve: CircuitCurve, traced: Traced) -> tuple[CircuitCurve, Traced]:
         moving = replace(curve.motion, scale=1 / scale, shift=-fit.start / scale)
         carried = Fit(
             fit.deviation / fit.stroke, np.ones(n), np.zeros(n, complex), np.ones(n, complex),
-            fit.curvature * fit.stroke, fit.unresolved / fit.stroke,
+            fit.curvature * fit.stroke, fit.rise / fit.stroke, fit.unresolved / fit.stroke,
         )  # fmt: skip
         return CircuitCurve(moving, (curve.point - fit.start) / scale), replace(traced, fit=carried)

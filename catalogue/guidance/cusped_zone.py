@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 
 from ..kinematics.types import Array
-from .minimum_zone import Fit, Grid, exchange, polar, seen, shifted
+from .minimum_zone import Fit, Grid, exchange, polar, rise_over, seen, shifted
 
 #: Most least squares steps to the radius, most exchanges at that radius, and what counts as no step (of the stroke).
 STEPS, EXCHANGES, AT_REST = 12, 8, 1e-12
@@ -54,11 +54,13 @@ def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | Non
         if circle and held is None:
             deviation, curvature = _narrowest(x, y, stroke, foot, heading, curvature, deviation)
         if circle:
-            return Fit(deviation, stroke, np.zeros_like(last), along, curvature, unresolved)
+            rise = rise_over(stroke, curvature)
+            return Fit(deviation, stroke, np.zeros_like(last), along, curvature, rise, unresolved)
         heading = heading * along
         foot = foot * along
         foot = 1j * heading * (foot * heading.conj()).imag
-        return Fit(deviation, (last * heading.conj()).real, foot, heading, curvature, unresolved)
+        stroke = (last * heading.conj()).real
+        return Fit(deviation, stroke, foot, heading, curvature, rise_over(stroke, curvature), unresolved)
 
 
 def _of_radius(

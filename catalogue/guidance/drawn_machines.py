@@ -7,14 +7,17 @@ from __future__ import annotations
 
 import numpy as np
 
-from ..kinematics.types import Floats
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Complexes, Floats
 from .allowance import Zone, scattered
+from .circuit_curve import CircuitCurve
 from .coupler_curve import CouplerCurve, coupler_curve
 from .fixed_nominal import Nominal
 from .minimum_zone import grid, largest
 from .placement import along_path
 from .sensitivity import COUNT, displaced
 from .trace import Traced, over
+from .wide_arc import along_circuits, traced_about
 
 #: Machines that are drawn: a share of 95 per cent is then known to 0.7 per cent, one standard deviation.
 DRAWS = 1000
@@ -58,9 +61,7 @@ def kept_share(
     float
         From 0 to 1; machines that do not run over the stroke do not keep it.
     """
-    each = np.zeros(draws, int)
-    steps = scatter * np.random.default_rng(SEED).normal(size=(draws, COUNT)) * scattered(guides.linkage)
-    linkage, point, _ = displaced(guides.linkage[each], guides.point[each], steps)
+    linkage, point = _drawn(guides, scatter, draws)
     chart = np.repeat(guides.motion.chart, len(point))
     moved = coupler_curve(linkage, point, chart=chart, least=0.5 * nominal.stroke)
     low, high = np.stack([traced.low, traced.high]).astype(float)
@@ -74,6 +75,35 @@ def kept_share(
             t = window[0] + (window[1] - window[0]) * share
             deviation = largest(np.abs(nominal.off(moved.motion.pose(t).point(point))))
         return float(np.count_nonzero(deviation <= tolerance) / draws)
+
+
+def kept_share_over_arc(
+    guides: CircuitCurve, traced: Traced, angle: float, scatter: float, tolerance: float, draws: int = DRAWS
+) -> float:
+    """Return the share of machines that keep a tolerance along a wide arc.
+
+    Parameters
+    ----------
+    guides, traced
+        One, and the same over its arc.
+    angle : float
+        Of the arc [deg].
+    scatter, tolerance, draws
+        As of `kept_share`.
+    """
+    linkage, point = _drawn(guides, scatter, draws)
+    centre, radius = (np.repeat(value, len(point)) for value in (traced.fit.centre, -1 / traced.fit.curvature))
+    with np.errstate(all="ignore"):
+        deviation = traced_about(along_circuits(linkage, point), centre, radius, angle).fit.deviation
+        return float(np.count_nonzero(deviation <= tolerance) / draws)
+
+
+def _drawn(guides: CouplerCurve | CircuitCurve, scatter: float, draws: int) -> tuple[Linkage, Complexes]:
+    """Return machines of one guide whose pivots and guided points scatter."""
+    each = np.zeros(draws, int)
+    steps = scatter * np.random.default_rng(SEED).normal(size=(draws, COUNT)) * scattered(guides.linkage)
+    linkage, point, _ = displaced(guides.linkage[each], guides.point[each], steps)
+    return linkage, point
 
 
 def _window(guides: CouplerCurve, nominal: Nominal, low: float, high: float) -> tuple[Floats, Floats]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
-from .minimum_zone import Fit, grid, largest
+from .minimum_zone import Fit, grid, largest, rise_over
 from .trace import Traced
 
 #: Corrections of a window until its ends are those of the nominal.
@@ -88,7 +88,8 @@ def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
         good = forward & (np.abs(missing).max(0) < ENDS * stroke) & (deviation < AWAY * stroke)
     deviation = np.where(good, deviation, np.nan)
     way = np.where(onward, 1.0, -1.0)
-    fit = Fit(deviation, np.full(len(guides), stroke), ends[0] + 0j, way + 0j, -way / nominal.radius, unresolved)
+    chord, bend = np.full(len(guides), stroke), -way / nominal.radius
+    fit = Fit(deviation, chord, ends[0] + 0j, way + 0j, bend, rise_over(chord, bend), unresolved)
     return Traced(fit, np.zeros(len(guides), complex), t[0], t[1])
 
 

@@ -233,6 +233,8 @@ def measure(
         now = np.where(linkage.finite[:, :, 1], now, np.nan)
         pivots = np.concatenate([fixed, now], axis=1)
         size = _size(path, pivots, slides)
+        wide = np.flatnonzero(traced.fit.is_wide)
+        size[wide] = np.maximum(size[wide], _across(path[:, wide]))
         last = grid(poses - 1).coefficients[-2:]
         unsure = np.abs(times(last, path)).sum(0), *np.abs(times(last, run)).sum(0).T
         missed = np.maximum(missed, np.fmax.reduce(unsure) / size)
@@ -288,6 +290,15 @@ def _size(path: Complexes, pivots: Complexes, slides: Complexes) -> Floats:
         between = np.fmax.reduce(np.abs(ends[:, :, None] - others[:, None, :]), axis=(1, 2))
         size[some] = np.maximum(size[some], np.maximum(between, _reach(path[:, some], ends)))
     return size
+
+
+def _across(path: Complexes) -> Floats:
+    """Return the largest distance of two places on paths (m, n), between the points too, shape (n,)."""
+    fine = times(grid(len(path) - 1).fine, path)
+    most = np.zeros(path.shape[1])
+    for apart in range(len(fine) // 4, len(fine)):  # of places nearer along the path none are far apart
+        most = np.maximum(most, largest(np.abs(fine[apart:] - fine[:-apart])))
+    return np.asarray(most)
 
 
 def _reach(path: Complexes, pivots: Complexes) -> Floats:

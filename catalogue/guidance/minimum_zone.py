@@ -31,6 +31,8 @@ from ..kinematics.types import Array, Indices, Mask
 
 #: Most exchanges to the best polynomial; how often a circle is found anew from the last one at most.
 EXCHANGES, PASSES = 12, 5
+#: Rise of an arc over half its chord, tan(angle / 4), from which other places than its ends may be farthest apart.
+WIDE = 0.86
 
 
 @dataclass(frozen=True)
@@ -88,6 +90,8 @@ class Fit(Columns):
         Unit vector from the first end to the last.
     curvature : ndarray
         Of the best circle, positive to the left of `along` [1/length]; 0 for a line.
+    rise : ndarray
+        Height of the middle of the nominal over its chord, positive to the left of `along`; 0 for a line [length].
     unresolved : ndarray
         Bound on what the interpolant misses [length].
     """
@@ -97,7 +101,26 @@ class Fit(Columns):
     start: Array
     along: Array
     curvature: Array
+    rise: Array
     unresolved: Array
+
+    @property
+    def centre(self) -> Array:
+        """Of the circles; of a line NaN or infinite."""
+        with np.errstate(all="ignore"):
+            height = self.rise + 1 / self.curvature
+            return np.asarray(self.start + self.along * (0.5 * self.stroke + 1j * height))
+
+    @property
+    def is_wide(self) -> Mask:
+        """Whether arcs are near a half circle, or beyond."""
+        return np.asarray(np.abs(self.rise) > WIDE * 0.5 * self.stroke)
+
+
+def rise_over(stroke: Array, curvature: Array) -> Array:
+    """Return the heights of arcs up to a half circle over their chords, positive to the left."""
+    half = 0.5 * stroke
+    return np.asarray(-curvature * half**2 / (1 + np.sqrt(np.maximum(1 - (curvature * half) ** 2, 0.0))))
 
 
 def reference(size: int, last: int) -> Indices:
@@ -145,7 +168,8 @@ def alternating(
             centre, heading = shifted(origin, chord, c[0], c[1])
             stroke, foot = ((last - first) * heading.conj()).real, ((first - centre) * heading.conj()).imag
             deviation = _across(c[1], error, np.take_along_axis(x, index, 0))
-            return Fit(deviation, stroke, first - 1j * heading * foot, heading, curvature, unresolved), index
+            rise = np.zeros_like(curvature)
+            return Fit(deviation, stroke, first - 1j * heading * foot, heading, curvature, rise, unresolved), index
         heading, centre, open_ = chord.copy(), np.zeros_like(origin), np.arange(u.shape[1])
         deviation, reach = np.full_like(curvature, np.nan), 0.5 * np.abs(last - first)
         alternates = index.copy()
@@ -164,7 +188,9 @@ def alternating(
                 break
             if not more.all():
                 open_, u, v, index = open_[more], u[:, more], v[:, more], index[:, more]
-        return Fit(deviation, np.abs(last - first), first, chord, curvature, unresolved), alternates
+        stroke = np.abs(last - first)
+        rise = rise_over(stroke, curvature)
+        return Fit(deviation, stroke, first, chord, curvature, rise, unresolved), alternates
 
 
 def _across(slope: Array, error: Array, x: Array) -> Array:

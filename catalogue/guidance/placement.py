@@ -10,7 +10,7 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .metrics import middle_of_stroke
-from .minimum_zone import Fit
+from .minimum_zone import Fit, rise_over
 from .trace import Traced, extended, trace
 
 #: Below this deviation over stroke a guide is measured again in extended precision.
@@ -42,7 +42,7 @@ def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tupl
         size, fit = np.abs(scale), traced.fit
         fit = Fit(
             size * fit.deviation, size * fit.stroke, scale * fit.start + shift, scale / size * fit.along,
-            fit.curvature / size, size * fit.unresolved,
+            fit.curvature / size, rise_over(size * fit.stroke, fit.curvature / size), size * fit.unresolved,
         )  # fmt: skip
     return now.moved(scale, shift), scale * here + shift, replace(seen, fit=fit)
 

@@ -10,7 +10,7 @@ from ..kinematics.circuits import TURN, circuits
 from ..kinematics.types import Complexes, Floats
 from .coupler_curve import CouplerCurve
 from .metrics import Measures
-from .minimum_zone import polar
+from .minimum_zone import Fit, polar
 from .trace import Traced
 
 if TYPE_CHECKING:
@@ -53,17 +53,16 @@ def lift(
     point = (guides.point + traced.shift)[of]
     with np.errstate(all="ignore"):
         z = some.pose(some.phase + share * some.period).point(point)
-        off = distance(z, *(np.asarray(v)[of] for v in (fit.start, fit.along, fit.stroke, fit.curvature)))
+        off = distance(z, fit[of])
         found[of] = peak(np.abs(off))
     return found
 
 
-def distance(z: Complexes, start: Complexes, along: Complexes, stroke: Floats, curvature: Floats) -> Floats:
+def distance(z: Complexes, nominal: Fit) -> Floats:
     """Return the signed distances of places (m, n) from lines and circles (n,), positive to the left."""
-    w = (z - start) * along.conj() - 0.5 * stroke
-    half = 0.5 * stroke * curvature
-    height = 0.5 * stroke * half / (1 + np.sqrt(np.maximum(1 - half**2, 0.0)))
-    return polar(w.real, w.imag + height, curvature)[0]  # seen from the top of the arc
+    w = (z - nominal.start) * nominal.along.conj() - 0.5 * nominal.stroke
+    with np.errstate(all="ignore"):  # a place opposite the top of the arc, from which it is seen, is nowhere along it
+        return polar(w.real, w.imag - nominal.rise, nominal.curvature)[0]
 
 
 def peak(values: Floats) -> Floats:

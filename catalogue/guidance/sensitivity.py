@@ -191,6 +191,5 @@ def ways(guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: Floats) -> 
     u, v = guides.path.window(traced.low.astype(float), traced.high.astype(float), nodes)
     z = (guides.point + (u + 1j * v) * guides.tangent - fit.start.astype(complex)) * along.conj()
     half = 0.5 * fit.stroke.astype(float)
-    sagitta = curvature * half**2 / (1 + np.sqrt(np.maximum(1 - (curvature * half) ** 2, 0.0)))
-    way = 1 - curvature * (z.imag + sagitta) + 1j * curvature * (z.real - half)
+    way = 1 - curvature * (z.imag - fit.rise.astype(float)) + 1j * curvature * (z.real - half)
     return np.asarray(along * way / np.abs(way))

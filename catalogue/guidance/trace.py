@@ -60,7 +60,7 @@ class Traced(Columns):
         """Return `count` guides of which nothing was measured."""
         none = np.full(count, np.nan, kind)
         plane = np.full(count, np.nan, np.result_type(kind, np.complex64))
-        return cls(Fit(none, none, plane, plane, none, none), plane, none, none)
+        return cls(Fit(none, none, plane, plane, none, none, none), plane, none, none)
 
 
 def trace(

@@ -250,12 +250,13 @@ class Constraints:
         """All regions and zones."""
         return [*(region for name in REGIONS if (region := getattr(self, name)) is not None), *self.keep_out]
 
-    def mirrored(self, reverse: bool, over: bool) -> Constraints:
-        """Mirror regions and zones in the middle of a path from 0 to 1 (`reverse`) and in its line (`over`)."""
+    def mirrored(self, reverse: bool, over: bool, stroke: float = 1.0) -> Constraints:
+        """Mirror regions and zones in the middle of a path from 0 on (`reverse`) and in its line (`over`)."""
+        image = reverse, over, stroke
         to: dict[str, Any] = {
-            name: region.mirrored(reverse, over) for name in REGIONS if (region := getattr(self, name)) is not None
+            name: region.mirrored(*image) for name in REGIONS if (region := getattr(self, name)) is not None
         }
-        return replace(self, **to, keep_out=tuple(zone.mirrored(reverse, over) for zone in self.keep_out))
+        return replace(self, **to, keep_out=tuple(zone.mirrored(*image) for zone in self.keep_out))
 
     def active(self) -> list[str]:
         """Return the names of the constraints that are set."""

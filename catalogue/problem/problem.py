@@ -21,7 +21,8 @@ SEARCH_TOLERANCE = 1 - 2e-4
 
 @dataclass(frozen=True)
 class Problem:
-    """What is searched: the path runs from 0 to 1, every length is a multiple of the stroke.
+    """What is searched: the path runs from 0 to 1, every length is a multiple of the stroke.  Beyond a half circle,
+    where the chord becomes short again, lengths are multiples of the diameter, and the path ends at `path.stroke`.
 
     The user's unit, place and direction enter here once, by `of`.  Search, refinement and selection know nothing of
     them, so that a problem that is scaled or moved has the same answers; what `catalogue.find` tells, answers, advice
@@ -46,11 +47,14 @@ class Problem:
         cls, request: Request, constraints: Constraints, ranking: Ranking, limit: int = ANSWERS, effort: int = 1
     ) -> Problem:
         """Return the problem of a request in the user's unit."""
-        scale, shift = request.stroke * request.direction, request.origin
+        scale, shift = request.extent * request.direction, request.origin
         path: Request = StraightLine(1.0, digits(request.relative))
         if isinstance(request, CircularArc):
             radius = None if request.radius is None else digits(request.radius / request.stroke)
             path = CircularArc(1.0, digits(request.relative), radius)
+            if request.is_wide and request.angle and request.radius:  # the chord, which its angle tells better, follows
+                radius, angle = digits(request.radius / request.extent), digits(request.angle)
+                path = CircularArc(deviation=digits(request.relative), radius=radius, angle=angle)
         if constraints.returns:
             ranking = ranking.without("allowance")
         carried, fixed = constraints.carried(1 / scale, -shift / scale), constraints.given is not None
@@ -60,13 +64,14 @@ class Problem:
     def mirrors(self) -> tuple[bool, bool]:
         """In which mirrors the problem is searched, of the middle of the path and, of a line, of the line itself: those
         that bring its regions to the left and below, so that a problem and its mirror images have the same answers."""
-        corners = np.array([region.corners.mean(0) - (0.5, 0.0) for region in self.constraints.regions]).reshape(-1, 2)
+        middle = (0.5 * self.path.stroke, 0.0)
+        corners = np.array([region.corners.mean(0) - middle for region in self.constraints.regions]).reshape(-1, 2)
         right, above = corners.sum(0) > EVEN
         return bool(right), bool(above and not self.curved)
 
     def mirrored(self, reverse: bool, over: bool) -> Problem:
         """Return the problem with its regions mirrored in the middle of the path and in its line."""
-        return replace(self, constraints=self.constraints.mirrored(reverse, over))
+        return replace(self, constraints=self.constraints.mirrored(reverse, over, self.path.stroke))
 
     def with_constraints(self, **changes: Any) -> Problem:
         """Return the problem with some constraints changed [strokes]."""
@@ -93,6 +98,11 @@ class Problem:
         return None if radius is None else -1 / radius + 0.0
 
     @property
+    def is_wide(self) -> bool:
+        """Whether the nominal is an arc that is measured by its angle."""
+        return self.path.is_wide
+
+    @property
     def fixed_curvature(self) -> float | None:
         """Curvature of an arc whose radius is given; None for a straight line and for an arc of any radius."""
         return self.curvature if self.curved else None
@@ -110,5 +120,5 @@ class Problem:
 
     @property
     def stroke(self) -> float:
-        """The stroke in the user's unit."""
+        """What 1 is in the user's unit: the stroke, beyond a half circle the diameter."""
         return abs(self.scale)

@@ -156,7 +156,7 @@ class Ranking:
             raise InvalidRequest(f"desires must be a mapping of names to BEST, WORST, not {quoted(desires)}")
         units = {"allowance": request.deviation, "transmission": 90.0}  # all others are lengths
         wishes = {
-            name: Desire.of(name, given, units.get(name, request.stroke)) for name, given in (desires or {}).items()
+            name: Desire.of(name, given, units.get(name, request.extent)) for name, given in (desires or {}).items()
         }
         return cls(weights(rank_by), front, share, least, {**DESIRES, **wishes})
 

@@ -58,10 +58,10 @@ class Region:
         (x0, y0), (x1, y1) = corners.min(0).tolist(), corners.max(0).tolist()
         return Region(corners, (x0, y0, x1, y1), self.is_box and complex(scale).imag == 0)
 
-    def mirrored(self, reverse: bool, over: bool) -> Region:
-        """Mirror the region in the middle of a path from 0 to 1 (`reverse`) and in its line (`over`)."""
+    def mirrored(self, reverse: bool, over: bool, stroke: float = 1.0) -> Region:
+        """Mirror the region in the middle of a path from 0 on (`reverse`) and in its line (`over`)."""
         x, y = self.corners.T
-        corners = np.stack([1 - x if reverse else x, -y if over else y], axis=-1)
+        corners = np.stack([stroke - x if reverse else x, -y if over else y], axis=-1)
         (x0, y0), (x1, y1) = corners.min(0).tolist(), corners.max(0).tolist()
         return Region(corners, (x0, y0, x1, y1), self.is_box)
 

@@ -12,8 +12,14 @@ from ..errors import InvalidRequest, quoted
 from ..given import number, positive
 from ..units import unit_or_none
 
-#: Largest chord over radius; a half circle has 2.
+#: Largest chord over radius of an arc that is measured over its chord: there its ends still run along that.
 FULLEST = 1.98
+#: Its angle [deg].
+WIDE = math.degrees(2 * math.asin(0.5 * FULLEST)) * (1 + 1e-12)
+#: Largest angle of an arc [deg]: its chord, to which lengths are related, is then a sixth of the radius.
+MAX_ANGLE = 350.0
+#: Part by which stroke, radius and angle may contradict one another: what units and files leave in the last digits.
+CONTRADICTION = 1e-6
 
 
 def digits(value: float) -> float:
@@ -72,7 +78,7 @@ class _Placed(_Directed):
             object.__setattr__(self, name, value)
         if not math.isfinite(along):
             raise InvalidRequest(f"along must be a finite number of degrees, not {along:g}")
-        if self.deviation > 0.1 * self.stroke:
+        if self.deviation > 0.1 * self.extent:
             like_a_radius = self.kind == "circle" and FULLEST * self.deviation >= self.stroke
             raise InvalidRequest(
                 f"a deviation of {self.deviation:g} over a stroke of {self.stroke:g} is no guidance"
@@ -80,9 +86,14 @@ class _Placed(_Directed):
             )
 
     @property
+    def extent(self) -> float:
+        """Largest distance of two places on the path."""
+        return self.stroke
+
+    @property
     def relative(self) -> float:
-        """Deviation over stroke."""
-        return self.deviation / self.stroke
+        """Deviation over extent."""
+        return self.deviation / self.extent
 
 
 def ends(start: Any, end: Any) -> dict[str, Any]:
@@ -143,6 +154,8 @@ class StraightLine(_Placed):
 
     kind = "line"
     radius = math.inf
+    angle = 0.0
+    is_wide = False
     sweep: ClassVar[float | None] = None  #: a line has none
 
     @classmethod
@@ -153,13 +166,31 @@ class StraightLine(_Placed):
         return cls(deviation=deviation, unit=unit, **ends(start, end))
 
 
+def angle_over(stroke: float, radius: float) -> float:
+    """Return the angle of the arc up to a half circle over a chord [deg]."""
+    return math.degrees(2 * math.asin(min(0.5 * stroke / radius, 1.0)))
+
+
+def is_wide(angle: float | None) -> bool:
+    """Return whether an arc is near a half circle, or beyond; its angle in degrees."""
+    return angle is not None and angle > WIDE
+
+
+def chord_of(radius: float, angle: float) -> float:
+    """Return the chord of an arc, its angle in degrees."""
+    return 2 * radius * math.sin(math.radians(0.5 * angle))
+
+
 @dataclass(frozen=True)
 class CircularArc(_Placed):
     """A point is to run along a circular arc that bulges to the left of the way from its start to its end.
 
+    Stroke, radius and angle are three names of two numbers: give two of them, or three that agree.  An arc of any
+    radius, given by its stroke alone, stays below a half circle.
+
     Parameters
     ----------
-    stroke : float
+    stroke : float, optional
         Chord of the arc.
     deviation : float
         With a radius: the largest distance from the best-placed arc of exactly that radius.  Without: half the width of
@@ -168,44 +199,104 @@ class CircularArc(_Placed):
         Radius of the arc; if not given whatever fits best.
     start, along, unit
         As of a `StraightLine`; the direction is that of the chord.
+    angle : float, optional
+        Of the arc, above 0 and up to 350 [deg].  Without it the arc over a chord is at most a half circle.
 
     Raises
     ------
     InvalidRequest
-        Unless all are finite and positive, the arc below a half circle, the deviation below a tenth of the stroke.
+        Unless all are finite and positive, agree with one another, and the deviation is below a tenth of the stroke.
+
+    Examples
+    --------
+    >>> round(CircularArc(deviation=0.1, radius=50, angle=270).stroke, 3)
+    70.711
+    >>> CircularArc(50, 0.1, 50).angle
+    60.0
     """
 
-    stroke: float
-    deviation: float
+    stroke: float = None  # type: ignore[assignment]  # it follows where radius and angle are given
+    deviation: float = None  # type: ignore[assignment]  # refused
     radius: float | None = None
     start: tuple[float, float] = (0.0, 0.0)
     along: float = 0.0
     unit: str | None = None
+    angle: float | None = None
 
     kind = "circle"
 
     def __post_init__(self) -> None:
+        if self.angle is None:
+            super().__post_init__()
+        stroke, radius, angle = consistent_arc(self.stroke, self.radius, self.angle)
+        for name, value in (("stroke", stroke), ("radius", radius), ("angle", angle)):
+            object.__setattr__(self, name, value)
         super().__post_init__()
-        if self.radius is not None:
-            object.__setattr__(self, "radius", positive("radius", self.radius))
-        if self.radius is not None and self.stroke > FULLEST * self.radius:
-            raise InvalidRequest(
-                f"an arc of chord {self.stroke:g} and radius {self.radius:g} is a half circle or impossible; "
-                f"give a stroke below {FULLEST:g} radius"
-            )
 
     @classmethod
     def between(
         cls, start: Sequence[float], end: Sequence[float], deviation: float, radius: float | None = None, *,
-        unit: str | None = None,
+        unit: str | None = None, angle: float | None = None,
     ) -> CircularArc:  # fmt: skip
         """Return the request for an arc from one point (x, y) to another."""
-        return cls(deviation=deviation, radius=radius, unit=unit, **ends(start, end))
+        return cls(deviation=deviation, radius=radius, unit=unit, angle=angle, **ends(start, end))
+
+    @property
+    def extent(self) -> float:
+        """Largest distance of two places on the arc: its chord, beyond a half circle the diameter."""
+        return 2 * self.radius if self.radius is not None and (self.angle or 0.0) > 180 else self.stroke
+
+    @property
+    def is_wide(self) -> bool:
+        """Whether the arc is near a half circle, or beyond: its windows are told by its angle."""
+        return is_wide(self.angle)
 
     @property
     def sweep(self) -> float | None:
         """Chord over radius, if that is given."""
         return self.stroke / self.radius if self.radius is not None else None
+
+
+def consistent_arc(
+    stroke: Any, radius: Any, angle: Any, name: str = "stroke"
+) -> tuple[float, float | None, float | None]:
+    """Return chord, radius and angle [deg] of an arc of which two are given; of any radius the chord alone.
+
+    Raises
+    ------
+    InvalidRequest
+        If too little is given, a value is impossible, or they contradict one another.
+    """
+    if angle is not None:
+        angle = positive("angle", angle)
+        if angle > MAX_ANGLE:
+            raise InvalidRequest(
+                f"an arc of {angle:g}\u00b0 nearly closes: its angle must be {MAX_ANGLE:g}\u00b0 or less"
+            )
+    if radius is not None:
+        radius = positive("radius", radius)
+    if stroke is None:
+        if radius is None or angle is None:
+            raise InvalidRequest(f"an arc needs its {name}, or radius and angle: give two of {name}, radius and angle")
+        return chord_of(radius, angle), radius, angle
+    stroke = positive(name, stroke)
+    if radius is None:
+        if angle is None:
+            return stroke, None, None
+        return stroke, 0.5 * stroke / math.sin(math.radians(0.5 * angle)), angle
+    if angle is None:
+        if stroke > 2 * radius * (1 + 1e-12):
+            raise InvalidRequest(
+                f"an arc of chord {stroke:g} and radius {radius:g} is impossible: the chord is at most {2 * radius:g}"
+            )
+        return stroke, radius, angle_over(stroke, radius)
+    chord = chord_of(radius, angle)
+    if abs(stroke - chord) > CONTRADICTION * max(stroke, chord):
+        raise InvalidRequest(
+            f"{name} {stroke:g}, radius {radius:g} and angle {angle:g}\u00b0 contradict one another: an arc of "
+            f"{angle:g}\u00b0 and radius {radius:g} has a chord of {chord:.6g}; leave one of the three out"
+        )
+    return stroke, radius, angle
 
 
 Request = StraightLine | CircularArc

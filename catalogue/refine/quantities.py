@@ -17,6 +17,7 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch
 from ..candidates.feasibility import PIVOT_REGIONS, machine
+from ..guidance.circuit_curve import CircuitCurve
 from ..guidance.coupler_curve import CouplerCurve
 from ..guidance.metrics import LEAST_ARM, rotation_margin
 from ..guidance.sensitivity import COUNT, PoseJacobian
@@ -29,6 +30,8 @@ from ..problem.region import Region
 
 #: Value of a piece that does not concern a linkage.
 NONE = -1e3
+#: Places on an arc beyond a half circle: its size is known to half a per cent.
+CORNERS = 33
 #: Distance below which ends of slides are one place: it is never the largest, and any step turns it [strokes].
 SAME = 1e-4
 
@@ -71,7 +74,7 @@ class Quantities:
 
     problem: Problem
     found: CandidateBatch
-    guides: CouplerCurve  #: of the same candidates
+    guides: CouplerCurve | CircuitCurve  #: of the same candidates
     t: Floats  #: (m, n), parameters of the stations at which transmission angles are read
     by: PoseJacobian  #: of those stations
     least: Floats | None = None  #: (n,), least transmission angles, at the stations and between them [deg]
@@ -141,11 +144,21 @@ class Quantities:
 
     def _size(self) -> Pieces:
         n = len(self.found)
-        ends = [(np.full(n, end + 0j), 5) for end in (0.0, 1.0)]  # the path stays where it is
+        ends = [(np.full(n, end), 5) for end in self._corners]  # the path stays where it is
         every = [*((self._place(j), j) for j in range(5)), *ends]
         rows = [apart(a, i, b, j) for k, (a, i) in enumerate(every[:4]) for b, j in every[k + 1 :]]
         rows += self._reach_of_slides()
-        return Pieces.of([*rows, (np.ones(n), np.zeros((n, COUNT)))])
+        return Pieces.of([*rows, (np.full(n, np.ptp(self._corners.real)), np.zeros((n, COUNT)))])
+
+    @property
+    def _corners(self) -> Complexes:
+        """Places of the nominal that its size is read from: its ends, and others of an arc beyond a half circle."""
+        path = self.problem.path
+        if not path.is_wide or path.radius is None or path.angle is None:
+            return np.array([0j, path.stroke + 0j])
+        turn = np.radians(0.5 * path.angle) * np.linspace(1, -1, CORNERS)
+        apart = np.cos(np.radians(0.5 * path.angle)) - np.exp(1j * turn)
+        return np.asarray(0.5 * path.stroke - 1j * path.radius * apart)
 
     def _standing(self, region: Region, name: str) -> Pieces:
         planes, kinds = PIVOT_REGIONS[name], self.found.linkage.dyads

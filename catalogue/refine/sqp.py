@@ -14,9 +14,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, in_best_charts, near_path
+from ..candidates.batch import CandidateBatch, curves, in_best_charts, near_path
 from ..candidates.feasibility import EXACT_DEVIATION, cost, feasibility
-from ..guidance.coupler_curve import coupler_curve
 from ..guidance.fixed_nominal import Nominal
 from ..kinematics.batch import join, take
 from ..kinematics.types import Array, Floats, Indices, Mask
@@ -207,7 +206,7 @@ class Refinement:
         many = here[each]
         linkage, point, valid = self.moves.moved(many, step)
         kept = np.flatnonzero(valid)
-        moved = coupler_curve(linkage, point, pole=many.pole[kept], chart=guides.motion.chart[each[kept]])
+        moved = curves(linkage, point, many.pole[kept], guides.motion.chart[each[kept]])
         trials = near_path(self.problem, take(many.origin, kept), moved, self.nominal)
         broken = feasibility(self.problem, trials)
         return Trials(trials, each[kept], factor[kept], cost(self.problem, trials), broken.total, broken.all)

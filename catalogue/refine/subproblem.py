@@ -13,7 +13,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ..candidates.batch import CandidateBatch, near_path
+from ..candidates.batch import CandidateBatch, curves, near_path
 from ..candidates.feasibility import (
     PIVOT_REGIONS,
     UPPER_BOUNDS,
@@ -23,10 +23,11 @@ from ..candidates.feasibility import (
     values,
 )
 from ..guidance.allowance import Zone, slopes
-from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.circuit_curve import CircuitCurve
+from ..guidance.coupler_curve import CouplerCurve
 from ..guidance.fixed_nominal import Nominal
 from ..guidance.metrics import LEAST_ARM
-from ..guidance.minimum_zone import concentric, exchange, grid
+from ..guidance.minimum_zone import concentric, exchange, grid, rise_over
 from ..guidance.sensitivity import COUNT, displaced, pose_jacobian
 from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
@@ -122,21 +123,23 @@ class Subproblem:
 def linearise(
     problem: Problem,
     found: CandidateBatch,
-    guides: CouplerCurve,
+    guides: CouplerCurve | CircuitCurve,
     moves: Parametrisation,
     nominal: Nominal | None = None,
 ) -> Subproblem:
     """Return the linear problem of placed guides, in the coordinates of `moves` and, of an arc of any radius, the
     curvature as one more; distances are measured from a nominal in place if one is given."""
-    intervals = NODES if problem.ranking.only == "deviation" or problem.relaxed == "deviation" else FEWER
+    many = problem.is_wide or "deviation" in (problem.ranking.only, problem.relaxed)
+    intervals = NODES if many else FEWER
     nodes = grid(intervals).nodes
     low, high = found.traced.low.astype(float), found.traced.high.astype(float)
     u, v = guides.path.window(low, high, nodes)
-    z = guides.point + (u + 1j * v) * guides.tangent
+    z: Complexes = guides.point + (u + 1j * v) * guides.tangent
     t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
     bend = _curvature(problem, found)
-    error, tangent, by_bend = _distance(z, bend)
-    if nominal is None:
+    rise = found.traced.fit.rise if problem.is_wide else None  # best placed already
+    error, tangent, by_bend = _distance(z, bend, rise, 0.5 * problem.path.stroke)
+    if nominal is None and rise is None:
         error = _centred(error, z, bend)
     by = pose_jacobian(guides.motion, guides.point, t, tangent)
     basis = moves.basis(found)
@@ -177,15 +180,17 @@ def _curvature(problem: Problem, found: CandidateBatch) -> Floats:
     return np.asarray(np.where(fit.along.real < 0, -1.0, 1.0) * fit.curvature.astype(float))
 
 
-def _distance(z: Complexes, bend: Floats) -> tuple[Floats, Complexes, Floats]:
+def _distance(
+    z: Complexes, bend: Floats, rise: Floats | None = None, half: float = 0.5
+) -> tuple[Floats, Complexes, Floats]:
     """Return the signed distances of points (m, n) from the arcs of given curvature over the chord from 0 to 1, unit
-    vectors along these there, and the derivatives of the distances by the curvature."""
-    middle = z - 0.5
+    vectors along these there, and the derivatives of the distances by the curvature; arcs near a half circle, or
+    beyond, have a `rise` (n,) and `half` a chord of their own."""
+    middle = z - half
 
     def signed(k: Floats) -> tuple[Floats, Complexes]:
-        sagitta = 0.25 * k / (1 + np.sqrt(np.maximum(1 - 0.25 * k * k, 0.0)))
-        x, y = middle.real, middle.imag + sagitta
-        way = 1 - k * y + 1j * k * x
+        x, y = middle.real, middle.imag - (rise_over(np.ones(()), k) if rise is None else rise)
+        way: Complexes = (1 - k * y + 1j * k * x).astype(complex)
         return (2 * y - k * (x * x + y * y)) / (1 + np.abs(way)), way / np.abs(way)
 
     distance, along = signed(bend)
@@ -195,8 +200,7 @@ def _distance(z: Complexes, bend: Floats) -> tuple[Floats, Complexes, Floats]:
 
 def _centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
     """Return distances from nominals (m, n) after these, which ran through the ends of the paths, are best placed."""
-    sagitta = 0.25 * bend / (1 + np.sqrt(np.maximum(1 - 0.25 * bend * bend, 0.0)))
-    _, run, weight = concentric(z.real - 0.5, z.imag + sagitta, bend)
+    _, run, weight = concentric(z.real - 0.5, z.imag - rise_over(np.ones(()), bend), bend)
     fine = grid(len(error) - 1).fine
     peaks, along, by = fine @ error, fine @ run, fine @ weight
     start = np.repeat(np.array([[0], [len(peaks) // 2], [len(peaks) - 1]]), error.shape[1], axis=1)
@@ -242,7 +246,7 @@ def differences(
         step = PIVOT_STEP * (coordinate[:, None] == np.arange(COUNT))
         linkage, point, good = displaced(found.linkage[each], found.point[each], step)
         each, coordinate = each[good], coordinate[good]
-        there = coupler_curve(linkage, point, pole=found.pole[each], chart=chart[each])
+        there = curves(linkage, point, found.pole[each], chart[each])
         after = feasibility(problem, near_path(problem, take(found.origin, each), there, nominal), signed=True)
         with np.errstate(invalid="ignore"):
             change = np.stack([after.amounts[name] for name in names]) - amounts[:, each]
@@ -252,7 +256,7 @@ def differences(
 
 
 def _of_scatter(
-    problem: Problem, found: CandidateBatch, guides: CouplerCurve
+    problem: Problem, found: CandidateBatch, guides: CouplerCurve | CircuitCurve
 ) -> tuple[dict[str, Pieces], dict[str, Pieces], dict[str, Floats]]:
     """Return the constraint and the measures that know the scatter of the pivots, and what they rise by per unit of the
     largest error: less the allowance in parts of its bound and of the deviation asked, and in parts of this the

@@ -17,12 +17,14 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats, Indices
 from ..problem.problem import Problem
 from ..store import Database
-from . import euler_savary, exact_guides, retrieve, rotating_crank
+from . import euler_savary, exact_guides, retrieve, rotating_crank, turning_cranks
 from .draws import allowed
 from .report import SearchReport
 
 #: Exact guides drawn in the first stage.
 EXACT_GUIDES = 200
+#: Of how many linkages drawn for other paths one is drawn for an arc beyond a half circle: it costs as much more.
+CIRCLING = 8
 #: How often stored guides are read at most while builds replace them.
 READS = 5
 #: How many of the best points are perturbed, how often each, and by what, as powers of ten of the stroke.
@@ -111,8 +113,9 @@ class Starts:
     def likely(self, near: CandidateBatch) -> CandidateBatch | None:
         """Return those stored starts of the first two stages that are most like one candidate, and the most promising;
         None if there are none."""
-        stored = [part for part in map(self._stored, (0, 1)) if part is not None]
-        parts = [part for part in (self.promising(part, self.extent.tried) for part in stored) if len(part)]
+        known = self._circling() if self.problem.is_wide else map(self._stored, (0, 1))
+        parts = [self.promising(part, self.extent.tried) for part in known if part is not None]
+        parts = [part for part in parts if len(part)]
         if not parts:
             return None
         starts = join(*parts)
@@ -123,10 +126,11 @@ class Starts:
     def _of_stage(self, stage: int, found: CandidateBatch | None) -> CandidateBatch | None:
         """Return measured starts of a stage, of each kind the most promising first."""
         problem, extent = self.problem, self.extent
-        parts = [self._stored(stage)]
-        if stage or (is_narrow(problem) and extent is not BRIEF) or problem.fixed_curvature is not None:
+        parts = self._circling() if problem.is_wide else [self._stored(stage)]
+        local = stage or (is_narrow(problem) and extent is not BRIEF) or problem.fixed_curvature is not None
+        if local and not problem.is_wide:
             parts += [euler_savary.starts(problem, name, extent.drawn, self._random) for name in self._families]
-        if stage == 0 and self._exact:
+        if stage == 0 and self._exact and not problem.is_wide:  # a parallelogram passes its dead points there
             parts.append(exact_guides.starts(problem, EXACT_GUIDES, self._random))
         if problem.constraints.full_rotation and "four-bar" in self._families:
             parts.append(rotating_crank.starts(problem, extent.drawn, self._random))
@@ -136,6 +140,12 @@ class Starts:
         if stage == 0 and self.given is not None and len(self.given):
             kept.append(self.given)
         return join(*kept) if kept else None
+
+    def _circling(self) -> list[CandidateBatch | None]:
+        """Return starts for an arc near a half circle or beyond, of each family."""
+        count = self.extent.drawn // CIRCLING
+        names = turning_cranks.families(self.problem)
+        return [turning_cranks.starts(self.problem, name, count, self._random) for name in names]
 
     @cached_property
     def _families(self) -> list[str]:

@@ -107,6 +107,8 @@ def numbers(one: Candidate) -> tuple[Number, ...]:
         shown.append(Number("Allowance", figure(one.allowance), "length", help, one.allowance))
     if one.radius is not None:
         shown.append(Number("Radius", figure(one.radius, 4), "length", "Of the arc that the point follows."))
+    if one.is_wide:
+        shown.append(Number("Angle", figure(one.arc_angle, 4), "°", "Of the arc, as seen from its centre."))
     return tuple(shown)
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 #: What a request is read by: the name of a command and its options, to a request and the keywords of `Catalogue.find`.
 Read = Callable[[str, dict[str, Any]], tuple[Request, dict[str, Any]]]
 #: Options of the command that say where the path lies and how answers are ranked, besides the keywords of `find`.
-PATH, RANKING = ("stroke", "deviation", "radius", "from", "to", "along"), ("pareto",)
+PATH, RANKING = ("stroke", "deviation", "radius", "angle", "from", "to", "along"), ("pareto",)
 #: What the page itself decides: first answers are stored guides as they are, then they are refined.
 DECIDED = ("refine",)
 #: Names in an address that are no field of the form: kind of path, unit of lengths, shortlist, stage of the search.
@@ -95,7 +95,7 @@ class Field:
         else:
             kind = "number" if unit or metavar == "X" else "choice" if known else "text"
         slider = ""
-        if kind == "number" and name not in ("within", "play", "round_to", "along", "radius"):
+        if kind == "number" and name not in ("within", "play", "round_to", "along", "radius", "angle"):
             acute = "transmission" in name
             slider = {"length": "length", "°": "acute" if acute else "turn"}.get(unit, "share")
         given = option.show_default if isinstance(option.show_default, str) else option.default

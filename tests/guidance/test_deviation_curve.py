@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import linprog
 
-from catalogue.guidance.deviation_curve import from_circle, uniform_fit
+from catalogue.guidance.deviation_curve import from_circle
+from catalogue.guidance.uniform_fit import uniform_fit
 from catalogue.kinematics.types import Floats
 
 
@@ -27,7 +28,8 @@ def test_the_largest_error_is_that_of_the_linear_programme(returning: bool, nois
         angle = np.concatenate([angle, angle[::-1]]) if returning else angle
         terms = np.stack([np.cos(angle), np.sin(angle) / np.abs(np.sin(angle)).max()], 1)
         values = 3 * rng.normal() + np.cos(waves * angle + rng.uniform(0, 6)) + noise * rng.normal(size=len(angle))
-        *c, error = uniform_fit(terms, values)
+        fit, errors, _ = uniform_fit(terms.T[..., None], values[:, None])
+        c, error = fit[:, 0], errors[0]
         assert error == pytest.approx(by_programme(terms, values), rel=1e-9)
         assert error == pytest.approx(np.abs(values - terms @ c).max(), rel=1e-12)
 

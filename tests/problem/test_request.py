@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
@@ -51,11 +52,49 @@ def test_a_deviation_of_a_tenth_of_the_stroke_is_no_guidance() -> None:
         StraightLine(10, 1.5)
 
 
-def test_an_arc_stays_below_a_half_circle() -> None:
+def test_an_arc_over_a_chord_is_the_minor_one_up_to_a_half_circle() -> None:
     assert CircularArc(197, 0.1, 100).sweep == pytest.approx(1.97)
-    for stroke in (199, 200, 500):
-        with pytest.raises(InvalidRequest, match=f"an arc of chord {stroke} and radius 100 is a half circle or imposs"):
-            CircularArc(stroke, 0.1, 100)
+    assert CircularArc(200, 0.1, 100).angle == pytest.approx(180)
+    with pytest.raises(InvalidRequest, match=r"an arc of chord 201 and radius 100 is impossible: .* at most 200"):
+        CircularArc(201, 0.1, 100)
+
+
+@pytest.mark.parametrize("angle", [1e-3, 45, 180, 200, 350])
+def test_two_of_stroke_radius_and_angle_say_the_third(angle: float) -> None:
+    chord = 2 * 50 * math.sin(math.radians(angle / 2))
+    every: dict[str, Any] = {"stroke": chord, "radius": 50.0, "angle": angle}
+    for left_out in every:
+        if left_out == "angle" and angle > 180:  # the minor arc is meant
+            continue
+        made = CircularArc(deviation=chord / 100, **{k: v for k, v in every.items() if k != left_out})
+        assert [made.stroke, made.radius, made.angle] == pytest.approx([chord, 50, angle], rel=1e-9)
+    assert replace(CircularArc(deviation=0.01 * chord, **every), unit="mm").angle == angle
+
+
+@pytest.mark.parametrize(
+    ("given", "message"),
+    [
+        ({"radius": 50, "angle": 0}, "angle must be a finite number above zero, not 0"),
+        ({"radius": 50, "angle": -90}, "angle must be a finite number above zero, not -90"),
+        ({"radius": 50, "angle": 351}, "an arc of 351\u00b0 nearly closes: its angle must be 350\u00b0 or less"),
+        ({"radius": 50, "angle": "wide"}, "angle must be a number, not 'wide'"),
+        ({"radius": 50}, "stroke must be a number, not None"),
+        ({"angle": 200}, "an arc needs its stroke, or radius and angle"),
+        (
+            {"stroke": 60, "radius": 50, "angle": 200},
+            "stroke 60, radius 50 and angle 200\u00b0 contradict one another: .*a chord of 98.4808; leave one",
+        ),
+    ],
+)  # fmt: skip
+def test_an_arc_refuses_what_contradicts_itself(given: dict[str, Any], message: str) -> None:
+    with pytest.raises(InvalidRequest, match=message):
+        CircularArc(deviation=0.1, **given)
+
+
+def test_a_tenth_of_the_diameter_is_no_guidance_beyond_a_half_circle() -> None:
+    assert CircularArc(deviation=10, radius=50, angle=350).relative == pytest.approx(0.1)
+    with pytest.raises(InvalidRequest, match="no guidance"):
+        CircularArc(deviation=10.1, radius=50, angle=350)
 
 
 @given(st.floats(1e-3, 1e3), st.floats(1e-9, 0.1), st.floats(1 / 1.97, 1e9))

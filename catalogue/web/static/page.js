@@ -107,11 +107,10 @@ if (wish) {
   const sliders = all("input[type=range]", wish);
   const placeAll = () => sliders.forEach(place);
   const byPath = () => {
-    const radius = field("radius");
-    if (radius) {
-      const arc = field("path").value === "circular-arc";
-      radius.disabled = !arc;
-      radius.closest(".field").hidden = !arc;
+    const arc = field("path").value === "circular-arc";
+    for (const one of [field("radius"), field("angle")].filter(Boolean)) {
+      one.disabled = !arc;
+      one.closest(".field").hidden = !arc;
     }
   };
 

@@ -1,0 +1,201 @@
+"""Circles of given radii about paths: placed best for the largest distance, and for the mean square distance.
+
+A move of the centre changes the distance at a place by the cosine and the sine of its direction from there.  Beyond
+half a turn these are no Haar system: two opposite places may decide alone, and then the best centre is one of many.
+The mean circle is unique, and moves smoothly with the path.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from ..kinematics.batch import Columns
+from ..kinematics.types import Complexes, Floats, Indices
+from .drive import differentiation
+from .minimum_zone import Grid, grid, times
+from .uniform_fit import NEXT, uniform_fit
+
+#: Moves of a mean circle; the second one leaves the fourth power of the deviation over the radius.
+MEAN_MOVES = 2
+#: Moves of a best-placed circle at most; with steps halved where they gain nothing most need five.
+MAX_MOVES = 24
+#: Length of the first move at most [radii]: the linear model holds so far.
+FIRST_REACH = 0.3
+#: Length of a move that is the last one [radii].
+STILL = 1e-9
+#: Distance of the middle of two places from the centre up to which they lie opposite [radii].
+NEARLY_OPPOSITE = 0.2
+#: Length of the moves that level the extremes between the fine points, at most [deviations].
+MAX_POLISH = 0.1
+#: Places about those extremes that are tried, in two rounds [steps of the fine points].
+POLISHED = (np.linspace(-1, 1, 9), np.linspace(-0.2, 0.2, 9))
+
+
+@dataclass(frozen=True)
+class Circles(Columns):
+    """Best-placed circles of given radii about n paths; arrays of shape (n,).
+
+    Attributes
+    ----------
+    centre : complex ndarray
+    deviation : ndarray
+        Largest distance of the path from the circle [length].
+    unresolved : ndarray
+        Bound on what the interpolant misses [length].
+    stations : ndarray of int, shape (3, n)
+        Fine points of the grid at which the distance is largest.
+    """
+
+    centre: Complexes
+    deviation: Floats
+    unresolved: Floats
+    stations: Indices
+
+
+def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -> Circles:
+    """Place circles best about paths.
+
+    Parameters
+    ----------
+    z : complex ndarray, shape (m, n)
+        Paths at the nodes of a grid [length].
+    radius : ndarray, shape (n,)
+        Of the circles [length].
+    centre : complex ndarray, shape (n,)
+        First guesses of the centres.
+    points : Grid
+        To which the m nodes belong.
+    """
+    fine, n = times(points.fine, z), len(centre)
+    with np.errstate(all="ignore"):
+        centre, least, stations = _descended(fine, radius, centre)
+        # where two opposite places within the circle decide, the linear model sees no gain in a move across them
+        spoke = fine[stations, np.arange(n)] - centre
+        opposite = np.flatnonzero(np.abs(spoke + spoke[NEXT]).min(0) < NEARLY_OPPOSITE * radius)
+        if len(opposite):
+            pair = np.abs(spoke + spoke[NEXT])[:, opposite].argmin(0)
+            across = 1j * spoke[pair, opposite] / np.abs(spoke[pair, opposite])
+            across = across * np.sqrt(radius * least)[opposite]
+            each = np.tile(opposite, 2)
+            other, lower, there = _descended(fine[:, each], radius[each], centre[each] + np.append(across, -across))
+            for part in np.split(np.arange(len(each)), 2):
+                better = part[lower[part] < least[each[part]]]
+                centre[each[better]], least[each[better]] = other[better], lower[better]
+                stations[:, each[better]] = there[:, better]
+        deviation = least
+        places = stations.astype(float)
+        for near in POLISHED:  # the extremes lie between the fine points
+            tried = np.clip(places[None] + near[:, None, None], 0, len(fine) - 1).reshape(3 * len(near), n)
+            spoke, off = _between(fine, centre, radius, tried)
+            first = np.repeat(len(tried) // 2 + np.arange(-1, 2)[:, None], n, axis=1)
+            move, deviation, best = uniform_fit(np.stack([spoke.real, spoke.imag]), off, first)
+            step = move[0] + 1j * move[1]
+            centre = centre + np.where(np.abs(step) < MAX_POLISH * deviation, step, 0.0)
+            places = np.take_along_axis(tried, best, 0)
+        unresolved = np.abs(points.coefficients[-2:] @ z).sum(0)
+    return Circles(centre, deviation, unresolved, stations)
+
+
+def _descended(fine: Complexes, radius: Floats, centre: Complexes) -> tuple[Complexes, Floats, Indices]:
+    """Place circles by Gauss-Newton steps of the largest distance.
+
+    Returns
+    -------
+    complex ndarray, shape (n,)
+        Centres.
+    ndarray, shape (n,)
+        Largest distances at the fine points [length].
+    ndarray of int, shape (3, n)
+        Fine points of these distances.
+    """
+    n, centre = len(centre), centre.copy()
+    open_, reach, stations = np.arange(n), radius * FIRST_REACH, np.zeros((3, n), int)
+    least = np.abs(np.abs(fine - centre) - radius).max(0)
+    for turn in range(MAX_MOVES):
+        here, far = fine[:, open_], radius[open_]
+        spoke = here - centre[open_]
+        away = np.abs(spoke)
+        terms = np.stack([spoke.real / away, spoke.imag / away])
+        move, _, stations[:, open_] = uniform_fit(terms, away - far, stations[:, open_] if turn else None)
+        step = move[0] + 1j * move[1]
+        step = np.nan_to_num(step * np.minimum(1.0, reach[open_] / np.abs(step)))
+        now = np.abs(np.abs(here - centre[open_] - step) - far).max(0)
+        better = now < least[open_]
+        some = open_[better]
+        centre[some], least[some] = centre[some] + step[better], now[better]
+        reach[open_] = np.where(better, 2 * np.abs(step), 0.25 * np.abs(step))
+        open_ = open_[(np.abs(step) > STILL * far) & (better | (reach[open_] > STILL * far))]
+        if not len(open_):
+            break
+    return centre, least, stations
+
+
+def _between(fine: Complexes, centre: Complexes, radius: Floats, places: Floats) -> tuple[Complexes, Floats]:
+    """Interpolate spokes (unit vectors from the centre) and distances between fine points, by parabolas.
+
+    Parameters
+    ----------
+    places : ndarray, shape (k, n)
+        Where along the paths [steps of the fine points].
+    """
+    column = np.arange(fine.shape[1])
+    nearest = np.clip(np.rint(places).astype(int), 1, len(fine) - 2)
+    shift = places - nearest
+    before, here, after = three = np.stack([fine[nearest + k, column] for k in (-1, 0, 1)])
+    spoke = here + 0.5 * shift * (after - before + shift * (before - 2 * here + after)) - centre
+    low, at, high = np.abs(three - centre) - radius
+    return spoke / np.abs(spoke), at + 0.5 * shift * (high - low + shift * (low - 2 * at + high))
+
+
+def squared_centre(z: Complexes) -> Complexes:
+    """Fit circles of any radius to places (m, ...) by their squared radii, and return the centres."""
+    home = z.mean(0)
+    w = z - home
+    square = np.abs(w) ** 2
+    return np.asarray(home + _moved(w.real, w.imag, 0.5 * (square - square.mean(0)), 1.0))
+
+
+def mean_centre(
+    z: Complexes, radius: Floats | float, centre: Complexes, weight: Floats | float = 1.0, moves: int = MEAN_MOVES
+) -> Complexes:
+    """Fit circles of a radius to places by the mean square distance, and return the centres.
+
+    Parameters
+    ----------
+    z : complex ndarray, shape (m, ...)
+    centre : complex ndarray, shape (...)
+        First guesses.
+    weight : ndarray, shape (m, ...), optional
+        Of the places.
+    """
+    for _ in range(moves):
+        spoke = z - centre
+        far = np.abs(spoke)
+        step = _moved(spoke.real / far, spoke.imag / far, far - radius, weight)
+        centre = centre + step * np.minimum(1.0, 0.5 * radius / np.abs(step))
+    return np.asarray(centre)
+
+
+def _moved(x: Floats, y: Floats, values: Floats, weight: Floats | float) -> Complexes:
+    """Solve a x + b y = values (m, ...) by least squares for a + i b."""
+    xx, xy, yy = ((weight * part).sum(0) for part in (x * x, x * y, y * y))
+    a, b = (weight * values * x).sum(0), (weight * values * y).sum(0)
+    return np.asarray((a * yy - b * xy + 1j * (b * xx - a * xy)) / (xx * yy - xy * xy))
+
+
+def by_length(z: Complexes) -> Floats:
+    """Return weights (m, n) of nodes that turn sums into integrals along paths z (m, n)."""
+    count = len(z) - 1
+    return np.asarray(np.abs(times(differentiation(count), z)) * _quadrature(count)[:, None])
+
+
+@lru_cache
+def _quadrature(count: int) -> Floats:
+    """Return the Clenshaw-Curtis weights, shape (count + 1,)."""
+    order = np.arange(count + 1)
+    with np.errstate(divide="ignore"):
+        moments = np.where(order % 2 == 0, 2.0 / (1.0 - order.astype(float) ** 2), 0.0)
+    return np.asarray(moments @ grid(count).coefficients)

@@ -1,0 +1,115 @@
+"""Best uniform fits of two terms, whatever the order of the points: Stiefel's exchange of single points.
+
+`minimum_zone.exchange` alternates along a path, which holds as long as the terms are a Haar system there: a sine and a
+cosine are none beyond half a turn, and a path that returns over itself has no order of its own.
+
+Source: Stiefel, Numerische Methoden der Tschebyscheff-Approximation, 1959; the exchange is a step of the dual simplex
+method.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..kinematics.types import Array, Floats, Indices
+
+#: Exchanges of a point at most; a path with a dozen waves takes five.
+EXCHANGES = 60
+#: Part of the largest error up to which three points are said to bound it from below.
+REACHED = 1e-9
+#: Error that is rounding, as a part of the largest value.
+ROUNDED = 1e-14
+#: Of three, the one after each.
+NEXT = np.array([1, 2, 0])
+#: Of three, the one before each.
+LAST = np.array([2, 0, 1])
+
+
+def uniform_fit(terms: Floats, values: Floats, chosen: Indices | None = None) -> tuple[Floats, Floats, Indices]:
+    """Fit two terms to values so that the largest error is least.
+
+    Parameters
+    ----------
+    terms : ndarray, shape (2, m, n)
+        Of n fits at m points.
+    values : ndarray, shape (m, n)
+    chosen : ndarray of int, shape (3, n), optional
+        About at which points the errors are largest.
+
+    Returns
+    -------
+    ndarray, shape (2, n)
+        The coefficients.
+    ndarray, shape (n,)
+        The largest errors.
+    ndarray of int, shape (3, n)
+        Points at which the errors are as large, which proves them least.
+    """
+    if chosen is None:
+        order = np.argsort(terms[1], axis=0)
+        chosen = order[[0, len(order) // 2, -1]]  # apart
+    chosen = chosen.copy()
+    fit, largest = np.zeros(terms.shape[::2]), np.zeros(values.shape[1])
+    open_, rounding = np.arange(values.shape[1]), ROUNDED * np.abs(values).max(0, initial=0.0)
+    for _ in range(EXCHANGES):
+        at, column = chosen[:, open_], open_
+        here, known = terms[:, at, column], values[at, column]  # (2, 3, k), (3, k)
+        with np.errstate(all="ignore"):
+            fit[:, open_], level, weights = _equalised(here, known)
+            errors = values[:, open_] - (terms[:, :, open_] * fit[:, None, open_]).sum(0)
+            worst = np.abs(errors).argmax(0)
+            each = np.arange(len(open_))
+            farthest = errors[worst, each]
+            largest[open_] = np.abs(farthest)
+            more = np.abs(farthest) > level * (1 + REACHED) + rounding[open_]
+            if not more.any():
+                break
+            leaving = _leaving(
+                np.where(weights < 0, -1, 1) * here, np.abs(weights), np.sign(farthest) * terms[:, worst, open_]
+            )
+        some = open_[more]
+        chosen[leaving[more], some] = worst[more]
+        open_ = some
+    return fit, largest, chosen
+
+
+def _equalised(terms: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
+    """Fit two terms (2, 3, n) to three values (3, n) with equal errors.
+
+    Returns
+    -------
+    ndarray, shape (2, n)
+        The coefficients.
+    ndarray, shape (n,)
+        The error.
+    ndarray, shape (3, n)
+        Weights with which no combination of the terms counts, and whose sum with the values is the error; 1 together,
+        signs apart.
+    """
+    weights = _cross(terms[:, NEXT], terms[:, LAST])
+    weights = weights / (np.abs(weights).sum(0) * np.where((weights * values).sum(0) < 0, -1, 1))
+    level = np.asarray((weights * values).sum(0))
+    rest = values - level * np.where(weights < 0, -1.0, 1.0)
+    return _through(terms, rest, np.abs(weights).argmax(0)), level, weights
+
+
+def _cross(a: Array, b: Array) -> Array:
+    """Return the cross products of pairs (2, ...)."""
+    return np.asarray(a[0] * b[1] - a[1] * b[0])
+
+
+def _through(terms: Floats, values: Floats, without: Indices) -> Floats:
+    """Interpolate values (3, k) by terms (2, 3, k) at two of three places."""
+    column = np.arange(terms.shape[2])
+    (a, b), (p, q) = ([part[..., (without + i) % 3, column] for i in (1, 2)] for part in (terms, values))
+    return np.stack([p * b[1] - q * a[1], q * a[0] - p * b[0]]) / _cross(a, b)
+
+
+def _leaving(terms: Floats, weights: Floats, entering: Floats) -> Indices:
+    """Return which of three signed terms (2, 3, k) leaves for another, (2, k): that whose weight is used up first."""
+    whole, moved = _cross(terms[:, NEXT], terms[:, LAST]), terms - entering[:, None]
+    # shares of the three terms in the entering one, 1 together: areas of triangles
+    parts = _cross(moved[:, NEXT], moved[:, LAST])
+    shares = parts / whole.sum(0)
+    ratio = np.where(shares > 0, weights / np.where(shares > 0, shares, 1.0), np.inf)
+    return np.asarray(ratio.argmin(0))

@@ -1,0 +1,227 @@
+"""Arcs near a half circle and beyond it: guides traced along their circuits, over windows told by their angle.
+
+Over such an arc a point runs to and fro along its chord, and a small error turns the chord far.  So a window ends
+where the point, seen from the centre of the mean circle, has gone half the angle from the middle of the path, either
+way.  The mean circle has the radius that is given, and the least mean square distance from the path.  The deviation is
+that from the best-placed circle: its centre, of which there may be many where the ends of a path lie opposite, would
+tell no window.  A motion goes on through dead points, and a crank all the way round; its parameter is therefore the
+phase of the circuit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..kinematics.batch import Columns
+from ..kinematics.circuits import OPEN, Circuits, circuits
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Complexes, Floats
+from .best_circle import best_placed, by_length, mean_centre
+from .circuit_curve import TURNING, CircuitCurve, CircuitMotion
+from .coupler_curve import false_position
+from .minimum_zone import Fit, Grid, grid, resolved
+from .trace import LEAST_SURE, Traced
+
+#: Steps either way in which the ends of a window are bracketed: none turns a path by more than a fifth of a turn.
+STEPS = 64
+#: How far these go either way [periods]: an arc of 350 degrees may take most of one on one side.
+FARTHEST = 0.8
+#: Intervals between the Chebyshev points of a window in a search.
+NODES = 32
+#: The same at most, doubled where they do not resolve the deviation.
+FINER = 128
+#: Intervals at which the deviation of an answer is measured.
+SHOWN = 128
+#: The same at most.
+MOST = 512
+#: Corrections of a window at most, each to the mean circle of the path between its last ends.
+ROUNDS = 10
+#: Angle by which the last correction may move an end [rad].
+REACHED = 1e-12
+#: Angle by which a window may be off where that is not reached [rad].
+MISSED = 1e-9
+
+
+@dataclass(frozen=True)
+class WideArcs(Columns):
+    """n windows of circuits along arcs; arrays of shape (n,).
+
+    Attributes
+    ----------
+    middle, start, end : ndarray
+        Phases of the middle of the path, its start and its end; the end lies before the start where the point runs
+        along the arc against the phase [rad].
+    fit : Fit
+        The nominal is the best-placed arc of the radius, which bulges to the left of its way; the deviation is NaN
+        where the point does not run forward along the whole arc.
+    """
+
+    middle: Floats
+    start: Floats
+    end: Floats
+    fit: Fit
+
+    @property
+    def centre(self) -> Complexes:
+        """Centres of the nominals, shape (n,)."""
+        return self.fit.centre
+
+
+def wide_arcs(
+    some: Circuits, point: Complexes, middle: Floats, centre: Complexes, radius: Floats, angle: float, *,
+    nodes: int = NODES, most: int = FINER,
+) -> WideArcs:  # fmt: skip
+    """Trace coupler points (n,) of circuits over arcs whose middles they pass at phases (n,).
+
+    Parameters
+    ----------
+    centre : complex ndarray, shape (n,)
+        About where the centres of the arcs are.
+    radius : ndarray, shape (n,)
+        Of the arcs [length].
+    angle : float
+        Of the arcs [deg].
+    nodes, most : int
+        Intervals between Chebyshev points at first, and at most.
+    """
+    half = 0.5 * np.radians(angle)
+    with np.errstate(all="ignore"):
+        ends, way = _bracketed(some, point, middle, centre, half)
+        points = grid(nodes)
+        for _ in range(ROUNDS):
+            z = _path(some, point, ends, points)
+            centre = mean_centre(z, radius, centre, by_length(z))
+            ends, off = _corrected(some, point, middle, centre, half * way, ends)
+            if not (off > REACHED).any():
+                break
+        found = _measured(some, point, middle, ends, way, centre, radius, angle, points)
+        rough = np.flatnonzero(np.isfinite(found.fit.deviation) & ~resolved(found.fit))
+        if len(rough) and nodes < most:
+            finer = wide_arcs(
+                some[rough], point[rough], middle[rough], centre[rough], radius[rough], angle,
+                nodes=2 * nodes, most=most,
+            )  # fmt: skip
+            return found.replaced(rough, finer)
+        sure = resolved(found.fit, *LEAST_SURE)
+    return replace(found, fit=replace(found.fit, deviation=np.where(sure, found.fit.deviation, np.nan)))
+
+
+def _path(some: Circuits, point: Complexes, ends: Floats, points: Grid) -> Complexes:
+    """Return coupler points (m, n) at the nodes between phases (2, n)."""
+    low, high = ends
+    return np.asarray(some.pose(0.5 * (high + low) + 0.5 * (high - low) * points.nodes[:, None]).point(point))
+
+
+def _bracketed(
+    some: Circuits, point: Complexes, middle: Floats, centre: Complexes, half: float
+) -> tuple[Floats, Floats]:
+    """Solve for the ends of windows about given centres.
+
+    Returns
+    -------
+    ndarray, shape (2, n)
+        Phases below and above the middle at which points have gone `half` an arc, NaN if never [rad].
+    ndarray, shape (n,)
+        1 where points run counterclockwise as the phase rises, else -1.
+    """
+    share = np.linspace(-FARTHEST, FARTHEST, 2 * STEPS + 1)[:, None]
+    s = middle + share * some.period
+    s = np.where(some.kind == OPEN, np.clip(s, 0.0, 2 * np.pi), s)
+    z = some.pose(s).point(point)
+    seen = (z - centre) / (z[STEPS] - centre)
+    turned = np.unwrap(np.angle(seen), axis=0)
+    turned -= turned[STEPS]
+    way = np.where(turned[STEPS + 1] < turned[STEPS - 1], -1.0, 1.0)
+    turned *= way
+    column, ends = np.arange(len(middle)), []
+    for side in (-1, 1):
+        gone = side * turned[STEPS:] if side > 0 else side * turned[STEPS::-1]
+        phases = s[STEPS:] if side > 0 else s[STEPS::-1]
+        beyond = gone >= half
+        k = np.maximum(beyond.argmax(0), 1)
+        ray = np.exp(1j * side * way * half) * (z[STEPS] - centre)
+
+        def missing(t: Floats, ray: Complexes = ray, side: int = side) -> Floats:
+            there = some.pose(t[None]).point(point)[0]
+            return np.asarray(side * way * np.angle((there - centre) / ray))
+
+        t, _ = false_position(
+            missing, phases[k - 1, column], phases[k, column], gone[k - 1, column] - half, gone[k, column] - half,
+            np.full(len(middle), REACHED), steps=12,
+        )  # fmt: skip
+        ends.append(np.where(beyond.any(0), t, np.nan))
+    return np.stack(ends), way
+
+
+def _corrected(
+    some: Circuits, point: Complexes, middle: Floats, centre: Complexes, half: Floats, ends: Floats
+) -> tuple[Floats, Floats]:
+    """Take a Newton step of the ends of windows, whose centres have moved.
+
+    Returns
+    -------
+    ndarray, shape (2, n)
+        Phases of the ends [rad].
+    ndarray, shape (n,)
+        Angle by which the ends were off before [rad].
+    """
+    step = 1e-6
+    side = np.array([[-1.0], [1.0]])
+    z = some.pose(np.concatenate([middle[None], ends, ends + step])).point(point)
+    ray = (z[0] - centre) * np.exp(1j * side * half)
+    off, after = np.angle((z[1:3] - centre) / ray), np.angle((z[3:] - centre) / ray)
+    moved = ends - off * step / np.angle(np.exp(1j * (after - off)))
+    bounded = np.where(some.kind == OPEN, np.clip(moved, 0.0, 2 * np.pi), moved)
+    return bounded, np.abs(off).max(0)
+
+
+def _measured(
+    some: Circuits, point: Complexes, middle: Floats, ends: Floats, way: Floats, centre: Complexes, radius: Floats,
+    angle: float, points: Grid,
+) -> WideArcs:  # fmt: skip
+    """Return windows with their nominals and deviations."""
+    z, half, n = _path(some, point, ends, points), 0.5 * np.radians(angle), len(middle)
+    spoke = z - centre
+    turned = np.angle(spoke[1:] / spoke[:-1])
+    forward = (way * turned * radius > TURNING * np.abs(np.diff(z, axis=0))).all(0)
+    whole = np.abs(np.abs(turned.sum(0)) - 2 * half) < MISSED
+    top = some.pose(middle[None]).point(point)[0] - centre
+    top = top / np.abs(top)
+    circles = best_placed(z, radius, centre, points)
+    centre, deviation = circles.centre, np.where(forward & whole, circles.deviation, np.nan)
+    fit = Fit(
+        deviation, 2 * radius * np.sin(half), centre + radius * top * np.exp(1j * half), -1j * top, -1 / radius,
+        radius * (1 - np.cos(half)) * np.ones(n), circles.unresolved,
+    )  # fmt: skip
+    start, end = np.where(way < 0, ends, ends[::-1])
+    return WideArcs(middle, start, end, fit)
+
+
+def along_circuits(linkage: Linkage, point: Complexes) -> CircuitCurve:
+    """Return guides (n,), in mid-stroke where they stand, ready to be traced along their circuits."""
+    every = circuits(linkage)
+    here = every[np.flatnonzero(np.diff(every.of, prepend=-1) != 0)]  # that of the given position comes first
+    n = len(linkage)
+    return CircuitCurve(CircuitMotion(here, here.phase, np.ones(n, complex), np.zeros(n, complex)), point)
+
+
+def on_wide_arcs(some: Circuits, point: Complexes, found: WideArcs) -> tuple[CircuitCurve, Traced]:
+    """Carry coupler points of circuits, as given with the linkages, to the middles of their arcs."""
+    n = len(found.middle)
+    moving = CircuitMotion(some, found.middle, np.ones(n, complex), np.zeros(n, complex))
+    guided = some.pose(found.middle[None]).point(point)[0]
+    low, high = found.start - found.middle, found.end - found.middle
+    return CircuitCurve(moving, guided), Traced(found.fit, 0 * guided, low, high)
+
+
+def traced_about(
+    curve: CircuitCurve, centre: Complexes, radius: Floats, angle: float, nodes: int = NODES, most: int = FINER
+) -> Traced:
+    """Trace guides that stand in the middles of their arcs; parameters as of `wide_arcs`."""
+    moving = curve.motion
+    found = wide_arcs(
+        moving.circuits, curve.point, moving.middle, centre, radius, angle, nodes=nodes, most=max(nodes, most)
+    )
+    return Traced(found.fit, 0 * curve.point, found.start - moving.middle, found.end - moving.middle)

@@ -1,0 +1,150 @@
+"""Starts for arcs near a half circle and beyond: coupler points that keep their distance from a place while a crank
+turns.
+
+The point is the moving pivot of the crank, moved in its coupler: its place there and the centre of its arc are four
+coordinates, and the distance from the centre less the radius is least in the mean square over the turn.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ..candidates.batch import CandidateBatch, Origin, measured
+from ..guidance.best_circle import squared_centre
+from ..kinematics.circuits import circuits
+from ..kinematics.linkage import Linkage
+from ..kinematics.types import Array, Complexes, Floats
+from ..problem.problem import Problem
+from .draws import allowed, fixed_pivots
+
+#: Families that are drawn, with whether they have pins only.
+TURNING = {"four-bar": True, "slider-crank": False, "inverted-slider-crank": False}
+#: Positions of a crank that are looked at; of a full turn with eight waves none is missed.
+POSITIONS = 33
+#: Median length of a crank [radii]: sound guides have it a little shorter than the radius.
+CRANK = 0.8
+#: Spread of its logarithm.
+SPREAD = 0.3
+#: Median length of the coupler [radii]: a longer one turns less, and transmits better.
+COUPLER = 2.5
+#: Spread of its logarithm.
+COUPLER_SPREAD = 0.5
+#: How far from the moving pivot of the crank points are sought, one in two at the pivot itself [radii].
+AWAY = 0.6
+#: Gauss-Newton steps, after which most starts change no more.
+STEPS = 10
+#: Longest step of a coordinate [radii].
+LONGEST_STEP = 0.5
+#: Damping of the normal equations, over their trace.
+DAMPING = 1e-6
+#: Drawn per start that is measured: those with the least scatter are.
+EACH = 4
+
+
+def starts(problem: Problem, family: str, count: int, random: np.random.Generator) -> CandidateBatch | None:
+    """Return starts of a family, measured; None if none circles.
+
+    Parameters
+    ----------
+    count : int
+        How many are measured at most.
+    """
+    path = problem.path
+    assert path.radius is not None
+    assert path.angle is not None
+    radius, half = path.radius, np.radians(0.5 * path.angle)
+    centre = 0.5 * path.stroke - 1j * radius * np.cos(half)
+    linkage, _ = Linkage.valid(_drawn(problem, family, EACH * count, radius, centre, random))
+    if not len(linkage):
+        return None
+    found = circuits(linkage)
+    found = found[np.flatnonzero(np.isfinite(found.phase) & (found.lead == 0))]
+    share = np.linspace(-1, 1, POSITIONS)[:, None]
+    with np.errstate(all="ignore"):
+        pose = found.pose(found.phase + half * share)
+        pin = found.linkage.points[:, 0, 1]
+        shift, turn = pose.point(pin), 1 + pose.x
+        drawn = AWAY * radius * (random.normal(size=len(pin)) + 1j * random.normal(size=len(pin)))
+        first: Complexes = np.where(random.random(len(pin)) < 0.5, 0.0, drawn).astype(complex)
+        scatter, arm, middle = circling(shift, turn, radius, first)
+        point = pin + arm
+        top = point - middle
+        scale = 1j * np.abs(top) / top
+    best = np.flatnonzero(np.isfinite(scatter))
+    best = best[np.argsort(scatter[best], kind="stable")][:count]
+    if not len(best):
+        return None
+    scale, move = scale[best], centre - scale[best] * middle[best]
+    nothing = np.full(len(best), complex(np.nan, np.nan))
+    laid = found.linkage[best].moved(scale, move)
+    return measured(problem, Origin.made(laid, "general"), laid, scale * point[best] + move, nothing)
+
+
+def circling(shift: Complexes, turn: Complexes, radius: float, arm: Complexes) -> tuple[Floats, Complexes, Complexes]:
+    """Fit circles to the paths of points z of n planes, moved by m poses z -> shift + turn z.
+
+    Parameters
+    ----------
+    shift, turn : complex ndarray, shape (m, n)
+    radius : float
+        Of the circles.
+    arm : complex ndarray, shape (n,)
+        Where the points are sought.
+
+    Returns
+    -------
+    scatter : ndarray, shape (n,)
+        Root mean square distance from the circle.
+    arm, centre : complex ndarray, shape (n,)
+        The points and the centres of their circles.
+    """
+    centre = squared_centre(shift + turn * arm)
+    for _ in range(STEPS):
+        spoke = shift + turn * arm - centre
+        far = np.abs(spoke)
+        ray = spoke / far
+        by = ray.conj() * turn
+        slope = np.stack([by.real, -by.imag, -ray.real, -ray.imag], axis=-1)  # (m, n, 4)
+        square = np.einsum("mni,mnj->nij", slope, slope)
+        square += DAMPING * np.trace(square, axis1=1, axis2=2)[:, None, None] * np.eye(4)
+        right = np.einsum("mni,mn->ni", slope, radius - far)
+        good = np.isfinite(square).all((1, 2)) & np.isfinite(right).all(1)
+        step = np.full(right.shape, np.nan)
+        step[good] = np.linalg.solve(square[good], right[good][..., None])[..., 0]
+        step *= np.minimum(1.0, LONGEST_STEP * radius / np.abs(step).max(1, keepdims=True))
+        arm, centre = arm + step[:, 0] + 1j * step[:, 1], centre + step[:, 2] + 1j * step[:, 3]
+    off = np.abs(shift + turn * arm - centre) - radius
+    return np.sqrt((off * off).mean(0)), arm, centre
+
+
+def _drawn(
+    problem: Problem, family: str, count: int, radius: float, centre: complex, random: np.random.Generator
+) -> Array:
+    """Draw linkages whose first crank stands about the centre of the arc, shape (count, 2, 2, 3)."""
+
+    def length(median: float, spread: float) -> Floats:
+        return radius * median * np.exp(random.normal(0.0, spread, count))
+
+    def turned() -> Complexes:
+        return np.asarray(np.exp(2j * np.pi * random.random(count)))
+
+    crank = length(CRANK, SPREAD)
+    first = centre + 0.5 * (radius - crank) * turned()
+    pin = first + 1j * crank * np.exp(1j * random.normal(0.0, 0.3, count))
+    second = fixed_pivots(problem, np.full(count, centre), random)
+    other = pin + length(COUPLER, COUPLER_SPREAD) * turned()
+    pivots = np.ones((count, 2, 2, 3))
+    ends = np.stack([first, pin, second, other], axis=1).reshape(-1, 2, 2)
+    if family == "slider-crank":
+        ends[:, 1, 0] = turned()
+        pivots[:, 1, 0, 2] = 0.0
+    elif family == "inverted-slider-crank":
+        ends[:, 1, 1] = turned()
+        pivots[:, 1, 1, 2] = 0.0
+    pivots[..., 0], pivots[..., 1] = ends.real, ends.imag
+    return pivots
+
+
+def families(problem: Problem) -> list[str]:
+    """Return the drawn families that suit a problem."""
+    return allowed(problem, TURNING)
