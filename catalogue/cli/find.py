@@ -148,7 +148,7 @@ def print_candidates(found: Found) -> None:
     if first.radius is not None:
         what = f"an arc of chord {with_unit(f'{first.stroke:g}')}"
         what += f" and radius {with_unit(f'{first.radius:.4g}')}" * same
-        what += f", {first.arc_angle:.4g}\u00b0" * first.is_wide
+        what += f", {first.arc_angle:.4g}\u00b0" if first.is_wide else ""
     asked = {"radius": not same, "expected": any(c.expected != c.deviation for c in found if c.expected is not None),
              "front": first.front is not None, "travel": any(c.travel is not None for c in found)}  # fmt: skip
     names = [name for name in TABLE if asked.get(name, True)]

@@ -251,7 +251,7 @@ def test_wrong_usage_is_exit_code_2_and_names_what_is_wrong(run: Run, arguments:
 def test_an_arc_beyond_a_half_circle(run: Run, small_db: Path) -> None:
     done = run("find", "circular-arc", "--stroke", 210, "--radius", 100, "--deviation", 0.1, "--db", small_db)
     assert done.code == 2
-    assert "is a half circle or impossible" in done.line
+    assert "an arc of chord 210 and radius 100 is impossible: the chord is at most 200" in done.line
 
 
 @pytest.mark.parametrize("arguments", [LINE, ("show", 1), ("build",)], ids=["find", "show", "build"])
