@@ -120,7 +120,7 @@ def _table(found: Measured, *, many: bool) -> None:
     names = [name for name in TABLE if asked.get(name, True)]
     rows = [row(c, names, code=code) for code, c in zip(codes(found), found, strict=True)]
     what = "straight lines" if first.radius is None else "arcs"
-    what += f" of {first.arc_angle:.4g}\u00b0" * first.is_wide
+    what += f" of {first.arc_angle:.4g}\u00b0" if first.is_wide else ""
     apart = "* another circuit than that given: take the linkage apart to reach it\n" * any(
         not c.given and not c.joined for c in found
     )
