@@ -248,10 +248,36 @@ def test_wrong_usage_is_exit_code_2_and_names_what_is_wrong(run: Run, arguments:
     assert message in done.err
 
 
-def test_an_arc_beyond_a_half_circle(run: Run, small_db: Path) -> None:
-    done = run("find", "circular-arc", "--stroke", 210, "--radius", 100, "--deviation", 0.1, "--db", small_db)
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (
+            ("--stroke", 210, "--radius", 100),
+            "radius 100 is impossible: the chord is at most 200",
+        ),
+        (("--radius", 100, "--angle", 0), "angle must be a finite number above zero, not 0"),
+        (("--radius", 100, "--angle", 351), "nearly closes: its angle must be 350"),
+        (("--radius", 100, "--stroke", 50, "--angle", 270), "contradict one another"),
+        (("--angle", 270), "--stroke L (of an arc also --radius R --angle DEG)"),
+        (("--radius", 100, "--angle", 270, "--slots"), "--slots cannot be asked for"),
+    ],
+)
+def test_an_arc_that_is_none_is_said_in_one_line(run: Run, small_db: Path, options: Any, message: str) -> None:
+    done = run("find", "circular-arc", *options, "--deviation", 0.1, "--db", small_db)
     assert done.code == 2
-    assert "an arc of chord 210 and radius 100 is impossible: the chord is at most 200" in done.line
+    assert message in done.line
+
+
+def test_an_arc_beyond_a_half_circle(run: Run, small_db: Path, tmp_path: Path) -> None:
+    asked = ("--radius", 50, "--angle", 270, "--unit", "mm")
+    done = run("find", "circular-arc", *asked, "--deviation", 0.4, "--limit", 2, "--db", small_db, "--save",
+               tmp_path / "a.json", "--plot", tmp_path / "a.svg")  # fmt: skip
+    assert done.code == 0
+    assert "an arc of chord 70.7107 mm and radius 50 mm, 270\u00b0" in done.out
+    assert "270\u00b0" in (tmp_path / "a.svg").read_text()
+    measured = run("measure", tmp_path / "a.json", *asked)
+    assert measured.code == 0
+    assert "arcs of 270\u00b0" in measured.out
 
 
 @pytest.mark.parametrize("arguments", [LINE, ("show", 1), ("build",)], ids=["find", "show", "build"])

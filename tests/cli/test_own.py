@@ -118,7 +118,9 @@ def test_a_heading_names_lengths(run: Run, tmp_path: Path) -> None:
         ("0,0,1,1,3,0,2,2,1\n", ("--stroke", 1), 2, "9 numbers; 8"),
         ("0,0,1,1,3,0,2,2,1,1\n", (), 2, "over which stroke"),
         ("0,0,1,1,3,0,2,2,1,1\n", ("--stroke", -1), 2, "stroke must be"),
-        ("0,0,1,1,3,0,2,2,1,1\n", ("--stroke", 1, "--radius", 0.3), 2, "an arc of chord 1 and radius 0.3 is impossible"),
+        ("0,0,1,1,3,0,2,2,1,1\n", ("--stroke", 1, "--radius", 0.3), 2, "is impossible: the chord is at most 0.6"),
+        ("0,0,1,1,3,0,2,2,1,1\n", ("--radius", 1, "--angle", 351), 2, "nearly closes"),
+        ("0,0,1,1,3,0,2,2,1,1\n", ("--radius", 99, "--angle", 270), 1, "over 270\u00b0: ask for another radius"),
         ("[" * 5000, ("--stroke", 1), 2, "no valid JSON"),
     ],
 )
