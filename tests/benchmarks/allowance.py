@@ -186,7 +186,7 @@ def main(database: str, draws: int = 2000) -> None:
         print(f"{name}: {len(shares)} answers, {told}", flush=True)
     for dwell in (StandStill(60, 1, 20), StandStill(90, 0.5, 30)):
         shares = [
-            float((machines(d, d.allowance, draws) <= dwell.residual).mean())
+            float((machines(d, d.allowance or 0.0, draws) <= dwell.residual).mean())
             for d in cat.find_dwells(dwell, pins_only=True, limit=5)
             if (d.allowance or 0) > 0
         ]

@@ -19,7 +19,7 @@ LINE = StraightLine(100, 0.1)
     ("request_", "constraints", "rank_by"),
     [
         (LINE, {"families": "four-bar", "min_transmission": 70, "fixed_pivots_in": (0, 10, 100, 40)}, "size"),
-        (LINE, {"pins_only": True, "fixed_pivots_in": (-50, 0, 150, 120)}, "transmission"),
+        (LINE, {"pins_only": True, "fixed_pivots_in": (-50, 0, 150, 60)}, "transmission"),
         (CircularArc(100, 0.1), {"families": "four-bar", "fixed_pivots_in": (-40, 20, 140, 160)}, "transmission"),
     ],
 )
