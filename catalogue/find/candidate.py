@@ -275,7 +275,7 @@ class Candidate(PlacedGuide):
     def kept_share(self) -> float | None:
         """Share of the machines, drawn at the allowance, whose path keeps the deviation asked; None without an
         allowance, and at a change point.  A thousand finite motions are measured, see `guidance.drawn_machines`."""
-        if not self.allowance or self.allowance < 0 or self.asked_deviation is None or self.fitted is None:
+        if self.allowance is None or self.allowance <= 0 or self.asked_deviation is None or self.fitted is None:
             return None
         from ..guidance.allowance import Zone
         from ..guidance.circuit_curve import CircuitCurve

@@ -167,7 +167,7 @@ class DwellCandidate(PlacedGuide):
         """Share of a thousand machines, drawn at the allowance, whose rocker keeps the residual asked; None without an
         allowance."""
         standing = self._standing
-        if standing is None or not self.allowance or self.asked_residual is None:
+        if standing is None or self.asked_residual is None or self.allowance is None or self.allowance <= 0:
             return None
         return standing.kept_share(self.allowance, math.radians(self.asked_residual))
 

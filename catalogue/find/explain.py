@@ -53,8 +53,6 @@ ROOMS = (0.1, 0.2)
 FAR_OFF, CLOSER = 0.2, 3
 #: Amount that nobody would relax constraints by if others may be relaxed instead: of the deviation twenty times.
 ABSURD = 3.0
-
-
 #: Each offer was tried; none is proved to be the least that helps.
 LESS = "a smaller step may do"
 

@@ -15,6 +15,7 @@ from ..kinematics.linkage import Linkage
 from ..kinematics.motion import motion
 from ..kinematics.types import Complexes, Floats
 from .allowance import LARGEST, References, Response, allowed, scattered, shortest
+from .drawn_machines import DRAWS, SEED
 from .dwell import joint_places
 from .minimum_zone import grid
 from .sensitivity import COUNT, displaced
@@ -23,10 +24,10 @@ from .sensitivity import COUNT, displaced
 STATIONS, DRAWN = 32, 64
 #: Step of the differences [length of the driving crank].
 STEP = 1e-5
-#: Machines that are drawn, and the seed of their errors: an answer is told the same share every time.
-DRAWS, SEED = 1000, 0
 #: Coordinates of the output dyad, joint and pivot of the rocker.
 OUTPUT = 4
+#: All coordinates, those of the linkage first.
+ALL = COUNT + OUTPUT
 
 
 @dataclass(frozen=True)
@@ -54,12 +55,22 @@ class Standing:
     high: float
 
     def allowance(self, band: float) -> float:
-        """Return the standard deviation of all coordinates at which the rocker keeps a band [rad] with `PROBABILITY`,
-        [length]; at most `LARGEST` of the shortest link."""
+        """Return the standard deviation of all coordinates at which the rocker keeps a band with `PROBABILITY`.
+
+        Parameters
+        ----------
+        band : float
+            Width of the band of its angles [rad].
+
+        Returns
+        -------
+        float
+            At most `LARGEST` of the shortest link; negative where the rocker strays farther as it is [length].
+        """
         nodes = grid(STATIONS)
-        steps = STEP * np.concatenate([np.eye(self._count), -np.eye(self._count), np.zeros((1, self._count))])
+        steps = STEP * np.concatenate([np.eye(ALL), -np.eye(ALL), np.zeros((1, ALL))])
         angles = self._angles(steps, nodes.nodes)
-        across = (angles[:, : self._count] - angles[:, self._count : -1])[None] / (2 * STEP)
+        across = (angles[:, :ALL] - angles[:, ALL:-1])[None] / (2 * STEP)
         across = np.where(self._scattered, across, 0.0)
         fine = nodes.fine @ angles[:, -1]
         middle = 0.5 * (fine.max() + fine.min())
@@ -73,12 +84,10 @@ class Standing:
     def kept_share(self, scatter: float, band: float, draws: int = DRAWS) -> float:
         """Return the share of machines, their coordinates off by a standard deviation [length], whose rocker keeps a
         band [rad]; those that do not run through the dwell do not."""
-        steps = scatter * np.random.default_rng(SEED).normal(size=(draws, self._count)) * self._scattered
+        steps = scatter * np.random.default_rng(SEED).normal(size=(draws, ALL)) * self._scattered
         with np.errstate(all="ignore"):
             ranges = np.ptp(self._angles(steps, grid(DRAWN).nodes), axis=0)
         return float(np.count_nonzero(ranges <= band) / draws)
-
-    _count = COUNT + OUTPUT
 
     @property
     def _scattered(self) -> Floats:
