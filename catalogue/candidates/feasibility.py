@@ -45,6 +45,10 @@ FARTHEST = 100.0, 1e3
 EXACT_DEVIATION = 1e-12
 #: Intervals between the Chebyshev points of the stroke at which the swept room is looked at; four times as many places.
 SWEPT = 16
+#: Most of them: four times as many while they miss too much.
+SWEPT_MOST = 256
+#: Part of the size that they may miss of a pivot or slide, which runs fast where a block swings near its pivot.
+SWEPT_MISSED = 1e-4
 #: Amounts below this break nothing: lengths in strokes, angles in radians, rounding of both.
 ROUNDING = 1e-9
 #: Violations nearer than this count as equal, so that the orientation given wins ties [strokes].
@@ -214,17 +218,21 @@ def drive_violations(problem: Problem, found: CandidateBatch) -> dict[str, Float
     return amounts
 
 
-def swept_violations(problem: Problem, found: CandidateBatch) -> dict[str, Floats]:
+def swept_violations(problem: Problem, found: CandidateBatch, nodes: int = SWEPT) -> dict[str, Floats]:
     """Return how far links reach out of the room or into what is to be kept free, negative where they do not."""
     wanted, amounts = problem.constraints, {}
     if wanted.swept_in is not None or wanted.keep_out:
-        poses, built = SampledPoses.of(found.curve, found.traced, SWEPT, inverse=wanted.slots), machine(problem, found)
+        poses, built = SampledPoses.of(found.curve, found.traced, nodes, inverse=wanted.slots), machine(problem, found)
         if (room := wanted.swept_in) is not None:
             swept = link_ends(built, poses)[..., None] if room.is_convex else link_segments(built, poses)
             amounts["swept_in"] = protrusion(room, swept)
         if wanted.keep_out:
             swept = link_segments(built, poses)
             amounts["keep_out"] = np.max([intrusion(zone, swept) for zone in wanted.keep_out], axis=0)
+        rough = np.flatnonzero(poses.unresolved > SWEPT_MISSED * found.measures.size)
+        if len(rough) and nodes < SWEPT_MOST:
+            for name, amount in swept_violations(problem, found[rough], 4 * nodes).items():
+                amounts[name][rough] = amount
     return amounts
 
 

@@ -179,6 +179,17 @@ class SampledPoses:
             return np.asarray((len(self.path) - 1) ** 2 * last / np.abs(self._turning).max(0))
 
     @property
+    def unresolved(self) -> Floats:
+        """What the nodes miss of pivots, guided point and slides, by the last two Chebyshev coefficients, shape (n,)
+        [length]."""
+        last = self._grid.coefficients[-2:]
+        moved = np.where(self.linkage.finite[:, :, 1], self._moved, 0.0)
+        with np.errstate(all="ignore"):
+            values = (self.path[..., None], moved, slide_runs(self.linkage, self.pose))
+            missed = [np.abs(times(last, np.nan_to_num(value))).sum(0).max(-1) for value in values]
+        return np.asarray(np.max(missed, axis=0))
+
+    @property
     def _grid(self) -> Grid:
         return grid(len(self.path) - 1)
 

@@ -12,7 +12,16 @@ import pytest
 
 from catalogue import CircularArc, StraightLine
 from catalogue.candidates.batch import Origin, measured
-from catalogue.candidates.feasibility import BESIDE, EXACT_DEVIATION, ROUNDING, cost, feasibility, values
+from catalogue.candidates.feasibility import (
+    BESIDE,
+    EXACT_DEVIATION,
+    ROUNDING,
+    SWEPT,
+    cost,
+    feasibility,
+    swept_violations,
+    values,
+)
 from catalogue.kinematics.linkage import Linkage
 from catalogue.problem.constraints import Constraints
 from catalogue.problem.problem import Problem
@@ -189,3 +198,18 @@ def test_cranks_that_stand_for_sliders_are_no_answer() -> None:
         found = measured(problem, Origin.made(linkage, "parallel"), linkage, np.array([0.5 + 1j]), nothing)
         assert found.deviation[0] < 1e-3
         assert feasibility(problem, found).all[0] == serves
+
+
+def test_room_is_swept_as_dense_positions_say_where_a_slide_runs_fast(random_linkages: Any) -> None:
+    """A swinging block near its pivot turns, and lets its slide run, within a small part of the stroke."""
+    linkage = random_linkages("swinging-block", 3000, 5)
+    z = linkage.points
+    point = z[:, 0, 1] + np.random.default_rng(5).normal(size=(len(linkage), 2)) @ [1, 1j]
+    limits = Constraints(swept_in=(-3, -3, 4, 3))
+    problem = Problem.of(StraightLine(1.0, 0.05), limits, Ranking.of(LINE, "score", 0, 0.0, 1))
+    nowhere = np.full(len(linkage), complex(np.nan, np.nan))
+    found = measured(problem, Origin.made(linkage, "general"), linkage, point, nowhere)
+    found = found[np.flatnonzero(np.isfinite(found.deviation))]
+    assert len(found) > 500
+    told, dense = (swept_violations(problem, found, nodes)["swept_in"] for nodes in (SWEPT, 1024))
+    np.testing.assert_array_less(np.abs(told - dense), 2e-4 * found.measures.size)
