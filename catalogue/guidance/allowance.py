@@ -46,9 +46,11 @@ ROUGH = 8
 FINE = 20
 #: The same where the radius is sought too: references are four stations then, and many more; 1 per cent again.
 FINE_OF_ARC = 16
-#: References that are looked at in all directions, those which alone forgive least, in a search, and for what is shown:
-#: more change the probability by less than 0.1 per cent.
-ROUGH_REFERENCES, REFERENCES = 24, 64
+#: References that are looked at in all directions in a search, those which alone forgive least.  For what is shown all
+#: are: where the deviation nearly fills the tolerance hundreds are as strict, and 64 left 2.5 per cent open.
+ROUGH_REFERENCES = 24
+#: Numbers of one guide's references in all directions are 1.5 MB: as many guides at once fill a core's memory.
+TOGETHER = 4
 #: Machines that are drawn to first order along wide arcs in a search: the probability is known to 1 per cent.
 ROUGH_DRAWS = 500
 #: The same for what is shown: to 0.3 per cent.
@@ -197,12 +199,13 @@ class References(Rows):
 
 
 @dataclass(frozen=True)
-class Reach:
+class Reach(Rows):
     """How far n paths may be carried off along each direction of the scatter until they leave their tolerance."""
 
     nearness: Floats  #: (n, 120), one over how far [1/length]
     reference: Indices  #: (n, 120), number of the reference that ends it
-    direction: Floats  #: (n, 120, 10), unit vectors, upward of that reference
+    direction: Floats  #: (n, 120, 10), unit vectors
+    margin: Floats  #: (n, 120), how much farther the distance of that reference may grow [length]
 
     @classmethod
     def of(cls, found: References, asked: Floats) -> Reach:
@@ -216,15 +219,18 @@ class Reach:
         with np.errstate(all="ignore"):  # of a reference that answers in other directions too all scatter counts
             seen_ *= np.where(length > 0.3 * whole, whole / length, 1.0)[..., None]
         half = _directions()
-        moved = (seen_.reshape(-1, DIMENSIONS) @ half.T).reshape(n, count, len(half))
-        nearness, reference = [], []
-        for sign in (1, -1):
-            rates = np.maximum(sign * moved / up[..., None], -sign * moved / down[..., None])
-            first = np.argmax(np.nan_to_num(rates, nan=-1.0), axis=1)
-            reference.append(first)
-            nearness.append(np.take_along_axis(rates, first[:, None], 1)[:, 0])
-        both = np.concatenate([half, -half])
-        return cls(np.concatenate(nearness, axis=1), np.concatenate(reference, axis=1), both @ np.swapaxes(axes, 1, 2))
+        ends = np.nan_to_num(np.concatenate([seen_ / up[..., None], -seen_ / down[..., None]], axis=1))
+        nearness, first_out = np.empty((n, 2 * len(half))), np.empty((n, 2 * len(half)), int)
+        sides = slice(0, len(half)), slice(len(half), None)  # opposite directions
+        for first in range(0, n, TOGETHER):
+            some = slice(first, first + TOGETHER)
+            rates = half @ np.swapaxes(ends[some], 1, 2)
+            for columns, which in zip(sides, (rates.argmax(2), rates.argmin(2)), strict=True):
+                first_out[some, columns] = which
+                nearness[some, columns] = np.abs(np.take_along_axis(rates, which[..., None], 2)[..., 0])
+        both = np.concatenate([half, -half]) @ np.swapaxes(axes, 1, 2)
+        margin = np.take_along_axis(np.concatenate([up, down], axis=1), first_out, 1)
+        return cls(nearness, first_out % count, both, margin)
 
     def scatter(self) -> Floats:
         """Return the standard deviation at which paths stay within their tolerances with `PROBABILITY`, (n,)."""
@@ -279,7 +285,7 @@ def allowances(
     rough : bool
         At fewer stations, as a search does.
     """
-    found, deviation = _references(guides, traced, zone, rough)
+    found, deviation = references(guides, traced, zone, rough)
     least = allowed(found, deviation, np.broadcast_to(asked, deviation.shape), rough=rough)
     return np.minimum(least, LARGEST * shortest(guides.linkage))
 
@@ -296,7 +302,7 @@ def expected_deviation(
 ) -> Floats:
     """Return the deviations that traced guides keep with `PROBABILITY` where every coordinate of the pivots scatters by
     a standard deviation, shape (n,) [length]: the tolerances of which that is the allowance."""
-    found, deviation = _references(guides, traced, zone, rough)
+    found, deviation = references(guides, traced, zone, rough)
     if not scatter:
         return deviation
     asked = np.where(deviation > 0, 2 * deviation, scatter)
@@ -325,7 +331,7 @@ def slopes(
         intervals = _intervals(traced, zone, rough)
         here = response(guides, traced, zone, intervals)
         at = np.maximum(asked, here.deviation * (1 + LEAST_LEFT))
-        found = References.of(here, zone.free).strongest(at, ROUGH_REFERENCES if rough else REFERENCES)
+        found = References.of(here, zone.free).strongest(at, ROUGH_REFERENCES)
         good = np.isfinite(found.across).all((1, 2)) & np.isfinite(here.deviation) & ~guides.cusp
         found = replace(found, across=np.where(good[:, None, None], found.across, 0.0))
         reach = Reach.of(found, at)
@@ -345,14 +351,13 @@ def _influence(
 ) -> tuple[Floats, Floats, Floats]:
     """Return the derivatives of the logarithm of the allowance by the sensitivities at the stations, (n, m, 10), by the
     deviation, all distances growing with it, and by the tolerance, (n,)."""
-    row, (up, down) = np.arange(len(asked))[:, None], found.margins(asked)
+    row = np.arange(len(asked))[:, None]
     weights = np.zeros((*reach.reference.shape, here.error.shape[1]))
     np.put_along_axis(weights, found.stations[row, reach.reference], found.weights[row, reach.reference], axis=2)
     moved = ((reach.direction @ np.swapaxes(here.across, 1, 2)) * weights).sum(-1)
-    margin = np.where(moved > 0, up[row, reach.reference], down[row, reach.reference])
     by_rate = -np.swapaxes(weights, 1, 2) @ (np.nan_to_num(shares / moved)[..., None] * reach.direction)
-    per_margin = np.nan_to_num(shares / margin)
-    used = np.nan_to_num((asked[:, None] - margin) / here.deviation[:, None])
+    per_margin = np.nan_to_num(shares / reach.margin)
+    used = np.nan_to_num((asked[:, None] - reach.margin) / here.deviation[:, None])
     return by_rate, -(per_margin * used).sum(1), per_margin.sum(1)
 
 
@@ -382,11 +387,11 @@ def _second_differences(guides: CouplerCurve | CircuitCurve, traced: Traced, nod
 
 
 def _intervals(traced: Traced, zone: Zone, rough: bool) -> int:
-    """Return the intervals between stations: twice as many along wide arcs, which are longer."""
-    return zone.intervals(rough) * (2 if traced.fit.is_wide.any() else 1)
+    """Return the intervals between stations: twice as many along wide arcs of a given radius, which are longer."""
+    return zone.intervals(rough) * (2 if zone.free == 2 and traced.fit.is_wide.any() else 1)
 
 
-def _references(
+def references(
     guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, rough: bool
 ) -> tuple[References, Floats]:
     """Return the references of traced guides and their deviations; NaN where the point returns."""
@@ -405,7 +410,7 @@ def allowed(found: References, deviation: Floats, asked: Floats, *, rough: bool 
             if some.wide.any():
                 reached = drawn_scatter(some, at, rough=rough)
             else:
-                some = some.strongest(at, ROUGH_REFERENCES if rough else REFERENCES)
+                some = some.strongest(at, ROUGH_REFERENCES) if rough else some
                 reached = Reach.of(some, at).scatter()
             scatter[good] = reached * (asked - deviation) / (at - deviation)
     return scatter

@@ -66,11 +66,11 @@ def rocker_angles(d: DwellCandidate, count: int) -> tuple[Array, Array]:
     return np.degrees(np.unwrap(np.angle(rocker / (joint - pivot)))), sine
 
 
-def machines(d: DwellCandidate, scatter: float, draws: int) -> Array:
+def machines(d: DwellCandidate, scatter: float, draws: int, seed: int = 3) -> Array:
     """Return the range of the rocker's angles [deg] of four-bars whose every coordinate is off by a standard deviation,
     while the crank turns through the middle of the dwell by the angle asked; loops closed by circles."""
     z = np.array(d.pivots)[..., 0] + 1j * np.array(d.pivots)[..., 1]
-    off = scatter * np.random.default_rng(3).normal(size=(2, 7, draws))
+    off = scatter * np.random.default_rng(seed).normal(size=(2, 7, draws))
     (a1, b1, a2, b2), point, joint, pivot = (
         (z.ravel()[:, None] + off[0, :4] + 1j * off[1, :4]),
         *(complex(*place) + off[0, k] + 1j * off[1, k] for k, place in enumerate((d.guided, d.joint, d.pivot), 4)),
