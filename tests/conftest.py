@@ -14,7 +14,7 @@ import re
 import runpy
 import sqlite3
 from collections.abc import Callable, Iterator
-from contextlib import closing
+from contextlib import closing, contextmanager
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -36,6 +36,7 @@ from catalogue.find.explain import Advice, Explanation
 from catalogue.folders import folder
 from catalogue.kinematics.linkage import FAMILIES, PR, RP, RR, Linkage
 from catalogue.kinematics.types import Array
+from catalogue.progress import busy
 from catalogue.search.report import SearchReport
 from catalogue.store import Base
 from catalogue.store.engine import engine_for
@@ -83,6 +84,44 @@ def _answers(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
 
 
 @pytest.fixture(scope="session")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the folder of the run, which all workers share."""
+    base = tmp_path_factory.getbasetemp()
+    return base.parent if "PYTEST_XDIST_WORKER" in os.environ else base
+
+
+@contextmanager
+def alone(lock: Path) -> Iterator[None]:
+    """Wait until no other worker is inside for the same file."""
+    with closing(sqlite3.connect(lock, timeout=600, isolation_level=None)) as held:
+        held.execute("BEGIN EXCLUSIVE")  # until it is closed
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _bytecode_once(shared: Path) -> Iterator[None]:
+    """Let processes that tests start compile each module once in the whole run, and leave nothing in the checkout."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.delenv("PYTHONDONTWRITEBYTECODE", raising=False)
+        patch.setenv("PYTHONPYCACHEPREFIX", str(shared / "bytecode"))
+        yield
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _compiled_once(shared: Path) -> Iterator[None]:
+    """Let one worker at a time compile sweeps in space; the next loads what numba has kept."""
+
+    @contextmanager
+    def waiting(label: str) -> Iterator[None]:
+        with alone(shared / "numba.lock"), busy(label):
+            yield
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("catalogue.spatial.native.loading.busy", waiting)
+        yield
+
+
+@pytest.fixture(scope="session")
 def golden() -> list[dict[str, Any]]:
     """Return the golden mechanisms: placed pivots and, from 50- and 60-digit arithmetic, what belongs to them.
 
@@ -106,14 +145,10 @@ STORED = ("I.GG", "II.ooo", "II.xy", "II*.xy", "IV.l", "IV*.l")
 
 
 @pytest.fixture(scope="session")
-def small_db(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def small_db(shared: Path) -> Path:
     """Return a database with a block or two of a few series, built once for all workers; do not write to it."""
-    shared = tmp_path_factory.getbasetemp()
-    if "PYTEST_XDIST_WORKER" in os.environ:  # each worker has a folder of its own in that of the run
-        shared = shared.parent
     path = shared / "small.db"
-    with closing(sqlite3.connect(shared / "small.lock", timeout=600, isolation_level=None)) as lock:
-        lock.execute("BEGIN EXCLUSIVE")  # until it is closed
+    with alone(shared / "small.lock"):
         if not path.exists():
             begun = shared / "begun.db"
             with catalogue.open(begun, build=False) as opened:
