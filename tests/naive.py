@@ -219,12 +219,10 @@ class Loop:
 # -- the narrowest strip and annulus ----------------------------------------------------------------------------------
 def narrowest_strip(u: Array, v: Array, amplitude: float = 1.0) -> float:
     """Return half the width of the narrowest strip that holds the points (u, amplitude v): one side on a hull edge."""
-    hull = ConvexHull(np.stack([u, v], 1))
-    best = math.inf
-    for a, b, _ in hull.equations:  # an edge lies along a u + b v = const; in true proportions b becomes b / amplitude
-        offset = a * u + b * v
-        best = min(best, np.ptp(offset) / math.hypot(a, b / amplitude))
-    return 0.5 * best
+    a, b, _ = ConvexHull(np.stack([u, v], 1)).equations.T
+    # edges lie along a u + b v = const; in true proportions b becomes b / amplitude
+    width = np.ptp(np.outer(a, u) + np.outer(b, v), axis=1) / np.hypot(a, b / amplitude)
+    return 0.5 * float(width.min())
 
 
 def strip_of(path: Array) -> float:
@@ -563,45 +561,54 @@ def _narrowest_about(
 ) -> float:
     """Return half the least width of windows that begin less than a point from one of them."""
 
-    def half_width(place: float) -> float:
-        after = min(int(place) + 1, len(ends) - 1)
-        end = np.interp(place, np.arange(len(ends)), ends) if np.isfinite(ends[after]) else ends[first] + place - first
-        here, there = (float(np.interp(x, np.arange(len(phases)), phases)) for x in (place, end))
-        return _window_over(way, closed, here, there, stroke)
+    def half_widths(places: Array) -> Array:
+        after = np.minimum(places.astype(int) + 1, len(ends) - 1)
+        between = np.interp(places, np.arange(len(ends)), ends)
+        end = np.where(np.isfinite(ends[after]), between, ends[first] + places - first)
+        here, there = (np.interp(x, np.arange(len(phases)), phases) for x in (places, end))
+        return _windows_over(way, closed, here, there, stroke)
 
     low, high = max(first - 1.0, 0.0), min(first + 1.0, len(ends) - 1.0)
     places = np.linspace(low, high, 9)
     for _ in range(4):
-        found = [half_width(place) for place in places]
+        found = half_widths(places)
         best, step = int(np.argmin(found)), places[1] - places[0]
         places = np.linspace(max(places[best] - step, 0), min(places[best] + step, len(ends) - 1.0), 7)
-    return min(found)
+    return float(found.min())
 
 
-def _window_over(way: Callable[[Array], Array], closed: bool, start: float, end: float, stroke: float) -> float:
-    """Return half the width of the window from one phase to about another, over a stroke along its strip; infinite if
-    it does not run forward, within 83 degrees of its middle: those at the limit of 84 depend on how it is sampled."""
-    home, chord = way(np.array([start]))[0], stroke
+def _windows_over(way: Callable[[Array], Array], closed: bool, start: Array, end: Array, stroke: float) -> Array:
+    """Return half the widths of windows (n,) from phases to about others, over a stroke along their strips; infinite if
+    one does not run forward, within 83 degrees of its middle: those at the limit of 84 depend on how it is sampled."""
+    home, chord, found = way(start), np.full(len(start), stroke), np.full(len(start), np.inf)
+    good = np.ones(len(start), bool)
     for _ in range(2):
         low, high = start + 0.97 * (end - start), start + 1.03 * (end - start)
-        if not abs(way(np.array([low]))[0] - home) < chord < abs(way(np.array([high]))[0] - home):
-            return math.inf
+        good &= (np.abs(way(low) - home) < chord) & (chord < np.abs(way(high) - home))
         for _ in range(40):
             middle = 0.5 * (low + high)
-            low, high = (middle, high) if abs(way(np.array([middle]))[0] - home) < chord else (low, middle)
-        z = way(np.linspace(start, high, 401))
-        if not np.isfinite(z).all() or (not closed and high > 2 * math.pi):
-            return math.inf
-        half, length = straightness(z[::4])
-        if math.isinf(half):
-            return math.inf
-        chord *= stroke / length
+            near = np.abs(way(middle) - home) < chord
+            low, high = np.where(near, middle, low), np.where(near, high, middle)
+        z = way(np.linspace(start, high, 401).ravel()).reshape(401, -1)
+        good &= np.isfinite(z).all(0) & (closed | (high <= 2 * math.pi))
+        for k in np.flatnonzero(good):
+            half, length = straightness(z[::4, k])
+            good[k] = not math.isinf(half)
+            if good[k]:
+                chord[k] *= stroke / length
+    for k in np.flatnonzero(good):
+        if _runs_forward(z[:, k]):
+            found[k] = strip_of(z[:, k])
+    return found
+
+
+def _runs_forward(z: Array) -> bool:
+    """Return whether a path of 401 points runs within 83 degrees of its middle."""
     w = (z - z[0]) / (z[-1] - z[0]) * abs(z[-1] - z[0])
     steps, middle = np.diff(w), min(max(int((w.real < 0.5 * w.real[-1]).sum()), 8), 392)
     tangent = w[middle + 8] - w[middle - 8]
-    if not ((steps.real > 0).all() and (dot(tangent, steps) > 0.122 * abs(tangent) * np.abs(steps)).all()):
-        return math.inf
-    return strip_of(z)
+    forward = dot(tangent, steps) > 0.122 * abs(tangent) * np.abs(steps)
+    return bool((steps.real > 0).all() and forward.all())
 
 
 def _windows(z: Array, count: int, step: int, most: int, allowed: float) -> Iterator[tuple[float, int, int]]:
