@@ -15,7 +15,7 @@ PLANAR = [
     "find circular-arc --stroke 100 --deviation 0.5 --radius 120 --limit 2 --format json",
     "find dwell --angle 60 --residual 1 --swing 20 --limit 2",
     "show watt --plot watt.png",
-    "show 1 --plot one.svg --moving",
+    "show 100 --plot one.svg --moving",
     "measure mine.json --stroke 120 --plot measured.svg",
     "sheet watt --out sheet.html",
     "plate I.GG --out plate.svg",

@@ -115,6 +115,7 @@ def test_ctrl_c_is_one_line_and_exit_code_130(run: Run, monkeypatch: pytest.Monk
     ids=["show", "plate", "export"],
 )
 @pytest.mark.slow
+@pytest.mark.usefixtures("searched_once")
 def test_nothing_is_overwritten_without_force(run: Run, small_db: Path, tmp_path: Path, words: tuple[str, ...]) -> None:
     file = tmp_path / "mine.svg"
     file.write_text("precious")

@@ -109,6 +109,7 @@ def test_there_and_back_is_the_same(number: float, one: str, other: str) -> None
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("searched_once")
 def test_a_request_in_inches_is_the_same_in_millimetres(run: Run, small_db: Path) -> None:
     inches = run(
         *LINE, "--stroke", '6"', "--deviation", "1/500in", "--max-size", "500mm", "--unit", "mm", "--db", small_db

@@ -343,6 +343,7 @@ def shown(small_db: Path, *options: str) -> str:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("searched_once")
 def test_show_tells_name_title_source_place_series_and_deviation(small_db: Path) -> None:
     text, design = shown(small_db, "watt"), ALL["watt"]
     assert text.startswith("watt: Watt's linkage\n")
@@ -352,6 +353,7 @@ def test_show_tells_name_title_source_place_series_and_deviation(small_db: Path)
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("searched_once")
 def test_show_names_the_nearest_series_if_none_holds(small_db: Path) -> None:
     found = catalogue.classify(ALL["watt-lengthened"].linkage)[0]
     text = shown(small_db, "watt-lengthened")
@@ -390,6 +392,7 @@ def test_each_deviation_is_the_published_one(small: catalogue.Catalogue, design:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("searched_once")
 @pytest.mark.parametrize("name", {one.family: name for name, one in ALL.items()}.values())
 def test_one_of_each_family_is_shown(small: catalogue.Catalogue, small_db: Path, name: str) -> None:
     answer = json.loads(shown(small_db, name, "--format", "json"))
@@ -398,6 +401,7 @@ def test_one_of_each_family_is_shown(small: catalogue.Catalogue, small_db: Path,
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("searched_once")
 def test_show_draws_a_design(small_db: Path, tmp_path: Path) -> None:
     pytest.importorskip("matplotlib")
     shown(small_db, "roberts", "--plot", str(tmp_path / "roberts.png"))
@@ -405,6 +409,7 @@ def test_show_draws_a_design(small_db: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("searched_once")
 def test_show_of_a_level_gives_the_split_guide(small_db: Path) -> None:
     answer = json.loads(shown(small_db, "watt", "--level", "-5", "--format", "json"))
     assert answer["deviation"] <= 1.01e-5
