@@ -11,6 +11,7 @@ import numpy as np
 from ..guidance.allowance import Zone, allowances, expected_deviation
 from ..guidance.circuit_curve import CIRCUIT, CircuitCurve
 from ..guidance.coupler_curve import CouplerCurve, coupler_curve
+from ..guidance.finite_scatter import FREE, finite_allowances, finite_expected
 from ..guidance.fixed_nominal import Nominal, in_place
 from ..guidance.metrics import Measures, measure
 from ..guidance.placement import FINE, at_stroke, mid_stroke, mirrored, mirrored_places, near_stroke, placed
@@ -175,8 +176,10 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCu
     found = measure(guides, traced, in_middle=True, turning=wanted.full_rotation, inverse=wanted.slots)
     allowance, expected = np.full(len(guides), np.nan), traced.fit.deviation.astype(float)
     if problem.needs_allowance:
-        rough = wanted.min_allowance is None  # what is bounded is what is shown
-        allowance = allowances(problem.deviation, guides, traced, Zone(*problem.zone), rough=rough)
+        if wanted.min_allowance is None:
+            allowance = allowances(problem.deviation, guides, traced, Zone(*problem.zone), rough=True)
+        else:  # what is bounded is what is shown
+            allowance = _shown_allowances(problem, guides, traced)
     if wanted.play:
         expected = expected_deviation(wanted.play, guides, traced, Zone(*problem.zone), rough=True)
     linkage, point, chart = guides.linkage, guides.point, guides.motion.chart
@@ -186,9 +189,17 @@ def described(problem: Problem, origin: Origin, guides: CouplerCurve | CircuitCu
 def with_allowance(problem: Problem, found: CandidateBatch) -> CandidateBatch:
     """Return candidates with their allowances and expected deviations as they are shown."""
     zone, play = Zone(*problem.zone), problem.constraints.play
-    allowance = allowances(problem.deviation, found.curve, found.traced, zone)
-    expected = expected_deviation(play, found.curve, found.traced, zone) if play else found.deviation
+    allowance = _shown_allowances(problem, found.curve, found.traced)
+    expectations = finite_expected if zone.free == FREE else expected_deviation
+    expected = expectations(play, found.curve, found.traced, zone) if play else found.deviation
     return replace(found, allowance=allowance, expected=expected)
+
+
+def _shown_allowances(problem: Problem, guides: CouplerCurve | CircuitCurve, traced: Traced) -> Floats:
+    """Return the allowances of traced guides as they are shown and bounded."""
+    zone = Zone(*problem.zone)
+    exactly = finite_allowances if zone.free == FREE else allowances
+    return exactly(problem.deviation, guides, traced, zone)
 
 
 def near_path(

@@ -272,9 +272,15 @@ def drawn_scatter(found: References, asked: Floats, *, rough: bool) -> Floats:
 
 
 def allowances(
-    asked: float | Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *, rough: bool = False
+    asked: float | Floats,
+    guides: CouplerCurve | CircuitCurve,
+    traced: Traced,
+    zone: Zone,
+    *,
+    rough: bool = False,
+    largest: float | None = None,
 ) -> Floats:
-    """Return the allowances of traced guides for a tolerance, at most `LARGEST`, shape (n,) [length].
+    """Return the allowances of traced guides for a tolerance, to first order, shape (n,) [length].
 
     Negative where the deviation is larger than the tolerance, NaN where the point returns or nothing was traced.
 
@@ -284,10 +290,12 @@ def allowances(
         Largest deviations that are allowed [length].
     rough : bool
         At fewer stations, as a search does.
+    largest : float, optional
+        Largest allowance, over the shortest link; `LARGEST` if not given.
     """
     found, deviation = references(guides, traced, zone, rough)
     least = allowed(found, deviation, np.broadcast_to(asked, deviation.shape), rough=rough)
-    return np.minimum(least, LARGEST * shortest(guides.linkage))
+    return np.minimum(least, (LARGEST if largest is None else largest) * shortest(guides.linkage))
 
 
 def shortest(linkage: Linkage) -> Floats:

@@ -13,10 +13,11 @@ import pytest
 from scipy.optimize import minimize
 
 from catalogue import Catalogue, CircularArc, StraightLine
-from catalogue.candidates.batch import CandidateBatch, described, near_path
+from catalogue.candidates.batch import CandidateBatch, described, near_path, with_allowance
 from catalogue.guidance import allowance as module
 from catalogue.guidance.allowance import Reach, References, Zone, allowances, expected_deviation, slopes
 from catalogue.guidance.coupler_curve import coupler_curve
+from catalogue.guidance.finite_scatter import finite_allowances, finite_expected
 from catalogue.guidance.sensitivity import COUNT, displaced
 from catalogue.problem.problem import Problem
 from tests import naive
@@ -179,6 +180,34 @@ def test_an_allowance_does_not_depend_on_the_other_guides_of_a_batch(small: Cata
         one = found[np.array([i])]
         alone = allowances(problem.deviation, one.curve, one.traced, zone)
         assert alone[0] == pytest.approx(together[i], rel=1e-9)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("family", ["oldham", "four-bar"])
+def test_arcs_of_any_radius_keep_the_tolerance_in_95_of_100_machines(
+    small: Catalogue, family: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    request = CircularArc(100, 0.05)
+    wish: dict[str, Any] = {"families": [family], "limit": 4, "per_series": 0}
+    for seed, c in enumerate(small.find(request, **wish)):
+        share = probability(c, request, 6000, seed)
+        assert share > 0.935
+        assert is_capped(c) or share < 0.965
+    problem, found = batches(small, request, monkeypatch, **wish)
+    found, zone = with_allowance(problem, found), Zone(*problem.zone)
+    for i in range(len(found)):
+        one = found[np.array([i])]
+        kept = finite_allowances(problem.deviation, one.curve, one.traced, zone)
+        assert kept[0] == pytest.approx(found.allowance[i], rel=1e-6)
+        expected = finite_expected(float(kept[0]), one.curve, one.traced, zone)[0]
+        if kept[0] < 0.0099 * one.measures.min_link[0] or family == "oldham":
+            assert expected == pytest.approx(problem.deviation, rel=0.05)
+
+
+def test_a_bounded_allowance_of_an_arc_of_any_radius_is_that_which_is_listed(small: Catalogue) -> None:
+    found = small.find(CircularArc(100, 0.05), min_allowance=0.2, limit=4, per_series=0)
+    assert len(found) > 0
+    assert all((c.allowance or 0) >= 0.2 * (1 - 1e-6) for c in found)
 
 
 def test_the_best_uniform_fit_of_the_benchmark_is_the_narrowest_strip_and_annulus() -> None:

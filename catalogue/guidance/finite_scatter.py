@@ -1,0 +1,146 @@
+"""Allowances along arcs of any radius, on the finite motion of displaced machines.
+
+A circle whose radius is sought too moves far where its arc is shallow, and not in proportion to the scatter.  By the
+theory of `allowance` a path leaves its tolerance A at a displacement R u of the coordinates, along each direction u,
+and its deviation grows there by m / R per unit.  The machine displaced so has the deviation A + d instead: it leaves at
+R / (1 + d / m).  The logarithm of the allowance changes by the mean of -ln(1 + d / m) over the directions, each with
+its share in the tail of the scatter; the deviation kept at a given scatter by the mean of d, with these shares over m.
+Machines are displaced in the directions of the largest shares.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kinematics.types import Complexes, Floats
+from .allowance import LARGEST, Reach, Zone, allowances, expected_deviation, references, shortest
+from .circuit_curve import CircuitCurve
+from .coupler_curve import CouplerCurve, coupler_curve
+from .minimum_zone import Fit, concentric, seen
+from .sensitivity import displaced
+from .trace import Traced, over
+
+#: Free coordinates of an arc of any radius; lines and arcs of a given radius keep 95 +- 1 per cent without displaced
+#: machines, see tests/benchmarks/allowance.py.
+FREE = 3
+#: Directions in which machines are displaced, of 120; half as many leave the probability open by 2 per cent.
+DISPLACED = 32
+#: Intervals between the Chebyshev points of a path.
+NODES = 32
+#: Newton steps to the ends of a window.
+ROUNDS = 6
+#: Part of a window by which speeds are differenced.
+STEP = 1e-6
+#: Part of the stroke within which an end is reached.
+REACHED = 1e-7
+#: Part of the way to the tolerance that is left along a direction in which a displaced machine does not run.
+BROKEN = 0.5
+#: Least part of the tolerance that must be left for a path to be displaced [tolerances].
+LEFT = 0.02
+
+
+class Remainder(NamedTuple):
+    """What the finite motion of n guides adds to the linear theory; 0 where it is not measured."""
+
+    log_allowance: Floats
+    deviation: Floats  #: [length]
+
+
+def finite_allowances(asked: float | Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Floats:
+    """Return the allowances of traced guides as they are shown, at most `LARGEST`, shape (n,) [length].
+
+    Parameters
+    ----------
+    asked : float or ndarray, shape (n,)
+        Largest deviations that are allowed [length].
+    """
+    linear = allowances(asked, guides, traced, zone, largest=np.inf)
+    more = remainder(np.broadcast_to(asked, linear.shape), guides, traced, zone)
+    return np.minimum(linear * np.exp(more.log_allowance), LARGEST * shortest(guides.linkage))
+
+
+def finite_expected(scatter: float, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Floats:
+    """Return the deviations that guides keep with `PROBABILITY`, as they are shown, shape (n,) [length].
+
+    Parameters
+    ----------
+    scatter : float
+        Standard deviation of every coordinate of the pivots and of the guided point [length].
+    """
+    linear = expected_deviation(scatter, guides, traced, zone)
+    return linear + (remainder(linear, guides, traced, zone).deviation if scatter else 0.0)
+
+
+def remainder(tolerance: Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Remainder:
+    """Return what the finite motion adds to the allowances of guides for tolerances (n,) [length]."""
+    n = len(guides)
+    found = Remainder(np.zeros(n), np.zeros(n))
+    if isinstance(guides, CircuitCurve) or zone.free < FREE:
+        return found
+    with np.errstate(all="ignore"):
+        refs, deviation = references(guides, traced, zone, rough=False)
+        good = np.flatnonzero((deviation < (1 - LEFT) * tolerance) & (guides.motion.branch == 0) & ~refs.wide)
+        if not len(good):
+            return found
+        some, tolerance = guides[good], tolerance[good]
+        reach = Reach.of(refs[good], tolerance)
+        share = reach.shares(reach.scatter())
+        which = np.argsort(-share, axis=1, kind="stable")[:, :DISPLACED]
+        row = np.arange(len(good))[:, None]
+        share, margin = share[row, which], reach.margin[row, which]
+        steps = reach.direction[row, which] / reach.nearness[row, which][..., None]
+        there = _deviations(some, traced[good], zone, steps.reshape(-1, steps.shape[-1])).reshape(share.shape)
+        more = (there - tolerance[:, None]) / margin
+        lasts = np.where(np.isfinite(more), 1 / (1 + np.maximum(more, BROKEN - 1)), BROKEN)
+        found.log_allowance[good] = (share * np.log(lasts)).sum(1) / share.sum(1)
+        weight = share / margin
+        found.deviation[good] = (weight * (1 / lasts - 1) * margin).sum(1) / weight.sum(1)
+    return Remainder(np.nan_to_num(found.log_allowance), np.nan_to_num(found.deviation))
+
+
+def _deviations(guides: CouplerCurve, traced: Traced, zone: Zone, steps: Floats) -> Floats:
+    """Return the deviations of machines, several of each guide, off by steps (k, 10), between the same places along
+    the nominals, shape (k,) [length]; NaN where they do not run from one to the other."""
+    each = np.repeat(np.arange(len(guides)), len(steps) // len(guides))
+    linkage, point, valid = displaced(guides.linkage[each], guides.point[each], steps)
+    each = each[valid]
+    at, fit = traced[each], traced.fit[each]
+    moved = coupler_curve(linkage, point, chart=guides.motion.chart[each], least=0.5 * float(fit.stroke.max()))
+    low, high = _window(moved, at)
+    deviation = over(moved, low, high, circle=zone.circle, nodes=NODES).fit.deviation
+    out = np.full(len(steps), np.nan)
+    out[valid] = deviation.astype(float)
+    return out
+
+
+def _window(guides: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
+    """Return the parameters at which the feet of paths are the ends of nominals, (n,) each, by Newton's steps from
+    windows nearby; NaN where they are not reached."""
+    fit = traced.fit
+    low, high = traced.low.astype(float), traced.high.astype(float)
+    ends = np.stack([fit.start, fit.start + fit.stroke * fit.along])
+    goal = _along(fit, ends)
+    step, found = STEP * (high - low), []
+
+    def along(t: Floats) -> Floats:
+        place: Floats = _along(fit, guides.motion.pose(t[None]).point(guides.point))[0]
+        return place
+
+    back = along(low) > along(high)
+    for t, wanted in ((low, np.where(back, goal[1], goal[0])), (high, np.where(back, goal[0], goal[1]))):
+        missing = np.full(len(t), np.inf)
+        for _ in range(ROUNDS):
+            now = along(t)
+            missing = wanted - now
+            t = t + missing * step / (along(t + step) - now)
+        found.append(np.where(np.abs(missing) < REACHED * fit.stroke, t, np.nan))
+    return found[0], found[1]
+
+
+def _along(fit: Fit, z: Complexes) -> Floats:
+    """Return where the feet of points (m, n) stand along nominals, rising from start to end."""
+    x, y = seen(z.real, z.imag, fit.start + 0.5 * fit.stroke * fit.along, fit.along)
+    place: Floats = concentric(x, y - fit.rise, fit.curvature)[1]
+    return place
