@@ -51,9 +51,18 @@ def loosened(entry: dict[str, Any], rng: Any) -> tuple[dict[str, Any], list[str]
             x0, y0, x1, y1 = bounds[name]
             wide, high = by * (x1 - x0) * rng.random(2), by * (y1 - y0) * rng.random(2)
             bounds[name] = [float(v) for v in (x0 - wide[0], y0 - high[0], x1 + wide[1], y1 + high[1])]
+        elif name == "keep_out":
+            bounds[name] = [shrunk(box, by) for box in bounds[name]]
         else:
             bounds[name] *= 1 - by if name.startswith("min_") else 1 + by
     return out, chosen
+
+
+def shrunk(box: list[float], by: float) -> list[float]:
+    """Return a box smaller by a part, about the same middle."""
+    x0, y0, x1, y1 = box
+    wide, high = 0.5 * min(by, 0.9) * (x1 - x0), 0.5 * min(by, 0.9) * (y1 - y0)
+    return [x0 + wide, y0 + high, x1 - wide, y1 - high]
 
 
 def pairs(
