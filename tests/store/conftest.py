@@ -44,10 +44,18 @@ def path(tmp_path: Path) -> Path:
     return tmp_path / "some.db"
 
 
+@pytest.fixture(scope="session")
+def empty(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the file of an empty database, to be copied."""
+    path = tmp_path_factory.mktemp("empty") / "empty.db"
+    Database.open(path).close()
+    return path
+
+
 @pytest.fixture
-def database(path: Path) -> Iterator[Database]:
+def database(path: Path, empty: Path) -> Iterator[Database]:
     """Return a new, empty database."""
-    with Database.open(path) as opened:
+    with Database.open(shutil.copy(empty, path)) as opened:
         yield opened
 
 
