@@ -224,7 +224,8 @@ class Reach(Rows):
         sides = slice(0, len(half)), slice(len(half), None)  # opposite directions
         for first in range(0, n, TOGETHER):
             some = slice(first, first + TOGETHER)
-            rates = half @ np.swapaxes(ends[some], 1, 2)
+            # no BLAS: its threads wait for one another at every guide where cores are busy
+            rates = np.einsum("kd,nld->nkl", half, ends[some])
             for columns, which in zip(sides, (rates.argmax(2), rates.argmin(2)), strict=True):
                 first_out[some, columns] = which
                 nearness[some, columns] = np.abs(np.take_along_axis(rates, which[..., None], 2)[..., 0])
