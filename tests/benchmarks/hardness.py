@@ -57,7 +57,10 @@ def share_feasible(problem: Problem, seed: int = 0) -> float | None:
     with np.errstate(invalid="ignore"):
         merit = cost(problem, starts) + PENALTY * feasibility(problem, starts).total
     best = np.argsort(np.where(np.isnan(merit), np.inf, merit), kind="stable")[:RACED]
-    refined = Refinement.of(problem, starts[best[np.isfinite(merit[best])]]).run(ROUNDS)
+    best = best[np.isfinite(merit[best])]
+    if not len(best):
+        return 0.0
+    refined = Refinement.of(problem, starts[best]).run(ROUNDS)
     return float(np.isfinite(refined.best_cost).mean())
 
 

@@ -5,7 +5,9 @@
 
 Random linkages carry random points; of the paths those pieces are taken that run nearly straight or along an arc, and
 improved (`independent_programme.improved`) for random purposes.  Of such a pool one linkage of the best twelfth, by
-the figures that a request bounds, gives its bounds, loosened by at most two per cent: it is an answer.
+the figures that a request bounds, gives its bounds, loosened by at most two per cent.  It is improved for that request;
+what was ranked then becomes a bound as well, and all bounds are those of the improved linkage, loosened so again: it is
+an answer.
 
 The stored list was made so, and stays as it is, so that results can be compared: where improvement ends depends on the
 last digits, so another run, with the same seed too, makes other requests of the same kinds.
@@ -25,7 +27,8 @@ from typing import Any
 import numpy as np
 from independent import BAR, SLIDE, SLIDER, Array, Guides, posed, sines
 from independent_figures import BOUNDS, Figures, apart, cost, measured, violations
-from independent_programme import Task, as_pivots, improved, laid, posed_at, radius_of, sagitta_of
+from independent_programme import DRAWN, Task, as_pivots, improved, laid, posed_at, radius_of, sagitta_of
+from independent_search import WITHIN, Best, polished
 from measuring import arguments
 
 #: Of the numbers that are drawn.
@@ -39,6 +42,8 @@ TRANSMISSION, LINK, SIZE, DEVIATION, SAGITTA = 25.0, 0.1, 4.5, (1e-5, 1e-2), (0.
 LOOSER = (0.0005, 0.02)
 #: Linkages of a pool, twice as many of four-bars, and the part of them that requests are made of.
 POOL, BEST = 84, 1 / 12
+#: What the 401 positions of a search miss of a cost, relative.
+COARSE = 1e-4
 #: Angles of the crank at which a turn is looked at, and of a piece of path.
 TURN, PIECE = 180, 9
 
@@ -262,6 +267,34 @@ def entry(rng: Any, name: str, kind: Kind, names: list[str], rank: str, stroke: 
     }  # fmt: skip
 
 
+def tightened(rng: Any, first: dict[str, Any], best: Best | None) -> dict[str, Any]:
+    """Return a request as tight as the improved linkage of a first one allows: what that ranked is bounded too, and
+    another figure is ranked; the first one itself where nothing came of the improvement."""
+    if best is None or best.violation > WITHIN or first["rank_by"] == "deviation":
+        return first
+    task, circle, stroke = Task.of(first), first["kind"] == "circular-arc", first["stroke"]
+    pivots, guided = as_pivots(best.guide, stroke)
+    over = "min_transmission_turn" if task.turns else "min_transmission"
+    rank, more = {"size": ("transmission", ["max_size"]), "transmission": ("size", [over])}.get(
+        first["rank_by"], (first["rank_by"], [])
+    )
+    known = measured(pivots, guided, stroke, circle=circle, radius=first["radius"], turns=task.turns,
+                     tolerance=first["deviation"] if task.scatters else None)  # fmt: skip
+    if known is None:
+        return first
+    asked = (
+        first["deviation"] if task.scatters else rounded(known.deviation * rng.uniform(1 + LOOSER[0], 1 + LOOSER[1]))
+    )
+    bounds = {name: value for name, value in first["constraints"].items() if name in ("families", "pins_only")}
+    for name in dict.fromkeys([*(n for n in first["constraints"] if n not in bounds), *more]):
+        bounds[name] = loosened(rng, name, known)
+    if max(violations(known, bounds, asked, stroke).values()) > 0:
+        return first
+    price = cost(known, rank, stroke, task.turns, asked)
+    origin = {"pivots": pivots, "guided": guided, "cost": price, "from": "the linkage of origin"}
+    return first | {"deviation": asked, "constraints": bounds, "rank_by": rank, "known": origin}
+
+
 def loosened(rng: Any, name: str, m: Figures) -> Any:
     """Return a bound a little looser than what a guide has, in the unit of its figures."""
     by = float(rng.uniform(*LOOSER))
@@ -349,7 +382,8 @@ def requests(seed: int = SEED, count: int = POOL) -> list[Any]:
             s = found[int(rng.integers(len(found)))]
             used[id(s)] += 1
             code, stroke = f"{kind.group[0]}{i + 1:02d}", STROKES[(i + 2 * number) % 6]
-            out.append(entry(rng, code, kind, names, rank, stroke, s, circle and i % 5 == 3))
+            first = entry(rng, code, kind, names, rank, stroke, s, circle and i % 5 == 3)
+            out.append(tightened(rng, first, polished(first)))
             print(
                 code, names, rank, f"{s.figures.deviation:.1e} size {s.figures.size:.2f}", file=sys.stderr, flush=True
             )
@@ -366,10 +400,11 @@ def unmet(entry: dict[str, Any]) -> dict[str, float]:
         return {"path": 1.0}
     broken = violations(m, entry["constraints"], entry["deviation"], stroke)
     price = cost(m, entry["rank_by"], stroke, task.turns, entry["deviation"])
-    broken["cost"] = abs(price / known["cost"] - 1) - 1e-6
+    missed = DRAWN if entry["rank_by"] == "score" else COARSE
+    broken["cost"] = abs(price - known["cost"]) - missed * max(abs(known["cost"]), entry["rank_by"] != "deviation")
     broken["place"] = (m.off - 3 * entry["deviation"]) / stroke
     broken["bulge"] = -1.0 if m.radius is None else -m.radius
-    return {name: value for name, value in broken.items() if value > 1e-7}
+    return {name: value for name, value in broken.items() if value > WITHIN}
 
 
 def main() -> None:
