@@ -100,7 +100,7 @@ def best(cat: Any, entry: dict[str, Any], effort: int, known: dict[str, Known], 
 def price(found: Any, entry: dict[str, Any]) -> float:
     """Return what a candidate says that it costs; its crank is judged over the whole turn where that is to turn."""
     stroke, rank = entry["stroke"], entry["rank_by"]
-    turns = entry["constraints"].get("full_rotation")
+    turns = any(entry["constraints"].get(name) for name in ("full_rotation", "min_transmission_turn"))
     transmission = min(found.min_transmission, found.min_transmission_turn if turns else 90)
     prices: dict[str, Callable[[], float]] = {
         "size": lambda: found.size / stroke,

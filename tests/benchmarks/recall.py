@@ -1,10 +1,11 @@
 """How many hard requests are answered, how near to the best known, how fast, and with how many programmes.
 
-    python tests/benchmarks/recall.py DB [--effort 1,4] [--only NAME] [--every N] [--json OUT]
+    python tests/benchmarks/recall.py DB [--effort 1,4] [--only NAME] [--every N] [--out FILE]
 
 Each request of `recall_requests.json` has an answer that was found without the catalogue: the linkage of which it was
 made, or a better one of `independent_search`.  The first answer of the catalogue is measured by `independent_figures`,
-which shares nothing with it, and compared with the known one.
+which shares nothing with it, and compared with the known one.  `--out` keeps each result as soon as it is there, one a
+line of JSON; what is in the file is not asked again.
 """
 
 from __future__ import annotations
@@ -61,7 +62,7 @@ def judged(entry: dict[str, Any], found: Any) -> dict[str, Any]:
                  tolerance=entry["deviation"] if task.scatters else None)  # fmt: skip
     out = {name: getattr(found, name) for name in ("id", "family", "pivots", "guided", "deviation")}
     if m is None:
-        return out | {"verified": False, "broken": {"path": 1.0}, "cost": None, "excess": None}
+        return out | {"verified": False, "broken": {"path": 1.0}, "cost": None}
     broken = {
         name: value
         for name, value in parts_broken(m, entry).items()
@@ -72,11 +73,7 @@ def judged(entry: dict[str, Any], found: Any) -> dict[str, Any]:
     if entry["constraints"].get("pins_only") and not all(w for dyad in found.pivots for *_, w in dyad):
         broken["pins_only"] = 1.0
     value = cost(m, rank, stroke, task.turns, entry["deviation"])
-    known = entry["known"]
-    return out | {
-        "verified": not broken, "broken": broken, "cost": value, "measured": m.deviation,
-        "excess": None if known is None else excess(value, known["cost"], rank),
-    }  # fmt: skip
+    return out | {"verified": not broken, "broken": broken, "cost": value, "measured": m.deviation}
 
 
 def parts_broken(m: Figures, entry: dict[str, Any]) -> dict[str, float]:
@@ -111,31 +108,45 @@ def programmes(found: Any) -> int | None:
     return getattr(report, "programmes", None) or getattr(report, "refined", None)
 
 
+def results_of(cat: Any, entries: list[dict[str, Any]], effort: int, file: Path | None) -> list[dict[str, Any]]:
+    """Return how requests are answered, those that are in a file as they stand there; add the others to it."""
+    there = map(json.loads, file.read_text().splitlines()) if file and file.exists() else ()
+    known = {r["name"]: r for r in there if r["effort"] == effort}
+    for entry in entries:
+        if (name := entry["name"]) not in known:
+            known[name] = {"name": name, "effort": effort, **run(cat, entry, effort)}
+            if file:
+                with file.open("a") as lines:
+                    lines.write(json.dumps(known[name]) + "\n")
+    return [known[entry["name"]] for entry in entries]
+
+
 # -- reports ----------------------------------------------------------------------------------------------------------
 def report(entries: list[dict[str, Any]], results: list[dict[str, Any]]) -> None:
     """Print what was answered, group by group, and what was not, or not well."""
+    more = [None if r.get("cost") is None else excess(r["cost"], e["known"]["cost"], e["rank_by"])
+            for e, r in zip(entries, results, strict=True)]  # fmt: skip
     rows = []
     for group in [*dict.fromkeys(e["group"] for e in entries), None]:
-        some = [r for e, r in zip(entries, results, strict=True) if group in (None, e["group"])]
-        sound = [r for r in some if r.get("verified")]
-        good = [r["excess"] for r in sound if r["excess"] is not None]
+        of = [i for i, e in enumerate(entries) if group in (None, e["group"])]
+        some = [results[i] for i in of]
+        good = [by for i in of if results[i].get("verified") and (by := more[i]) is not None]
         times, counts = [r["seconds"] for r in some], [r["programmes"] for r in some if r.get("programmes")]
         rows.append([
-            group or "all", len(some), sum(r["answered"] for r in some), len(sound), sum(v <= AS_GOOD for v in good),
+            group or "all", len(some), sum(r["answered"] for r in some), len(good), sum(v <= AS_GOOD for v in good),
             sum(v <= NEARLY for v in good), f"{median(times):.2f}", f"{np.quantile(times, 0.95):.2f}",
             f"{max(times):.2f}", f"{median(counts):.0f}" if counts else "",
         ])  # fmt: skip
     what = ("requests", "asked", "answered", "verified", "within 1 %", "within 5 %")
     table([*what, "median s", "95 % s", "most s", "programmes"], rows)
     bad = []
-    for e, r in zip(entries, results, strict=True):
+    for e, r, by in zip(entries, results, more, strict=True):
         wrong = "nothing found" if not r["answered"] else ", ".join(f"{k} {v:.1e}" for k, v in r["broken"].items())
-        if wrong or (r["excess"] or 0.0) > AS_GOOD:
-            now, more = (
-                "" if r.get(k) is None else f"{r[k]:{form}}" for k, form in (("cost", ".4g"), ("excess", "+.3f"))
-            )
-            known = "" if e["known"] is None else f"{e['known']['cost']:.4g}"
-            bad.append([e["name"], e["rank_by"], " ".join(e["constraints"]), wrong, now, known, more])
+        if wrong or (by or 0.0) > AS_GOOD:
+            now = "" if r.get("cost") is None else f"{r['cost']:.4g}"
+            worse = "" if by is None else f"{by:+.3f}"
+            known = f"{e['known']['cost']:.4g}"
+            bad.append([e["name"], e["rank_by"], " ".join(e["constraints"]), wrong, now, known, worse])
     if bad:
         print("Not answered, not as said, or worse than what is known:\n")
         table(["name", "ranked by", "constraints", "what is wrong", "cost", "known", "excess"], bad)
@@ -149,21 +160,16 @@ def main() -> None:
     parser.add_argument("--requests", type=Path, default=HERE / "recall_requests.json")
     parser.add_argument("--only", default="", help="names that begin so")
     parser.add_argument("--every", type=int, default=1, help="ask every n-th request only")
-    parser.add_argument("--json", type=Path, help="where to put all results")
+    parser.add_argument("--out", type=Path, help="file of results, one a line")
     given = parser.parse_args()
     entries = [e for e in json.loads(given.requests.read_text()) if e["name"].startswith(given.only)][:: given.every]
     cat = catalogue.open(given.database)
     title("Recall of hard requests")
     print(EXPLAINED)
     cat.find(catalogue.StraightLine(1, 0.001), limit=1)  # what is loaded once
-    kept = {}
     for effort in map(int, given.effort.split(",")):
         print(f"## Effort {effort}\n", flush=True)
-        results = [run(cat, entry, effort) for entry in entries]
-        kept[effort] = {e["name"]: r for e, r in zip(entries, results, strict=True)}
-        report(entries, results)
-    if given.json:
-        given.json.write_text(json.dumps(kept, indent=1) + "\n")
+        report(entries, results_of(cat, entries, effort, given.out))
 
 
 if __name__ == "__main__":
