@@ -26,7 +26,7 @@ import numpy as np
 
 from ..kinematics.batch import Rows, put
 from ..kinematics.linkage import Linkage
-from ..kinematics.motion import Motion
+from ..kinematics.motion import Motion, Pose
 from ..kinematics.types import Complexes, Floats, Mask
 from .coupler_curve import CouplerCurve
 from .minimum_zone import grid
@@ -65,56 +65,65 @@ def pose_jacobian(moving: Motion | CircuitMotion, point: Complexes, t: Floats, t
     """Return the derivatives of the poses in which guided points (n,), given in the reference position, are at fixed
     places along their nominals: at the parameters t (m, n), where unit vectors along the nominal are `tangent`, (n,) or
     (m, n)."""
-    linkage = moving.linkage
-    d, x, origin = moving.pose(t)
+    return jacobian_at(moving.linkage, point, moving.pose(t), tangent)
+
+
+def jacobian_at(linkage: Linkage, point: Complexes, pose: Pose, tangent: Complexes) -> PoseJacobian:
+    """Return the derivatives of `pose_jacobian` in poses (m, n) that are known.
+
+    Carried by its guided point, a coupler at a fixed place along the nominal has two freedoms: the distance of
+    the point from the nominal and the angle of the coupler.  Two dyads determine them.
+    """
+    d, x, origin = pose
     turn = 1 + x
-    tangent = np.broadcast_to(tangent, t.shape)
-    z = np.where(linkage.finite, linkage.points - origin[:, None, None], linkage.points)
-    spin = 1j * turn * (point - origin)  # of the guided point, by theta
+    tangent = np.broadcast_to(tangent, d.shape)
+    across_way = 1j * tangent
+    d = d + x * (point - origin)  # of the guided point
+    z = np.where(linkage.finite, linkage.points - point[:, None, None], linkage.points)
     # an angle is counted as an arc about as long as the linkage is large: products of lengths stay numbers
     unit = np.ldexp(1.0, np.frexp(linkage.size)[1])
-    left = np.empty((*t.shape, 3, 3))
-    right = np.zeros((*t.shape, 3, COUNT))
+    by = np.zeros((2, *d.shape, COUNT))  # of the two equations, by the coordinates, at a fixed pose
+    by_across, by_angle = np.empty((2, *d.shape)), np.empty((2, *d.shape))
+    carried = np.conj(tangent) * turn  # the guided point moved in its coupler, along and across the nominal
+    along = np.stack([carried.real, -carried.imag])
     for i in (0, 1):
         (a, b), (w, v) = z[:, i].T, linkage.finite[:, i].T.astype(float)
-        normal = w * v * d + w * turn * b - v * a
-        by_theta = (np.conj(w * b * 1j * turn) * d).real - (np.conj(a) * b * 1j * turn).real
-        left[..., i, :] = np.stack([normal.real, normal.imag, by_theta / unit], axis=-1)
+        turned = w * turn * b
+        normal = w * v * d + turned - v * a
+        by_across[i] = (normal.conj() * across_way).real
+        by_angle[i] = ((1j * turned).conj() * d).real - (np.conj(a) * (1j * b * turn)).real
+        by_angle[i] /= unit
         by_fixed, by_moving = -(v * d + b * x), w * np.conj(turn) * d - a * np.conj(x)
-        for k, by in ((4 * i, by_fixed), (4 * i + 2, by_moving)):
-            right[..., i, k], right[..., i, k + 1] = -by.real, -by.imag
-    along = np.conj(tangent)
-    left[..., 2, :] = np.stack([tangent.real, tangent.imag, (along * spin).real / unit], axis=-1)
-    carried = along * turn  # of the point itself
-    right[..., 2, 8], right[..., 2, 9] = -carried.real, carried.imag
-    _turn_only(linkage, right)
+        for k, slope in ((4 * i, by_fixed), (4 * i + 2, by_moving)):
+            by[i, ..., k], by[i, ..., k + 1] = slope.real, slope.imag
+        back = -(normal.conj() * tangent).real  # the point is kept at its place along
+        by[i, ..., 8], by[i, ..., 9] = back * along[0], back * along[1]
+        _turn_only(linkage, by[i])
     with np.errstate(all="ignore"):
-        pose = _solved(left, right)
-        shift, angle = pose[..., 0, :] + 1j * pose[..., 1, :], pose[..., 2, :] / unit[:, None]
-        moved = shift + spin[..., None] * angle
-        moved[..., 8:] += turn[..., None] * np.array([1, 1j])
-        across = (moved * (-1j * along)[..., None]).real
-    return PoseJacobian(shift, angle, across)
-
-
-def _solved(left: Floats, right: Floats) -> Floats:
-    """Solve many equations in three unknowns, NaN where they are singular."""
-    rows = [left[..., i, :] for i in range(3)]
-    cross = np.stack([np.cross(rows[1], rows[2]), np.cross(rows[2], rows[0]), np.cross(rows[0], rows[1])], axis=-1)
-    determinant = (rows[0] * cross[..., 0]).sum(-1)
-    return np.asarray(cross @ right / determinant[..., None, None])
+        determinant = by_across[0] * by_angle[1] - by_across[1] * by_angle[0]
+        weights = np.stack([by_angle[1], -by_angle[0], -by_across[1], by_across[0]]) / determinant
+        first, second, third, fourth = weights[..., None]
+        across = -(first * by[0] + second * by[1])
+        angle = -(third * by[0] + fourth * by[1]) / unit[:, None]
+        shift = across_way[..., None] * across
+        shift[..., 8] -= tangent * along[0]
+        shift[..., 9] -= tangent * along[1]
+        spin = 1j * turn * (point - origin)
+        across[..., 8] += carried.imag
+        across[..., 9] += carried.real
+    return PoseJacobian(shift - spin[..., None] * angle, angle, across)
 
 
 def _turn_only(linkage: Linkage, by: Floats) -> None:
-    """Take away from derivatives, in place, the part along the directions of pivots at infinity."""
+    """Take away from derivatives (m, n, 10), in place, the part along the directions of pivots at infinity."""
     for i in (0, 1):
         for j in (0, 1):
             far = ~linkage.finite[:, i, j]
             if far.any():
-                k, z = 4 * i + 2 * j, linkage.points[:, i, j][:, None]
+                k, z = 4 * i + 2 * j, linkage.points[:, i, j]
                 along = by[..., k] * z.real + by[..., k + 1] * z.imag
-                by[..., k] -= np.where(far[:, None], along * z.real, 0)
-                by[..., k + 1] -= np.where(far[:, None], along * z.imag, 0)
+                by[..., k] -= np.where(far, along * z.real, 0)
+                by[..., k + 1] -= np.where(far, along * z.imag, 0)
 
 
 def displaced(linkage: Linkage, point: Complexes, step: Floats) -> tuple[Linkage, Complexes, Mask]:

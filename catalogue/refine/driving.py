@@ -70,7 +70,7 @@ class Driving:
     @property
     def _first(self) -> Mask:
         """Whether the first crank drives, shape (n,)."""
-        return np.asarray(self.of.found.measures.driver != 2)
+        return np.asarray(self.of.driver != 2)
 
     @cached_property
     def _crank(self) -> Row:
@@ -78,7 +78,7 @@ class Driving:
         fixed, moving = self.of.ends
         dyads = [(self.of.at(i, moving), self.of.at(i, fixed)) for i in (0, 1)]
         spoke, by = chosen(self._first, *((pin[0] - ground[0], pin[1] - ground[1]) for pin, ground in dyads))
-        spoke = np.where(self.of.found.measures.driver > 0, spoke, np.nan)
+        spoke = np.where(self.of.driver > 0, spoke, np.nan)
         with np.errstate(all="ignore"):
             angle, slope = np.unwrap(np.angle(spoke), axis=0), (by / spoke[..., None]).imag
         if self.of.problem.constraints.slots:  # the frame of the machine is what turns in its inversion
@@ -89,7 +89,7 @@ class Driving:
     @cached_property
     def _turning(self) -> Row:
         """By how much that crank turns per length of the path."""
-        along = differentiation(len(self.of.t) - 1)
+        along = differentiation(len(self.of.pose.d) - 1)
         (angle, by), (ahead, by_ahead) = ([times(along, x) for x in row] for row in (self._crank, self.of.at(2, 1)))
         speed = np.abs(ahead)
         with np.errstate(all="ignore"):

@@ -16,13 +16,11 @@ from typing import NamedTuple
 import numpy as np
 
 from ..candidates.batch import CandidateBatch
-from ..candidates.feasibility import PIVOT_REGIONS, machine
-from ..guidance.circuit_curve import CircuitCurve
-from ..guidance.coupler_curve import CouplerCurve
+from ..candidates.feasibility import PIVOT_REGIONS
 from ..guidance.metrics import LEAST_ARM, rotation_margin
 from ..guidance.sensitivity import COUNT, PoseJacobian
 from ..guidance.slides import extremes, slide_runs
-from ..kinematics.linkage import PR, RP, RR
+from ..kinematics.linkage import PR, RP, RR, Linkage
 from ..kinematics.motion import Pose
 from ..kinematics.types import Array, Complexes, Floats, Mask
 from ..problem.problem import Problem
@@ -70,14 +68,49 @@ Row = tuple[Array, Array]
 
 @dataclass(frozen=True)
 class Quantities:
-    """Measures of n candidates as pieces."""
+    """Measures of n guides, laid along the path of a problem, as pieces.
+
+    Attributes
+    ----------
+    linkage : Linkage
+    point : complex ndarray, shape (n,)
+        Guided points.
+    driver : ndarray of int, shape (n,)
+        Number of the crank that drives, 0 where there is none.
+    slides : complex ndarray, shape (n, 2, 2)
+        Ends of rails and slots in mid-stroke, see `Measures.slides`.
+    pose : Pose
+        At m stations, Chebyshev points of the stroke.
+    by : PoseJacobian
+        Its derivatives.
+    least : ndarray, shape (n,), optional
+        Least transmission angles, at the stations and between them [deg].
+    """
 
     problem: Problem
-    found: CandidateBatch
-    guides: CouplerCurve | CircuitCurve  #: of the same candidates
-    t: Floats  #: (m, n), parameters of the stations at which transmission angles are read
-    by: PoseJacobian  #: of those stations
-    least: Floats | None = None  #: (n,), least transmission angles, at the stations and between them [deg]
+    linkage: Linkage
+    point: Complexes
+    driver: Array
+    slides: Complexes
+    pose: Pose
+    by: PoseJacobian
+    least: Floats | None = None
+
+    @classmethod
+    def of(
+        cls, problem: Problem, found: CandidateBatch, pose: Pose, by: PoseJacobian, least: Floats | None = None
+    ) -> Quantities:
+        """Return the measures of candidates in poses."""
+        m = found.measures
+        return cls(problem, found.linkage, found.point, m.driver, m.slides, pose, by, least)
+
+    def __len__(self) -> int:
+        return len(self.point)
+
+    @cached_property
+    def machine(self) -> Linkage:
+        """The linkages as they are built: those of slots are traced as their inversions."""
+        return self.linkage.inverted() if self.problem.constraints.slots else self.linkage
 
     def __call__(self, name: str) -> Pieces:
         """Return the pieces of a measure that is ranked, of one that is only bounded, or of a region, by its name."""
@@ -111,9 +144,9 @@ class Quantities:
     def _place(self, j: int) -> Complexes:
         """Return where a pivot 0 ... 3, or the guided point 4, stands; NaN at infinity."""
         if j == 4:
-            return self.found.point
-        finite = self.found.linkage.finite.reshape(-1, 4)[:, j]
-        return np.where(finite, self.found.linkage.points.reshape(-1, 4)[:, j], np.nan)
+            return self.point
+        finite = self.linkage.finite.reshape(-1, 4)[:, j]
+        return np.where(finite, self.linkage.points.reshape(-1, 4)[:, j], np.nan)
 
     def _length(self, i: int, j: int) -> Row:
         return apart(self._place(i), i, self._place(j), j)
@@ -143,7 +176,7 @@ class Quantities:
         return chosen(~(one[0] > two[0]), one, two)
 
     def _size(self) -> Pieces:
-        n = len(self.found)
+        n = len(self)
         ends = [(np.full(n, end), 5) for end in self._corners]  # the path stays where it is
         every = [*((self._place(j), j) for j in range(5)), *ends]
         rows = [apart(a, i, b, j) for k, (a, i) in enumerate(every[:4]) for b, j in every[k + 1 :]]
@@ -161,8 +194,8 @@ class Quantities:
         return np.asarray(0.5 * path.stroke - 1j * path.radius * apart)
 
     def _standing(self, region: Region, name: str) -> Pieces:
-        planes, kinds = PIVOT_REGIONS[name], self.found.linkage.dyads
-        places = [(self._place(2 * i + j), own_slope(len(self.found), 2 * i + j)) for i in (0, 1) for j in planes]
+        planes, kinds = PIVOT_REGIONS[name], self.linkage.dyads
+        places = [(self._place(2 * i + j), own_slope(len(self), 2 * i + j)) for i in (0, 1) for j in planes]
         for i, ends in self._slides.items():
             there = (kinds[:, i] == PR) | (1 in planes)
             places += [(np.where(there, z, np.nan), by) for z, by in ends]
@@ -173,31 +206,31 @@ class Quantities:
     def _slides(self) -> dict[int, list[Row]]:
         """By number of a dyad, unless all of it are cranks, the places in mid-stroke of what may be ends of its rail or
         slot, (n,), with derivatives (n, 10), complex; NaN where there is none."""
-        sliding = (self.found.linkage.dyads != RR).any(0)
+        sliding = (self.linkage.dyads != RR).any(0)
         return {i: self._ends_of(i) for i in (0, 1) if sliding[i]}
 
     def _ends_of(self, i: int) -> list[Row]:
-        linkage = self.found.linkage
+        linkage = self.linkage
         place, by = chosen(linkage.dyads[:, i] == PR, self.at(i, 1), self._seen_by_coupler(i))
         weights = extremes(slide_runs(linkage, self.pose)[..., i])
         slopes = [np.einsum("nm,mnc->nc", w, by) for w in weights]
-        lowest, highest = self.found.measures.slides[:, i].T  # which more places show better
+        lowest, highest = self.slides[:, i].T  # which more places show better
         return list(zip((place[0], place[-1], highest, lowest), slopes, strict=True))
 
     def _seen_by_coupler(self, i: int) -> Row:
         """Return where the coupler has its points that lie on the fixed pivot of dyad i at the stations."""
         pose, turn = self.pose, 1 + self.pose.x
-        away = (self.found.linkage.points[:, i, 0] - pose.origin - pose.d) / turn
-        slope = (own_slope(len(self.found), 2 * i) - self.by.shift) / turn[..., None]
+        away = (self.linkage.points[:, i, 0] - pose.origin - pose.d) / turn
+        slope = (own_slope(len(self), 2 * i) - self.by.shift) / turn[..., None]
         return pose.origin + away, slope - 1j * away[..., None] * self.by.angle
 
     def _travel(self) -> Pieces:
-        none = np.full(len(self.found), np.nan), np.zeros((len(self.found), COUNT))
+        none = np.full(len(self), np.nan), np.zeros((len(self), COUNT))
         return Pieces.of([none, *(distance(*pair) for ends in self._slides.values() for pair in combinations(ends, 2))])
 
     def _reach_of_slides(self) -> Iterable[Row]:
         """Distances of the ends of rails and slots from each other, from the pivots and from the path."""
-        n = len(self.found)
+        n = len(self)
         still = [(np.full(n, end + 0j), np.zeros((n, COUNT), complex)) for end in (0.0, 1.0)]
         others = [*((self._place(j), own_slope(n, j)) for j in range(5)), *still]
         for ends in self._slides.values():
@@ -209,7 +242,7 @@ class Quantities:
     def _transmission(self) -> Pieces:
         """Less the transmission angles at the stations, in right angles, with the crank that drives; all as much lower
         as the least one between them is."""
-        driver = self.found.measures.driver
+        driver = self.driver
         (first, one), (other, two) = (self._sine(dyad) for dyad in (0, 1))
         least = ((np.sign(sine.sum(0)) * sine).min(0) for sine in (other, first))
         better = np.greater(*least)  # where there is no crank the better dyad counts
@@ -230,7 +263,7 @@ class Quantities:
     def _over_the_turn(self) -> Iterable[Row]:
         """The transmission angles where they can be least over the turn of the crank that drives, in right angles; see
         `catalogue.guidance.metrics`."""
-        driver, built = self.found.measures.driver, machine(self.problem, self.found)
+        driver, built = self.driver, self.machine
         kind, margin = built.dyads, rotation_margin(built)
         turns = (driver > 0) & (margin[np.arange(len(driver)), np.maximum(driver - 1, 0)] >= 0)
         four, slider, slide = (turns & of for of in ((kind == RR).all(1), (kind == PR).any(1), (kind == RP).any(1)))
@@ -252,7 +285,7 @@ class Quantities:
 
         Of slots those of the machine, whose moving pivots are the fixed ones of the traced inversion.
         """
-        other, kind, (fixed, moving) = 1 - driver, self.found.linkage.dyads, self.ends
+        other, kind, (fixed, moving) = 1 - driver, self.linkage.dyads, self.ends
         slide = PR if self.problem.constraints.slots else RP
         moving_pivot, fixed_pivot = self.at(other, moving), self.at(other, fixed)
         crank = moving_pivot[0] - fixed_pivot[0], moving_pivot[1] - fixed_pivot[1]
@@ -272,33 +305,28 @@ class Quantities:
         """Return where pivot j of dyad i is at the stations, its direction if it is at infinity, with derivatives; as
         moving pivot of a third dyad the guided point."""
         if j == 0:
-            z, still = self.found.linkage.points[:, i, 0], np.ones(self.t.shape)
+            z, still = self.linkage.points[:, i, 0], np.ones(self.pose.d.shape)
             return still * z, _own(i, 0, still)
         if i == 2:
-            z, finite = self.found.point, np.ones(len(self.found), bool)
+            z, finite = self.point, np.ones(len(self), bool)
         else:
-            z, finite = self.found.linkage.points[:, i, 1], self.found.linkage.finite[:, i, 1]
+            z, finite = self.linkage.points[:, i, 1], self.linkage.finite[:, i, 1]
         pose = self.pose
         arm = pose.direction(np.where(finite, z - pose.origin, z))
         slope = (_own(2, 0, 1 + pose.x) if i == 2 else _own(i, 1, 1 + pose.x)) + 1j * arm[..., None] * self.by.angle
         there = np.where(finite, pose.point(z), pose.direction(z))
         return there, slope + np.where(finite[:, None], self.by.shift, 0)
 
-    @cached_property
-    def pose(self) -> Pose:
-        """The poses at the stations."""
-        return self.guides.motion.pose(self.t)
-
     # -- room ---------------------------------------------------------------------------------------------------
     def _swept(self) -> Pieces:
         """How far pivots and the guided point reach out of each side of a convex region at the station where most."""
-        wanted, n = self.problem.constraints, np.arange(len(self.found))
+        wanted, n = self.problem.constraints, np.arange(len(self))
         region = wanted.swept_in
         assert region is not None
         rows: list[Row] = []
-        kinds, places = self.found.linkage.dyads, []
+        kinds, places = self.linkage.dyads, []
         for i, j in ((0, 0), (0, 1), (1, 0), (1, 1), (2, 1)):
-            places.append((*self.at(i, j), self.found.linkage.finite[:, i, j] if i < 2 else np.ones(len(n), bool)))
+            places.append((*self.at(i, j), self.linkage.finite[:, i, j] if i < 2 else np.ones(len(n), bool)))
         for i, ends in self._slides.items():
             places += [(*self._moved(end, kinds[:, i] == RP), kinds[:, i] != RR) for end in ends]
         for place, slope, finite in places:
@@ -324,7 +352,7 @@ class Quantities:
 
     def _turning(self) -> Pieces:
         """By how much the crank nearest to it fails to turn fully, in lengths; see `catalogue.guidance.metrics`."""
-        built = machine(self.problem, self.found)
+        built = self.machine
         kind, margin = built.dyads, np.nan_to_num(rotation_margin(built), nan=-np.inf)
         a, ground, b, c, e, to_fixed = self._driven_by(margin[:, 0] >= margin[:, 1])
         with np.errstate(all="ignore"):
@@ -343,7 +371,7 @@ class Quantities:
     def _driven_by(self, first: Mask) -> tuple[Row, ...]:
         """Return lengths with the first crank where a mask (n,) says so, else with the other: the crank, the frame, the
         coupler, the other crank, its offset, and how far its fixed pivot is from that of the crank."""
-        z, links, (fixed, _) = self.found.linkage.points, self.links(), self.ends
+        z, links, (fixed, _) = self.linkage.points, self.links(), self.ends
         return (
             chosen(first, links[0], links[1]), self._length(*self._frame), links[2], chosen(first, links[1], links[0]),
             chosen(first, self._offset(0), self._offset(1)),
@@ -352,8 +380,8 @@ class Quantities:
 
     def _offset(self, i: int) -> Row:
         """Distance of the fixed pivot of crank i from a slider's line, or of its moving pivot from a slide's."""
-        z, o, (fixed, moving) = self.found.linkage.points, 1 - i, self.ends
-        slider = machine(self.problem, self.found).dyads[:, o] == PR
+        z, o, (fixed, moving) = self.linkage.points, 1 - i, self.ends
+        slider = self.machine.dyads[:, o] == PR
         normal = np.where(slider, z[:, o, fixed], z[:, o, moving])
         gap = np.where(slider, z[:, i, fixed] - z[:, o, moving], z[:, o, fixed] - z[:, i, moving])
         by = np.zeros((len(z), COUNT))

@@ -143,7 +143,8 @@ def linearise(
         error = _centred(error, z, bend)
     by = pose_jacobian(guides.motion, guides.point, t, tangent)
     basis = moves.basis(found)
-    read = Quantities(problem, found, guides, t[::2], by[::2], found.measures.min_transmission)
+    pose = guides.motion.pose(t[::2])
+    read = Quantities.of(problem, found, pose, by[::2], found.measures.min_transmission)
     limits, measures = _limits(problem, found, read), {}
     if not problem.relaxed:
         measures = {name: read(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}

@@ -71,7 +71,7 @@ class Stations:
     def pieces(self, name: str, least: Array | None = None) -> Pieces:
         guides = self.found.curve
         by = pose_jacobian(guides.motion, guides.point, self.t, self.along)
-        return _pieces(Quantities(self.problem, self.found, guides, self.t, by, least), name)
+        return _pieces(Quantities.of(self.problem, self.found, guides.motion.pose(self.t), by, least), name)
 
     def moved(self, name: str, k: int, sign: int) -> Array:
         """Return the values after a step of coordinate k of all guides, forward or back."""
@@ -91,7 +91,7 @@ class Stations:
         assert np.abs(off).max() < 1e-11
         guides = now.curve
         none = pose_jacobian(guides.motion, guides.point, t, self.along)
-        return Quantities(self.problem, slid(now, t), guides, t, none)
+        return Quantities.of(self.problem, slid(now, t), guides.motion.pose(t), none)
 
     def _run(self, found: CandidateBatch, t: Array) -> tuple[Array, Array]:
         """Return how far along the nominal the guided points are, and its directions there."""
@@ -245,7 +245,7 @@ def test_a_crank_turns_fully_where_the_pieces_hold(
     problem = problem_of(LINE, full_rotation=True, slots=slots)
     found: Any = _Bare(linkage.inverted() if slots else linkage, np.zeros(2000, complex))
     none: Any = None
-    value, _ = Quantities(problem, found, none, none, none)("full_rotation")
+    value, _ = Quantities.of(problem, found, none, none)("full_rotation")
     held = value.max(1) <= 0
     np.testing.assert_array_equal(held, rotates(linkage) > 0)
     assert 20 < held.sum() < 1980
@@ -266,7 +266,7 @@ def test_the_transmission_of_the_turn_is_the_largest_piece_and_has_its_slope(
 
     def turned(some: Linkage, driver: Array) -> Pieces:
         found: Any = _Bare(some.inverted() if slots else some, np.zeros(len(some), complex), driver)
-        return Quantities(problem, found, none, none, none)("transmission_turn")
+        return Quantities.of(problem, found, none, none)("transmission_turn")
 
     margin = rotation_margin(linkage)
     driver = np.where(np.nan_to_num(margin[:, 0], nan=-1) > 0, 1, 2)
@@ -300,7 +300,7 @@ class _Bare:
     """Linkages that guide nothing."""
 
     def __init__(self, linkage: Linkage, point: Array, driver: Array | None = None) -> None:
-        self.linkage, self.point, self.measures = linkage, point, SimpleNamespace(driver=driver)
+        self.linkage, self.point, self.measures = linkage, point, SimpleNamespace(driver=driver, slides=None)
 
     def __len__(self) -> int:
         return len(self.point)
@@ -317,9 +317,8 @@ def test_what_does_not_exist_concerns_nobody(small: Catalogue) -> None:
 def test_links_and_ground_are_kept_from_collapsing(small: Catalogue) -> None:
     problem = problem_of(LINE, families=["four-bar"])
     found = started(small, problem, 6)
-    guides = found.curve
     none: Any = None
-    pieces = Quantities(problem, found, guides, none, none).collapse()
+    pieces = Quantities.of(problem, found, none, none).collapse()
     z = found.linkage.points
     links = [z[:, 0, 1] - z[:, 0, 0], z[:, 1, 1] - z[:, 1, 0], z[:, 1, 1] - z[:, 0, 1], z[:, 1, 0] - z[:, 0, 0]]
     length = np.abs(np.stack(links, axis=1))
