@@ -18,6 +18,10 @@ from ..problem.problem import Problem
 from .batch import CandidateBatch
 from .feasibility import cost, faults, values
 
+#: Starts nearer to each other than this, see `distances`, are alike.
+ALIKE = 0.03
+#: How many times as many as are kept are compared.
+COMPARED = 4
 #: Pairs of designs compared at once.
 BLOCK = 4096
 
@@ -63,6 +67,30 @@ def nearest(designs: Floats, *, mirror: bool) -> Floats:
     away = distances(designs, designs, mirror=mirror)
     np.fill_diagonal(away, np.inf)
     return np.asarray(away.min(axis=1))
+
+
+def unlike(pivots: Floats, merit: Floats, count: int, *, mirror: bool) -> Indices:
+    """Return the numbers of the best of laid designs (n, 2, 2, 3) that are unlike each other, in their order.
+
+    Parameters
+    ----------
+    merit : ndarray, shape (n,)
+        Less is better; what is not finite is left out.
+    count : int
+        How many at most.
+    mirror : bool
+        As of `distances`.
+    """
+    order = np.argsort(merit, kind="stable")
+    order = order[np.isfinite(merit[order])][: COMPARED * count]
+    designs = normal_form(pivots[order], 1.0)
+    kept: list[int] = []
+    like = np.zeros(len(order), bool)
+    for i in range(len(order)):
+        if not like[i] and len(kept) < count:
+            kept.append(i)
+            like |= distances(designs[i : i + 1], designs, mirror=mirror)[0] < ALIKE
+    return order[kept]
 
 
 def fronts(values: Floats) -> Array:

@@ -14,19 +14,11 @@ from typing import Protocol
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, curves, near_path
-from ..candidates.feasibility import (
-    PIVOT_REGIONS,
-    UPPER_BOUNDS,
-    drive_violations,
-    feasibility,
-    swept_violations,
-    values,
-)
+from ..candidates.feasibility import drive_violations, feasibility, swept_violations, values
 from ..guidance.allowance import Zone, slopes
 from ..guidance.circuit_curve import CircuitCurve
 from ..guidance.coupler_curve import CouplerCurve
 from ..guidance.fixed_nominal import Nominal
-from ..guidance.metrics import LEAST_ARM
 from ..guidance.minimum_zone import concentric, exchange, grid, rise_over
 from ..guidance.sensitivity import COUNT, displaced, pose_jacobian
 from ..kinematics.batch import take
@@ -35,6 +27,7 @@ from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 from ..problem.problem import Problem
 from ..problem.ranking import RISING
 from ..problem.request import FULLEST
+from .limits import differenced, has_room, limits
 from .quantities import Pieces, Quantities
 
 #: Moves of a pivot nearer to the guided point than this part of the stroke are measured as if it stood there.
@@ -64,12 +57,7 @@ class PivotCoordinates:
     frozen: Mask | None = None  #: (10,), which coordinates stay: x and y of A1, A1*, A2, A2*, and the guided point
 
     def basis(self, found: CandidateBatch) -> Floats:
-        linkage = found.linkage
-        finite = linkage.finite.reshape(-1, 4)
-        arm = np.abs(linkage.points - found.point[:, None, None]).reshape(-1, 4)
-        unit = np.where(finite, np.maximum(arm, LEAST_UNIT), 1.0)
-        unit = np.repeat(np.concatenate([unit, np.ones((len(unit), 1))], axis=1), 2, axis=1)
-        unit[:, ALONG] = 0.0
+        unit = units(found.linkage, found.point)
         if self.frozen is not None:
             unit[:, self.frozen] = 0.0
         return unit[:, :, None] * np.eye(COUNT)
@@ -79,19 +67,26 @@ class PivotCoordinates:
         return displaced(found.linkage, found.point, change)
 
 
+def units(linkage: Linkage, point: Complexes) -> Floats:
+    """Return the moves of coordinates that count as 1: distances from guided points, shape (n, 10).
+
+    The guided point itself moves across the path alone.
+    """
+    arm = np.abs(linkage.points - point[:, None, None]).reshape(-1, 4)
+    unit = np.where(linkage.finite.reshape(-1, 4), np.maximum(arm, LEAST_UNIT), 1.0)
+    unit = np.repeat(np.concatenate([unit, np.ones((len(unit), 1))], axis=1), 2, axis=1)
+    unit[:, ALONG] = 0.0
+    return unit
+
+
 #: Intervals between the points at which the distance is linearised; every other one is where transmission is read.
 NODES, FEWER = 32, 16
 #: Flattest arc that is still one if the radius is not given [strokes].
 FLATTEST = 50.0
 #: Steps of differences: of curvatures [1/stroke], of pivots in their units, of measures towards the worse.
 BEND_STEP, PIVOT_STEP, WORSE = 1e-6, 1e-5, 0.02
-#: Constraints whose derivatives are differenced.
-DIFFERENCED = ("keep_out", "min_lift")
 #: How near a constraint must be for its derivatives to be differenced [strokes, radians].
 NEAR = 0.05
-#: Bounds with the pieces that they bound: lengths in strokes, transmission angles in right angles.
-TRANSMISSION = {"min_transmission": "transmission", "min_transmission_turn": "transmission_turn"}
-BOUNDS = {**UPPER_BOUNDS, "min_link": "min_link", "min_ground": "min_ground", **TRANSMISSION}
 
 
 @dataclass(frozen=True)
@@ -145,31 +140,23 @@ def linearise(
     basis = moves.basis(found)
     pose = guides.motion.pose(t[::2])
     read = Quantities.of(problem, found, pose, by[::2], found.measures.min_transmission)
-    limits, measures = _limits(problem, found, read), {}
+    limited, measures = _limits(problem, found, read), {}
     if not problem.relaxed:
         measures = {name: read(name) for name in sorted(problem.ranking.quantities - {"deviation", "allowance"})}
-    rough = [name for name in DIFFERENCED if getattr(problem.constraints, name)]
-    if problem.constraints.slots and "max_arm" in limits:  # written down for points only
-        rough.append("max_arm")
-    if (room := problem.constraints.swept_in) is not None:
-        if room.is_convex and not problem.constraints.slots:
-            limits["swept_in"] = read("swept_in").raised(swept_violations(problem, found)["swept_in"])
-        else:
-            rough.append("swept_in")
-    if rough:
-        limits |= differences(problem, found, guides.motion.chart, rough, basis, nominal)
+    if rough := differenced(problem):
+        limited |= differences(problem, found, guides.motion.chart, rough, basis, nominal)
     limits_, measures_, by_error = _of_scatter(problem, found, guides)
-    limits, measures = limits | limits_, measures | measures_
-    limits, measures = ({name: p.in_basis(basis) for name, p in every.items()} for every in (limits, measures))
+    limited, measures = limited | limits_, measures | measures_
+    limited, measures = ({name: p.in_basis(basis) for name, p in every.items()} for every in (limited, measures))
     jacobian = np.moveaxis(by.across, 0, 1) @ basis
     if problem.curvature is None:
         jacobian = np.concatenate([jacobian, by_bend.T[..., None]], axis=-1)
-        limits, measures = ({k: _wider(p) for k, p in d.items()} for d in (limits, measures))
-        limits["radius"] = _radius(bend, jacobian.shape[-1])
+        limited, measures = ({k: _wider(p) for k, p in d.items()} for d in (limited, measures))
+        limited["radius"] = _radius(bend, jacobian.shape[-1])
     marginal = marginals(problem, found)
     allowed = np.full(len(found), problem.deviation)
     return Subproblem(
-        *_at_peaks(error.T, jacobian, intervals), limits, measures, marginal, allowed, by_error, problem.relaxed
+        *_at_peaks(error.T, jacobian, intervals), limited, measures, marginal, allowed, by_error, problem.relaxed
     )
 
 
@@ -210,26 +197,14 @@ def _centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
 
 
 def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[str, Pieces]:
-    """Return the constraints that have derivatives in closed form."""
-    wanted, limits = problem.constraints, {"collapse": read.collapse()}
-    limits["distance from the moving pivots"] = read("least_arm").less(-LEAST_ARM)
-    for name, measure in BOUNDS.items():
-        if bound := getattr(wanted, name):
-            sign, unit = 1.0 if name in UPPER_BOUNDS else -1.0, 90.0 if name in TRANSMISSION else 1.0
-            limits[name] = read(measure).less(sign * bound / unit)
-    if (bound := wanted.max_travel) is not None:
-        limits["max_travel"] = limits["max_travel"].raised(found.measures.travel - bound)
-    if wanted.full_rotation:
-        limits["full_rotation"] = read("full_rotation")
-    for name in PIVOT_REGIONS:
-        if getattr(wanted, name) is not None:
-            limits[name] = read(name)
-    if broken := drive_violations(problem, found):
-        from .driving import Driving
-
-        driving = Driving(read)
-        limits |= {name: driving(name).raised(broken[name]) for name in broken}
-    return limits
+    """Return the limits, raised to what is measured between the stations of their pieces."""
+    made = limits(problem, read)
+    measured = drive_violations(problem, found)
+    if (bound := problem.constraints.max_travel) is not None:
+        measured["max_travel"] = found.measures.travel - bound
+    if has_room(problem):
+        measured["swept_in"] = swept_violations(problem, found)["swept_in"]
+    return {name: p.raised(measured[name]) if name in measured else p for name, p in made.items()}
 
 
 def differences(

@@ -7,7 +7,7 @@ a score is at best is known: where a few starts lead to answers of which the fir
 stages.  Of the starts of a stage fewer are refined the farther it goes (successive halving, K. Jamieson and A.
 Talwalkar, AISTATS 2016, 240-248).  The best of what was found are perturbed for as long as that pays (basin hopping,
 D. J. Wales and J. P. K. Doye, J. Phys. Chem. A 101 (1997) 5111-5116).  Each further unit of effort is a search anew,
-from other starts.
+from other starts.  Where nothing meets the constraints, starts race into them (`catalogue.refine.race`).
 """
 
 from __future__ import annotations
@@ -44,12 +44,24 @@ MORE_ROUNDS, FEW = 6, 3
 #: Restoring feasibility: candidates that break the constraints by less than this, all together, are refined once more,
 #: at this price; where nothing has met them, so many, the nearest, and halfway to that no more than these go on.
 NEAR, LEADING, LED = 0.1, 1e3, 24
+#: Rounds of a race, more of them at twice as many stations, and how many of its leaders are refined.
+RACED, DENSE, LEADERS = 15, 4, 14
+#: Tolerance of a race to the least deviation [strokes].
+LOOSEST = 0.01
 #: How many of those that came nearest are refined once more where nothing met the constraints.
 NEAREST = 8
 
 #: Basin hopping: how often at most, how often in a row without a gain of such a part of the cost, or of 1 where it is
 #: less and not a deviation, and how many of the perturbed copies are refined.
 HOPS, HOPS_IN_VAIN, GAIN, HOPPED = 6, 2, 3e-3, 24
+
+
+def by_deviation(problem: Problem) -> Problem:
+    """Return the problem of the least deviation under all other constraints, within a tolerance that leaves it open; an
+    allowance is one within the tolerance that was asked for."""
+    ranking = replace(problem.ranking, weights={"deviation": 1.0}, front=())
+    loosest = problem.deviation if problem.constraints.min_allowance else max(problem.deviation, LOOSEST)
+    return replace(problem, ranking=ranking, path=replace(problem.path, deviation=loosest))
 
 
 @dataclass
@@ -102,6 +114,8 @@ class Search:
             first = self.stage == together
             self._refine(starts, self._halves(together, self.extent.kept[together - 1 if first else 2]))
         if starts is None or self._should_stop:
+            if not self._feasible and self.refines:
+                self._race()
             if not self._feasible and self.refines:
                 self._refine_nearest()
             self.status = "found" if self._feasible else "exhausted"
@@ -264,6 +278,43 @@ class Search:
             refinement.run(MORE_ROUNDS)
         self.report.refined += restored.evaluated + refinement.evaluated
         return refinement.best, refinement.best_cost
+
+    def _race(self) -> None:
+        """Have starts of all kinds race into the constraints, which nothing has met, and refine the leaders; where that
+        is in vain too, race them to the least deviation under all others, the same within any tolerance."""
+        from ..refine.race import is_raced  # few searches get here
+
+        if not is_raced(self.problem):
+            return
+        with self.report.timed("starts"):
+            starts = self.starts.every(self.found)
+        if starts is None:
+            return
+        self._refine_leaders(starts, self.problem)
+        if not self._feasible:
+            self._refine_leaders(starts, by_deviation(self.problem))
+
+    def _refine_leaders(self, starts: CandidateBatch, problem: Problem) -> None:
+        """Refine the leaders of a race for a problem until they are within the constraints, and then for this one."""
+        from ..refine.race import Race
+
+        with self.report.timed("race"):
+            race = Race.of(problem, starts)
+            race.take_rounds(RACED)
+            race = race.leaders(2 * LEADERS).denser()
+            race.take_rounds(DENSE)
+            self.report.raced += race.taken
+            leaders = race.leaders(LEADERS).finalists(starts)
+        if problem is not self.problem and len(leaders):
+            with self.report.timed("refine"):
+                refinement = Refinement.of(problem, leaders)
+                for _ in range(MORE_ROUNDS):
+                    if feasibility(self.problem, refinement.best).all.any() or not refinement.step():
+                        break
+                self.report.refined += refinement.evaluated
+                leaders = refinement.best
+        if len(leaders):
+            self._refine(leaders, (LEADERS, LEADERS))
 
     def _refine_nearest(self) -> None:
         """Refine those that came nearest to the constraints once more."""

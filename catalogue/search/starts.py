@@ -11,7 +11,7 @@ import numpy as np
 
 from ..candidates.batch import CandidateBatch, measured
 from ..candidates.feasibility import PIVOT_REGIONS, cost, feasibility
-from ..candidates.select import distances, normal_form
+from ..candidates.select import distances, normal_form, unlike
 from ..kinematics.batch import join, take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Floats, Indices
@@ -31,9 +31,8 @@ READS = 5
 BEST, COPIES, BY = 8, 12, (-2.0, -0.5)
 #: Price of what is broken when starts are compared.
 PENALTY = 4.0
-#: Starts nearer to each other than this, see `candidates.select.distances`, are alike; how many times as many as are
-#: kept are compared.
-ALIKE, COMPARED = 0.03, 4
+#: How many starts of each kind race.
+RACED = 60
 #: How many starts are most like a candidate, and most promising, where an answer is likely to be near it.
 LIKELY = 4
 #: Constraints that choose among sorts of guides.
@@ -109,6 +108,14 @@ class Starts:
     def few(self) -> CandidateBatch | None:
         """Return the starts of the first stage of a brief search; they remain starts of later stages."""
         return replace(self, extent=BRIEF).gathered(0, 1, None)
+
+    def every(self, found: CandidateBatch | None) -> CandidateBatch | None:
+        """Return the starts that promise most of all that can be made, and those nearest to the constraints so far;
+        None if there are none."""
+        made = [euler_savary.starts(self.problem, name, self.extent.drawn, self._random) for name in self._families]
+        parts = [self.promising(part, RACED) for part in (*made, self._stored(0), found) if part is not None]
+        parts = [part for part in parts if len(part)]
+        return join(*parts) if parts else None
 
     def likely(self, near: CandidateBatch) -> CandidateBatch | None:
         """Return those stored starts of the first two stages that are most like one candidate, and the most promising;
@@ -210,16 +217,8 @@ class Starts:
         """Return the best by cost and violation that are unlike each other."""
         merit = self._merits(starts)
         self.report.measured += len(starts)
-        order = np.argsort(merit, kind="stable")
-        order = order[np.isfinite(merit[order])][: COMPARED * count]
-        designs = normal_form(starts.linkage.pivots[order], 1.0)
-        kept: list[int] = []
-        like = np.zeros(len(order), bool)
-        for i in range(len(order)):
-            if not like[i] and len(kept) < count:
-                kept.append(i)
-                like |= distances(designs[i : i + 1], designs, mirror=self.problem.curvature == 0)[0] < ALIKE
-        return starts[order[kept]]
+        pivots, mirror = starts.linkage.pivots, self.problem.curvature == 0
+        return starts[unlike(pivots, merit, count, mirror=mirror)]
 
     def _merits(self, candidates: CandidateBatch) -> Floats:
         """Return what candidates cost and break together, shape (n,)."""

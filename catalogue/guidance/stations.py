@@ -1,0 +1,298 @@
+"""Machines in the poses in which their guided points stand at stations along the nominal.
+
+The nominal is an arc of given curvature, or a line, whose chord runs from 0 to 1.  At a station
+the distance of the guided point from the nominal and the angle of the coupler are two unknowns;
+the dyads are two equations for them, see `catalogue.guidance.sensitivity`.  Newton's method
+solves these from the last station, or from where the machine stood before a small move.
+
+This is no trace: it tells neither circuits nor places where the point turns back.  What is found
+so has to be measured.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+
+from ..kinematics.batch import Rows
+from ..kinematics.linkage import Linkage
+from ..kinematics.motion import Pose
+from ..kinematics.types import Complexes, Floats, Mask
+from .minimum_zone import grid
+from .sensitivity import PoseJacobian, jacobian_at
+
+#: Intervals between the stations at first: most deviations are then known to some per cent.
+INTERVALS = 16
+#: Newton steps to a station, and to all at once after a move; then as many for those that lag.
+STEPS = 3
+#: Last Newton step of what was reached [strokes, rad]: the next one would be its square.
+REACHED = 1e-4
+#: The same where no machine needs more steps.
+CLOSE = 1e-5
+#: Largest distance from the nominal of a machine that is still one of its guides [strokes].
+ASTRAY = 0.5
+#: Least radius of a nominal [strokes]: half a circle has 0.5.
+SHARPEST = 0.5005
+#: Step of the differences by the curvature [1/stroke].
+BEND_STEP = 1e-6
+
+
+def nominal(curvature: Floats, intervals: int = INTERVALS) -> tuple[Complexes, Complexes]:
+    """Return the stations along nominals of curvatures (n,), and unit vectors along these there.
+
+    Parameters
+    ----------
+    curvature : ndarray, shape (n,)
+        Negative for a centre below, 0 for a line [1/stroke].
+    intervals : int
+        Between the stations, which are Chebyshev points.
+
+    Returns
+    -------
+    place, tangent : complex ndarray, shape (m, n)
+    """
+    nodes, half = grid(intervals).nodes[:, None], np.arcsin(0.5 * curvature)
+    turn = half * nodes
+    bend = np.where(curvature == 0, 1.0, curvature)
+    x = np.where(curvature == 0, 0.5 * nodes, np.sin(turn) / bend)
+    y = -2 * np.sin(0.5 * (half + turn)) * np.sin(0.5 * (half - turn)) / bend
+    return 0.5 + x + 1j * y, np.exp(1j * turn)
+
+
+class _Dyads(NamedTuple):
+    """Pivots of n machines, seen from their guided points, and which of them are finite."""
+
+    fixed: Complexes  #: (2, n)
+    moving: Complexes  #: (2, n)
+    has_fixed: Floats  #: (2, n), 1 or 0
+    has_moving: Floats  #: (2, n)
+
+    @classmethod
+    def of(cls, linkage: Linkage, point: Complexes) -> _Dyads:
+        away = linkage.points - point[:, None, None]
+        z = np.where(linkage.finite, away, linkage.points)
+        finite = linkage.finite.astype(float)
+        return cls(z[..., 0].T, z[..., 1].T, finite[..., 0].T, finite[..., 1].T)
+
+    def twice(self) -> _Dyads:
+        """Return the dyads of all machines, and of all once more."""
+        return _Dyads(*(np.concatenate([part, part], axis=1) for part in self))
+
+    def towards(
+        self, base: Complexes, tangent: Complexes, error: Floats, angle: Floats, steps: int
+    ) -> tuple[Floats, Floats, Floats]:
+        """Take Newton steps from distances and angles to stations, `base` seen from the point.
+
+        Returns
+        -------
+        error, angle, missed : ndarray
+            As the stations are shaped; by how much the last step has changed either.
+        """
+        across = 1j * tangent
+        missed = np.full(error.shape, np.inf)
+        for _ in range(steps):
+            turn = np.exp(1j * angle)
+            shift = base + across * error
+            value, by_error, by_angle = [], [], []
+            for a, b, w, v in zip(*self, strict=True):
+                turned = w * turn * b
+                ray = turned - v * a
+                square = shift.real**2 + shift.imag**2
+                value.append(0.5 * w * v * square + (ray.conj() * shift).real - (a.conj() * b * (turn - 1)).real)
+                by_error.append(((w * v * shift + ray).conj() * across).real)
+                swung = (1j * turned).conj() * shift - a.conj() * (1j * b * turn)
+                by_angle.append(swung.real)
+            determinant = by_error[0] * by_angle[1] - by_error[1] * by_angle[0]
+            one = (value[0] * by_angle[1] - value[1] * by_angle[0]) / determinant
+            two = (by_error[0] * value[1] - by_error[1] * value[0]) / determinant
+            error, angle = error - one, angle - two
+            missed = np.maximum(np.abs(one), np.abs(two))
+        return error, angle, missed
+
+
+@dataclass(frozen=True)
+class Stationed(Rows):
+    """n machines whose guided points stand at m stations along their nominals.
+
+    Attributes
+    ----------
+    linkage : Linkage
+        In the reference position, somewhere on the stroke.
+    point : complex ndarray, shape (n,)
+        Guided points there [strokes].
+    curvature : ndarray, shape (n,)
+        Of the nominals, not positive [1/stroke].
+    error : ndarray, shape (n, m)
+        Distances from the nominals, positive to the left [strokes].
+    angle : ndarray, shape (n, m)
+        Of the couplers [rad].
+    reached : ndarray of bool, shape (n,)
+        Whether there is such a pose at every station.
+    """
+
+    linkage: Linkage
+    point: Complexes
+    curvature: Floats
+    error: Floats
+    angle: Floats
+    reached: Mask
+
+    def __len__(self) -> int:
+        return len(self.point)
+
+    @classmethod
+    def followed(cls, linkage: Linkage, point: Complexes, curvature: Floats) -> Stationed:
+        """Follow machines that stand in mid-stroke from there to all stations."""
+        place, tangent = nominal(curvature)
+        middle, nodes = INTERVALS // 2, grid(INTERVALS).nodes
+        dyads = _Dyads.of(linkage, point)
+        both = dyads.twice()
+        error, angle = np.full(place.shape, np.nan), np.full(place.shape, np.nan)
+        with np.errstate(all="ignore"):
+            base = place - point
+            first = -(base[middle] * (1j * tangent[middle]).conj()).real
+            error[middle], angle[middle], _ = dyads.towards(
+                base[middle], tangent[middle], first, np.zeros(len(point)), STEPS + 1
+            )
+            last = before = np.tile([error[middle], angle[middle]], 2)
+            for k in range(1, middle + 1):
+                at = [middle + k, middle - k]
+                ratio = 0.0
+                if k > 1:
+                    steps = np.diff(nodes[middle + k - 2 : middle + k + 1])
+                    ratio = float(steps[1] / steps[0])
+                guess = last + ratio * (last - before)
+                *reached, _ = both.towards(base[at].reshape(-1), tangent[at].reshape(-1), guess[0], guess[1], STEPS)
+                before, last = last, np.array(reached)
+                error[at], angle[at] = last.reshape(2, 2, -1)
+        return cls.settled(linkage, point, curvature, error.T, angle.T)
+
+    @classmethod
+    def settled(cls, linkage: Linkage, point: Complexes, curvature: Floats, error: Floats, angle: Floats) -> Stationed:
+        """Find the poses of machines near distances and angles (n, m)."""
+        place, tangent = nominal(curvature, error.shape[1] - 1)
+        dyads = _Dyads.of(linkage, point)
+        with np.errstate(all="ignore"):
+            base = place - point
+            e, t, missed = dyads.towards(base, tangent, error.T, angle.T, STEPS)
+            if not (missed.max(0) < CLOSE).all():
+                e, t, missed = dyads.towards(base, tangent, e, t, STEPS)
+            reached = (missed.max(0) < REACHED) & (np.abs(e).max(0) < ASTRAY)
+        return cls(linkage, point, curvature, e.T, t.T, reached)
+
+    def denser(self) -> Stationed:
+        """Return the machines at twice as many stations."""
+        between = _between(self.intervals)
+        error, angle = self.error @ between.T, self.angle @ between.T
+        return Stationed.settled(self.linkage, self.point, self.curvature, error, angle)
+
+    @property
+    def intervals(self) -> int:
+        """How many intervals there are between the stations."""
+        return int(self.error.shape[1] - 1)
+
+    @property
+    def nominal(self) -> tuple[Complexes, Complexes]:
+        """The stations, and unit vectors along the nominals there, shape (m, n) each."""
+        return nominal(self.curvature, self.intervals)
+
+    @property
+    def deviation(self) -> Floats:
+        """Largest distances from the nominals, shape (n,)."""
+        return np.asarray(np.abs(self.error).max(1))
+
+    @property
+    def pose(self) -> Pose:
+        """The poses at the stations."""
+        place, tangent = self.nominal
+        shift = place - self.point + 1j * tangent * self.error.T
+        return Pose(shift, np.exp(1j * self.angle.T) - 1, self.point)
+
+    @property
+    def jacobian(self) -> PoseJacobian:
+        """The derivatives of the poses by the pivots and the guided point."""
+        return jacobian_at(self.linkage, self.point, self.pose, self.nominal[1])
+
+    @property
+    def by_curvature(self) -> Floats:
+        """The derivatives of the distances by the curvatures, shape (n, m)."""
+        (place, tangent), (after, _) = (nominal(self.curvature + step, self.intervals) for step in (0.0, BEND_STEP))
+        return np.asarray(-((after - place) * (1j * tangent).conj()).real.T / BEND_STEP)
+
+    def laid(self, *, any_radius: bool) -> Stationed:
+        """Lay machines by the similarities that place their paths best along the nominals.
+
+        A line takes the chord of the path in the mean, an arc of a given radius its place, one
+        of any radius all three, in the mean square.  Machines far astray stay.
+        """
+        near = self.deviation < ASTRAY
+        error = np.where(near[:, None], self.error, 0.0)
+        if any_radius:
+            factor, shift, bend, left = self._of_best_radius(error)
+        elif (self.curvature == 0).all():
+            factor, shift, left = _of_best_line(error)
+            bend = self.curvature
+        else:
+            shift, left = self._of_best_place(error)
+            factor, bend = np.ones(len(self), complex), self.curvature
+        good = near & np.isfinite(factor) & np.isfinite(shift) & np.isfinite(bend)
+        factor, shift = np.where(good, factor, 1.0), np.where(good, shift, 0.0)
+        linkage = self.linkage.moved(factor, shift)
+        bend = np.where(good, bend, self.curvature)
+        left = np.where(good[:, None], left, self.error)
+        return Stationed.settled(linkage, factor * self.point + shift, bend, left, self.angle)
+
+    def _of_best_place(self, error: Floats) -> tuple[Complexes, Floats]:
+        """Return by how much arcs of these radii are to be moved, and what is left of errors."""
+        turn = np.angle(self.nominal[1]).T
+        (up, back), left = _fitted(np.stack([np.cos(turn), np.sin(turn)], axis=2), error)
+        return back - 1j * up, left
+
+    def _of_best_radius(self, error: Floats) -> tuple[Complexes, Complexes, Floats, Floats]:
+        """Return factors and shifts of arcs of any radius, their curvatures, and what is left."""
+        place, tangent = self.nominal
+        turn = np.angle(tangent).T
+        columns = np.stack([np.cos(turn), np.sin(turn), np.ones(turn.shape)], axis=2)
+        (up, back, out), left = _fitted(columns, error)
+        with np.errstate(all="ignore"):
+            radius = -1 / self.curvature
+            centre = 0.5 - back + 1j * (up - np.sqrt(np.maximum(radius * radius - 0.25, 0.0)))
+            ends = (place + 1j * tangent * error.T)[[0, -1]] - centre
+            low, high = centre + (radius + out) * ends / np.abs(ends)
+            factor = 1 / (high - low)
+            size = np.abs(factor)
+            bend = -1 / np.maximum((radius + out) * size, SHARPEST)
+        return factor, -low * factor, bend, left * size[:, None]
+
+
+def _of_best_line(error: Floats) -> tuple[Complexes, Complexes, Floats]:
+    """Return factors and shifts of paths near a line, and what is left of their errors (n, m)."""
+    nodes = grid(error.shape[1] - 1).nodes
+    columns = np.broadcast_to(np.stack([np.ones_like(nodes), nodes], axis=1), (*error.shape, 2))
+    (up, slope), left = _fitted(columns, error)
+    middle = 0.5 * (left.max(1) + left.min(1))
+    up, left = up + middle, left - middle[:, None]
+    low, high = 1j * (up - slope), 1 + 1j * (up + slope)
+    factor = 1 / (high - low)
+    return factor, -low * factor, left
+
+
+def _fitted(columns: Floats, error: Floats) -> tuple[Floats, Floats]:
+    """Return the coefficients (k, n) of columns (n, m, k) nearest to errors, and what is left."""
+    across = np.swapaxes(columns, 1, 2)
+    square = across @ columns
+    diagonal = np.einsum("nii->ni", square)
+    diagonal += 1e-14 * INTERVALS  # a flat arc hardly tells its radius from its place
+    found = np.linalg.solve(square, across @ error[..., None])
+    return np.asarray(found[..., 0].T), np.asarray(error - (columns @ found)[..., 0])
+
+
+@lru_cache
+def _between(intervals: int) -> Floats:
+    """Return the matrix that carries values at Chebyshev points to twice as many."""
+    angle = np.pi * (1 - np.arange(2 * intervals + 1) / (2 * intervals))
+    waves = np.cos(angle[:, None] * np.arange(intervals + 1))
+    return np.asarray(waves @ grid(intervals).coefficients)

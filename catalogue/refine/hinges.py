@@ -1,0 +1,100 @@
+"""Steps that bring linear functions of a few coordinates inside their bounds, many at once.
+
+A hinge is the square of what a function exceeds its bound by; where a bound is strict, multipliers
+shift it until it holds (augmented Lagrangian).  The sum of hinges is quadratic where the same of
+them are open, so that a damped Newton step on those that are open now finds the least, or better
+ones (semismooth Newton).  No programme is solved.
+
+Source: J. Nocedal and S. J. Wright, Numerical Optimization, 2006, sec. 17.3 (bound-constrained and
+augmented Lagrangian); the damping is ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..kinematics.types import Floats
+
+#: The damping follows the length of steps over their radius, within these parts at a time.
+LESS, MORE = 0.2, 30.0
+#: Damping that rounding asks for, over the largest entry of a matrix.
+TINY = 1e-13
+#: Least damping.
+LEAST = 0.01
+
+
+@dataclass(frozen=True)
+class Hinges:
+    """Functions of p coordinates, k + l + q for each of n machines, all in units that weigh them.
+
+    Attributes
+    ----------
+    slope : ndarray, shape (n, k + l + q, p)
+    value : ndarray, shape (n, k + l + q)
+        At the step 0: first those bounded on both sides, then those bounded above by 0, both
+        strictly, at last those to be made less than 0 as far as the others allow.
+    bound : ndarray, shape (n,)
+        Of the absolute values of the first.
+    sides : (int, int)
+        k and l.
+    """
+
+    slope: Floats
+    value: Floats
+    bound: Floats
+    sides: tuple[int, int]
+
+    def open(self, step: Floats, multipliers: Floats) -> Floats:
+        """Return by what functions exceed their shifted bounds after steps, else 0."""
+        two, one = self.sides
+        reached = self.value + (self.slope @ step[..., None])[..., 0]
+        reached[:, : two + one] += multipliers
+        over = np.maximum(reached, 0.0)
+        both, bound = reached[:, :two], self.bound[:, None]
+        over[:, :two] = both - np.clip(both, -bound, bound)
+        return np.asarray(over)
+
+
+def bring_inside(
+    hinges: Hinges,
+    start: Floats,
+    multipliers: Floats,
+    damping: Floats,
+    radius: Floats,
+    plan: Sequence[int],
+) -> tuple[Floats, Floats, Floats]:
+    """Return steps (n, p) no longer than a radius in any coordinate.
+
+    Parameters
+    ----------
+    start : ndarray, shape (n, p)
+        Steps from which Newton's method starts.
+    multipliers : ndarray, shape (n, k + l)
+    damping, radius : ndarray, shape (n,)
+        The former grows where steps are longer than the latter, and falls where they are shorter.
+    plan : sequence of int
+        Newton steps before each renewal of the multipliers, and after the last.
+
+    Returns
+    -------
+    step, multipliers, damping : ndarray
+    """
+    step, columns = start, np.ascontiguousarray(np.swapaxes(hinges.slope, 1, 2))
+    strict, diagonal = sum(hinges.sides), np.arange(step.shape[1])
+    for renewal, count in enumerate(plan):
+        if renewal:
+            multipliers = hinges.open(step, multipliers)[:, :strict]
+        for _ in range(count):
+            over = hinges.open(step, multipliers)
+            square = columns @ (hinges.slope * (over != 0)[..., None])
+            most = np.abs(square[:, diagonal, diagonal]).max(1)
+            square[:, diagonal, diagonal] += (damping + TINY * most)[:, None]
+            pull = (columns @ over[..., None])[..., 0] + damping[:, None] * step
+            step = step - np.nan_to_num(np.linalg.solve(square, pull[..., None])[..., 0])
+            far = np.abs(step).max(1) / radius
+            damping = np.maximum(damping * np.clip(far, LESS, MORE), LEAST)
+    far = np.maximum(np.abs(step).max(1) / radius, 1.0)
+    return step / far[:, None], multipliers, damping
