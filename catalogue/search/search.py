@@ -290,9 +290,12 @@ class Search:
             starts = self.starts.every(self.found)
         if starts is None:
             return
+        before = self.found, self.cost
         self._refine_leaders(starts, self.problem)
         if not self._feasible:
             self._refine_leaders(starts, by_deviation(self.problem))
+        if not self._feasible:  # what is nearest, which advice starts from, is nearer without
+            self.found, self.cost = before
 
     def _refine_leaders(self, starts: CandidateBatch, problem: Problem) -> None:
         """Refine the leaders of a race for a problem until they are within the constraints, and then for this one."""

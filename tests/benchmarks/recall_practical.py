@@ -10,6 +10,8 @@ from __future__ import annotations
 import json
 from typing import Any
 
+from measuring import arguments
+
 GROUP = "practical"
 PINS: dict[str, Any] = {"pins_only": True}
 #: Job, stroke, radius (0: a line, None: any arc), deviation, what is ranked by, constraints.
@@ -66,4 +68,5 @@ def requests() -> list[Any]:
 
 
 if __name__ == "__main__":
+    arguments().parse_args()
     print("[\n" + ",\n".join(json.dumps(request) for request in requests()) + "\n]")

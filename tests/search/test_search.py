@@ -221,6 +221,7 @@ def test_where_nothing_is_found_only_the_nearest_are_followed_to_the_end(
     monkeypatch.setattr(Refinement, "step", watched)
     monkeypatch.setattr(Search, "_restore_feasibility", leading)
     monkeypatch.setattr(Search, "_refine_nearest", lambda *_: None)
+    monkeypatch.setattr(Search, "_race", lambda *_: None)
     done = Search(problem, small.database)
     done.step()
     assert done.status == "exhausted"
