@@ -238,6 +238,38 @@ def test_where_nothing_is_found_only_the_nearest_are_followed_to_the_end(
     assert broken[0] <= led[0].min()
 
 
+HARD: list[Any] = [
+    (
+        StraightLine(1, 0.00191767),
+        {
+            "pins_only": True,
+            "full_rotation": True,
+            "max_size": 2.83543,
+            "min_transmission": 68.8032,
+            "min_link": 1.60621,
+        },
+    ),
+    (
+        StraightLine(40, 0.00206116),
+        {"families": ["four-bar"], "min_uniformity": 0.899745, "max_drive_angle": 33.6432, "max_size": 78.0341},
+    ),
+]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("request_", "wanted"), HARD, ids=["full rotation", "drive"])
+def test_a_race_answers_what_is_denied_without(
+    small: Catalogue, monkeypatch: pytest.MonkeyPatch, request_: Any, wanted: dict[str, Any]
+) -> None:
+    """Two requests of the benchmark, each made of a linkage that an independent search knows."""
+    found = small.find(request_, **wanted, rank_by="transmission", limit=1)
+    assert len(found) == 1
+    assert found[0].deviation <= request_.deviation
+    assert found[0].size <= wanted["max_size"]
+    monkeypatch.setattr(Search, "_race", lambda *_: None)
+    assert not small.find(request_, **wanted, rank_by="transmission", limit=1)
+
+
 @pytest.mark.slow
 def test_near_a_candidate_few_starts_are_refined_and_it_is_found_again(small: Catalogue) -> None:
     """Those that are most like it lead to an answer hardly dearer, with less than a third of the points."""
