@@ -55,7 +55,8 @@ FALSE: dict[str, Callable[[Any], Any]] = {
 }  # fmt: skip
 #: What of an answer depends on the request, or on where it comes from: a measurement tells nothing of it.
 UNMEASURED = {"id", "series", "configuration", "order", "allowance", "expected", "score", "front", "nearest", "gap",
-              "alternations", "cognate", "number", "circuit", "given", "nearest_series", "residual"}  # fmt: skip
+              "alternations", "cognate", "number", "circuit", "given", "nearest_series", "residual", "asked_deviation",
+              "asked_angle", "asked_residual"}  # fmt: skip
 TABLES = ("mechanism", "guide", "reach", "batch", "setting")
 
 Damage = Callable[[bytearray, np.random.Generator], None]
