@@ -28,9 +28,8 @@ from ..problem.problem import Problem
 from ..problem.ranking import RISING
 from ..problem.request import FULLEST
 from .hinges import Hinges, bring_inside
-from .limits import differenced, limits
 from .quantities import NONE, Pieces, Quantities
-from .subproblem import FLATTEST, WORSE, units
+from .subproblem import FLATTEST, WORSE, differenced, limits, units
 
 #: Part of the tolerance that steps are to spare before costs count, and afterwards.
 SPARE = (0.04, 0.05)

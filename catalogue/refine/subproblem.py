@@ -14,20 +14,28 @@ from typing import Protocol
 import numpy as np
 
 from ..candidates.batch import CandidateBatch, curves, near_path
-from ..candidates.feasibility import drive_violations, feasibility, swept_violations, values
+from ..candidates.feasibility import (
+    PIVOT_REGIONS,
+    UPPER_BOUNDS,
+    drive_violations,
+    feasibility,
+    swept_violations,
+    values,
+)
 from ..guidance.allowance import Zone, slopes
 from ..guidance.circuit_curve import CircuitCurve
 from ..guidance.coupler_curve import CouplerCurve
 from ..guidance.fixed_nominal import Nominal
+from ..guidance.metrics import LEAST_ARM
 from ..guidance.minimum_zone import concentric, exchange, grid, rise_over
 from ..guidance.sensitivity import COUNT, displaced, pose_jacobian
 from ..kinematics.batch import take
 from ..kinematics.linkage import Linkage
 from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
+from ..problem.constraints import DRIVE
 from ..problem.problem import Problem
 from ..problem.ranking import RISING
 from ..problem.request import FULLEST
-from .limits import differenced, has_room, limits
 from .quantities import Pieces, Quantities
 
 #: Moves of a pivot nearer to the guided point than this part of the stroke are measured as if it stood there.
@@ -65,6 +73,15 @@ class PivotCoordinates:
     def moved(self, found: CandidateBatch, step: Floats) -> tuple[Linkage, Complexes, Mask]:
         change = (self.basis(found) @ step[..., None])[..., 0]
         return displaced(found.linkage, found.point, change)
+
+
+#: Bounds on transmission angles, which pieces have in right angles.
+TRANSMISSION = {
+    "min_transmission": "transmission",
+    "min_transmission_turn": "transmission_turn",
+}
+#: All bounds that hold for one measure, by what they bound.
+BOUNDS = {**UPPER_BOUNDS, "min_link": "min_link", "min_ground": "min_ground", **TRANSMISSION}
 
 
 def units(linkage: Linkage, point: Complexes) -> Floats:
@@ -194,6 +211,47 @@ def _centred(error: Floats, z: Complexes, bend: Floats) -> Floats:
     start = np.repeat(np.array([[0], [len(peaks) // 2], [len(peaks) - 1]]), error.shape[1], axis=1)
     (a, b), _, _ = exchange(along, peaks, start, by, peaks=False)
     return np.asarray(error - (a + b * run) / weight)
+
+
+def limits(problem: Problem, read: Quantities) -> dict[str, Pieces]:
+    """Return by how much guides break each constraint, in strokes and right angles."""
+    wanted, found = problem.constraints, {"collapse": read.collapse()}
+    found["distance from the moving pivots"] = read("least_arm").less(-LEAST_ARM)
+    for name, measure in BOUNDS.items():
+        if bound := getattr(wanted, name):
+            sign = 1.0 if name in UPPER_BOUNDS else -1.0
+            unit = 90.0 if name in TRANSMISSION else 1.0
+            found[name] = read(measure).less(sign * bound / unit)
+    if wanted.full_rotation:
+        found["full_rotation"] = read("full_rotation")
+    for name in PIVOT_REGIONS:
+        if getattr(wanted, name) is not None:
+            found[name] = read(name)
+    if has_room(problem):
+        found["swept_in"] = read("swept_in")
+    if drives := [name for name in DRIVE if getattr(wanted, name) is not None]:
+        from .driving import Driving
+
+        driving = Driving(read)
+        found |= {name: driving(name) for name in drives}
+    return found
+
+
+def has_room(problem: Problem) -> bool:
+    """Return whether links are to stay in a room of which pieces are known: a convex one."""
+    room = problem.constraints.swept_in
+    return room is not None and room.is_convex and not problem.constraints.slots
+
+
+def differenced(problem: Problem) -> list[str]:
+    """Return the constraints that have no derivatives in closed form."""
+    wanted = problem.constraints
+    rough = [name for name in ("keep_out", "min_lift") if getattr(wanted, name)]
+    if wanted.slots and wanted.max_arm:  # written down for points only
+        rough.append("max_arm")
+    if wanted.swept_in is not None and not has_room(problem):
+        rough.append("swept_in")
+    return rough
 
 
 def _limits(problem: Problem, found: CandidateBatch, read: Quantities) -> dict[str, Pieces]:
