@@ -68,8 +68,9 @@ SHARPEST = -1.9
 
 
 def is_raced(problem: Problem) -> bool:
-    """Return whether stations show all that decides, as they do not of zones."""
-    if problem.relaxed or problem.in_place or problem.is_wide or problem.constraints.play:
+    """Return whether stations show all that decides, as they do not of zones or of returning points."""
+    wanted = problem.constraints
+    if wanted.returns or wanted.play or problem.relaxed or problem.in_place or problem.is_wide:
         return False
     return not differenced(problem)
 

@@ -117,9 +117,10 @@ def test_what_a_race_costs_is_what_candidates_cost(small: Catalogue) -> None:
         ({"swept_in": (-2, -2, 3, 3)}, True),
         ({"swept_in": [(-2, -2), (3, -2), (3, 3), (0.5, 1.0), (-2, 3)]}, False),
         ({"play": 1e-5}, False),
+        ({"returns": True}, False),
     ],
 )
-def test_zones_are_not_raced(wanted: dict[str, Any], raced: bool) -> None:
+def test_what_stations_do_not_show_is_not_raced(wanted: dict[str, Any], raced: bool) -> None:
     assert is_raced(problem_of(LINE, **wanted)) == raced
 
 
