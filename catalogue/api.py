@@ -1,4 +1,4 @@
-"""The catalogue as a user holds it: `open` one and ask it, or `classify` without one."""
+"""The public interface: `open` a catalogue and query it, or `classify` linkages without one."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Catalogue:
         starts: Iterable[Candidate] = (),
         **constraints: Unpack[ConstraintArguments],
     ) -> Found:
-        """Return the best guides for a request, each verified on its finite motion at the stroke asked for.
+        """Search guides for a request; rank and verify them on their finite motion.
 
         Parameters
         ----------
@@ -117,17 +117,28 @@ class Catalogue:
         from .find.find import find
 
         return find(
-            self, request,
+            self,
+            request,
             Constraints.of(constraints, Catalogue.find.__kwdefaults__ or ()),
-            limit=limit, rank_by=rank_by, per_series=per_series, distinct=distinct, effort=effort, refine=refine,
-            cognates=cognates, round_to=round_to, desires=desires, starts=starts,
-        )  # fmt: skip
+            limit=limit,
+            rank_by=rank_by,
+            per_series=per_series,
+            distinct=distinct,
+            effort=effort,
+            refine=refine,
+            cognates=cognates,
+            round_to=round_to,
+            desires=desires,
+            starts=starts,
+        )
 
     def find_dwells(
         self, request: StandStill, *, limit: int = ANSWERS, effort: int = 1, **constraints: Unpack[DwellArguments]
     ) -> DwellResults:
-        """Return crank-driven linkages with a dyad whose rocker stands still, the best transmission angle first, and a
-        third of them of one series at most while there are others.
+        """Search six-bar dwell mechanisms: the rocker rests while the crank turns on.
+
+        The largest transmission angle comes first; no series has more than a third of the list while
+        others have answers.
 
         Parameters
         ----------
@@ -158,7 +169,7 @@ class Catalogue:
         refine: bool = False,
         quiet: bool = False,
     ) -> CollectionResults:
-        """Return the best mechanisms of a collection, each verified on its finite motion at the stroke asked for.
+        """Search a collection of a plugin; rank and verify its mechanisms on their finite motion.
 
         The specimens of the collection are drawn on first use, or when a newer plugin draws them otherwise, with a
         progress bar unless `quiet`.
@@ -201,12 +212,30 @@ class Catalogue:
                     self.build_collection(name, report=report)
 
         return find_in(
-            self.database, collection, request, limit=limit, rank_by=rank_by, families=families, series=series,
-            where=where, special=special, refine=switch("refine", refine), drawn=drawn,
-        )  # fmt: skip
+            self.database,
+            collection,
+            request,
+            limit=limit,
+            rank_by=rank_by,
+            families=families,
+            series=series,
+            where=where,
+            special=special,
+            refine=switch("refine", refine),
+            drawn=drawn,
+        )
 
     def specimen(self, name: str, number: int, stroke: float = 1.0) -> CollectionCandidate:
-        """Return a stored specimen of a collection by its id, laid along a path of a stroke and measured there.
+        """Return a stored specimen of a collection, placed along a path and measured.
+
+        Parameters
+        ----------
+        name : str
+            Name of the collection.
+        number : int
+            Number of the specimen in the database.
+        stroke : float
+            Length of the path [length].
 
         Raises
         ------
@@ -301,7 +330,7 @@ class Catalogue:
         processes: int | None = None,
         report: Callable[[Progress], None] = lambda _: None,
     ) -> Progress:
-        """Fill the database up to `count` guides, or finish the build that was begun; see `catalogue.populate.fill`."""
+        """Fill the database up to `count` guides, or finish an interrupted build; see `catalogue.populate.fill`."""
         from .populate import fill
         from .populate.fill import COUNT
         from .populate.plan import share_of
@@ -329,7 +358,7 @@ class Catalogue:
         self.close()
 
     def __reduce__(self) -> tuple[type[Self], tuple[Database, tuple[str, ...]]]:
-        """Copies load their plugins anew; those that were pickled open the file anew."""
+        """Reduce to the file and the plugin folders: a copy loads plugins anew, an unpickled one opens the file."""
         return type(self), (self.database, self._folders)
 
     def __repr__(self) -> str:

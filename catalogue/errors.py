@@ -1,7 +1,7 @@
 """Exceptions of the catalogue.
 
-Every error that a user can cause or must act on is a `CatalogueError`; its text is one line that says
-what is wrong and what to do.  The shell prints that line and exits with `exit_code`.
+Every error that a user can cause or must act on is a `CatalogueError`.  Its text is one line: the fault
+and the remedy.  The shell prints that line and exits with `exit_code`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ class CatalogueError(Exception):
     exit_code = 1
 
     def __str__(self) -> str:
-        """Return the text on one line, also where it quotes a name of several."""
+        """Return the text on one line, even where it quotes a name with line breaks."""
         return " ".join(super().__str__().splitlines())
 
 
@@ -28,13 +28,13 @@ class InvalidDesign(CatalogueError, ValueError):
 
 
 class InvalidRequest(CatalogueError, ValueError):
-    """A request that cannot be meant: negative stroke, empty box, unknown family or series."""
+    """An invalid request: negative stroke, empty box, unknown family or series."""
 
     exit_code = 2
 
 
 class CannotDrive(InvalidRequest):
-    """A drive that does not determine the motion: its scalar stands still, or other freedoms are left."""
+    """A drive that does not determine the motion: its scalar stands still, or freedoms remain."""
 
 
 class NotMovable(InvalidLinkage):
@@ -56,13 +56,13 @@ class DatabaseTooNew(DatabaseError):
 
 
 class PluginError(CatalogueError):
-    """A plugin breaks the contract in a way that cannot be isolated, or the one asked for is missing."""
+    """A plugin breaks its contract and cannot be isolated, or the requested one is missing."""
 
     exit_code = 5
 
 
 class WorkerKilled(PluginError):
-    """The system killed the process that made a block, each time it was tried: for want of memory, most likely."""
+    """The system killed a worker process at every attempt, most likely for want of memory."""
 
 
 class DuplicateSeries(PluginError):
@@ -80,7 +80,7 @@ class PluginWarning(UserWarning):
 
 
 def one_line(error: BaseException) -> str:
-    """Return the name of an error and the first line of its text, whatever its class does."""
+    """Return the class and the first line of an error, even of one that cannot be printed."""
     try:
         name, lines = type(error).__name__, str(error).strip().splitlines()
     except BaseException as other:
@@ -90,22 +90,22 @@ def one_line(error: BaseException) -> str:
 
 
 def quoted(value: object) -> str:
-    """Return a value as an error quotes it: its repr, on one short line."""
+    """Return the repr of a value on one short line, for an error message."""
     try:
         text = repr(value)
-    except BaseException as error:  # of a number with thousands of digits, or of anybody's class
+    except BaseException as error:  # an integer of thousands of digits, or a faulty class
         _pass_on(error)
         text = f"a {type(value).__name__}"
     return shortened(text, 60)
 
 
 def printable(text: str) -> str:
-    """Return text that does nothing to a terminal: control characters and half characters are written as escapes."""
+    """Escape control characters and lone surrogates, so that text cannot steer a terminal."""
     return text if text.isprintable() else "".join(c if c.isprintable() else ascii(c)[1:-1] for c in text)
 
 
 def shortened(text: str, longest: int) -> str:
-    """Return printable text on one line of so many characters at most: of a longer one its middle is left out."""
+    """Return printable text on one line, its middle left out beyond `longest` characters."""
     half = (longest - 3) // 2
     line = printable(" ".join(text.split()))
     return line if len(line) <= longest else f"{line[:half]}...{line[-half:]}"

@@ -1,4 +1,4 @@
-"""Where the project's own folders and the user's files are."""
+"""Locate the project's folders and the user's files."""
 
 from __future__ import annotations
 
@@ -24,14 +24,13 @@ def folder(name: str) -> Path:
 
 
 def default_database() -> Path:
-    """Return the database file used when none is named: ``CATALOGUE_DB``, else one in the user's data directory."""
+    """Return the default database file: ``CATALOGUE_DB``, else one in the user's data directory."""
     named = os.environ.get("CATALOGUE_DB")
     return Path(named) if named else user_folder() / "catalogue.db"
 
 
 def answers_file() -> Path:
-    """Return the file in which answers are kept by their codes: ``CATALOGUE_ANSWERS``, else one in the user's data
-    directory."""
+    """Return the file of kept answers: ``CATALOGUE_ANSWERS``, else one in the user's data directory."""
     named = os.environ.get("CATALOGUE_ANSWERS")
     return expanded(named) if named else user_folder() / "answers.db"
 
@@ -44,7 +43,7 @@ def user_folder() -> Path:
 
 
 def expanded(path: str | os.PathLike[str]) -> Path:
-    """Return a path with the home that ``~`` stands for; `OSError` if nobody of that name has one."""
+    """Expand ``~`` in a path; `OSError` if that user has no home."""
     try:
         return Path(path).expanduser()
     except RuntimeError:
@@ -52,14 +51,14 @@ def expanded(path: str | os.PathLike[str]) -> Path:
 
 
 def is_folder(path: Path) -> bool:
-    """Return whether a folder is there; of a name that none can have it is not."""
+    """Tell whether a folder exists; False for an impossible name."""
     with suppress(OSError):
         return path.is_dir()
     return False
 
 
 def make_folder(path: Path) -> None:
-    """Create a folder, and those above it, where they are missing; `OSError` if that cannot be."""
+    """Create a folder and its missing parents; `OSError` on failure."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except RecursionError:  # Python calls itself for each folder above
@@ -68,21 +67,21 @@ def make_folder(path: Path) -> None:
 
 @contextmanager
 def replacing(file: Path) -> Iterator[BinaryIO]:
-    """Yield a new file, open for bytes, that takes the place of `file` at the end: what was there stays until then.
+    """Replace a file atomically: yield a temporary one, open for bytes, and rename it at the end.
 
-    It is a file of its own in the same folder, with the mode of the one it replaces, or the mode that the umask leaves.
+    The temporary file lies in the same folder, with the mode of the replaced file or that of the umask.
 
     Raises
     ------
     OSError
-        If it cannot be written, or what is there is a folder, a device or a link, which must not be replaced.
+        If the file cannot be written, or is a folder, a device or a link.
     """
     if file.is_symlink():
         raise OSError(0, "a link is there", str(file))
     if file.exists() and not file.is_file():
         raise OSError(0, "a folder or a device is there", str(file))
     part = unused_name(file)
-    with part.open("xb") as content:  # made here: no file, and nothing that a link leads to, is opened by that name
+    with part.open("xb") as content:  # exclusive: never opens an existing file or the target of a link
         try:
             if file.exists():
                 part.chmod(S_IMODE(file.stat().st_mode))
@@ -97,11 +96,11 @@ def replacing(file: Path) -> Iterator[BinaryIO]:
 
 
 def unused_name(file: Path, beginning: str = ".catalogue-") -> Path:
-    """Return an unguessable name beside a file."""
+    """Return an unguessable temporary name beside a file."""
     return file.with_name(f"{beginning}{token_hex(8)}.part")
 
 
 def plugin_folders(extra: tuple[str, ...] = ()) -> list[Path]:
-    """Return the folders searched for plugins: the built-in one, those of ``CATALOGUE_PLUGINS``, then `extra`."""
+    """List the plugin folders: the built-in one, those of ``CATALOGUE_PLUGINS``, then `extra`."""
     named = [part for part in os.environ.get("CATALOGUE_PLUGINS", "").split(os.pathsep) if part]
     return [folder("plugins"), *(expanded(part).absolute() for part in (*named, *extra))]

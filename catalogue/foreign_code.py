@@ -1,4 +1,4 @@
-"""Code of plugins run in this process: whatever it raises, prints or is called stays on this side of one door."""
+"""Run code of plugins in this process: contain its errors, output and changes of global state."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ from typing import ClassVar
 
 from .errors import PluginError, one_line, printable, quoted
 
-#: How long code of a plugin may take that runs in this process [s].
+#: Longest run of plugin code in this process [s]: tens of times what the slowest built-in series takes.
 LIMIT = 120.0
-#: How long after each Ctrl-C the next one follows [s].
+#: Time from one interrupt of plugin code to the next [s]: a handler that cleans up has this long.
 PAUSE = 1.0
-#: What a series, a family or a parameter may be called.
+#: Permitted name of a series, a family or a parameter.
 NAME = re.compile(r"[^\W_][\w.*+'-]{0,39}", re.ASCII)
 
 
 def checked_name(what: str, text: object) -> str:
-    """Return what a plugin calls something: up to 40 letters, digits and . * + ' - _, or raise `PluginError`."""
+    """Check a name from a plugin: up to 40 letters, digits and . * + ' - _; else raise `PluginError`."""
     if not isinstance(text, str) or not NAME.fullmatch(text):
         raise PluginError(
             f"{what}: a name has up to 40 of the characters A-Z a-z 0-9 . * + ' - _, unlike {quoted(text)}"
@@ -33,7 +33,7 @@ def checked_name(what: str, text: object) -> str:
 
 
 def checked_text(what: str, text: object, longest: int = 200) -> str:
-    """Return a text of a plugin if it is printable, not blank and not longer than that, or raise `PluginError`."""
+    """Check a text from a plugin: one printable line up to `longest`; else raise `PluginError`."""
     if not isinstance(text, str) or not text.strip() or not text.isprintable() or len(text) > longest:
         raise PluginError(f"{what} must be one line of printable text, up to {longest} characters, not {quoted(text)}")
     return text
@@ -41,12 +41,17 @@ def checked_text(what: str, text: object, longest: int = 200) -> str:
 
 @contextmanager
 def foreign(where: str) -> Iterator[None]:
-    """Run code of a plugin, which `where` names: whatever it raises becomes a `PluginError` of one line.
+    """Run plugin code and convert any error to a `PluginError` of one line.
 
-    What it prints goes to standard error; what it changes of NumPy's and Python's warnings, of the current folder and
-    of the handling of Ctrl-C ends with it.  A process that it forks ends here.  In the main thread it is interrupted
-    after `LIMIT` seconds, again and again, and if it goes on as long once more this process ends; Ctrl-C passes, and
-    says where it was.
+    Output goes to standard error.  Changes to NumPy's error state, Python's warnings, the current
+    folder and the handler of Ctrl-C are undone at the end.  A process that the code forks ends here.
+    In the main thread the code is interrupted after `LIMIT` seconds, then every `PAUSE` seconds; if it
+    still runs after another `LIMIT` seconds, this process ends.  Ctrl-C passes with `where` as its text.
+
+    Parameters
+    ----------
+    where : str
+        Name of the plugin and hook, for the message.
     """
     import numpy as np
 
@@ -69,14 +74,14 @@ def foreign(where: str) -> Iterator[None]:
 
 
 def _folder() -> str:
-    """Return the current folder; an empty text if it is no more."""
+    """Return the current folder, or an empty text if it was deleted."""
     with suppress(OSError):
         return os.getcwd()  # noqa: PTH109  # as text: what `Path` makes of it is of no use here
     return ""
 
 
 def press_ctrl_c() -> None:
-    """Interrupt the main thread, from another one; where the system can, also while it sleeps."""
+    """Interrupt the main thread from another one; on POSIX even while it sleeps."""
     import _thread
 
     if hasattr(signal, "pthread_kill") and callable(signal.getsignal(signal.SIGINT)):
@@ -86,8 +91,11 @@ def press_ctrl_c() -> None:
 
 
 class _Alarm:
-    """Ctrl-C after some seconds, if in the main thread, and again every `PAUSE`; also in a process that ignores Ctrl-C,
-    as shells let those do that they run in the background, but there no other one is heard."""
+    """Watchdog of the main thread: interrupts it after a limit, then every `PAUSE` seconds.
+
+    It also interrupts a process that ignores Ctrl-C (a background job of a shell), but lets no
+    interrupt of the user through there.
+    """
 
     running: ClassVar[list[_Alarm]] = []
 
@@ -98,7 +106,7 @@ class _Alarm:
         self.thread = threading.Thread(target=self.ring, daemon=True) if main else None
 
     def ring(self) -> None:
-        """Wait for the end; interrupt what does not come to one, and end the process if that does not help."""
+        """Interrupt the main thread after the limit; end the process if interrupts have no effect."""
         if self.over.wait(self.limit):
             return
         self.rang, last = True, time.monotonic() + self.limit

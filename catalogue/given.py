@@ -1,4 +1,4 @@
-"""What somebody gives, read: numbers, names, switches, arrays, objects; else `InvalidRequest` says what is wanted."""
+"""Validate arguments of users: numbers, names, switches, arrays, objects; else raise `InvalidRequest`."""
 
 from __future__ import annotations
 
@@ -20,15 +20,14 @@ from .errors import CatalogueError, InvalidRequest, quoted
 
 T = TypeVar("T")
 
-#: Largest whole number that is taken: beyond it doubles hold no more all of them.
+#: Largest whole number accepted: a double represents every integer up to here, not beyond.
 LARGEST = 2**53
-#: Lengths that are taken: a thousand times of them is a number still, with all its digits.
+#: Range of lengths accepted: a thousandth and a thousandfold of them are still normal doubles.
 RANGE = 1e-305, 1e304
 
 
 def number(name: str, value: Any, kind: str = "a number") -> float:
-    """Return `value` as a float, NaN and infinity too; `InvalidRequest` unless it is a real number: a text or a truth
-    value is none."""
+    """Convert a real number to float, NaN and infinity too; refuse texts and truth values."""
     scalar = value[()] if isinstance(value, np.ndarray) and not value.ndim else value
     if isinstance(scalar, Real | Decimal) and not isinstance(scalar, bool):
         try:
@@ -41,7 +40,7 @@ def number(name: str, value: Any, kind: str = "a number") -> float:
 
 
 def positive(name: str, value: Any) -> float:
-    """Return `value` as a float; `InvalidRequest` unless it is a number above zero in `RANGE`."""
+    """Convert a positive number within `RANGE` to float; refuse anything else."""
     given = number(name, value)
     if not math.isfinite(given) or given <= 0:
         raise InvalidRequest(f"{name} must be a finite number above zero, not {given:g}")
@@ -51,7 +50,7 @@ def positive(name: str, value: Any) -> float:
 
 
 def whole(name: str, value: Any, least: int, most: int = LARGEST) -> int:
-    """Return `value` as an int; `InvalidRequest` unless it is a whole number from `least` to `most`."""
+    """Convert a whole number from `least` to `most` to int; refuse anything else."""
     try:
         given = None if isinstance(value, bool | np.bool_) else index(value)
     except TypeError:
@@ -65,15 +64,14 @@ def whole(name: str, value: Any, least: int, most: int = LARGEST) -> int:
 
 
 def switch(name: str, value: Any) -> bool:
-    """Return `value` as a bool; `InvalidRequest` unless it is True or False."""
+    """Convert a truth value, NumPy's too, to bool; refuse anything else."""
     if not isinstance(value, bool | np.bool_):
         raise InvalidRequest(f"{name} must be True or False, not {quoted(value)}")
     return bool(value)
 
 
 def listed(given: Any) -> list[Any] | None:
-    """Return the parts of a sequence, or of anything else that has parts; None of one thing: a number, a text, a
-    mapping, an array without a dimension."""
+    """List the elements of an iterable; None for a scalar, a text, a mapping, a 0-d array."""
     if isinstance(given, str | bytes | Mapping):
         return None
     try:
@@ -83,9 +81,9 @@ def listed(given: Any) -> list[Any] | None:
 
 
 def names(name: str, given: Any) -> tuple[str, ...]:
-    """Return one name, of a folder too, or several as a tuple; `InvalidRequest` for anything else."""
+    """Convert one name or path, or several, to a tuple of texts; refuse anything else."""
     found = []
-    for one in (given,) if isinstance(given, str | Mapping) else _each(given):  # maybe without end
+    for one in (given,) if isinstance(given, str | Mapping) else _each(given):  # an iterator may be endless
         if not isinstance(one, str | PathLike):
             raise InvalidRequest(f"{name} must be a name or a sequence of names, not {quoted(one)}")
         found.append(str(one))
@@ -93,7 +91,7 @@ def names(name: str, given: Any) -> tuple[str, ...]:
 
 
 def _each(given: Any) -> Iterator[Any]:
-    """Yield what something holds, or itself if it holds nothing."""
+    """Yield the elements of an iterable, or the object itself if it is none."""
     try:
         yield from given
     except TypeError:
@@ -101,7 +99,7 @@ def _each(given: Any) -> Iterator[Any]:
 
 
 def complexes(name: str, given: Any) -> npt.NDArray[np.complex128]:
-    """Return one point x + iy or an array of them; `InvalidRequest` unless their coordinates are finite numbers."""
+    """Convert finite points x + iy to a complex array; refuse anything else."""
     try:
         found = np.asarray(given, dtype=complex)
     except (TypeError, ValueError, OverflowError):
@@ -112,8 +110,13 @@ def complexes(name: str, given: Any) -> npt.NDArray[np.complex128]:
 
 
 def doubles(given: Any) -> npt.NDArray[np.float64]:
-    """Return real numbers, or nested sequences of them, as an array of doubles; `ValueError` for anything else: texts,
-    truth values, complex numbers, rows of unlike lengths."""
+    """Convert real numbers, nested too, to an array of doubles.
+
+    Raises
+    ------
+    ValueError
+        For texts, truth values, complex numbers or ragged rows.
+    """
     try:
         found = np.asarray(given)
         real = found.dtype.kind in "iuf" or all(
@@ -133,9 +136,20 @@ def array(
     finite: bool = False,
     wrong: type[CatalogueError] = InvalidRequest,
 ) -> npt.NDArray[np.float64]:
-    """Return real numbers as an array of doubles of one of some shapes, of any if none is said; `wrong` for others.
+    """Convert real numbers to an array of doubles and check its shape.
 
-    None in a shape is any length above 0, an ellipsis any number of axes: ``(..., 3)`` are points.
+    Parameters
+    ----------
+    name : str
+        Name of the argument, for the message.
+    given : array_like
+    *shapes : tuple
+        Accepted shapes; any if none is given.  None is any length above 0, an ellipsis any number of
+        axes: ``(..., 3)`` are points.
+    finite : bool
+        Refuse NaN and infinity.
+    wrong : type
+        Class of the error to raise.
     """
     try:
         found = doubles(given)
@@ -160,7 +174,7 @@ def _fits(shape: tuple[int, ...], wanted: tuple[int | EllipsisType | None, ...])
 
 
 def _told(shape: tuple[int | EllipsisType | None, ...], finite: bool) -> str:
-    """Return what is wanted of a shape in words."""
+    """Describe an accepted shape in words."""
     numbers = "finite numbers" if finite else "numbers"
     if not shape:
         return f"a {numbers[:-1]}"
@@ -172,7 +186,7 @@ def _told(shape: tuple[int | EllipsisType | None, ...], finite: bool) -> str:
 
 
 def instance(name: str, given: T, kind: type | UnionType) -> T:
-    """Return what is of a type, or of one of a union; `InvalidRequest` for anything else."""
+    """Return an object if it is of a type or union; refuse anything else."""
     if not isinstance(given, kind):
         kinds = ["None" if k is type(None) else k.__name__ for k in get_args(kind) or (kind,)]
         raise InvalidRequest(f"{name} must be of type {' or '.join(kinds)}, not {quoted(given)}")
@@ -180,7 +194,7 @@ def instance(name: str, given: T, kind: type | UnionType) -> T:
 
 
 def several(name: str, given: Iterable[T], kind: type | UnionType) -> tuple[T, ...]:
-    """Return a sequence of what is of a type, as a tuple; `InvalidRequest` for anything else."""
+    """Convert a sequence of objects of a type to a tuple; refuse anything else."""
     try:
         every = iter(given)
     except TypeError:
@@ -189,7 +203,7 @@ def several(name: str, given: Iterable[T], kind: type | UnionType) -> tuple[T, .
 
 
 def pair(name: str, given: Any, parts: str) -> tuple[Any, Any]:
-    """Return the two parts of something; `InvalidRequest`, which says what they are, for anything else."""
+    """Unpack a pair; refuse anything else with a message that names its `parts`."""
     try:
         one, other = given
     except (TypeError, ValueError):
@@ -198,8 +212,7 @@ def pair(name: str, given: Any, parts: str) -> tuple[Any, Any]:
 
 
 def text(name: str, given: Any) -> str:
-    """Return a text; `InvalidRequest` for anything else, and unless it is one line without control characters, which a
-    terminal would obey, and without half a character, which nothing can show."""
+    """Return one line of printable text; refuse control characters, lone surrogates and other types."""
     found: str = instance(name, given, str)
     if not found.isprintable():
         raise InvalidRequest(f"{name} must be one line of printable text, not {quoted(found)}")
@@ -207,16 +220,16 @@ def text(name: str, given: Any) -> str:
 
 
 def choice(name: str, given: Any, options: Sequence[str]) -> str:
-    """Return one of some names; `InvalidRequest` for anything else."""
+    """Return a name if it is one of the options; refuse anything else."""
     if not isinstance(given, str) or given not in options:
         raise InvalidRequest(f"{name} must be one of {', '.join(map(repr, options))}, not {quoted(given)}")
     return given
 
 
 class Stated:
-    """Base of dataclasses whose names and numbers are read when they are made.
+    """Base of dataclasses that validate their fields of type str, int, float and bool when constructed.
 
-    Which they are is what their module, which postpones the evaluation of annotations, says: ``name: str``.
+    Their modules postpone the evaluation of annotations, so types are compared by name: ``name: str``.
     """
 
     def __post_init__(self) -> None:
@@ -226,7 +239,7 @@ class Stated:
 
 @cache
 def _declared(kind: Any) -> list[tuple[str, str, Any]]:
-    """Return the names and numbers of a dataclass: the field, what it is called, how it is read."""
+    """List the validated fields of a dataclass: field, name for messages, validator."""
     known = [(field.name, _DECLARED.get(str(field.type))) for field in fields(kind)]
     return [(name, f"{kind.__name__}.{name.rstrip('_')}", read) for name, read in known if read]
 

@@ -1,4 +1,4 @@
-"""Tables for a notebook, as HTML that a page's own colours fit."""
+"""Tables for a notebook as HTML, in the colours of its page."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from .markup import NOTHING, Markup, element, join
 
-#: Rows that are shown at most.
+#: Most rows in the table: as many as pandas shows.
 MOST = 60
 
 

@@ -1,7 +1,7 @@
-"""Whether the files of this package are those that were installed.
+"""Check the installed files of this package against their digests.
 
-An unrelated distribution, `catalogue`, has a package of this name too: each installation overwrites files of the other,
-each removal takes some away.
+An unrelated distribution, `catalogue`, owns a package of the same name: installing either one overwrites
+files of the other, removing either one deletes some.
 """
 
 from __future__ import annotations
@@ -12,22 +12,23 @@ from contextlib import suppress
 from pathlib import Path
 
 _PACKAGE = Path(__file__).resolve().parent
-_OURS, _OTHER = "mechanism_catalogue", "catalogue"
+_OURS = "mechanism_catalogue"
+_OTHER = "catalogue"
 
 
 def is_shared() -> bool:
-    """Return whether the other distribution lies beside ours."""
+    """Tell whether the other distribution is installed beside ours."""
     return _folder(_OTHER) is not None
 
 
 def is_whole() -> bool:
-    """Return whether the package that was imported is ours, and the other distribution has changed no file of it."""
+    """Tell whether the imported package is ours and the other distribution changed none of its files."""
     imported = sys.modules.get(__name__.rpartition(".")[0])
     return hasattr(imported, "IS_COMMAND") and (not is_shared() or not _broken())
 
 
 def fault() -> str:
-    """Return which of the two distributions is broken and the command that mends ours; an empty text if neither is."""
+    """Name the broken distribution and the command to repair it; an empty text if both work."""
     if is_whole() and not is_shared():
         return ""
     other = "the distribution `catalogue`, which owns a package of the same name"
@@ -45,12 +46,12 @@ def fault() -> str:
 
 
 def _folder(name: str) -> Path | None:
-    """Return the folder of metadata of a distribution beside this package; None if there is none."""
+    """Return the metadata folder of a distribution beside this package, or None."""
     return next(_PACKAGE.parent.glob(f"{name}-*.*-info"), None)
 
 
 def _record(name: str) -> list[str]:
-    """Return the lines of the list of files of a distribution beside this package, where there is one."""
+    """Read the installed-files record of a distribution beside this package; empty if there is none."""
     folder = _folder(name)
     with suppress(OSError):
         return (folder / "RECORD").read_text("utf-8").splitlines() if folder else []
@@ -58,16 +59,16 @@ def _record(name: str) -> list[str]:
 
 
 def _broken() -> list[str]:
-    """Return the files of ours that are missing, or not as they were installed."""
+    """List our files that are missing or changed."""
     return [name for name, digest in _files() if _digest(_PACKAGE.parent / name) != digest]
 
 
 def _files() -> Iterator[tuple[str, str]]:
-    """Yield the files that were installed with their digests: where the other lies beside us, only those of both."""
+    """Yield our installed files with their digests; only shared ones if the other distribution is installed."""
     others = {line.rsplit(",", 2)[0] for line in _record(_OTHER)}
     for line in _record(_OURS):
         name, digest, _ = line.rsplit(",", 2)
-        if digest.startswith("sha256=") and (name in others or not others):  # not of what was compiled
+        if digest.startswith("sha256=") and (name in others or not others):  # compiled files have none
             yield name, digest.removeprefix("sha256=")
 
 
@@ -81,14 +82,14 @@ def _digest(file: Path) -> str:
 
 
 def _mending() -> str:
-    """Return the command that removes the other distribution and installs ours again, from where it came."""
+    """Return the command to remove the other distribution and reinstall ours from its source."""
     import json
     from shlex import quote
     from urllib.parse import unquote
 
     source = "mechanism-catalogue"
     if folder := _folder(_OURS):
-        with suppress(OSError, ValueError, LookupError, TypeError):  # of an index no such file tells
+        with suppress(OSError, ValueError, LookupError, TypeError):  # absent after installation from an index
             came_from = json.loads((folder / "direct_url.json").read_text("utf-8"))["url"]
             source = quote(unquote(str(came_from).removeprefix("file://")))
     install = f"python -m pip install --force-reinstall --no-deps {source}"

@@ -1,7 +1,7 @@
-"""Ctrl-C while the command is being imported, or ends: one line, and the documented exit code.
+"""Handle Ctrl-C during import and exit of the command: one line, and the documented exit code.
 
-What comes before `cli.main` takes half a second, in which Python would show where it was.  So this module is imported
-before all others, and imports nothing that takes time.
+Importing `cli.main` takes half a second, in which Python would print a traceback.  So this module is
+imported before all others, and imports nothing slow.
 """
 
 import sys
@@ -9,7 +9,7 @@ from _signal import SIG_IGN, SIGINT, default_int_handler, getsignal, signal  # t
 from atexit import register
 from os import _exit, write
 
-#: Exit code after Ctrl-C.
+#: Exit code after Ctrl-C: 128 + SIGINT, as shells report it.
 INTERRUPTED = 130
 TOLD = "interrupted; what was finished is kept"
 _CALLED = (getattr(sys, "argv", None) or [""])[0].replace("\\", "/").rpartition("/")[2]

@@ -1,8 +1,8 @@
-"""SVG and HTML that nothing unescaped can enter: elements are built, and whatever else is text.
+"""Build SVG and HTML with all text escaped.
 
-`Markup` is the type of a finished piece.  Every operation of `str` on one, a format string too, returns plain text, and
-`element` escapes plain text: what was put together elsewhere shows its tags, it never runs.  Only this module makes
-`Markup` (`tests/test_markup.py`); templates take it by its method ``__html__``.
+`Markup` is the type of a finished piece.  Every operation of `str` on one, formatting too, returns plain
+text, and `element` escapes plain text: tags concatenated elsewhere are shown, never run.  Only this
+module makes `Markup` (`tests/test_markup.py`); templates read it by its method ``__html__``.
 """
 
 from __future__ import annotations
@@ -12,20 +12,20 @@ from collections.abc import Iterable
 from html import escape
 from string import Template
 
-#: Characters that no XML document may hold (XML 1.0, section 2.2): controls, halves of characters, non-characters.
+#: Characters forbidden in XML (XML 1.0, section 2.2): controls, lone surrogates, non-characters.
 _FORBIDDEN = re.compile("[^\t\n\r\u0020-\ud7ff\ue000-\ufffd\U00010000-\U0010ffff]")
 _ELEMENT = re.compile("[a-zA-Z][a-zA-Z0-9]*")
-#: Names of attributes; one that begins with "on" holds a script.
+#: Permitted attribute names; those that begin with "on" would hold a script.
 _ATTRIBUTE = re.compile("(?!on)[a-zA-Z][a-zA-Z0-9-]*", re.IGNORECASE)
 #: Attributes that hold an address.
 _ADDRESSES = ("href", "src", "action")
-#: Addresses that load a page or a picture: without a scheme, of the web, or with all of their data.
+#: Permitted addresses: relative, of the web, or inline pictures and empty data.
 _HARMLESS = re.compile(r"(?![a-z][a-z0-9+.-]*:)|https?:|data:(image/png;|,)", re.IGNORECASE)
-#: Characters that a browser leaves out of an address.
+#: Characters that browsers ignore in an address.
 _IGNORED = re.compile("[\\x00-\\x20]")
-#: Elements whose text HTML does not unescape.
+#: Elements with raw text: HTML does not unescape it.
 _RAW = ("style", "script")
-#: Elements that need no end where they are empty: those of HTML that may have none, and shapes of SVG.
+#: Elements that close themselves when empty: void elements of HTML, and shapes of SVG.
 _CLOSED = (
     *("br", "img", "input", "link", "meta"),
     *("animate", "animateTransform", "circle", "g", "line", "path", "polyline", "rect"),
@@ -38,11 +38,11 @@ class Markup(str):
     __slots__ = ()
 
     def __html__(self) -> str:
-        """Return it as it stands: how a template asks for what is escaped already."""
+        """Return the markup itself: templates call this for text that needs no escaping."""
         return str(self)
 
     def __add__(self, other: str) -> Markup:
-        """Return it with another piece, or with a text, after it."""
+        """Concatenate with another piece, or with a text to escape."""
         return join((self, other))
 
 
@@ -51,12 +51,12 @@ NOTHING = Markup()
 
 
 def join(parts: Iterable[str], between: str = "") -> Markup:
-    """Return pieces and texts one after another, texts escaped."""
+    """Concatenate pieces and texts; escape the texts."""
     return Markup(_safe(between).join(map(_safe, parts)))
 
 
 def element(name: str, *content: str, **attributes: object) -> Markup:
-    """Return an element; texts in it are escaped.
+    """Build an element; escape texts in it.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ def element(name: str, *content: str, **attributes: object) -> Markup:
 
 
 def fill(template: str, **content: str) -> Markup:
-    """Return a page: a template of ours with ``$names``, for which pieces and escaped texts are put."""
+    """Substitute pieces and escaped texts for the ``$names`` of a template."""
     return Markup(Template(template).substitute({name: _safe(part) for name, part in content.items()}))
 
 

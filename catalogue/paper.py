@@ -1,4 +1,4 @@
-"""Paper to draw on, and the files it is written to; the same drawing gives the same file."""
+"""Figures, colours and reproducible files of drawings: one drawing always gives the same bytes."""
 
 from __future__ import annotations
 
@@ -16,21 +16,28 @@ from .folders import is_folder, replacing
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# Distinct to colour-blind eyes, and in grey (Okabe and Ito).
-PAPER, INK, GREY, FAINT = "#fdfcf9", "#26323d", "#75808a", "#c9ced2"
-COUPLER, PATH, CRANK, DRIVER = "#0072b2", "#d55e00", "#4d5a66", "#00795a"
-#: What can be written, by suffix, with what keeps the time of day out of the file.
+# Colours, distinct to colour-blind eyes and in grey (Okabe and Ito).
+PAPER = "#fdfcf9"
+INK = "#26323d"
+GREY = "#75808a"
+FAINT = "#c9ced2"
+COUPLER = "#0072b2"
+PATH = "#d55e00"
+CRANK = "#4d5a66"
+DRIVER = "#00795a"
+#: Writable formats by suffix, with the metadata that would hold the time of day left out.
 FORMATS: dict[str, dict[str, Any]] = {"png": {}, "svg": {"Date": None}, "pdf": {"CreationDate": None}}
-#: What says that matplotlib is missing.
+#: Message where matplotlib is not installed.
 MISSING = 'drawing needs matplotlib: pip install "mechanism-catalogue[plot]"'
-#: Resolution of a PNG [dots per inch].
+#: Resolution of a PNG [dots per inch]: hairlines of half a point are more than one dot.
 DPI = 200
-SANS, SERIF = "DejaVu Sans", "STIXGeneral"  # both come with matplotlib
+# Fonts; both come with matplotlib.
+SANS = "DejaVu Sans"
+SERIF = "STIXGeneral"
 
 
 def kind_of(file: str | PathLike[str], kinds: Sequence[str] = tuple(FORMATS)) -> str:
-    """Return the format, one of some kinds, that the suffix of a file names, once it is clear that it can be
-    written."""
+    """Return the format of a file from its suffix; refuse unknown suffixes and missing folders."""
     if not isinstance(file, str | PathLike):
         raise InvalidRequest(f"a drawing is written to a file, not to {quoted(file)}")
     file = Path(file)
@@ -45,7 +52,7 @@ def kind_of(file: str | PathLike[str], kinds: Sequence[str] = tuple(FORMATS)) ->
 
 
 def blank(width: float, height: float) -> Figure:
-    """Return an empty figure of a size in inches; pyplot does not know it, and a notebook shows it."""
+    """Create an empty figure of a size in inches, outside pyplot; a notebook shows it."""
     try:
         from matplotlib.backends.backend_agg import FigureCanvasAgg
         from matplotlib.figure import Figure
@@ -58,7 +65,7 @@ def blank(width: float, height: float) -> Figure:
 
 
 def literal(figure: Figure) -> None:
-    """Let all texts of a figure be shown as they are written: a dollar in somebody's name begins no formula."""
+    """Show all texts of a figure literally: a dollar sign in a name begins no formula."""
     from matplotlib.text import Text
 
     for one in figure.findobj(Text):
@@ -66,12 +73,12 @@ def literal(figure: Figure) -> None:
 
 
 def write(figure: Figure, file: Path, kind: str) -> None:
-    """Write a figure to a file of a kind, in place of one that is there."""
+    """Write a figure to a file, replacing an existing one."""
     write_bytes(_written(figure, kind), file)
 
 
 def write_bytes(content: bytes, file: Path) -> None:
-    """Write a file, in place of one that is there."""
+    """Write bytes to a file, replacing an existing one."""
     try:
         with replacing(file) as part:
             part.write(content)
@@ -80,7 +87,7 @@ def write_bytes(content: bytes, file: Path) -> None:
 
 
 def _written(figure: Figure, kind: str) -> bytes:
-    """Return the figure as a file."""
+    """Render the figure as the bytes of a file."""
     out = io.BytesIO()
     figure.savefig(out, format=kind, dpi=DPI, facecolor=PAPER, metadata=FORMATS[kind])
     if kind != "svg":

@@ -1,4 +1,4 @@
-"""What takes more than a second shows on standard error that it goes on: bars on a terminal, lines elsewhere."""
+"""Show the progress of long operations on standard error: bars on a terminal, lines elsewhere."""
 
 from __future__ import annotations
 
@@ -12,14 +12,15 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from .populate import Progress
 
-#: After how long a pulsing bar, or a line, appears; and after how long the next line of a build [s].
-PATIENCE, AGAIN = 1.0, 10.0
+#: Delay of the first sign of progress [s]: shorter operations feel immediate and stay silent.
+PATIENCE = 1.0
+#: Time between two lines of progress where there is no terminal [s]: few lines in a log.
+AGAIN = 10.0
 
 
 @contextmanager
 def busy(label: str) -> Iterator[None]:
-    """Show a pulsing bar and the time, or where standard error is no terminal one line, once what is done meanwhile
-    takes longer than `PATIENCE`."""
+    """Show a pulsing bar and the elapsed time after `PATIENCE`; without a terminal, one line."""
     done = threading.Event()
 
     def pulse() -> None:
@@ -50,8 +51,10 @@ def busy(label: str) -> Iterator[None]:
 
 @contextmanager
 def shown(*, quiet: bool, label: str) -> Iterator[Callable[[Progress], None]]:
-    """Yield a function that shows the state of a build; where standard error is no terminal, a line after `PATIENCE`,
-    one every `AGAIN` seconds, and one at the end."""
+    """Yield a function that shows the progress of a build.
+
+    Without a terminal: one line after `PATIENCE`, one every `AGAIN` seconds, one at the end.
+    """
     if quiet:
         yield lambda _: None
         return
@@ -89,6 +92,6 @@ def shown(*, quiet: bool, label: str) -> Iterator[Callable[[Progress], None]]:
 
 
 def _say(text: str) -> None:
-    """Print a line on standard error, if anybody can be told."""
+    """Print a line on standard error if it is open."""
     with suppress(OSError, ValueError):
         print(text, file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""Numbers as they are written, units of length, and conversion: exact, before it is rounded to a double."""
+"""Parse numbers, and convert units of length exactly before rounding to a double."""
 
 from __future__ import annotations
 
@@ -10,19 +10,18 @@ from typing import Any
 
 from .errors import InvalidRequest, quoted
 
-#: Millimetres of a unit.
+#: Millimetres per unit.
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
-#: How the unit of a length is declared, whatever the user's is; compound ones are ``1/length``, ``length/rad``.
+#: Unit of a quantity that is a length in the user's unit; compound units are ``1/length``, ``length/rad``.
 LENGTH = "length"
-#: Unit of files and drawings that must have one, where none is known: that of most CAD programs.  They say so.
+#: Unit of files and drawings that need one where none is known: the default of most CAD programs.
 ASSUMED = "mm"
-#: What they say.
+#: Note on files and drawings in the assumed unit.
 ASSUMPTION = f"unit unknown, taken as {ASSUMED}"
 
 
 def decimal(text: str) -> float | None:
-    """Return the number that a text writes, None if it writes none: digits are 0 to 9, and none stands apart by a
-    line, as in 1_000."""
+    """Parse a number in ASCII digits without underscores; None for any other text."""
     try:
         return float(text) if text.isascii() and "_" not in text else None
     except ValueError:
@@ -30,21 +29,21 @@ def decimal(text: str) -> float | None:
 
 
 def millimetres(unit: str) -> float:
-    """Return how many millimetres a unit has; `InvalidRequest` if it is none."""
+    """Return the millimetres per unit; refuse unknown units."""
     if not isinstance(unit, str) or unit not in MILLIMETRES:
         raise InvalidRequest(f"there is no unit {quoted(unit)} of length; there are {', '.join(MILLIMETRES)}")
     return MILLIMETRES[unit]
 
 
 def unit_or_none(unit: Any) -> str | None:
-    """Return a unit of length, None where none is known; `InvalidRequest` for anything else."""
+    """Return a unit of length, or None for an unknown one; refuse anything else."""
     if unit is not None:
         millimetres(unit)
     return unit  # type: ignore[no-any-return]  # `millimetres` refuses what is no text
 
 
 def common(units: Sequence[str | None]) -> str | None:
-    """Return the unit that several lengths share; `InvalidRequest` if they have different ones."""
+    """Return the common unit of several lengths; refuse different ones."""
     if len(every := dict.fromkeys(units)) > 1:
         told = ", ".join(unit or "an unknown unit" for unit in every)
         raise InvalidRequest(f"these have lengths in {told}: convert them to one unit, by `in_unit`")
@@ -52,12 +51,12 @@ def common(units: Sequence[str | None]) -> str | None:
 
 
 def factor(unit: str, other: str) -> Fraction:
-    """Return how many of another unit one unit has."""
+    """Return the conversion factor from one unit to another, exactly."""
     return Fraction(str(millimetres(unit))) / Fraction(str(millimetres(other)))
 
 
 def power(declared: str) -> int:
-    """Return the power of a length in a declared unit: 1 of ``length/rad``, -1 of ``1/length``, 0 of ``deg``."""
+    """Return the exponent of length in a declared unit: 1 for ``length/rad``, -1 for ``1/length``, 0 for ``deg``."""
     over, *under = declared.split("/")
     return _power(over) - sum(map(_power, under))
 
@@ -67,8 +66,9 @@ def _power(product: str) -> int:
 
 
 def converted(value: Any, times: Fraction) -> Any:
-    """Return a number, or each one in lists and mappings, multiplied; of a pivot [x, y, w] not w, and at infinity
-    nothing.
+    """Multiply a number, or all numbers in nested lists and mappings, by an exact factor.
+
+    Of a pivot [x, y, w] only x and y are multiplied; a pivot at infinity (w = 0) is left as it is.
 
     Raises
     ------
@@ -84,6 +84,6 @@ def converted(value: Any, times: Fraction) -> Any:
     if value is None or not math.isfinite(value):
         return value
     try:
-        return float(Fraction(repr(float(value))) * times)  # as it is written: 355.6 mm are 14 in to the last digit
+        return float(Fraction(repr(float(value))) * times)  # from decimal digits: 355.6 mm is 14 in exactly
     except OverflowError:
         raise InvalidRequest(f"{value:g} is too large to be told in the unit asked for") from None
