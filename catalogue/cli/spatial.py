@@ -30,7 +30,18 @@ HOLD = several("--hold", "NAME", "What keeps its value, if there is more than on
 FORMAT = option("--format", None, "How to print.", click.Choice(["table", "csv", "json"]), default="table")
 
 
+class _WithColumns(click.Command):
+    """A command with the columns of a wheel in its help."""
+
+    def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002  # click's
+        from ..spatial.jointed.columns import WHEEL, heading
+
+        with formatter.section("Columns of a wheel"):
+            formatter.write_dl([(heading(name, "length"), meaning) for name, (_, meaning) in WHEEL.items()])
+
+
 @click.command(
+    cls=_WithColumns,
     params=[
         FILE,
         DRIVE,
@@ -43,7 +54,7 @@ FORMAT = option("--format", None, "How to print.", click.Choice(["table", "csv",
         option("--columns", "NAMES", "Print and plot only these columns, by parts of their headings, with commas."),
         FORMAT,
         FORCE,
-    ]
+    ],
 )
 def sweep(
     file: str, drive: str, steps: int, hold: Sequence[str], format: str, to: float | None, columns: str | None,
@@ -68,9 +79,19 @@ def sweep(
             whole.drop(columns=[n for n in whole if str(n).startswith("screw axis") and not columns]), plot_curves
         )
     _print(table, format)
-    if told:
-        print(f"catalogue: {told}", file=sys.stderr, flush=True)
+    for line in [told, *_unknown(whole)]:
+        if line:
+            print(f"catalogue: {line}", file=sys.stderr, flush=True)
     return 0 if len(table) else 1
+
+
+def _unknown(table: pd.DataFrame) -> list[str]:
+    """Return why columns of a table are NaN, one line for each reason."""
+    reasons: dict[str, list[str]] = {}
+    for column, reason in table.attrs.get("reasons", {}).items():
+        if column in table:
+            reasons.setdefault(reason, []).append(column)
+    return [f"not known: {', '.join(columns)}: {reason}" for reason, columns in reasons.items()]
 
 
 def _moved(

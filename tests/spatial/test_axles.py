@@ -177,14 +177,8 @@ def test_a_rack_steers_and_shows_the_steering_axis() -> None:
     table = kinematics(motion, Wheel("wheel", tuple(CENTRE), tuple(AXIS), 310.0), steer=rack)
     low, high = (motion.point("wheel", b) for b in BALLS)
     k = high - low
-    # with the centre held at its height: the joints move too, but only to second order in the caster of this axle
-    assert np.abs(table["caster [deg]"] - np.degrees(np.arctan2(-k[:, 0], k[:, 2]))).max() < 0.2
-    assert np.abs(table["kingpin inclination [deg]"] - np.degrees(np.arctan2(-k[:, 1], k[:, 2]))).max() < 0.2
-    steered = mechanism.sweep(rack, [-1e-3, 1e-3], hold=[Travel("wheel", CENTRE)])
-    spin, _ = motion.influence(rack, "wheel", CENTRE)
-    turned = steered.rotation("wheel")[1] @ steered.rotation("wheel")[0].T
-    middle = np.array([turned[2, 1] - turned[1, 2], turned[0, 2] - turned[2, 0], turned[1, 0] - turned[0, 1]]) / 4e-3
-    assert np.abs(spin[16] - middle).max() < 1e-8
+    assert np.abs(table["caster [deg]"] - np.degrees(np.arctan2(-k[:, 0], k[:, 2]))).max() < 1e-9
+    assert np.abs(table["kingpin inclination [deg]"] - np.degrees(np.arctan2(-k[:, 1], k[:, 2]))).max() < 1e-9
 
 
 def test_rates_and_centres_are_those_of_the_path() -> None:

@@ -127,6 +127,9 @@ class Asked:
             table = self.tables[motion]
             if name not in table:
                 raise InvalidRequest(f"a sweep prints no column {quoted(name)}, only {', '.join(table.columns)}")
+            reason = table.attrs["reasons"].get(name)
+            if reason and table[name].isna().all():
+                raise InvalidRequest(f"{name} is not known: {reason}")
             return np.asarray(table[name], float)
 
         return read

@@ -5,6 +5,7 @@ Vehicle axes of ISO 8855: x forward, y to the left, z up; the middle plane of th
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,11 +13,13 @@ import numpy as np
 import pandas as pd
 
 from ...errors import InvalidRequest
-from ...given import Stated, array, instance, number, positive
+from ...given import Stated, array, instance, number, positive, several
 from ...kinematics.types import Array
-from .elements import Scalar, Vector
+from .columns import heading
+from .elements import Joint, Revolute, Scalar, Spherical, Travel, Vector
 from .frame import framed
 from .hard_points import numbers
+from .instant import instant
 from .motion import Motion
 from .vectors import cross
 
@@ -51,73 +54,107 @@ class Wheel(Stated):
         return out if len(out) > 1 else np.asarray(out[0])
 
 
-def kinematics(motion: Motion, wheel: Wheel, steer: Scalar | None = None) -> pd.DataFrame:
-    """Return what the wheel does over a sweep, one row per value of the drive.
+def kinematics(
+    motion: Motion, wheel: Wheel, steer: Scalar | None = None, spring: Scalar | Sequence[Scalar] = ()
+) -> pd.DataFrame:
+    """Compute the columns of a wheel over a motion, one row per pose.
 
     Parameters
     ----------
     motion : Motion
-        Of wheel travel.
+        Over any drives: travel, steering, a spring, or several of them.
     wheel : Wheel
     steer : scalar, optional
-        One of those that were held in the sweep, such as the Joint of the rack: about its axis the wheel would be
-        steered; it gives caster, kingpin inclination, scrub radius and trail.
+        What steers the wheel, such as the Joint of the rack; needs not be in the motion.  It gives caster, kingpin
+        inclination, scrub radius and trail, and is held where travel moves the wheel.
+    spring : scalar or sequence of scalars
+        What keeps its value while the wheel is steered: the Length of the spring, the Joint of an arm.  Without it the
+        arms on revolute joints that carry the wheel by ball joints stand still.
 
     Returns
     -------
     pandas.DataFrame
-        One row per pose, of a batch indexed by mechanism and pose.  Toe is positive when the front of the wheel points
-        inwards, camber when its top leans outwards, caster when the steering axis leans backwards, kingpin inclination
-        when it leans inwards; recession of the wheel centre is backwards, the half track is that of the contact point.
-        The roll centre is above the ground, on the middle plane (of an axle that moves symmetrically); the support
-        angles, from which `anti_dive` follows, are those by which the paths of the contact point (brake outboard) and
-        of the wheel centre (drive, or brake inboard) lean forwards in the side view.
+        One row per pose, of a batch indexed by mechanism and pose; `columns.WHEEL` says what each column means and what
+        is held.  A column is NaN where that does not determine it; ``attrs["reasons"]`` says why, by heading.
 
     Raises
     ------
     InvalidRequest
-        If `steer` was not held, or the wheel is not one for all nor one for each of a batch.
+        If a scalar means nothing, or the wheel is not one for all nor one for each of a batch.
     """
-    instance("motion", motion, Motion), instance("wheel", wheel, Wheel)
-    unit, deg = motion.mechanism.unit, "deg"
+    instance("motion", motion, Motion), instance("wheel", wheel, Wheel), instance("steer", steer, Scalar | None)
+    springs = (spring,) if isinstance(spring, Scalar) else several("spring", spring, Scalar)
     design = motion.each(wheel.centre, "Wheel.centre")
     side = np.sign(design[:, 1])
-    x = motion.rows(motion.point(wheel.carrier, wheel.centre, 1))
-    n = motion.rows(motion.direction(wheel.carrier, wheel.outboard(), 0))
-    centre, velocity, spin = x[:, 0], x[:, 1], motion.rows(motion.spin(wheel.carrier))[:, 0]
+    centre = motion.rows(motion.point(wheel.carrier, wheel.centre))
+    n = motion.rows(motion.direction(wheel.carrier, wheel.outboard()))
     down = n * n[:, 2:] - np.array([0.0, 0.0, 1.0])
     contact = centre + wheel.radius * down / np.sqrt((down * down).sum(1, keepdims=True))
-    patch = velocity + cross(spin, contact - centre)
-    ground = contact[:, 2]
-    screw = axis_of(velocity, spin, centre)
     with np.errstate(all="ignore"):
         columns = {
-            f"travel [{unit}]": centre[:, 2] - design[:, 2],
-            f"toe [{deg}]": np.degrees(np.arctan2(n[:, 0], side * n[:, 1])),
-            f"camber [{deg}]": np.degrees(-np.arcsin(n[:, 2])),
-            f"recession [{unit}]": design[:, 0] - centre[:, 0],
-            f"half track [{unit}]": np.abs(contact[:, 1]),
-            f"roll centre [{unit}]": contact[:, 1] * patch[:, 1] / patch[:, 2],
-            f"support angle of contact [{deg}]": np.degrees(np.arctan2(patch[:, 0], patch[:, 2])),
-            f"support angle of centre [{deg}]": np.degrees(np.arctan2(velocity[:, 0], velocity[:, 2])),
+            "travel": centre[:, 2] - design[:, 2],
+            "toe": np.degrees(np.arctan2(n[:, 0], side * n[:, 1])),
+            "camber": np.degrees(-np.arcsin(n[:, 2])),
+            "recession": design[:, 0] - centre[:, 0],
+            "half track": np.abs(contact[:, 1]),
         }
-    for name, column in zip("xyz", screw[0].T, strict=True):
-        columns[f"screw axis {name} [1]"] = column
-    for name, column in zip("xyz", screw[1].T, strict=True):
-        columns[f"screw axis at {name} [{unit}]"] = column
-    columns[f"pitch [{unit}/rad]"] = screw[2]
-    if steer is not None:
-        spin, velocity = (motion.rows(v) for v in motion.influence(steer, wheel.carrier, wheel.centre))
-        k, at, _ = axis_of(velocity, spin, centre)
-        k = k * np.sign(k[:, 2:])
-        foot = at + k * ((ground - at[:, 2]) / k[:, 2])[:, None]
-        columns |= {
-            f"caster [{deg}]": np.degrees(np.arctan2(-k[:, 0], k[:, 2])),
-            f"kingpin inclination [{deg}]": np.degrees(np.arctan2(-side * k[:, 1], k[:, 2])),
-            f"scrub radius [{unit}]": side * (contact[:, 1] - foot[:, 1]),
-            f"trail [{unit}]": foot[:, 0] - contact[:, 0],
-        }
-    return framed(motion, columns)
+        travelling, in_travel = _in_travel(motion, wheel, steer, centre, contact)
+        steering, in_steering = _in_steering(motion, wheel, steer, springs, centre, contact, side)
+    reasons = dict.fromkeys(in_travel, travelling) | dict.fromkeys(in_steering, steering)
+    unit = motion.mechanism.unit
+    table = framed(motion, {heading(k, unit): v for k, v in (columns | in_travel | in_steering).items()})
+    table.attrs["reasons"] = {heading(k, unit): reason for k, reason in reasons.items() if reason}
+    return table
+
+
+def _in_travel(
+    motion: Motion, wheel: Wheel, steer: Scalar | None, centre: Array, contact: Array
+) -> tuple[str, dict[str, Array]]:
+    """Return why columns are NaN, and those of the motion in which the wheel centre rises, steering held."""
+    up = Travel(wheel.carrier, wheel.centre)
+    moved = instant(motion, wheel.carrier, centre, up, (steer,) if steer else (), "the wheel")
+    if moved.reason and motion.held:
+        moved = instant(motion, wheel.carrier, centre, up, [*((steer,) if steer else ()), *motion.held], "the wheel")
+    patch = moved.velocity + cross(moved.spin, contact - centre)
+    along, at, pitch = axis_of(moved.velocity, moved.spin, centre)
+    return moved.reason, {
+        "roll centre": contact[:, 1] * patch[:, 1] / patch[:, 2],
+        "support angle of contact": np.degrees(np.arctan2(patch[:, 0], patch[:, 2])),
+        "support angle of centre": np.degrees(np.arctan2(moved.velocity[:, 0], moved.velocity[:, 2])),
+        **{f"screw axis {k}": along[:, i] for i, k in enumerate("xyz")},
+        **{f"screw axis at {k}": at[:, i] for i, k in enumerate("xyz")},
+        "pitch": pitch,
+    }
+
+
+def _in_steering(
+    motion: Motion, wheel: Wheel, steer: Scalar | None, springs: Sequence[Scalar], centre: Array, contact: Array,
+    side: Array,
+) -> tuple[str, dict[str, Array]]:  # fmt: skip
+    """Return why columns are NaN, and those of the axis about which the wheel is steered, springs held."""
+    if steer is None:
+        return "", {}
+    still = springs or _arms(motion, wheel.carrier)
+    moved = instant(motion, wheel.carrier, centre, steer, still, "the wheel")
+    if moved.reason and not still:
+        moved = moved._replace(reason=f"no arm carries {wheel.carrier} by a ball joint: say what spring is held")
+    along, at, _ = axis_of(moved.velocity, moved.spin, centre)
+    along = along * np.sign(along[:, 2:])
+    foot = at + along * ((contact[:, 2] - at[:, 2]) / along[:, 2])[:, None]
+    return moved.reason, {
+        "caster": np.degrees(np.arctan2(-along[:, 0], along[:, 2])),
+        "kingpin inclination": np.degrees(np.arctan2(-side * along[:, 1], along[:, 2])),
+        "scrub radius": side * (contact[:, 1] - foot[:, 1]),
+        "trail": foot[:, 0] - contact[:, 0],
+    }
+
+
+def _arms(motion: Motion, carrier: str) -> list[Joint]:
+    """Return the joints of arms on revolute joints that carry a wheel carrier by ball joints."""
+    balls = [x for x in motion.mechanism.elements if isinstance(x, Spherical) and carrier in (x.body, x.on)]
+    beyond = {x.on if x.body == carrier else x.body for x in balls}
+    hung = {x.body for x in motion.mechanism.carriers() if isinstance(x, Revolute)}
+    return [Joint(body) for body in sorted(beyond & hung)]
 
 
 def axis_of(velocity: Array, spin: Array, at: Array) -> tuple[Array, Array, Array]:

@@ -10,7 +10,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...given import Stated
+from ...given import Stated, array, instance
 from ..geometry.kinds import Kind
 
 GROUND = "ground"
@@ -178,3 +178,17 @@ class GuideCoordinate(Stated):
 
 
 Scalar = Joint | Travel | Length | Angle | GuideCoordinate
+
+
+def identity(scalar: Scalar) -> tuple[Any, ...]:
+    """Return a key that equal scalars share, to the last digit of their points."""
+    kind = type(instance("what drives or is held", scalar, Scalar)).__name__
+    stated = {k: v if isinstance(v, str) else array(f"{kind}.{k.strip('_')}", v) for k, v in vars(scalar).items()}
+    return kind, *(v if isinstance(v, str) else (v.shape, v.tobytes()) for v in stated.values())
+
+
+def title(scalar: Scalar) -> str:
+    """Return the name of a scalar in headings and messages: its kind and its body, link or guide."""
+    if isinstance(scalar, Length):
+        return f"Length {scalar.link or f'{scalar.a}-{scalar.b}'}"
+    return f"{type(scalar).__name__} {scalar.guide if isinstance(scalar, GuideCoordinate) else scalar.body}"

@@ -60,7 +60,7 @@ class Formulation:
 
     def system(self) -> System:
         """Return the equations; once, for it adds to what was stated."""
-        self._place()
+        self.place()
         idle = self.loops.idle(self.placed)
         scalars = tuple(scalar_function(s, self) for s in self.scalars)
         conditions = [*self.loops.distances, *self.loops.offsets, *self.loops.angles]
@@ -79,7 +79,7 @@ class Formulation:
             tuple(self.points.directions), tuple(self.points.labels), tuple(label(x) for x in self.elements),
         )  # fmt: skip
 
-    def _place(self) -> None:
+    def place(self) -> None:
         """Put all bodies on what carries them, and number unknowns and the numbers of the state."""
         unknown, number = 0, 0
         for i in range(1, len(self.tree.bodies)):

@@ -17,7 +17,7 @@ from ...kinematics.types import Array
 from .assemblies import FoundAssemblies, search
 from .circuit import Circuit, circuits
 from .curve import Curve, tangents
-from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar
+from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar, identity
 from .formulation import Formulation
 from .motion import Motion
 from .sweeping import swept
@@ -95,7 +95,7 @@ class Mechanism:
 
     def system(self, *scalars: Scalar) -> System:
         """Return the equations, the rows of the scalars last, without the conditions that others imply."""
-        key = tuple(_key(one) for one in scalars)
+        key = tuple(identity(one) for one in scalars)
         if key not in self._systems:
             made = Formulation(self.elements, scalars).system()
             use, _ = _independent(made)
@@ -265,13 +265,6 @@ class Mechanism:
         raise CannotDrive(
             f"the design pose is a dead point of this {name}: it is stationary there; drive another scalar"
         )
-
-
-def _key(scalar: Scalar) -> Any:
-    """Return what tells a scalar from any other, to the last digit."""
-    kind = type(instance("what drives or is held", scalar, Scalar)).__name__
-    stated = {k: v if isinstance(v, str) else array(f"{kind}.{k.strip('_')}", v) for k, v in vars(scalar).items()}
-    return kind, *(v if isinstance(v, str) else (v.shape, v.tobytes()) for v in stated.values())
 
 
 def _using(system: System, use: Array) -> System:

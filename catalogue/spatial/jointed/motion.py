@@ -15,9 +15,10 @@ from ...given import array, instance, pair, switch, text, whole
 from ...kinematics.types import Array
 from .curve import Curve
 from .elements import Scalar
+from .formulation import Formulation
 from .hard_points import numbers
 from .tree import PRISMATIC, UNKNOWNS
-from .vectors import cross, series
+from .vectors import series
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -54,7 +55,7 @@ class Motion:
     drive: Array
     states: Array
     ends: tuple[Any, ...]
-    _cache: dict[Any, Array] = field(default_factory=dict)
+    _cache: dict[Any, Any] = field(default_factory=dict)
 
     @property
     def success(self) -> Array:
@@ -107,7 +108,7 @@ class Motion:
                     f[:, -1] -= 1
                 x[k] = -(inverse @ f[:, rows, None])[..., 0]
             self._cache[order] = x
-        return self._cache[order]
+        return np.asarray(self._cache[order])
 
     def inverse(self) -> Array:
         """Return the inverse of the Jacobian of conditions, held scalars and drive, (n s, unknowns, unknowns)."""
@@ -120,7 +121,7 @@ class Motion:
             inverse = np.full_like(square, np.nan)
             inverse[good] = np.linalg.inv(square[good]) if _regular(square[good]) else np.linalg.pinv(square[good])
             self._cache["inverse"] = inverse
-        return self._cache["inverse"]
+        return np.asarray(self._cache["inverse"])
 
     def _read(self, values: Array, unit: float) -> Array:
         """Return derivatives from coefficients (order + 1, n s, ...): in the user's units."""
@@ -144,9 +145,13 @@ class Motion:
             raise InvalidRequest(f"{what} must be one for all, or one for each of {n} mechanisms, not {len(found)}")
         return np.repeat(found, s, axis=0) if len(found) > 1 else found
 
-    def _poses(self, order: int) -> tuple[Array, Array]:
-        curve, y = self.flat()
-        return curve.system.poses(y, self.series(order) if whole("order", order, 0, HIGHEST) else None)
+    def poses(self, order: int = 0) -> tuple[Array, Array]:
+        """Return rotations (order + 1, n s, b, 3, 3) and translations of all bodies, without dimensions."""
+        if ("poses", order) not in self._cache:
+            curve, y = self.flat()
+            self._cache["poses", order] = curve.system.poses(y, self.series(order) if order else None)
+        rotation, shift = self._cache["poses", order]
+        return rotation, shift
 
     def body_number(self, body: str) -> int:
         """Return the number of a body."""
@@ -157,7 +162,7 @@ class Motion:
     def point(self, body: str, at: Any, order: int = 0) -> Array:
         """Return where a point of a body goes, given where it is in the design pose; (s, 3) or (s, order + 1, 3)."""
         system, b = self.curve.system, self.body_number(body)
-        rotation, shift = self._poses(order)
+        rotation, shift = self.poses(whole("order", order, 0, HIGHEST))
         p = (self.each(at, "a point") - system.centre) / system.unit
         x = (rotation[:, :, b] @ p[..., None])[..., 0] + shift[:, :, b]
         out = self._read(x, system.unit)
@@ -169,17 +174,17 @@ class Motion:
 
     def direction(self, body: str, vector: Any, order: int = 0) -> Array:
         """Return where a direction of a body, given in the design pose, points; (s, 3) or (s, order + 1, 3)."""
-        rotation, _ = self._poses(order)
+        rotation, _ = self.poses(whole("order", order, 0, HIGHEST))
         v = self.each(vector, "a direction")
         return self._read((rotation[:, :, self.body_number(body)] @ v[..., None])[..., 0], 1.0)
 
     def rotation(self, body: str) -> Array:
         """Return the rotation of a body from the design pose, shape (s, 3, 3)."""
-        return self._shaped(self._poses(0)[0][0][:, self.body_number(body)])
+        return self._shaped(self.poses()[0][0][:, self.body_number(body)])
 
     def spin(self, body: str, order: int = 1) -> Array:
         """Return angular velocity, acceleration ... of a body per unit of the drive, shape (s, order, 3)."""
-        turn = self._poses(whole("order", order, 1, HIGHEST))[0][:, :, self.body_number(body)]
+        turn = self.poses(whole("order", order, 1, HIGHEST))[0][:, :, self.body_number(body)]
         k = np.arange(1.0, order + 1).reshape(-1, 1, 1, 1)
         w = series(turn[1:] * k, np.swapaxes(turn, -1, -2)[:-1], np.matmul)
         vector = np.stack([w[..., 2, 1], w[..., 0, 2], w[..., 1, 0]], axis=-1)
@@ -187,30 +192,29 @@ class Motion:
         scale = np.array([factorial(j) / unit ** (j + 1) for j in range(order)])
         return self._shaped(np.moveaxis(vector * scale[:, None, None], 0, 1))
 
-    def influence(self, held: Scalar, body: str, at: Any) -> tuple[Array, Array]:
-        """Return what a unit of a scalar that is held would do, the drive standing still: spin and velocity (s, 3).
+    @property
+    def scalars(self) -> tuple[Scalar, ...]:
+        """The held scalars, and the driving one last: as many as there are freedoms."""
+        return (*self.held, self.driven)
 
-        Raises
-        ------
-        InvalidRequest
-            If that scalar was not held in the sweep.
-        """
-        if not any(h is held for h in self.held):
-            raise InvalidRequest(f"this {type(held).__name__} was not held in the sweep")
-        curve, y = self.flat()
-        system = curve.system
-        k = next(i for i, h in enumerate(self.held) if h is held)
-        inverse = self.inverse()
-        x = inverse[:, :, len(system.use) + k]
-        rotation, shift = system.poses(y)
-        screws = system.screws(y, rotation, shift)
-        b = self.body_number(body)
-        twist = (x[:, None] * self.carries(b) @ screws)[:, 0]
-        p = (self.each(at, "a point") - system.centre) / system.unit
-        world = (rotation[0][:, b] @ p[..., None])[..., 0] + shift[0][:, b]
-        unit = system.scalars[k].unit
-        velocity = twist[:, :3] + cross(twist[:, 3:], world)
-        return self._shaped(twist[:, 3:] / unit), self._shaped(velocity * system.unit / unit)
+    def formulation(self) -> Formulation:
+        """Return bodies, joints and scalars of the motion, placed."""
+        if "formulation" not in self._cache:
+            made = self._cache["formulation"] = Formulation(self.mechanism.elements, self.scalars)
+            made.place()
+        placed: Formulation = self._cache["formulation"]
+        return placed
+
+    def basis(self) -> Array:
+        """Return rates (n s, unknowns, f) of the unknowns, one for each of `scalars`, the others standing still."""
+        return self.inverse()[:, :, len(self.curve.system.use) :]
+
+    def screws(self) -> Array:
+        """Return the screw of every unknown, (n s, unknowns, 6): velocity of the centre, and rotation."""
+        if "screws" not in self._cache:
+            curve, y = self.flat()
+            self._cache["screws"] = curve.system.screws(y, *self.poses())
+        return np.asarray(self._cache["screws"])
 
     def carries(self, b: int) -> Array:
         """Return whether each unknown moves a body, shape (unknowns,)."""

@@ -3,7 +3,8 @@
 A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]``, ``[[cylindrical]]``,
 ``[[spherical]]``, ``[[guide]]``, ``[[angle]]`` with the fields of the classes of `elements`; ``[drive.NAME]`` with
 `kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``) and the fields of the scalar; and what to print:
-``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel` and `steer`, the name of a drive;
+``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel`, `steer`, the name of a drive, and
+`spring`, names of drives that stand still while the wheel is steered;
 ``[transmission]`` with `output` and `link`.  ``[fit]`` says what is to be fitted: `fitting/files.py`.
 """
 
@@ -21,7 +22,7 @@ import numpy as np
 import pandas as pd
 
 from ...errors import CannotDrive, InvalidRequest, quoted
-from ...given import instance, text
+from ...given import instance, names, text
 from . import elements as e
 from .axle import Wheel, kinematics
 from .mechanism import Mechanism
@@ -50,6 +51,7 @@ class Job:
     points: tuple[Mapping[str, Any], ...]
     wheel: Wheel | None
     steer: str
+    spring: tuple[str, ...]
     output: Mapping[str, Any]
     given: dict[str, Any]
     title: str = ""
@@ -103,9 +105,11 @@ class Job:
             parts.append(transmission(motion, self.output.get("output", ""), self.output.get("link", "")))
         if self.wheel:
             steer = self.drive(self.steer) if self.steer else None
-            parts.append(kinematics(motion, self.wheel, steer if steer in motion.held else None))
+            parts.append(kinematics(motion, self.wheel, steer, [self.drive(name) for name in self.spring]))
         whole = pd.concat(parts, axis=1)
-        return whole.loc[:, ~whole.columns.duplicated()]
+        whole = whole.loc[:, ~whole.columns.duplicated()]
+        whole.attrs["reasons"] = parts[-1].attrs.get("reasons", {})
+        return whole
 
 
 def load(file: str | Path) -> Job:
@@ -156,8 +160,9 @@ def _job(given: dict[str, Any], file: str) -> Job:
     wheel = dict(table_in(given, "wheel", file))
     title = str(given.get("title", "")) or Path(file).stem.replace("_", " ")
     steer = str(wheel.pop("steer", ""))
+    spring = names(f"{file}: spring of the wheel", wheel.pop("spring", ()))
     made = _made(Wheel, wheel, f"{file}: wheel") if wheel else None
-    return Job(mechanism, drives, points, made, steer, table_in(given, "transmission", file), given, title)
+    return Job(mechanism, drives, points, made, steer, spring, table_in(given, "transmission", file), given, title)
 
 
 def table_in(given: dict[str, Any], name: str, file: str) -> dict[str, Any]:
