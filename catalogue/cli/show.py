@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shlex
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
@@ -37,12 +38,13 @@ def _words(design: NamedGuide, memberships: Memberships, published: Candidate, b
     elif near := memberships.nearest:
         member = f"in no registered series; the nearest is {near.series} (residual {near.residual:.2g})"
     usual = f"over its usual stroke of {d.stroke:.4g}, {d.share:.0%} of what the path offers"
-    compared = f"the straightest {p.series} of no more than its size"
+    compared = f"the straightest {p.series} of no more than its size that is held"
     if best is not None:
         times = p.deviation / best.deviation if best.deviation else float("inf")
         compared += f": {best.deviation / p.stroke:.3g} (guide {best.id}), {times:.3g} times as straight"
     else:
-        compared = "exact" if d.order == EXACT else f"{compared} in the catalogue is not straighter"
+        compared = "exact" if d.order == EXACT else f"{compared} is not straighter"
+    searched = [f"search for straighter ones: {_search(design, p)}"] * (compared != "exact")
     return [
         f"{d.name}: {d.title}",
         f"source: {d.source}",
@@ -50,7 +52,17 @@ def _words(design: NamedGuide, memberships: Memberships, published: Candidate, b
         d.place,
         f"classification: {member}; {p.family}, {p.configuration}",
         f"deviation/stroke {usual}: {p.deviation / p.stroke:.3g}, size/stroke {p.size / p.stroke:.3g}; {compared}",
+        *searched,
     ]
+
+
+def _search(design: NamedGuide, published: Candidate) -> str:
+    """Return the command that searches the series of a design for straighter guides of no more than its size."""
+    path = "circular-arc" if design.circle else "straight-line"
+    bounds = {"--stroke": published.stroke, "--deviation": published.deviation, "--max-size": published.size}
+    lengths = [word for name, value in bounds.items() for word in (name, f"{value:.6g}{published.unit or ''}")]
+    chosen = ["--series", published.series, "--rank-by", "deviation"]
+    return shlex.join(["catalogue", "find", path, *lengths, *chosen])
 
 
 def _kept(name: str, db: Path | None, plugins: Sequence[str]) -> list[Any]:

@@ -184,12 +184,16 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0, *,
 
 
 def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | None:
-    """Return the straightest guide that a search finds in the series of a design `as_published`, on the same stroke and
-    no larger, refined; None if the design is exact or nothing is found."""
+    """Return the straightest guide held of the series of a design, as long and no larger; None if there is none.
+
+    It is as it was stored, or made to measure: nothing is refined, which takes seconds.  An exact design is compared
+    with nothing.
+    """
     if published.deviation <= ROUNDING_DEVIATION * published.stroke:
         return None
     size = published.size * (1 + 1e-9)
     found = catalogue.find(
-        published.request, series=[published.series], max_size=size, rank_by="deviation", limit=1, per_series=0
-    )
-    return found[0] if len(found) else None
+        published.request, series=[published.series], max_size=size, rank_by="deviation", limit=1, per_series=0,
+        refine=False,
+    )  # fmt: skip
+    return found[0] if found and found[0].deviation < published.deviation else None

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import math
+import re
+import shlex
 import sqlite3
 from contextlib import closing
 from dataclasses import replace
@@ -365,19 +367,27 @@ def test_show_names_the_nearest_series_if_none_holds(small_db: Path) -> None:
 
 
 @pytest.mark.slow
-def test_show_compares_with_the_best_of_the_series_on_the_same_stroke_and_size(
-    small_db: Path, small: catalogue.Catalogue
+def test_show_compares_with_the_straightest_held_of_the_series_on_the_same_stroke_and_size(
+    small_db: Path, small: catalogue.Catalogue, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    answer = json.loads(shown(small_db, "watt", "--stroke", "150", "--format", "json"))
+    """It does not refine, which takes seconds, and names the command that does."""
+    with monkeypatch.context() as patch:
+        patch.setattr("catalogue.search.search.Refinement", None)
+        answer = json.loads(shown(small_db, "watt", "--stroke", "150", "--format", "json"))
+        words = shown(small_db, "watt", "--stroke", "150")
     design = ALL["watt"]
     assert answer["deviation"] == pytest.approx(150 * design.deviation / design.stroke, rel=1e-6)
     assert answer["design"]["deviation"] == answer["deviation"]
     best = answer["design"]["best_of_series"]
     assert best["deviation"] < answer["deviation"]
-    line = catalogue.StraightLine(150, answer["deviation"])
-    options = small.find(line, series=["IV*.l"], max_size=answer["size"] * (1 + 1e-9), rank_by="deviation", limit=1)
-    assert options[0].id == best["id"]
-    assert options[0].deviation == pytest.approx(best["deviation"], rel=1e-9)
+    line = catalogue.StraightLine(150, 0.09 * 150)
+    options: dict[str, Any] = {"series": ["IV*.l"], "max_size": answer["size"] * (1 + 1e-9), "rank_by": "deviation"}
+    held = small.find(line, limit=1, refine=False, **options)
+    assert held[0].id == best["id"]
+    assert held[0].deviation == pytest.approx(best["deviation"], rel=1e-9)
+    [command] = re.findall(r"search for straighter ones: catalogue (.*--rank-by\s+deviation)", words, re.DOTALL)
+    done = CliRunner().invoke(app, [*shlex.split(command), "--db", str(small_db), "--format", "json", "--no-refine"])
+    assert json.loads(done.stdout)[0]["id"] == best["id"]
 
 
 def test_show_of_an_exact_guide_compares_it_with_nothing(small_db: Path) -> None:

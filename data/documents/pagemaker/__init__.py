@@ -185,7 +185,7 @@ def named(members: Mapping[str, list[NamedGuide]]) -> str:
     of = {d.name: code for code, designs in members.items() for d in designs}
     parts = ["# Named guides",
              f"{len(named_guides())} linkages of the literature, drawn as published over their usual stroke. "
-             "`catalogue show NAME` measures one and names the best of its series beside it."]  # fmt: skip
+             "`catalogue show NAME` measures one and names the straightest held of its series beside it."]  # fmt: skip
     for d in named_guides().values():
         nominal = "circle" if d.circle else "straight line"
         error = "exact" if d.order == EXACT else f"deviation {d.deviation / d.stroke:.2g} of the stroke"
