@@ -1,8 +1,8 @@
-"""The command ``catalogue``: one module per command, with its options.
+"""The command ``catalogue``: one module per command.
 
-Here the commands are put together; `options` and `find_options` are what several of them share, `tables` prints,
-`reading` reads linkages from files.  Only `main` and `app` are for others.  The module of a command is imported when
-the command is called for, or listed; it imports `api` and what lies below, late, so that ``--help`` is quick.
+`options` and `find_options` hold shared options, `tables` prints, `reading` reads linkages from files.
+Other packages use only `main` and `app`.  A command's module is imported when it runs or is listed; it
+imports `api` late, to keep ``--help`` fast.
 """
 
 from __future__ import annotations
@@ -25,43 +25,49 @@ from .. import interrupt
 from ..errors import CatalogueError, InvalidRequest, PluginError, printable, quoted, shortened
 from ..installed import fault, is_whole
 
-#: Unknown where another package has put its own `__init__` in the place of ours, which `main` tells of.
+#: Version; unknown if another package has overwritten our `__init__`, which `main` reports.
 VERSION = getattr(sys.modules[__name__.rpartition(".")[0]], "__version__", "unknown")
-#: Exit code where the reader of our output has gone.
+#: Exit code when the reader of our output has closed the pipe: 128 + SIGPIPE, as shells report it.
 UNREAD = 141
-#: Letters of an error, at most: a name that is too long for a file is too long for a line.
+#: Longest error message [characters]: more fills a screen, and quotes a name too long for any file.
 LINE = 1000
 
 
 def main() -> None:
-    """Run the command line; every expected error is one line on standard error and a documented exit code."""
+    """Run the command line: an expected error is one line on standard error and a documented exit code."""
     guarded = signal.getsignal(signal.SIGINT) is interrupt.end
     try:
         code = _outcome(guarded)
-    except KeyboardInterrupt:  # once more, while the first was told of
+    except KeyboardInterrupt:  # a second one, while the first was reported
         code = interrupt.INTERRUPTED
     if guarded:
         signal.signal(signal.SIGINT, interrupt.end)
-        if code == interrupt.INTERRUPTED:  # at once: of a Ctrl-C in `exec` Python remembers to die at its end
+        if code == interrupt.INTERRUPTED:  # immediately: after Ctrl-C within `exec`, Python would end by a signal
             with suppress(OSError, ValueError):
                 sys.stdout.flush()
             os._exit(code)
     if "catalogue.plugin.registry" in sys.modules and sys.stdout is not sys.__stdout__ and _is_file(sys.stdout):
-        sys.stdout = sys.stderr  # what a plugin prints at the very end is no answer
+        sys.stdout = sys.stderr  # output of a plugin at exit is no answer
     sys.exit(code)
 
 
 def _outcome(guarded: bool) -> int:
-    """Run the command, tell what went wrong, and return the exit code; what is `guarded` ends at once until then."""
+    """Run the command, report errors, and return the exit code.
+
+    Parameters
+    ----------
+    guarded : bool
+        Whether Ctrl-C has ended the process immediately so far; from here on it raises.
+    """
     _keep_standard_output()
-    # The matrices are small: more threads of linear algebra cost more than they bring.  NumPy reads this when imported.
+    # The matrices are small: threads of linear algebra cost more than they save.  NumPy reads this on import.
     for name in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{name}_NUM_THREADS", "1")
     for name in ("stdout", "stderr"):
-        if getattr(sys, name) is None:  # closed by who called us
-            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115  # for good
+        if getattr(sys, name) is None:  # closed by the caller
+            setattr(sys, name, Path(os.devnull).open("w", encoding="utf-8"))  # noqa: SIM115  # until exit
     sys.unraisablehook = _interrupt_again
-    assert logging.lastResort is not None  # of Python's own
+    assert logging.lastResort is not None  # Python's own handler
     logging.lastResort.addFilter(_is_no_interrupt)
     try:
         if guarded:
@@ -70,7 +76,7 @@ def _outcome(guarded: bool) -> int:
             raise PluginError(fault())
         code = run()
         if sys.stdout is not None:
-            sys.stdout.flush()  # a full disk is told of here, not when Python ends
+            sys.stdout.flush()  # report a full disk here, not at exit of Python
     except CatalogueError as error:
         code = _told(str(error), error.exit_code)
     except (KeyboardInterrupt, click.Abort) as error:
@@ -89,21 +95,21 @@ def _outcome(guarded: bool) -> int:
 
 
 def _told(text: str, code: int) -> int:
-    """Print what went wrong as one line of bounded length, and return the exit code."""
-    with suppress(OSError):  # nobody can be told
+    """Print an error on one line of bounded length, and return the exit code."""
+    with suppress(OSError):  # standard error is closed
         print(f"catalogue: {shortened(text, LINE)}", file=sys.stderr, flush=True)
     return code
 
 
 def _unwritten(code: int) -> int:
-    """Let what could not be written be forgotten, which Python would try again at its end, and return the exit code."""
+    """Discard unwritten output, which Python would retry at exit, and return the exit code."""
     with suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     return code
 
 
 class Commands(click.Group):
-    """Commands by name, each an object of that name in a module that is imported when it is called for, or listed."""
+    """A group of commands whose modules are imported when a command runs or is listed."""
 
     def __init__(self, *args: Any, modules: dict[str, str], **more: Any) -> None:
         super().__init__(*args, **more)
@@ -120,7 +126,7 @@ class Commands(click.Group):
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """Return the command; of one that is not there say which is meant, also of those not imported."""
+        """Find the command; suggest similar names, also of modules not imported, for an unknown one."""
         names = self.list_commands(ctx)
         if args[0] not in names:
             from difflib import get_close_matches
@@ -130,14 +136,14 @@ class Commands(click.Group):
         return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write what each command does as a whole sentence, which click would cut off at the end of the line."""
+        """Write the summary of each command in full, where click would truncate it."""
         commands = {name: self.get_command(ctx, name) for name in self.list_commands(ctx)}
         with formatter.section("Commands"):
             formatter.write_dl([(name, one.get_short_help_str(1000)) for name, one in commands.items() if one])
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Without arguments print the help and end with exit code 2, as all versions of click do not."""
-        if not args and not ctx.resilient_parsing:  # as when the shell completes
+        """Parse arguments; without any, print the help and exit with code 2 in all versions of click."""
+        if not args and not ctx.resilient_parsing:  # not during shell completion
             click.echo(ctx.get_help())
             ctx.exit(2)
         try:
@@ -158,7 +164,7 @@ class Commands(click.Group):
 
 @contextmanager
 def _without_an_empty_line() -> Iterator[None]:
-    """Let `main` tell of Ctrl-C, before which click would print one."""
+    """Convert Ctrl-C to `click.Abort` before click prints an empty line; `main` reports it."""
     try:
         yield
     except KeyboardInterrupt as error:
@@ -168,35 +174,49 @@ def _without_an_empty_line() -> Iterator[None]:
 FIND = Commands(
     "find",
     modules={"straight-line": "find", "circular-arc": "find", "dwell": "dwell"},
-    help="Find guides: the point runs from (0, 0) to (stroke, 0) and every position is in that frame and unit.",
+    help="Find linkages that guide a point from (0, 0) to (stroke, 0); all positions are in this frame.",
 )
 SPATIAL = Commands(
     "spatial",
     modules={"sweep": "spatial", "assemblies": "spatial", "fit": "spatial"},
-    help="Move a mechanism in space that is given by its hard points.",
+    help="Move, assemble and fit mechanisms in space, given by their hard points.",
 )
 
 
 @click.group(
     "catalogue",
     cls=Commands,
-    modules={"build": "build", "classify": "classify", "census": "census", "show": "show", "sheet": "sheet",
-             "measure": "measure", "improve": "improve", "trace": "trace", "plate": "plate", "atlas": "plate",
-             "export": "export", "schema": "schema", "serve": "serve", "plugins": "plugins", "doctor": "doctor"},
+    modules={
+        "build": "build",
+        "classify": "classify",
+        "census": "census",
+        "show": "show",
+        "sheet": "sheet",
+        "measure": "measure",
+        "improve": "improve",
+        "trace": "trace",
+        "plate": "plate",
+        "atlas": "plate",
+        "export": "export",
+        "schema": "schema",
+        "serve": "serve",
+        "plugins": "plugins",
+        "doctor": "doctor",
+    },
     commands={"find": FIND, "spatial": SPATIAL},
-    epilog="The first `find` builds the database, in half a minute or so. The shell completes commands, options and "
-    "names after `eval \"$(_CATALOGUE_COMPLETE=bash_source catalogue)\"`, others after zsh_source or fish_source. Exit "
-    "codes: 0 answered, 1 nothing found, 2 bad request, 3 bad linkage, 4 database, 5 plugin, 6 missing package, "
-    "130 interrupted.",
+    epilog="The first `find` builds the database, in about half a minute. Shell completion: "
+    '`eval "$(_CATALOGUE_COMPLETE=bash_source catalogue)"` in bash; zsh_source or fish_source in other shells. Exit '
+    "codes: 0 answered, 1 nothing found, 2 invalid request, 3 invalid linkage, 4 database, 5 plugin, 6 missing "
+    "package, 130 interrupted.",
     context_settings={"show_default": True, "max_content_width": 120},
-)  # fmt: skip
+)
 @click.version_option(VERSION, message="mechanism-catalogue %(version)s", help="Print the version and exit.")
 def app() -> None:
     """A design catalogue of guide mechanisms: linkages that carry a point along a straight line or an arc."""
 
 
 def run() -> int:
-    """Run the command of `sys.argv`; warnings of plugins become lines on standard error."""
+    """Run the command in `sys.argv`; print warnings as lines on standard error."""
     warnings.showwarning = lambda message, *_, **__: print(printable(f"catalogue: {message}"), file=sys.stderr)
     try:
         return app.main(prog_name="catalogue", standalone_mode=False) or 0
@@ -206,13 +226,12 @@ def run() -> int:
 
 
 def _keep_standard_output() -> None:
-    """Move standard output to where only the command writes: what a plugin, or a library in C, writes to its number
-    goes to standard error."""
+    """Reserve standard output for the command: redirect its descriptor, for plugins and C code, to stderr."""
     was = sys.__stdout__
     if was is None or sys.stdout is not was or not (_is_file(was) and _is_file(sys.stderr)):
         return
     own, lines = os.dup(was.fileno()), was.isatty() or -1
-    sys.stdout = open(own, "w", lines, was.encoding, "backslashreplace", closefd=False)  # noqa: SIM115  # a number, for good
+    sys.stdout = open(own, "w", lines, was.encoding, "backslashreplace", closefd=False)  # noqa: SIM115  # until exit
     os.dup2(sys.stderr.fileno(), was.fileno())
 
 
@@ -224,13 +243,12 @@ def _is_file(stream: Any) -> bool:
 
 
 def _is_no_interrupt(record: logging.LogRecord) -> bool:
-    """Return whether what is logged, where nobody asked for a log, is not a Ctrl-C that came while a connection was
-    closed: it is raised as well."""
+    """Filter out Ctrl-C during the closing of a connection: it is raised as well as logged."""
     return not (record.exc_info and isinstance(record.exc_info[1], KeyboardInterrupt))
 
 
 def _interrupt_again(unraisable: Any, told: Callable[[Any], object] = sys.unraisablehook) -> None:
-    """Repeat a Ctrl-C that came while Python collected garbage, where no exception gets out of."""
+    """Repeat a Ctrl-C from a garbage collection, from which no exception escapes."""
     if issubclass(unraisable.exc_type, KeyboardInterrupt):
         from ..foreign_code import press_ctrl_c
 

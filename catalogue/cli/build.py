@@ -18,28 +18,33 @@ from .options import DB, PLUGINS, SERIES, option
         option(
             "--count",
             "N",
-            "Guides wanted.",
+            "Number of guides to store.",
             int,
-            show_default="12000, of --series its share of them, or as begun; 3000 of a collection",
+            show_default="12000, or the share of --series, or as begun; 3000 for a collection",
         ),
         SERIES,
-        option("--seed", None, "Seed of the sampling.", int, show_default="0, or as begun"),
-        option("--processes", "N", "Worker processes.", int, show_default="one per processor"),
-        option("--collection", "NAME", "Draw the specimens of this collection instead."),
+        option("--seed", None, "Seed of the random sampling.", int, show_default="0, or as begun"),
+        option("--processes", "N", "Number of worker processes.", int, show_default="one per processor"),
+        option("--collection", "NAME", "Sample this collection of a plugin instead."),
         DB,
         PLUGINS,
     ]
 )
 def build(
-    count: int | None, series: Sequence[str], seed: int | None, processes: int | None, collection: str | None,
-    db: Path | None, plugins: Sequence[str],
-) -> None:  # fmt: skip
-    """Draw linkages of each series, trace what they guide and store what is in proportion.
+    count: int | None,
+    series: Sequence[str],
+    seed: int | None,
+    processes: int | None,
+    collection: str | None,
+    db: Path | None,
+    plugins: Sequence[str],
+) -> None:
+    """Build the database: sample each series, trace the guided points and store well-proportioned linkages.
 
-    Of linkages that are alike one is stored: a search refines what it finds. A larger count makes a finer net.
+    Of similar linkages one is stored, since a search refines it. A larger count covers the series more densely.
 
-    Same seed and count, same content. A build that is interrupted, even killed, loses nothing that was finished: run it
-    again and it goes on.
+    The same seed and count give the same content. An interrupted build, even a killed one, keeps its finished part:
+    run the command again to continue.
     """
     from ..api import open
     from ..progress import shown

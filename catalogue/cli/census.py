@@ -1,4 +1,4 @@
-"""``catalogue census``: what the catalogue holds, cell by cell."""
+"""``catalogue census``: count the stored mechanisms by series, family and configuration."""
 
 from __future__ import annotations
 
@@ -19,18 +19,18 @@ COLUMNS = {
     "series": Column("series", "", "code of the series", right=False),
     "family": Column("family", "", "which dyads, such as four-bar", right=False),
     "configuration": Column("conf.", "", "where the pivots stand: letters of the dyads", right=False),
-    "dimension": Column("dim.", "", "free parameters of its largest member, apart from similarity"),
-    "mechanisms": Column("mech\u00adanisms", "", "stored"),
-    "guides": Column("guides", "", "stored: guided points and slots of these mechanisms"),
-    "named": Column("named", "", "named guides, stored apart from the mechanisms and guides before"),
-    "smallest": Column("1e-2, ...", "strokes", "least size of a stored guide of this deviation over stroke"),
-    "remark": Column("remark", "", "why nothing is stored", right=False),
+    "dimension": Column("dim.", "", "number of free parameters of its largest member, up to similarity"),
+    "mechanisms": Column("mech\u00adanisms", "", "number of stored mechanisms"),
+    "guides": Column("guides", "", "number of stored guided points and slots of these mechanisms"),
+    "named": Column("named", "", "number of named guides, stored besides the mechanisms and guides before"),
+    "smallest": Column("1e-2, ...", "strokes", "smallest size of a stored guide with this deviation over stroke"),
+    "remark": Column("remark", "", "reason for an empty cell", right=False),
 }
 
 
 @click.command(cls=Tabled, table=TABLE, columns=COLUMNS, params=[*COMMON])
 def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
-    """Count the stored mechanisms: series by family by configuration, and say why a cell is empty."""
+    """Count the stored mechanisms by series, family and configuration; explain empty cells."""
     from ..api import open
     from ..find import census as counting
 
@@ -50,10 +50,19 @@ def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
         *(f">1e{k}" for k in levels),
     ]
     rows = [
-        [c.series, c.family, c.configuration, c.dimension, c.mechanisms, c.guides, c.named,
-         *(f"{c.smallest[level]:.3g}" if level in c.smallest else "-" for level in levels), c.remark]
+        [
+            c.series,
+            c.family,
+            c.configuration,
+            c.dimension,
+            c.mechanisms,
+            c.guides,
+            c.named,
+            *(f"{c.smallest[level]:.3g}" if level in c.smallest else "-" for level in levels),
+            c.remark,
+        ]
         for c in cells
-    ]  # fmt: skip
+    ]
     if format != "table":
         print_records(format, [asdict(c) for c in cells], "", [*columns, "remark"], rows, meanings=COLUMNS)
         return
@@ -79,5 +88,5 @@ def census(format: str, db: Path | None, plugins: Sequence[str]) -> None:
 
 
 def _spare(levels: list[int]) -> list[str]:
-    """Return the columns that may be left out: of the levels every second one first."""
+    """List the columns to omit on a narrow terminal: every second level first."""
     return ["named", "dimension", "mechanisms", *(f"1e{k}" for k in sorted(levels, key=lambda k: (k % 2 == 0, k)))]

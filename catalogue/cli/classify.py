@@ -1,4 +1,4 @@
-"""``catalogue classify``: to which series given linkages belong, and what they guide."""
+"""``catalogue classify``: find the series of given linkages, and their guided points."""
 
 from __future__ import annotations
 
@@ -19,31 +19,40 @@ if TYPE_CHECKING:
 @click.command(
     params=[
         Argument("file", "FILE|-", "Linkages in JSON or CSV; - reads standard input."),
-        switch("--guided", "List what each linkage guides, with its order."),
-        length("--radius", "R", "List points on circles of this radius too, four positions in common."),
-        length("--point", "X Y", "Say how singular the path of this coupler point is: cusps, inflections.", nargs=2),
-        number("--tolerance", "T", "Residual up to which a series holds; more for rounded proportions.",
-               show_default="1e-9"),
+        switch("--guided", "List the guided points and slots of each linkage, with their order of contact."),
+        length("--radius", "R", "Also list points on circles of this radius (four common positions)."),
+        length("--point", "X Y", "Report the singularity of this coupler point's path: cusps, inflections.", nargs=2),
+        number(
+            "--tolerance",
+            "T",
+            "Largest residual of a member of a series; increase it for rounded proportions.",
+            show_default="1e-9",
+        ),
         UNIT,
         FORMAT,
         PLUGINS,
     ]
-)  # fmt: skip
+)
 def classify(
-    file: str, guided: bool, radius: float | None, point: tuple[float, float] | None, tolerance: float | None,
-    format: str, plugins: Sequence[str],
-) -> None:  # fmt: skip
-    """Classify linkages given by their pivots, or link lengths and crank angle, in one position.
+    file: str,
+    guided: bool,
+    radius: float | None,
+    point: tuple[float, float] | None,
+    tolerance: float | None,
+    format: str,
+    plugins: Sequence[str],
+) -> None:
+    """Find the series of linkages, each given in one position by pivots or by link lengths.
 
-    JSON: one linkage [[A1, A1*], [A2, A2*]], each pivot a list of x, y or of x, y, w with w = 0 at infinity; or a list
-    of linkages; or objects with a key "pivots", such as `find` prints, or with link lengths: ground, crank, coupler,
-    rocker; or crank, coupler, offset (slider-crank); or ground, crank, offset (inverted); each with angle (of the
-    crank, in degrees) and perhaps branch (1 or -1).
+    JSON: a linkage [[A1, A1*], [A2, A2*]], each pivot [x, y] or [x, y, w] with w = 0 at infinity; or a list of
+    linkages; or objects with a key "pivots", as `find` prints, or with link lengths: ground, crank, coupler, rocker; or
+    crank, coupler, offset (slider-crank); or ground, crank, offset (inverted); each with angle (of the crank, in
+    degrees) and optionally branch (1 or -1).
 
-    CSV: 8 numbers a line (x, y of A1, A1*, A2, A2*) or 12 (x, y, w of each), a heading, which is a line without a
-    number, is skipped; or columns under a heading that names link lengths, or pivots as JSON. Between cells stand
-    commas, semicolons, tabs, bars or blanks, the same in all of a file; decimals have a point. Notes stand under name,
-    note, code or id, the unit of the lengths under unit; link lengths have no other names beside them.
+    CSV: 8 numbers per line (x, y of A1, A1*, A2, A2*) or 12 (x, y, w of each), with or without a heading; or columns
+    under a heading of link lengths, or of pivots as JSON. The separator is a comma, semicolon, tab, bar or blank, one
+    throughout the file; decimals have a point. Columns name, note, code, id hold notes, column unit the unit of the
+    lengths; beside link lengths no other columns are permitted.
     """
     from ..api import classify as run
     from .reading import read_linkages
@@ -85,7 +94,7 @@ def _rows(found: Classification) -> list[dict[str, Any]]:
 
 
 def _elements(found: Classification, radius: float | None) -> list[list[dict[str, Any]]]:
-    """Return what each linkage guides."""
+    """List the guided points and slots of each linkage."""
     all_ = found.guided(radius)
     return [
         [
@@ -98,7 +107,7 @@ def _elements(found: Classification, radius: float | None) -> list[list[dict[str
 
 
 def _cell(value: Any) -> Any:
-    """Return what stands in a cell of CSV: codes of series with spaces between."""
+    """Format a value for CSV: codes of series separated by spaces."""
     return " ".join(value) if isinstance(value, list) and all(isinstance(v, str) for v in value) else value
 
 
@@ -129,7 +138,7 @@ def _place(point: list[float]) -> str:
 
 
 def _singularity(at: dict[str, int] | None) -> str:
-    """Say what a path is like at a point with so many cusps and inflections in one."""
+    """Name the singularity of a path from its numbers of coincident cusps and inflections."""
     from ..curvature_theory.leading_error import EXACT
 
     if at is None:
@@ -137,7 +146,14 @@ def _singularity(at: dict[str, int] | None) -> str:
     p, q = at["cusps"], at["inflections"]
     if q == EXACT:
         return "the point runs along a straight line"
-    names = {(0, 0): "an ordinary point", (0, 1): "an inflection", (0, 2): "an undulation",
-             (0, 3): "a pseudo-undulation", (0, 4): "a double undulation", (1, 0): "a cusp",
-             (1, 1): "a rhamphoid cusp", (1, 2): "a hypercusp"}  # fmt: skip
+    names = {
+        (0, 0): "an ordinary point",
+        (0, 1): "an inflection",
+        (0, 2): "an undulation",
+        (0, 3): "a pseudo-undulation",
+        (0, 4): "a double undulation",
+        (1, 0): "a cusp",
+        (1, 1): "a rhamphoid cusp",
+        (1, 2): "a hypercusp",
+    }
     return f"the path has {names.get((p, q), 'a singular point')} there (p = {p}, q = {q})"

@@ -1,4 +1,4 @@
-"""What the shell completes after the name of an option: what the database holds, codes of answers, named guides."""
+"""Shell completion of values: names in the database, codes of answers, named guides."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from ..errors import printable
 from ..folders import answers_file, default_database, folder
 
 Complete = Callable[[click.Context, click.Parameter, str], list[str]]
-#: Answers whose codes are offered.
+#: Number of latest answers to offer: more than fit on a screen of completions.
 LATEST = 100
 
 
 def held(column: str) -> Complete:
-    """Return what offers the families, series or configurations that the database holds."""
+    """Build a completer of the families, series or configurations in the database."""
 
     def offered(ctx: click.Context, param: click.Parameter, begun: str) -> list[str]:  # noqa: ARG001  # click gives it
         file = ctx.params.get("db") or default_database()
@@ -30,14 +30,14 @@ def held(column: str) -> Complete:
 
 
 def references(ctx: click.Context, param: click.Parameter, begun: str) -> list[str]:  # noqa: ARG001  # click gives it
-    """Return named guides, and codes of the latest answers."""
+    """Complete named guides and codes of the latest answers."""
     names = [one["name"] for one in json.loads((folder("data") / "named_guides.json").read_text("utf-8"))]
     codes = _column(answers_file(), "SELECT code FROM answer ORDER BY number DESC LIMIT ?", LATEST)
     return _begun([*names, *codes], begun)
 
 
 def _column(file: Path, query: str, *values: int) -> list[str]:
-    """Return what a query finds in a file, nothing if that cannot be read."""
+    """Return the results of a query on a file; nothing if it cannot be read."""
     with (
         suppress(sqlite3.Error, OSError),
         closing(sqlite3.connect(f"{file.resolve().as_uri()}?mode=ro", uri=True)) as one,

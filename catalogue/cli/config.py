@@ -1,4 +1,4 @@
-"""``--config``: options of a command that stand in a file of TOML."""
+"""``--config``: read options of a command from a TOML file."""
 
 from __future__ import annotations
 
@@ -10,21 +10,21 @@ import click
 from ..errors import InvalidRequest, quoted
 from ..folders import expanded
 
-#: Options that are no part of a request.
+#: Options not permitted in the file.
 NOT_ASKED = ("config", "force", "legend", "help")
 
 
 def options_from_file(file: str, command: click.Command) -> dict[str, Any]:
-    """Return what a file of TOML gives to the options of a command, by their parameters.
+    """Read option values by parameter name from a TOML file.
 
     Raises
     ------
     InvalidRequest
-        If it cannot be read, or has a key that no option has.
+        If the file cannot be read, or has an unknown key.
     """
     try:
         given = tomllib.loads(expanded(file).read_text("utf-8-sig"))
-    except (OSError, ValueError, RecursionError) as error:  # no TOML, no UTF-8, no name of a file
+    except (OSError, ValueError, RecursionError) as error:  # invalid TOML, UTF-8 or file name
         raise InvalidRequest(f"cannot read {file}: {error}") from None
     known = {
         one.opts[0].lstrip("-"): one
@@ -47,7 +47,7 @@ def options_from_file(file: str, command: click.Command) -> dict[str, Any]:
 
 
 def _value(name: str, value: Any, one: click.Option) -> Any:
-    """Return a value as the words of the command line that it stands for; of a switch True or False."""
+    """Convert a value to words of the command line; that of a switch to True or False."""
     if one.is_flag:
         if not isinstance(value, bool):
             raise InvalidRequest(f"{name} must be true or false, not {quoted(value)}")

@@ -1,4 +1,4 @@
-"""``catalogue doctor``: what is installed, what is stored, what is wrong with it and which command mends it."""
+"""``catalogue doctor``: check the installation and the database, and name the repair of each fault."""
 
 from __future__ import annotations
 
@@ -26,16 +26,40 @@ from . import VERSION
 from .options import DB, FORMAT, PLUGINS
 from .tables import print_records, print_table, tell
 
-#: What is imported, always or by an extra.
-PACKAGES = ("numpy", "scipy", "SQLAlchemy", "alembic", "pluggy", "click", "rich", "matplotlib", "pandas", "pyarrow",
-            "starlette", "jinja2", "uvicorn", "ezdxf", "xlsxwriter", "build123d")  # fmt: skip
-#: Extras that bring what a part of the commands needs.
-EXTRAS = {"matplotlib": "plot", "pyarrow": "parquet", "starlette": "web", "jinja2": "web", "uvicorn": "web",
-          "ezdxf": "cad", "xlsxwriter": "cad", "build123d": "step"}  # fmt: skip
+#: Packages to report, required or of an extra.
+PACKAGES = (
+    "numpy",
+    "scipy",
+    "SQLAlchemy",
+    "alembic",
+    "pluggy",
+    "click",
+    "rich",
+    "matplotlib",
+    "pandas",
+    "pyarrow",
+    "starlette",
+    "jinja2",
+    "uvicorn",
+    "ezdxf",
+    "xlsxwriter",
+    "build123d",
+)
+#: Extra of each optional package.
+EXTRAS = {
+    "matplotlib": "plot",
+    "pyarrow": "parquet",
+    "starlette": "web",
+    "jinja2": "web",
+    "uvicorn": "web",
+    "ezdxf": "cad",
+    "xlsxwriter": "cad",
+    "build123d": "step",
+}
 
 
 class Finding(NamedTuple):
-    """A line of the report; `code` is the exit code of what is wrong, 0 if nothing is."""
+    """A line of the report; `code` is the exit code of a fault, or 0."""
 
     what: str
     found: str
@@ -45,10 +69,10 @@ class Finding(NamedTuple):
 
 @click.command(params=[DB, PLUGINS, FORMAT])
 def doctor(db: Path | None, plugins: Sequence[str], format: str) -> None:
-    """Say what is installed and stored, what is wrong with it, and which command mends it; nothing is changed.
+    """Check the installation and the database, and name the command that repairs each fault; nothing is changed.
 
-    Versions, the database with its revision and a check of all of it, plugins that were left out, copies made before
-    upgrades, and what lies in the user's data directory.
+    Reports versions, the database with its revision and integrity, rejected plugins, copies made before upgrades, and
+    the user's data directory.
     """
     file = (db or default_database()).absolute()
     with busy("looking"):
@@ -63,7 +87,7 @@ def doctor(db: Path | None, plugins: Sequence[str], format: str) -> None:
 
 
 def _print(found: Sequence[Finding]) -> None:
-    """Print the report; beside what is wrong, or could be mended, stands the remedy."""
+    """Print the report, with a remedy for each fault."""
     print_table("Doctor", ["", "~found"], [f[:2] for f in found])
     remedies = [f for f in found if f.remedy]
     if remedies:
@@ -132,7 +156,7 @@ def _database(file: Path) -> Iterator[Finding]:
 
 
 def _beside(file: Path) -> Iterator[Finding]:
-    """Yield copies made before upgrades, and halves of such."""
+    """Yield copies made before upgrades, and incomplete ones."""
     for copy in sorted(file.parent.glob(f"{escape(file.name)}.backup*")):
         yield Finding("backup", f"{copy}, {_size(copy)}", _removal(copy))
 
@@ -141,7 +165,7 @@ def _plugins(folders: Sequence[str]) -> Iterator[Finding]:
     from ..plugin.registry import Registry
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # the report says it
+        warnings.simplefilter("ignore")  # the report shows them
         try:
             registry = Registry(folders)
             names = [*registry.collections]
@@ -172,7 +196,7 @@ def _size(file: Path) -> str:
 
 
 def _removal(path: Path) -> str:
-    """Return the command of this system that removes a file or a folder."""
+    """Return the shell command to remove a file or folder on this system."""
     if os.name == "nt":
         return f'rmdir /s "{path}"' if path.is_dir() else f'del "{path}"'
     return f"rm {'-r ' * path.is_dir()}{shlex.quote(str(path))}"

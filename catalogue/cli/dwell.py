@@ -1,4 +1,4 @@
-"""``catalogue find dwell``: a rocker that stands still while a crank turns on."""
+"""``catalogue find dwell``: search six-bar dwell mechanisms."""
 
 from __future__ import annotations
 
@@ -20,17 +20,26 @@ from .units import UNIT, angle, length, unit, with_unit
 if TYPE_CHECKING:
     from ..find.dwell_results import DwellResults
 
-#: Columns of the table, what they mean, and which may be left out.
-TABLE = ("code", "id", "series", "family", "angle", "crank", "residual", "swing", "allowance", "min_transmission",
-         "size", "rod", "rocker")  # fmt: skip
+#: Columns of the table in order.
+TABLE = (
+    *("code", "id", "series", "family", "angle", "crank", "residual", "swing", "allowance"),
+    *("min_transmission", "size", "rod", "rocker"),
+)
+#: Title, unit and meaning of each column.
 COLUMNS = {
     **MADE,
     **DWELL,
-    "crank": Column("crank", "deg", "number of the crank that turns, its angle at the beginning and end of the dwell "
-                    "from the line between its fixed pivot and the rocker's", right=False),
-    "rod": Column("rod", LENGTH, "from the guided point to the rocker"),
-    "rocker": Column("rocker", LENGTH, "from the rod to the rocker's pivot"),
-}  # fmt: skip
+    "crank": Column(
+        "crank",
+        "deg",
+        "number of the driving crank, its angle at start and end of the dwell, measured "
+        "from the line of its fixed pivot and the rocker's",
+        right=False,
+    ),
+    "rod": Column("rod", LENGTH, "length of the rod, from guided point to rocker"),
+    "rocker": Column("rocker", LENGTH, "length of the rocker, from rod to fixed pivot"),
+}
+#: Columns to omit on a narrow terminal, the first one first.
 SPARE = ("id", "rod", "rocker", "crank", "family", "allowance")
 
 
@@ -39,22 +48,43 @@ SPARE = ("id", "rod", "rocker", "crank", "family", "allowance")
     table=TABLE,
     columns=COLUMNS,
     params=[
-        angle("--angle", "DEG", "By how much the crank turns meanwhile, at least.", required=True),
-        angle("--residual", "DEG", "Band of angles in which the rocker may stray meanwhile.", required=True),
-        angle("--swing", "DEG", "How far the rocker swings over a turn, at least.", required=True),
-        angle("--min-transmission", "DEG", "Least transmission angle over the full turn.", default=0.0),
-        length("--crank-length", "L", "Length of the driving crank, of which the others are multiples.", default=1.0),
-        FAMILY, SERIES, ORDER, PINS_ONLY, EFFORT, LIMIT,
-        switch("--explain", "Say how many were looked at, and how near the nearest came."),
-        option("--save", "FILE", "Keep what is listed in a file, from which it is read again anywhere.", OUTPUT),
-        PLOT, FORCE, UNIT, *COMMON, CONFIG,
-    ]
-)  # fmt: skip
+        angle("--angle", "DEG", "Minimum rotation of the crank during the dwell.", required=True),
+        angle("--residual", "DEG", "Maximum range of the rocker's angle during the dwell.", required=True),
+        angle("--swing", "DEG", "Minimum swing of the rocker over a turn.", required=True),
+        angle("--min-transmission", "DEG", "Minimum transmission angle over the full turn.", default=0.0),
+        length("--crank-length", "L", "Length of the driving crank; all other lengths scale with it.", default=1.0),
+        FAMILY,
+        SERIES,
+        ORDER,
+        PINS_ONLY,
+        EFFORT,
+        LIMIT,
+        switch("--explain", "Report the number of trials, and how close the best one came."),
+        option("--save", "FILE", "Save the answers to a file for later commands.", OUTPUT),
+        PLOT,
+        FORCE,
+        UNIT,
+        *COMMON,
+        CONFIG,
+    ],
+)
 def dwell(
-    angle: float, residual: float, swing: float, crank_length: float, format: str, db: Path | None,
-    plugins: Sequence[str], family: Sequence[str], explain: bool, save: Path | None, plot: Path | None, **options: Any,
-) -> None:  # fmt: skip
-    """Let a rocker stand still while a crank turns on: a circular guide and the dyad at its centre.
+    angle: float,
+    residual: float,
+    swing: float,
+    crank_length: float,
+    format: str,
+    db: Path | None,
+    plugins: Sequence[str],
+    family: Sequence[str],
+    explain: bool,
+    save: Path | None,
+    plot: Path | None,
+    **options: Any,
+) -> None:
+    """Find six-bar dwell mechanisms: a rocker rests while the crank turns on.
+
+    A crank-driven linkage guides a point along an arc; a rod as long as its radius leads to the rocker.
 
     \b
     catalogue find dwell --angle 90 --residual 0.5 --swing 30 --crank-length 40mm
@@ -64,10 +94,15 @@ def dwell(
 
     def table(found: DwellResults) -> None:
         rows = [
-            row(d, TABLE, code=code, min_transmission=f"{d.min_transmission:.1f}\u00b0",
-                **{name: f"{d.lengths[name]:.4g}" for name in ("rod", "rocker")})
+            row(
+                d,
+                TABLE,
+                code=code,
+                min_transmission=f"{d.min_transmission:.1f}\u00b0",
+                **{name: f"{d.lengths[name]:.4g}" for name in ("rod", "rocker")},
+            )
             for code, d in zip(codes(found), found, strict=True)
-        ]  # fmt: skip
+        ]
         of = f" of {with_unit(f'{crank_length:g}')}" if crank_length != 1 or unit() else ""
         caption = f"lengths for a driving crank{of or ' of 1'}; `catalogue show CODE` gives all pivots"
         print_table(f"Dwells of {angle:g}\u00b0", TABLE, rows, caption, meanings=COLUMNS, spare=SPARE)

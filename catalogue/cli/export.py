@@ -1,4 +1,4 @@
-"""``catalogue export``: one guide for CAD and other programs, or all that is stored as a table."""
+"""``catalogue export``: write one guide for CAD and other programs, or the whole database as a table."""
 
 from __future__ import annotations
 
@@ -22,26 +22,44 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-#: Formats of the whole store, and those that a suffix names.
+#: Formats of the whole database, and suffixes of files.
 STORE = ("csv", "parquet", "sqlite")
 STORE_SUFFIXES = {".parquet": "parquet", ".db": "sqlite", ".sqlite": "sqlite"}
 
-#: Options for one guide, and for the store.
+#: Options for one guide.
 OF_GUIDE = [
-    length("--stroke", "L", "Lay a stored guide or a named design along a path of this stroke."),
-    length("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
-    length("--bar-width", "W", "Of the parts to cut (dxf, freecad, step, parameters).",
-           show_default="a round one after the size"),
-    length("--hole", "D", "Diameter of their holes; nothing is added for the tool.",
-           show_default="half the width or less"),
-    option("--positions", "N", "Rows of the table of the motion (csv, xlsx, parquet), as `trace --samples`.", int,
-               show_default="73"),
-    several("--columns", "NAME,...", "Only these columns of it, by the beginnings of their headings; may be repeated."),
-    option("--over", None, "The motion over the stroke of an answer, or over the circuit.",
-           click.Choice(["stroke", "circuit"]), show_default="the stroke, if there is one"),
-]  # fmt: skip
+    length("--stroke", "L", "Scale a stored guide or named design to this stroke."),
+    length("--point", "X Y", "Guided point of a linkage from a file, in the position of its pivots.", nargs=2),
+    length(
+        "--bar-width",
+        "W",
+        "Width of the parts (dxf, freecad, step, parameters).",
+        show_default="a round one, from the size",
+    ),
+    length("--hole", "D", "Diameter of the holes, without tool compensation.", show_default="at most half the width"),
+    option(
+        "--positions",
+        "N",
+        "Rows of the motion table (csv, xlsx, parquet), as `trace --samples`.",
+        int,
+        show_default="73",
+    ),
+    several(
+        "--columns",
+        "NAME,...",
+        "Only these columns of the motion table, by the start of their headings; may be repeated.",
+    ),
+    option(
+        "--over",
+        None,
+        "Range of the motion: the stroke of an answer, or the whole circuit.",
+        click.Choice(["stroke", "circuit"]),
+        show_default="the stroke, if there is one",
+    ),
+]
+#: Options for the whole database.
 OF_STORE = [
-    switch("--reaches", "Of all that is stored: one row per reach instead of one per guide; sqlite has both."),
+    switch("--reaches", "Whole database: one row per reach instead of one per guide; sqlite has both."),
     SERIES,
     FAMILY,
     several("--kind", "NAME", "Only line, circle, slot, arc, return-line or return-circle; may be repeated."),
@@ -53,10 +71,15 @@ _FLAGS = {str(one.name): one.opts[0] for one in (*OF_GUIDE, UNIT, *OF_STORE)}
 
 @click.command(
     params=[
-        Argument("reference", f"[{REFERENCE}]", f"{HELP} Without it: all that is stored, as a table.", required=False),
-        option("--format", None, "What to write; of all that is stored csv, parquet or sqlite.",
-               click.Choice([*FORMATS, "sqlite"]), show_default="by the suffix of --out"),
-        option("--out", "FILE", "Where to; without it, or with -, text goes to standard output.", OUTPUT),
+        Argument("reference", f"[{REFERENCE}]", f"{HELP} Without it: the whole database as a table.", required=False),
+        option(
+            "--format",
+            None,
+            "Format; for the whole database csv, parquet or sqlite.",
+            click.Choice([*FORMATS, "sqlite"]),
+            show_default="by the suffix of --out",
+        ),
+        option("--out", "FILE", "File to write; without it, or with -, text goes to standard output.", OUTPUT),
         FORCE,
         *OF_GUIDE,
         UNIT,
@@ -64,27 +87,26 @@ _FLAGS = {str(one.name): one.opts[0] for one in (*OF_GUIDE, UNIT, *OF_STORE)}
         DB,
         PLUGINS,
     ]
-)  # fmt: skip
+)
 def export(reference: str | None, format: str | None, out: Path | None, **options: Any) -> None:
-    """Write a guide for CAD and other programs; without CODE all that is stored, as a table.
+    """Write a guide for CAD and other programs; without CODE, the whole database as a table.
 
-    dxf: the linkage with a block per link, path and dimensions; beside it its parts to cut, on a layer of their own.
-    step: these parts as solids where they stand. freecad: a macro that makes them, with a spreadsheet of parameters.
-    solidworks, fusion: parameters by name, to be imported. pylinkage: a script that moves the guide and asserts its
-    deviation. json: the guide with lengths, limits and provenance, which `measure`, `improve`, `trace`, `show` read.
-    csv, xlsx, parquet: the motion.
+    dxf: the linkage as a block per link, path and dimensions; its parts to cut on a separate layer. step: the parts as
+    solids in place. freecad: a macro that builds them, with a spreadsheet of parameters. solidworks, fusion: named
+    parameters to import. pylinkage: a script that moves the guide and asserts its deviation. json: the guide with
+    lengths, limits and provenance, for `measure`, `improve`, `trace`, `show`. csv, xlsx, parquet: the motion.
 
-    Lengths are in the unit of the guide, or converted to --unit. Where no unit is known, dxf, step, freecad, solidworks
-    and fusion take them as millimetres and say so; the others name none.
+    Lengths are in the unit of the guide, or converted to --unit. An unknown unit is taken as millimetres, with a
+    warning, by dxf, step, freecad, solidworks and fusion; the other formats name none.
 
-    The suffix of --out says which: .dxf, .step, .FCMacro, .txt (solidworks), .py (pylinkage), .json, .csv, .xlsx,
-    .parquet.
+    The suffix of --out selects the format: .dxf, .step, .FCMacro, .txt (solidworks), .py (pylinkage), .json, .csv,
+    .xlsx, .parquet.
 
-    Slots are cut as long as the sliding blocks travel over the stroke. A guide by a slot (`find --slots`) is given as
-    it is traced: with its coupler held fast.
+    Slots are as long as the travel of their sliding blocks over the stroke. A guide by a slot (`find --slots`) is
+    written as traced: with its coupler fixed.
 
-    The table of all that is stored has pivots, parameters and curvature; lengths are canonical, `catalogue schema` says
-    what each column means.
+    The table of the whole database holds pivots, parameters and curvature in canonical lengths; `catalogue schema`
+    explains its columns.
 
     \b
     catalogue export CODE --out guide.dxf --bar-width 20 --hole 6
@@ -131,7 +153,7 @@ def export(reference: str | None, format: str | None, out: Path | None, **option
 
 
 def _of_store(format: str | None, out: Path | None) -> str:
-    """Return the format of a table of all that is stored."""
+    """Return the format of a table of the whole database."""
     if format is None and out is not None:
         suffix = out.suffix.lower()
         format = STORE_SUFFIXES.get(suffix) or SUFFIXES.get(suffix)

@@ -1,4 +1,4 @@
-"""``catalogue find``: from options, or a file of options, to ranked, verified guides."""
+"""``catalogue find``: search guides by options, or by a file of options."""
 
 from __future__ import annotations
 
@@ -19,10 +19,14 @@ if TYPE_CHECKING:
     from ..find.results import Found
     from ..problem.request import Request
 
-#: Columns of the table, some of them only where they are asked for, what they mean, and which may be left out.
-TABLE = ("code", "id", "series", "family", "configuration", "order", "deviation", "expected", "allowance", "size",
-         "travel", "links", "transmission", "rotates", "radius", "score", "front")  # fmt: skip
+#: Columns of the table in order.
+TABLE = (
+    *("code", "id", "series", "family", "configuration", "order", "deviation", "expected", "allowance"),
+    *("size", "travel", "links", "transmission", "rotates", "radius", "score", "front"),
+)
+#: Title, unit and meaning of each column.
 COLUMNS = {**MADE, **CANDIDATE}
+#: Columns to omit on a narrow terminal, the first one first.
 SPARE = ("id", "configuration", "order", "rotates", "travel", "family", "allowance", "links")
 
 
@@ -34,10 +38,13 @@ def _configured(ctx: click.Context, param: click.Parameter, file: str | None) ->
 
 
 CONFIG = option(
-    "--config", "FILE", "Read options from a file of TOML, such as stroke = \"6in\"; those given here win over the "
-    "file, the file over the environment (CATALOGUE_DB).",
-    is_eager=True, expose_value=False, callback=_configured,
-)  # fmt: skip
+    "--config",
+    "FILE",
+    'Read options from a TOML file (stroke = "6in"). Command-line options override it; it overrides CATALOGUE_DB.',
+    is_eager=True,
+    expose_value=False,
+    callback=_configured,
+)
 
 
 @click.command(cls=Tabled, table=TABLE, columns=COLUMNS, params=[DEVIATION, STROKE, *PLACE, *OPTIONS, CONFIG])
@@ -63,13 +70,21 @@ def circular_arc(**options: Any) -> None:
 
 
 def request_from(options: dict[str, Any], *, curved: bool, share: float | None = None) -> Request:
-    """Return the path that options ask for, which are taken out; a deviation that is not given is this share of its
-    stroke.
+    """Build a request from the options of a path, and remove them.
+
+    Parameters
+    ----------
+    options : dict
+        Options of the command by parameter name; modified.
+    curved : bool
+        Whether the path is an arc.
+    share : float, optional
+        Deviation as a fraction of the stroke where none is given.
 
     Raises
     ------
     InvalidRequest
-        If they contradict one another, or are no path.
+        If the options contradict one another or define no path.
     """
     from ..problem.request import CircularArc, StraightLine
 
@@ -83,7 +98,7 @@ def request_from(options: dict[str, Any], *, curved: bool, share: float | None =
 
 
 def _path(options: dict[str, Any], radius: float | None = None, angle: float | None = None) -> dict[str, Any]:
-    """Return stroke, start and direction of a path from the options that say where it lies, and take these out."""
+    """Return stroke, start and direction of a path from its options, and remove them."""
     from ..problem.request import consistent_arc, ends
 
     stroke, start, end, along = (options.pop(name) for name in ("stroke", "from", "to", "along"))
@@ -114,7 +129,7 @@ def _find(request: Request, options: dict[str, Any]) -> None:
 
     to_keywords(options)
     output, explain, plot, save = (options.pop(name) for name in ("format", "explain", "plot", "save"))
-    given = any(options[name] for name in PRESCRIBED)  # such guides are made, not looked up
+    given = any(options[name] for name in PRESCRIBED)  # such guides are synthesised, not retrieved
     with open(options.pop("db"), plugins=options.pop("plugins"), build=not given) as catalogue:
         if options["starts"]:
             from .references import guides
@@ -126,7 +141,7 @@ def _find(request: Request, options: dict[str, Any]) -> None:
 
 
 def to_keywords(options: dict[str, Any]) -> None:
-    """Turn options into the keywords of the library, as far as they differ."""
+    """Rename options to the keywords of `Catalogue.find`, in place."""
     from ..find.names import SINGULAR
 
     options |= {name: options.pop(option) for name, option in SINGULAR.items() if option in options}
@@ -140,7 +155,7 @@ def to_keywords(options: dict[str, Any]) -> None:
 
 
 def print_candidates(found: Found) -> None:
-    """Print the answers of a `find` as a table."""
+    """Print the answers of a search as a table."""
     first = found[0]
     radii = [c.radius or 0.0 for c in found]
     same = max(radii) <= 1.004 * min(radii)
@@ -149,14 +164,18 @@ def print_candidates(found: Found) -> None:
         what = f"an arc of chord {with_unit(f'{first.stroke:g}')}"
         what += f" and radius {with_unit(f'{first.radius:.4g}')}" * same
         what += f", {first.arc_angle:.4g}\u00b0" if first.is_wide else ""
-    asked = {"radius": not same, "expected": any(c.expected != c.deviation for c in found if c.expected is not None),
-             "front": first.front is not None, "travel": any(c.travel is not None for c in found)}  # fmt: skip
+    asked = {
+        "radius": not same,
+        "expected": any(c.expected != c.deviation for c in found if c.expected is not None),
+        "front": first.front is not None,
+        "travel": any(c.travel is not None for c in found),
+    }
     names = [name for name in TABLE if asked.get(name, True)]
     caption = "`catalogue show CODE` gives all numbers of one and --plot FILE draws it; --legend explains the columns"
     if any(c.score == 0 for c in found):
         caption += (
-            "\nscore 0: too large, hardly transmits, allows nothing, too short a link or frame, slides as far as the "
-            "stroke; see --desire"
+            "\nscore 0: one desirability is zero (size, transmission angle, allowance, shortest link, ground or "
+            "slider travel); see --desire"
         )
     rows = [row(c, names, code=code) for code, c in zip(codes(found), found, strict=True)]
     print_table(f"Guides for {what}", names, rows, caption, meanings=COLUMNS, spare=SPARE)

@@ -1,4 +1,4 @@
-"""``catalogue find ... --collection NAME``: from a wish to verified mechanisms of another kind."""
+"""``catalogue find ... --collection NAME``: search mechanisms of another kind."""
 
 from __future__ import annotations
 
@@ -19,11 +19,23 @@ from .units import with_unit
 if TYPE_CHECKING:
     from ..find.specimens import CollectionResults
 
-#: Options of `find` that go with a collection.
+#: Options of `find` permitted with a collection.
 KNOWN = (
-    "collection", "where", "family", "series", "special", "rank_by", "limit", "refine", "explain", "plot", "save",
-    "format", "db", "plugins",
-)  # fmt: skip
+    "collection",
+    "where",
+    "family",
+    "series",
+    "special",
+    "rank_by",
+    "limit",
+    "refine",
+    "explain",
+    "plot",
+    "save",
+    "format",
+    "db",
+    "plugins",
+)
 
 
 def find_in(request: Request, options: Mapping[str, Any]) -> None:
@@ -40,18 +52,28 @@ def find_in(request: Request, options: Mapping[str, Any]) -> None:
     where = parsed(options["where"])
     with open(options["db"], plugins=options["plugins"], build=False) as catalogue:
         found = catalogue.find_in(
-            options["collection"], request, limit=options["limit"], rank_by=options["rank_by"] or "deviation",
-            families=options["family"], series=options["series"], where=where, special=options["special"],
+            options["collection"],
+            request,
+            limit=options["limit"],
+            rank_by=options["rank_by"] or "deviation",
+            families=options["family"],
+            series=options["series"],
+            where=where,
+            special=options["special"],
             refine=options["refine"] and _asked("refine"),
-        )  # fmt: skip
+        )
         print_results(
-            found, lambda found: _table(found, request), options["format"], explain=options["explain"],
-            plot=options["plot"], save=options["save"],
-        )  # fmt: skip
+            found,
+            lambda found: _table(found, request),
+            options["format"],
+            explain=options["explain"],
+            plot=options["plot"],
+            save=options["save"],
+        )
 
 
 def _asked(name: str) -> bool:
-    """Return whether an option is given, in a file too: of collections, answers are as stored unless it is."""
+    """Tell whether the user gave an option, on the command line or in a file."""
     given = click.get_current_context().get_parameter_source(name)
     return given in (ParameterSource.COMMANDLINE, ParameterSource.DEFAULT_MAP)
 
@@ -68,10 +90,15 @@ def _table(found: CollectionResults, request: Request) -> None:
     arc = request.kind == "circle"
     names = ["code", "id", "family", "series", "configuration", "special", "deviation", *["radius"] * arc, *own]
     rows = [
-        row(p, names, code=code, special=", ".join(p.special) or None,
-            **{name: f"{p.metrics[name]:.4g}" + "\u00b0" * (m.unit == "deg") for name, m in metrics.items()})
+        row(
+            p,
+            names,
+            code=code,
+            special=", ".join(p.special) or None,
+            **{name: f"{p.metrics[name]:.4g}" + "\u00b0" * (m.unit == "deg") for name, m in metrics.items()},
+        )
         for code, p in zip(codes(found), found, strict=True)
-    ]  # fmt: skip
+    ]
     stroke = with_unit(f"{request.stroke:g}")
     title = f"{found.collection.title}, {'an arc of chord' if arc else 'a straight line of'} {stroke}"
     caption = "\n".join(f"{one.plain}: {one.told}" for one in own.values())

@@ -1,4 +1,4 @@
-"""The options of `catalogue find straight-line` and `circular-arc`."""
+"""Options of `catalogue find straight-line` and `circular-arc`."""
 
 from __future__ import annotations
 
@@ -8,106 +8,189 @@ from .options import COMMON, EFFORT, FAMILY, LIMIT, ORDER, PINS_ONLY, SERIES, nu
 from .tables import FORCE, OUTPUT, PICTURE
 from .units import DESIRE, UNIT, ZONE, angle, length
 
-#: Options that say what path it is to be.
+#: Options that define the path.
 DEVIATION = length(
-    "--deviation", None, required=True,
-    help="Largest distance from the best-placed line, or arc of exactly the radius given, in that unit.",
-)  # fmt: skip
-STROKE = length("--stroke", "L", "Length of the path (chord of an arc), in any unit; or say --from and --to.")
-RADIUS = length(
-    "--radius", "R", "Radius of the arc, which bulges to the left of its way.", show_default="whatever fits best"
+    "--deviation",
+    None,
+    required=True,
+    help="Tolerance: largest deviation of the path from the best-fitting line, or arc of the given radius.",
 )
-ANGLE = angle(
-    "--angle", "DEG", "Angle of the arc, up to 350; give two of --stroke, --radius and --angle.",
-)  # fmt: skip
+STROKE = length("--stroke", "L", "Length of the path (chord of an arc); or give --from and --to.")
+RADIUS = length("--radius", "R", "Radius of the arc, which bulges to the left of its chord.", show_default="best fit")
+ANGLE = angle("--angle", "DEG", "Angle of the arc, up to 350; give two of --stroke, --radius and --angle.")
 PLACE = (
-    length("--from", "X Y", "Where the path starts.", nargs=2),
-    length("--to", "X Y", "Where it ends, instead of --stroke.", nargs=2),
-    angle("--along", "DEG", "Direction of the path, with --stroke.", default=0.0),
+    length("--from", "X Y", "Start of the path.", nargs=2),
+    length("--to", "X Y", "End of the path, instead of --stroke.", nargs=2),
+    angle("--along", "DEG", "Direction of the path, with --stroke; 0 is +x.", default=0.0),
 )
-PLOT = option("--plot", "FILE|DIR", "Draw the best one: PNG, SVG, PDF or moving GIF by the suffix; in a folder all.",
-              PICTURE)  # fmt: skip
-#: All others.
+PLOT = option(
+    "--plot",
+    "FILE|DIR",
+    "Draw the best answer (PNG, SVG, PDF or animated GIF by suffix), or all into a folder.",
+    PICTURE,
+)
+#: Constraints, ranking, search and output.
 OPTIONS = (
     FAMILY,
     SERIES,
-    several("--configuration", "LETTERS", "Only this one; may be repeated.",
-            shell_complete=held("configuration")),
+    several(
+        "--configuration",
+        "LETTERS",
+        "Only this configuration (where the pivots stand); may be repeated.",
+        shell_complete=held("configuration"),
+    ),
     ORDER,
-    switch("--slots", "Slots that the coupler carries over a fixed point, seen from the coupler."),
-    switch("--returns", "Points that run along the path to one of its ends, rest, and run back along it."),
+    switch("--slots", "Guide a slot in the coupler over a fixed point; the path is seen from the coupler."),
+    switch("--returns", "Guide points that travel the path to one end, rest there, and travel back."),
     PINS_ONLY,
-    length("--fixed-pivots-in", "X0 Y0 X1 Y1", "Box for the fixed pivots and rails; -inf and inf leave a side "
-           "open.", nargs=4),
-    length("--pivots-in", "X0 Y0 X1 Y1", "Box for all pivots, rails and slots in mid-stroke.", nargs=4),
-    length("--fixed-pivots", "X1 Y1 X2 Y2", "Exactly where the fixed pivots stand.", nargs=4),
-    length("--moving-pivots", "X1 Y1 X2 Y2", "Where the moving ones are in mid-stroke.", nargs=4),
-    length("--crank", "X Y X* Y*", "Fixed and, in mid-stroke, moving pivot of one crank.", nargs=4),
-    length("--within", "L", "How far off given pivots may stand.", default=0.0),
-    length("--max-size", "L", "Largest diameter of pivots, rails, slots and path; 100 strokes if not given."),
-    length("--max-link", "L", "Longest crank or coupler."),
-    length("--min-link", "L", "Shortest crank or coupler."),
-    length("--max-ground", "L", "Largest distance of the fixed pivots."),
-    length("--min-ground", "L", "Shortest distance of the fixed pivots."),
-    length("--max-arm", "L", "Largest distance of the guided point from the nearer moving pivot."),
-    length("--max-travel", "L", "Longest travel of a slide in its rail or slot over the stroke."),
-    angle("--min-transmission", "DEG", "Least transmission angle over the stroke, the better crank driving.",
-           default=0.0),
-    angle("--min-transmission-turn", "DEG", "The same over the whole turn of the driver, which then turns fully.",
-           default=0.0),
-    length("--min-allowance", "L",
-           "Least scatter of the pivots (standard deviation of each coordinate) that the path forgives in 95 of 100."),
-    switch("--full-rotation", "A crank must be able to turn fully."),
-    length("--min-lift", "L", "Least lift of the point off its path on the way back, the crank turning on: of a leg."),
-    length("--swept-in", "X0 Y0 X1 Y1", "Box for the whole linkage over the stroke.", nargs=4),
-    several("--keep-out", "X0,Y0,X1,Y1",
-            "Box, or polygon of three or more points, that no link may enter over the stroke; may be repeated.", ZONE),
-    angle("--min-drive-angle", "DEG", "Least angle of the driving crank over the stroke."),
-    angle("--max-drive-angle", "DEG", "Largest one."),
-    angle("--max-rotation", "DEG", "Largest turn of the coupler over the stroke."),
-    number("--min-uniformity", "X", "Least over largest speed along the path, the crank turning steadily."),
-    number("--min-advantage", "X", "Least force along the path over force at the crank pin."),
-    length("--play", "L", "Standard deviation of every pivot coordinate, for `expected` and ranking.", default=0.0),
-    option("--rank-by", "NAME[=W],...", f"What to rank by: {', '.join(CRITERIA)}; several with weights.",
-           show_default="score"),
-    several("--desire desires", "NAME=BEST:WORST[:WEIGHT]",
-            "What makes the score, 1 from BEST, 0 from WORST on: size, transmission, allowance, min_link, min_ground, "
-            "travel. "
-            "Repeatable.",
-            DESIRE),
-    option("--pareto", "NAME,NAME,...", "The Pareto front of these criteria instead, none weighed."),
-    number("--distinct", "D",
-           "No two guides nearer as designs than D, 0 to 1: 0.05 is a pivot moved by a twentieth of the stroke; of "
-           "such only the best is listed.", default=DISTINCT),
-    option("--per-series", "N", "At most N of one series while there are others; 0: no bound.", int,
-           show_default="a quarter of the limit"),
+    length(
+        "--fixed-pivots-in",
+        "X0 Y0 X1 Y1",
+        "Box for the fixed pivots and rails; -inf and inf leave a side open.",
+        nargs=4,
+    ),
+    length("--pivots-in", "X0 Y0 X1 Y1", "Box for all pivots, rails and slots at mid-stroke.", nargs=4),
+    length("--fixed-pivots", "X1 Y1 X2 Y2", "Prescribed positions of the fixed pivots.", nargs=4),
+    length("--moving-pivots", "X1 Y1 X2 Y2", "Prescribed positions of the moving pivots at mid-stroke.", nargs=4),
+    length("--crank", "X Y X* Y*", "Prescribed fixed pivot and, at mid-stroke, moving pivot of one crank.", nargs=4),
+    length("--within", "L", "Largest distance of a pivot from its prescribed position.", default=0.0),
+    length(
+        "--max-size", "L", "Maximum overall size: diameter of pivots, rails, slots and path (100 strokes if not given)."
+    ),
+    length("--max-link", "L", "Maximum length of crank or coupler."),
+    length("--min-link", "L", "Minimum length of crank or coupler."),
+    length("--max-ground", "L", "Maximum distance between the fixed pivots."),
+    length("--min-ground", "L", "Minimum distance between the fixed pivots."),
+    length("--max-arm", "L", "Maximum distance from the guided point to the nearer moving pivot."),
+    length("--max-travel", "L", "Maximum travel of a slider along its rail or slot over the stroke."),
+    angle(
+        "--min-transmission", "DEG", "Minimum transmission angle over the stroke; the better crank drives.", default=0.0
+    ),
+    angle(
+        "--min-transmission-turn",
+        "DEG",
+        "Minimum transmission angle over a full turn of the driving crank.",
+        default=0.0,
+    ),
+    length(
+        "--min-allowance",
+        "L",
+        "Minimum allowance: standard deviation of pivot position at which 95 % of machines keep the tolerance.",
+    ),
+    switch("--full-rotation", "A crank must turn fully."),
+    length("--min-lift", "L", "Minimum lift of the point off its path on the return, as of a walking leg."),
+    length("--swept-in", "X0 Y0 X1 Y1", "Box for all links over the whole stroke.", nargs=4),
+    several(
+        "--keep-out",
+        "X0,Y0,X1,Y1",
+        "Box, or polygon of three or more points, that no link may enter over the stroke; may be repeated.",
+        ZONE,
+    ),
+    angle("--min-drive-angle", "DEG", "Minimum rotation of the driving crank over the stroke."),
+    angle("--max-drive-angle", "DEG", "Maximum rotation of the driving crank over the stroke."),
+    angle("--max-rotation", "DEG", "Maximum rotation of the coupler over the stroke."),
+    number("--min-uniformity", "X", "Minimum ratio of lowest to highest speed along the path at constant crank speed."),
+    number("--min-advantage", "X", "Minimum mechanical advantage: force along the path over force at the crank pin."),
+    length(
+        "--play", "L", "Standard deviation of pivot position, for the expected deviation and the ranking.", default=0.0
+    ),
+    option(
+        "--rank-by",
+        "NAME[=W],...",
+        f"Criterion of the ranking: {', '.join(CRITERIA)}; several with weights.",
+        show_default="score",
+    ),
+    several(
+        "--desire desires",
+        "NAME=BEST:WORST[:WEIGHT]",
+        "Desirability in the score, 1 from BEST on, 0 from WORST on, of size, transmission, allowance, min_link, "
+        "min_ground or travel; may be repeated.",
+        DESIRE,
+    ),
+    option("--pareto", "NAME,NAME,...", "Rank by Pareto fronts of these criteria, without weights."),
+    number(
+        "--distinct",
+        "D",
+        "Minimum distance between two answers as designs, 0 to 1: 0.05 is a pivot moved by a twentieth of the stroke.",
+        default=DISTINCT,
+    ),
+    option(
+        "--per-series",
+        "N",
+        "At most N answers of one series while others have answers; 0: no limit.",
+        int,
+        show_default="a quarter of the limit",
+    ),
     EFFORT,
-    switch("--refine/--no-refine",
-           "Move the pivots until what is ranked is best within the deviation and all constraints.", default=True),
-    switch("--cognates", "Offer the cognates of four-bars and slider-cranks too: same path, other pivots."),
-    length("--round-to", "L", "Make all lengths multiples of L, and keep those that still serve."),
+    switch(
+        "--refine/--no-refine",
+        "Optimise the pivots for the ranking, subject to the tolerance and all constraints.",
+        default=True,
+    ),
+    switch("--cognates", "Also offer cognates of four-bars and slider-cranks: same path, other pivots."),
+    length("--round-to", "L", "Round all lengths to multiples of L; keep linkages that still meet the request."),
     LIMIT,
-    several("--start starts", "CODE|FILE",
-            "Start from this answer too, or those of a file: where a constraint is loosened none that is worse comes "
-            "first. Repeatable."),
-    option("--collection", "NAME",
-           "Find mechanisms of another kind, which a plugin collects (`catalogue plugins` lists them). With "
-           "--family, --series, --special, --where, --rank-by deviation or one of its metrics, --limit, the output; "
-           "--refine only if it is asked for."),
+    several(
+        "--start starts",
+        "CODE|FILE",
+        "Also start from this answer, or those of a file: if it meets the constraints, the best answer is no "
+        "worse. May be repeated.",
+    ),
+    option(
+        "--collection",
+        "NAME",
+        "Search mechanisms of another kind, from a plugin (`catalogue plugins` lists them). Goes with "
+        "--family, --series, --special, --where, --rank-by (deviation or a metric), --limit, --refine and the "
+        "output options.",
+    ),
     several("--special", "NAME", "Only this well-known mechanism of the collection, such as RSSR; may be repeated."),
-    several("--where", "METRIC>=X",
-            "Bound a metric of the collection by >= or <=, e.g. 'size<=3'; a length in your unit. May be repeated."),
-    switch("--explain", "Say what each constraint removed and how long it took."),
+    several(
+        "--where",
+        "METRIC>=X",
+        "Bound on a metric of the collection by >= or <=, e.g. 'size<=3'; a length in your unit. May be repeated.",
+    ),
+    switch("--explain", "Report candidates removed by each constraint, and times."),
     PLOT,
-    option("--save", "FILE", "Keep what is listed in a file, from which it is read again anywhere.", OUTPUT),
+    option("--save", "FILE", "Save the answers to a file for later commands.", OUTPUT),
     FORCE,
     UNIT,
     *COMMON,
-)  # fmt: skip
-#: Those that say what an improved linkage must satisfy, and how it is ranked.
-IMPROVE = tuple(one for one in OPTIONS if one.name in {
-    "pins_only", "fixed_pivots_in", "pivots_in", "max_size", "max_link", "min_link", "max_ground", "min_ground",
-    "max_arm", "max_travel", "min_transmission", "min_transmission_turn", "min_allowance", "full_rotation", "min_lift",
-    "swept_in", "keep_out", "min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage",
-    "play", "rank_by", "effort", "plot", "unit", "format", "db", "plugins",
-})  # fmt: skip
+)
+#: Constraints and ranking of `improve`.
+IMPROVE = tuple(
+    one
+    for one in OPTIONS
+    if one.name
+    in {
+        "pins_only",
+        "fixed_pivots_in",
+        "pivots_in",
+        "max_size",
+        "max_link",
+        "min_link",
+        "max_ground",
+        "min_ground",
+        "max_arm",
+        "max_travel",
+        "min_transmission",
+        "min_transmission_turn",
+        "min_allowance",
+        "full_rotation",
+        "min_lift",
+        "swept_in",
+        "keep_out",
+        "min_drive_angle",
+        "max_drive_angle",
+        "max_rotation",
+        "min_uniformity",
+        "min_advantage",
+        "play",
+        "rank_by",
+        "effort",
+        "plot",
+        "unit",
+        "format",
+        "db",
+        "plugins",
+    }
+)

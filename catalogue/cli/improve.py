@@ -1,4 +1,4 @@
-"""``catalogue improve``: a linkage of your own before and after, and the best of the catalogue beside it."""
+"""``catalogue improve``: refine a given linkage, and compare it with the best of the catalogue."""
 
 from __future__ import annotations
 
@@ -22,9 +22,12 @@ if TYPE_CHECKING:
     from ..find.improve import Improvement
 
 
-#: Columns of the table, and which may be left out.
-TABLE = ("which", "code", "series", "family", "deviation", "expected", "allowance", "size", "links", "min_transmission",
-         "score")  # fmt: skip
+#: Columns of the table in order.
+TABLE = (
+    *("which", "code", "series", "family", "deviation", "expected", "allowance", "size", "links"),
+    *("min_transmission", "score"),
+)
+#: Columns to omit on a narrow terminal, the first one first.
 SPARE = ("family", "series", "links")
 
 
@@ -35,26 +38,38 @@ SPARE = ("family", "series", "links")
     params=[
         Argument("reference", REFERENCE, HELP, shell_complete=references),
         STROKE,
-        length("--deviation", "D", "Largest deviation.", show_default="a tenth of the stroke; the smallest is sought"),
-        switch("--arc", "Along an arc of whatever radius fits best, not a straight line."),
+        length(
+            "--deviation",
+            "D",
+            "Tolerance: largest deviation.",
+            show_default="minimise it, from a tenth of the stroke down",
+        ),
+        switch("--arc", "Fit an arc of any radius instead of a straight line."),
         RADIUS,
         ANGLE,
         *PLACE,
-        length("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
-        several("--hold", "WHAT", "What stays: fixed-pivots, or a length by its name, crank1, frame; may be repeated."),
-        switch("--in-place", "The path stays where --from and --to say."),
-        length("--within", "L", "With --in-place: how far held fixed pivots may move.", default=0.0),
-        switch("--catalogue/--no-catalogue", "Look for the best of the catalogue too.", default=True),
-        option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", OUTPUT),
+        length("--point", "X Y", "Guided point, in the position of the pivots.", nargs=2),
+        several("--hold", "WHAT", "Keep fixed-pivots, or a length by its name (crank1, frame, ...); may be repeated."),
+        switch("--in-place", "Keep the path where --from and --to put it."),
+        length("--within", "L", "With --in-place: largest movement of held fixed pivots.", default=0.0),
+        switch("--catalogue/--no-catalogue", "Also search the catalogue under the same constraints.", default=True),
+        option("--save", "FILE", "Save the answers to a file for later commands.", OUTPUT),
         FORCE,
         *IMPROVE,
-    ]
-)  # fmt: skip
+    ],
+)
 def improve(
-    reference: str, arc: bool, point: tuple[float, float] | None, hold: tuple[str, ...], in_place: bool, within: float,
-    catalogue: bool, save: Path | None, **options: Any,
-) -> None:  # fmt: skip
-    """Improve a linkage from where it is: the same refinement and constraints as `find`, what is held left as it is.
+    reference: str,
+    arc: bool,
+    point: tuple[float, float] | None,
+    hold: tuple[str, ...],
+    in_place: bool,
+    within: float,
+    catalogue: bool,
+    save: Path | None,
+    **options: Any,
+) -> None:
+    """Optimise a given linkage from where it is, under the constraints of `find`; --hold keeps what must stay.
 
     \b
     catalogue improve mine.json --stroke 120 --deviation 0.2 --hold fixed-pivots

@@ -1,6 +1,6 @@
-"""Tables set in the width of a terminal: what does not fit is left out, set in bands, or on cards.
+"""Fit tables to the width of the terminal: omit columns, print in bands, or print cards.
 
-No cell is cut and none but those of words is broken over lines.
+No cell is truncated, and only cells of words are wrapped.
 """
 
 from __future__ import annotations
@@ -17,17 +17,19 @@ if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-#: Width where nobody looks, unless ``COLUMNS`` says another; the least that is set in.
-PIPED, LEAST = 100, 40
-#: Letters that a column of words keeps, if it has so many.
+#: Width of piped output, unless ``COLUMNS`` is set [characters]: the widest that most viewers show.
+PIPED = 100
+#: Smallest width to fit a table to [characters]: below it every cell would be alone on its line.
+LEAST = 40
+#: Smallest width of a wrapped column of words [characters]: about five words a line.
 WORDS = 28
-#: Between two items of a card.
+#: Space between two items of a card.
 GAP = "   "
 
 
 @dataclass(frozen=True)
 class Heading:
-    """The heading of a column, whether it is set to the right, and whether its cells are words that may be broken."""
+    """The heading of a column: title, right alignment, and whether its cells may be wrapped."""
 
     title: str
     right: bool = False
@@ -35,16 +37,16 @@ class Heading:
 
     @classmethod
     def of(cls, given: str) -> Heading:
-        """Return the heading of a text: ``>`` before it sets it to the right, ``~`` lets its cells be broken."""
+        """Parse a heading: a leading ``>`` aligns it to the right, ``~`` permits wrapping its cells."""
         return cls(given.lstrip(">~"), given[:1] == ">", given[:1] == "~")
 
     @property
     def plain(self) -> str:
-        """The title in one piece."""
+        """The title without soft hyphens."""
         return self.title.replace("\u00ad", "")
 
     def broken(self, width: int) -> str:
-        """Return the title in lines of that width, as far as its words and soft hyphens allow."""
+        """Wrap the title to a width at blanks and soft hyphens."""
         lines = [""]
         for word in self.title.split(" "):
             *begun, last = word.split("\u00ad")
@@ -58,13 +60,13 @@ class Heading:
 
 
 def cell(value: Any) -> str:
-    """Return what stands in a cell: a dash for None, no letter that a terminal would obey."""
+    """Format a cell: a dash for None, control characters escaped."""
     text = "-" if value is None else str(value)
     return text if text.isprintable() else printable(text)
 
 
 def console() -> Console:
-    """Return what is printed on: as wide as the terminal, or as ``COLUMNS`` says, else `PIPED`."""
+    """Create a console of the width of the terminal, or of ``COLUMNS``, else of `PIPED`."""
     from rich.console import Console
 
     one = Console(highlight=False)
@@ -75,7 +77,7 @@ def console() -> Console:
 
 
 def write(console: Console, text: str, style: str = "") -> None:
-    """Print lines of text, broken between words where they are too long; no letter that a terminal would obey."""
+    """Print text wrapped between words, control characters escaped."""
     from rich.text import Text
 
     for line in text.splitlines():
@@ -92,8 +94,19 @@ def write_table(
     spare: Sequence[int] = (),
     keys: int = 0,
 ) -> list[int]:
-    """Print a table; where it is too wide without the columns that may be spared, the first to go first, print it in
-    bands that repeat the first `keys` columns, or if there are none row by row as cards.  Return what was left out."""
+    """Print a table that fits the width, and return the indices of omitted columns.
+
+    Parameters
+    ----------
+    console : Console
+    headings : sequence of Heading
+    rows : sequence of sequence of str
+    spare : sequence of int
+        Columns that may be omitted, the first one first.
+    keys : int
+        If the table is still too wide, print it in bands that repeat this many first columns; if 0, print
+        each row as a card.
+    """
     every = list(range(len(headings)))
     if _fits(console, whole := _table(headings, rows, every, whole=True)):
         _print(console, whole)
@@ -127,16 +140,19 @@ def _table(
         title = "\n" * (deep - titles[k].count("\n")) + titles[k]
         least = min(widest, WORDS) if heading.words else widest
         table.add_column(
-            Text(title), justify="right" if heading.right else "left", overflow="fold",
-            min_width=max([least, *map(len, title.splitlines())]), no_wrap=not heading.words,
-        )  # fmt: skip
+            Text(title),
+            justify="right" if heading.right else "left",
+            overflow="fold",
+            min_width=max([least, *map(len, title.splitlines())]),
+            no_wrap=not heading.words,
+        )
     for row in rows:
         table.add_row(*(Text(row[k]) for k in shown))
     return table
 
 
 def _fits(console: Console, table: Table) -> bool:
-    """Return whether a table needs no cell broken that must not be."""
+    """Tell whether a table fits the console without breaking an unbreakable cell."""
     from rich.measure import Measurement
 
     room = console.options.update(max_width=10_000)
@@ -144,7 +160,7 @@ def _fits(console: Console, table: Table) -> bool:
 
 
 def _print(console: Console, table: Table) -> None:
-    """Print a table without blanks at the ends of its lines."""
+    """Print a table without trailing blanks."""
     with console.capture() as held:
         console.print(table)
     print("\n".join(line.rstrip() for line in held.get().splitlines()), end="\n\n")
@@ -153,7 +169,7 @@ def _print(console: Console, table: Table) -> None:
 def _bands(
     console: Console, headings: Sequence[Heading], rows: Sequence[Sequence[str]], keys: int
 ) -> Iterator[list[int]]:
-    """Yield the columns of each band: as many as there is room for, one at least, after the first `keys`."""
+    """Yield the columns of each band: the first `keys`, then as many as fit, at least one."""
     first = list(range(keys))
     band: list[int] = []
     for k in range(keys, len(headings)):
@@ -165,7 +181,7 @@ def _bands(
 
 
 def _cards(console: Console, headings: Sequence[Heading], rows: Sequence[Sequence[str]]) -> None:
-    """Print each row as a card: the first cell, then titles with values, as many on a line as there is room for."""
+    """Print each row as a card: the first cell, then lines of titles with values."""
     from rich.text import Text
 
     for row in rows:
@@ -184,7 +200,7 @@ def _cards(console: Console, headings: Sequence[Heading], rows: Sequence[Sequenc
 
 
 def _write_item(console: Console, line: str) -> None:
-    """Print a line of a card; words of one that is too long go on in the next line."""
+    """Print a line of a card, wrapped between words if too long."""
     for part in (
         textwrap.wrap(line, console.width - 2, break_on_hyphens=False) if len(line) > console.width - 2 else [line]
     ):

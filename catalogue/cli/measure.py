@@ -1,4 +1,4 @@
-"""``catalogue measure``: where linkages of your own run straightest, and all that is measured there."""
+"""``catalogue measure``: find and measure the straightest stretches of linkages."""
 
 from __future__ import annotations
 
@@ -23,13 +23,18 @@ if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
 
-#: Columns of the table, some of them only where there is something to say, what they mean, and which may be left out.
-TABLE = ("number", "code", "circuit", "crank", "stroke", "deviation", "radius", "allowance", "size", "links",
-         "min_transmission", "nearest_series")  # fmt: skip
+#: Columns of the table in order; some are shown only where they hold a value.
+TABLE = (
+    *("number", "code", "circuit", "crank", "stroke", "deviation", "radius", "allowance", "size", "links"),
+    *("min_transmission", "nearest_series"),
+)
+#: Title, unit and meaning of each column.
 COLUMNS = {**MADE, **STRETCH}
-#: What is said of circuits that cross at change points, and of a stretch on the one not given.
+#: Note on circuits that cross at change points.
 JOINED = "joined at the change points, where only a guard keeps the linkage from flipping from one into the other"
+#: Note on a stretch on the other circuit of such a pair.
 JOINED_CIRCUIT = "another circuit, joined to that given at a change point: lead the linkage over there, with a guard"
+#: Columns to omit on a narrow terminal, the first one first.
 SPARE = ("nearest_series", "links", "crank", "size")
 
 
@@ -39,32 +44,48 @@ SPARE = ("nearest_series", "links", "crank", "size")
     columns=COLUMNS,
     params=[
         Argument("reference", REFERENCE, HELP, shell_complete=references),
-        length("--stroke", "L", "Where is the point guided best over this stroke?"),
-        length("--deviation", "D", "How far is it guided within this deviation? With --stroke: the allowance left."),
-        switch("--arc", "Along an arc of whatever radius fits best, not a straight line."),
-        length("--radius", "R", "Along an arc of exactly this radius."),
-        angle("--angle", "DEG", "Over this angle of the arc, up to 350, instead of --stroke."),
-        length("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
-        option("--limit", "N", "How many stretches of each linkage.", int, show_default="4, of several linkages 1"),
-        option("--save", "FILE", "Keep what is listed in a file, to be read again anywhere.", OUTPUT),
-        option("--plot", "FILE|DIR", "Draw the best one; in a folder all, named by their codes.", PICTURE),
+        length("--stroke", "L", "Find the stretches of this length with the least deviation."),
+        length(
+            "--deviation",
+            "D",
+            "Find the longest stretches within this deviation; with --stroke: the tolerance for the allowance.",
+        ),
+        switch("--arc", "Fit an arc of any radius instead of a straight line."),
+        length("--radius", "R", "Fit an arc of exactly this radius."),
+        angle("--angle", "DEG", "Angle of the arc, up to 350, instead of --stroke."),
+        length("--point", "X Y", "Guided point, in the position of the pivots.", nargs=2),
+        option(
+            "--limit", "N", "Maximum number of stretches per linkage.", int, show_default="4, of several linkages 1"
+        ),
+        option("--save", "FILE", "Save the stretches to a file for later commands.", OUTPUT),
+        option("--plot", "FILE|DIR", "Draw the best stretch, or all into a folder, named by their codes.", PICTURE),
         FORCE,
         UNIT,
         FORMAT,
         DB,
         PLUGINS,
-    ]
-)  # fmt: skip
+    ],
+)
 def measure(
-    reference: str, stroke: float | None, deviation: float | None, arc: bool, radius: float | None, angle: float | None,
-    point: tuple[float, float] | None, limit: int | None, save: Path | None, plot: Path | None, format: str,
-    db: Path | None, plugins: Sequence[str],
-) -> None:  # fmt: skip
-    """Measure linkages of your own, or answers, on all their circuits.
+    reference: str,
+    stroke: float | None,
+    deviation: float | None,
+    arc: bool,
+    radius: float | None,
+    angle: float | None,
+    point: tuple[float, float] | None,
+    limit: int | None,
+    save: Path | None,
+    plot: Path | None,
+    format: str,
+    db: Path | None,
+    plugins: Sequence[str],
+) -> None:
+    """Measure your own linkages, or answers, on all their circuits.
 
-    JSON and CSV as for `classify`, with the guided point: `x` and `y` in the position of the pivots, or `along` and
-    `across`, from crank 1's moving pivot along and across the coupler. Link lengths need no angle here. A line of CSV
-    without names holds 8 or 12 numbers for the pivots and 2 for the point.
+    JSON and CSV are those of `classify`, with the guided point: `x` and `y` in the position of the pivots, or `along`
+    and `across`, measured from crank 1's moving pivot along and across the coupler. Link lengths need no angle here. A
+    CSV line without headings holds 8 or 12 numbers for the pivots and 2 for the point.
 
     \b
     catalogue measure mine.json --stroke 120
@@ -76,9 +97,15 @@ def measure(
     count = (4 if len(every) == 1 else 1) if limit is None else limit
     with busy("measuring"):
         found = measured(
-            every, stroke=stroke, deviation=deviation, radius=radius, angle=angle, arc=arc, limit=count,
+            every,
+            stroke=stroke,
+            deviation=deviation,
+            radius=radius,
+            angle=angle,
+            arc=arc,
+            limit=count,
             series=cache(lambda: Registry(plugins).series),
-        )  # fmt: skip
+        )
     one = every[0] if len(every) == 1 else None
 
     def table(found: Measured) -> None:
@@ -90,7 +117,7 @@ def measure(
 
 
 def describe(guide: PlacedGuide) -> None:
-    """Say of what kind a linkage is, how long its links are and how it moves."""
+    """Print the kind of a linkage, its link lengths and its circuits."""
     from ..find.placed import IMMOBILE
 
     lengths = ", ".join(f"{name} {with_unit(f'{value:.6g}')}" for name, value in guide.lengths.items())

@@ -1,4 +1,4 @@
-"""Options: how they are made, and those that several commands share."""
+"""Build options, and define those that several commands share."""
 
 from __future__ import annotations
 
@@ -11,12 +11,12 @@ from ..problem.criteria import ANSWERS
 from ..units import decimal
 from .completion import held
 
-#: A file or a folder, which need not be there.
+#: A file or a folder, existing or not.
 PATH: Any = click.Path(path_type=Path)
 
 
 class _Number(click.types.FloatParamType):
-    """A number as `decimal` reads it."""
+    """A number in the digits that `decimal` accepts."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if isinstance(value, str) and decimal(value) is None:
@@ -25,7 +25,7 @@ class _Number(click.types.FloatParamType):
 
 
 class _Whole(click.types.IntParamType):
-    """A whole number in the same digits."""
+    """A whole number in the digits that `decimal` accepts."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if isinstance(value, str) and decimal(value) is None:
@@ -33,12 +33,12 @@ class _Whole(click.types.IntParamType):
         return super().convert(value, param, ctx)
 
 
-#: How numbers are read, by the type that an option names.
+#: Parameter types by Python type.
 READ = {float: _Number(), int: _Whole()}
 
 
 class Argument(click.Argument):
-    """An argument of which the help says what it is."""
+    """An argument with a help text."""
 
     def __init__(self, name: str, metavar: str, help: str, **more: Any) -> None:
         super().__init__([name], metavar=metavar, **more)
@@ -49,7 +49,7 @@ class Argument(click.Argument):
 
 
 def option(flag: str, metavar: str | None, help: str, type: Any = str, **more: Any) -> click.Option:
-    """Return an option; its flag may be followed by a space and the name of the parameter."""
+    """Build an option; a parameter name may follow the flag after a space."""
     return click.Option(flag.split(), metavar=metavar, help=help, type=READ.get(type, type), **more)
 
 
@@ -58,7 +58,7 @@ def number(flag: str, metavar: str | None, help: str, **more: Any) -> click.Opti
 
 
 def several(flag: str, metavar: str, help: str, type: Any = str, **more: Any) -> click.Option:
-    """Return an option that may be repeated."""
+    """Build an option that may be repeated."""
     return option(flag, metavar, help, type, multiple=True, **more)
 
 
@@ -67,19 +67,26 @@ def switch(flag: str, help: str, **more: Any) -> click.Option:
 
 
 DB = option(
-    "--db", "FILE", "Database file.", PATH, show_default="that of CATALOGUE_DB, else in the user's data directory",
-    is_eager=True,  # what is written must be another file
-)  # fmt: skip
-PLUGINS = several("--plugins", "DIR", "Folder with plugins, besides those of CATALOGUE_PLUGINS; may be repeated.")
+    "--db",
+    "FILE",
+    "Database file.",
+    PATH,
+    show_default="CATALOGUE_DB, else in the user's data directory",
+    is_eager=True,  # before output files, which must be others
+)
+PLUGINS = several("--plugins", "DIR", "Folder with plugins, in addition to CATALOGUE_PLUGINS; may be repeated.")
 FAMILY = several("--family", "NAME", "Only this family; may be repeated.", shell_complete=held("family"))
 SERIES = several("--series", "CODE", "Only this series; may be repeated.", shell_complete=held("series"))
-ORDER = option("--order", None, "Least order of contact at the design position (99: exact).", int, default=0)
-PINS_ONLY = switch("--pins-only", "No sliding joint.")
-EFFORT = option("--effort", "N", "How many times as long to search, from other starts.", int, default=1)
-LIMIT = option("--limit", "N", "How many guides to list.", int, default=ANSWERS)
+ORDER = option("--order", None, "Minimum order of contact at the design position (99: exact).", int, default=0)
+PINS_ONLY = switch("--pins-only", "Revolute joints only, no sliders.")
+EFFORT = option("--effort", "N", "Search N times as long, from more starting points.", int, default=1)
+LIMIT = option("--limit", "N", "Maximum number of answers.", int, default=ANSWERS)
 FORMAT = option(
-    "--format", None, "How to print; messages go to standard error in any case.",
-    click.Choice(["table", "json", "csv"]), default="table",
-)  # fmt: skip
-#: Of commands that answer from a database.
+    "--format",
+    None,
+    "Output format; messages always go to standard error.",
+    click.Choice(["table", "json", "csv"]),
+    default="table",
+)
+#: Options of commands that query a database.
 COMMON = (FORMAT, DB, PLUGINS)

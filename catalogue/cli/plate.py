@@ -1,4 +1,4 @@
-"""``catalogue plate`` and ``catalogue atlas``: series as plates to look at, and to hang on a wall."""
+"""``catalogue plate`` and ``catalogue atlas``: draw series as engraved plates."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ if TYPE_CHECKING:
         Argument(
             "series",
             "SERIES",
-            "Code of a series, such as II.xy or 'III*.KK', or a named design, whose is drawn.",
+            "Code of a series, such as II.xy or 'III*.KK', or a named design of the series.",
             shell_complete=held("series"),
         ),
-        option("--out", "FILE", "PNG, SVG or PDF by the suffix.", OUTPUT, show_default="CODE.svg, here"),
+        option("--out", "FILE", "File to write: PNG, SVG or PDF by suffix.", OUTPUT, show_default="CODE.svg, here"),
         FORCE,
         PLUGINS,
     ]
@@ -58,13 +58,13 @@ def plate(series: str, out: Path | None, plugins: Sequence[str]) -> None:
 
 @click.command(
     params=[
-        option("--out", "DIR", "Folder for the plates, made if it is not there.", PATH, required=True),
+        option("--out", "DIR", "Folder for the plates, created if missing.", PATH, required=True),
         FORCE,
         PLUGINS,
     ]
 )
 def atlas(out: Path, plugins: Sequence[str]) -> None:
-    """Draw the plates of all series as SVG, with index.html to leaf through them."""
+    """Draw the plates of all series as SVG, with an index.html."""
     from rich.console import Console
     from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
@@ -80,8 +80,13 @@ def atlas(out: Path, plugins: Sequence[str]) -> None:
     except OSError as error:
         raise InvalidRequest(f"cannot write to {out}: {error.strerror}") from error
     console = Console(stderr=True)
-    columns = (TextColumn("drawing the plates"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.description}"),
-               TimeElapsedColumn())  # fmt: skip
+    columns = (
+        TextColumn("drawing the plates"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TextColumn("{task.description}"),
+        TimeElapsedColumn(),
+    )
     with Progress(*columns, console=console, disable=not console.is_terminal, transient=True) as bar:
         task = bar.add_task("", total=len(every))
         for series, file in zip(every, files, strict=True):
@@ -98,7 +103,7 @@ def atlas(out: Path, plugins: Sequence[str]) -> None:
 
 
 def _files(every: list[Series]) -> list[str]:
-    """Return a name of its own for each plate, also where letters of both cases are the same."""
+    """Return a unique file name for each plate, also on file systems that ignore case."""
     from ..draw.plate import file_name
 
     names: list[str] = []
@@ -112,11 +117,15 @@ def _files(every: list[Series]) -> list[str]:
 def _index(every: list[Series], files: list[str]) -> Markup:
     plates = [
         element(
-            "a", element("img", src=quote(file), alt="", loading="lazy"), element("b", series.code), " ",
-            element("i", series.title), href=quote(file),
+            "a",
+            element("img", src=quote(file), alt="", loading="lazy"),
+            element("b", series.code),
+            " ",
+            element("i", series.title),
+            href=quote(file),
         )
         for series, file in zip(every, files, strict=True)
-    ]  # fmt: skip
+    ]
     return fill(_INDEX, count=str(len(every)), plates=join(plates, "\n"))
 
 

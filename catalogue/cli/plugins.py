@@ -1,4 +1,4 @@
-"""``catalogue plugins``: what was loaded, and what was left out and why."""
+"""``catalogue plugins``: list loaded and rejected plugins."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from .tables import print_records
 
 @click.command(params=[PLUGINS, FORMAT, DB])
 def plugins(plugins: Sequence[str], format: str, db: Path | None) -> None:
-    """List the plugins with what they add, and those that were left out with the reason.
+    """List the plugins with the series and families they add; rejected plugins with the reason.
 
-    Of each collection it is said how many specimens the database holds.
+    Collections are listed with the number of their stored mechanisms.
     """
     from dataclasses import asdict
 
@@ -26,7 +26,7 @@ def plugins(plugins: Sequence[str], format: str, db: Path | None) -> None:
     from ..plugin.registry import Registry
 
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", PluginWarning)  # the table says it
+        warnings.simplefilter("ignore", PluginWarning)  # the table shows them
         registry = Registry(plugins)
         held = _stored(db or default_database(), list(registry.collections))
     records = [{**asdict(r), "specimens": {c: held[c] for c in r.collections}} for r in registry.records]
@@ -40,7 +40,7 @@ def plugins(plugins: Sequence[str], format: str, db: Path | None) -> None:
 
 
 def _stored(file: Path, names: list[str]) -> dict[str, int]:
-    """Return how many specimens a database holds of each collection; none if there is no such file."""
+    """Count the stored specimens of each collection; none if the file is missing."""
     if not names or not file.exists():
         return dict.fromkeys(names, 0)
     from ..populate.collect import stored

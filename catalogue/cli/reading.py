@@ -1,4 +1,4 @@
-"""Linkages and guided points from what a user writes: pivots or link lengths, in JSON or CSV."""
+"""Read linkages and guided points from files: pivots or link lengths, in JSON or CSV."""
 
 from __future__ import annotations
 
@@ -19,13 +19,14 @@ from ..units import factor
 from .rows import LENGTHS, NUMBERS, Row, rows_of
 from .units import UNITS, WRITTEN
 
-#: What may stand beside link lengths and is not read; beside pivots may stand whatever does not contradict them.
+#: Columns permitted beside link lengths, and ignored.
 NOTES = ("name", "note", "code", "id")
+#: Columns not permitted beside pivots.
 CONTRADICTING = {*LENGTHS, "branch", "across"}
 
 
 def read_text(file: str) -> str:
-    """Return what a file, or with ``-`` the standard input, holds.
+    """Read a file, or standard input for ``-``.
 
     Raises
     ------
@@ -41,13 +42,19 @@ def read_text(file: str) -> str:
 
 
 def read_linkages(file: str, unit: str | None = None) -> Linkage:
-    """Return the linkages of a file, those of link lengths at the angle that is given, converted to a unit; if none is
-    said, to the first that the file says.
+    """Read linkages from a file, in the positions given by pivots or crank angles.
+
+    Parameters
+    ----------
+    file : str
+        Name of the file, or ``-``.
+    unit : str, optional
+        Unit to convert to; if not given, the first unit in the file.
 
     Raises
     ------
     InvalidRequest, InvalidLinkage
-        If it cannot be read, or holds something else.
+        If the file cannot be read, or holds something else.
     """
     rows = read_rows(file)
     for place, given, _ in rows:
@@ -62,13 +69,14 @@ def read_linkages(file: str, unit: str | None = None) -> Linkage:
 
 
 def read_rows(file: str) -> list[Row]:
-    """Return for each linkage of a file its `pivots` and `point` (complex), if it has one, or its link lengths; and the
-    unit that it says.
+    """Read the linkages of a file as rows of values by name.
+
+    A row holds `pivots` and, if given, `point` (complex); or link lengths.  Its unit is None if not given.
 
     Raises
     ------
     InvalidRequest, InvalidLinkage
-        If it cannot be read, holds no linkage, or something else.
+        If the file cannot be read, holds no linkage, or something else.
     """
     rows = rows_of(read_text(file), file)
     if not rows:
@@ -81,7 +89,7 @@ def read_rows(file: str) -> list[Row]:
 
 
 def _unit(place: str, given: Any) -> str | None:
-    """Return the unit of length that a linkage says, by any of the ways to write it."""
+    """Return the unit of length of a linkage from any of its spellings."""
     if given is None:
         return None
     times, unit = WRITTEN.get(given.strip().lower(), (0, "")) if isinstance(given, str) else (0, "")
@@ -91,12 +99,12 @@ def _unit(place: str, given: Any) -> str | None:
 
 
 def linkages_of(rows: list[Row]) -> tuple[Linkage, Complexes]:
-    """Return linkages, and their guided points (n,), NaN where none is given.
+    """Convert rows to linkages and their guided points, shape (n,), NaN where none is given.
 
     Raises
     ------
     InvalidLinkage
-        If a row is none: the first of them is named.
+        If a row is no linkage; the message names the first one.
     """
     try:
         return _together([row.given for row in rows])
@@ -112,7 +120,7 @@ def linkages_of(rows: list[Row]) -> tuple[Linkage, Complexes]:
 def _together(given: list[dict[str, Any]]) -> tuple[Linkage, Complexes]:
     pivots = np.full((len(given), 2, 2, 3), np.nan)
     points = np.full(len(given), complex(np.nan, np.nan))
-    alike: dict[tuple[str, ...], list[int]] = {}  # by the names that are given
+    alike: dict[tuple[str, ...], list[int]] = {}  # rows by their names of values
     for i, one in enumerate(given):
         alike.setdefault(tuple(sorted(one)), []).append(i)
     for names, rows in alike.items():
@@ -126,7 +134,7 @@ def _together(given: list[dict[str, Any]]) -> tuple[Linkage, Complexes]:
 
 
 def _placed(place: str, given: dict[str, Any]) -> dict[str, Any]:
-    """Return pivots, and the guided point by whichever name it is given."""
+    """Return pivots and guided point, under any of the names of the point."""
     if wrong := CONTRADICTING & {*given}:
         raise InvalidRequest(f"{place}: give `pivots` or `{min(wrong)}`, not both")
     points = [given[name] for name in ("guided", "point") if given.get(name) is not None]
@@ -149,7 +157,7 @@ def _pivots(place: str, given: Any) -> list[list[list[float]]]:
 
 
 def _lengths(place: str, given: dict[str, Any]) -> dict[str, Any]:
-    """Return the numbers under known names."""
+    """Return the link lengths; refuse unknown names."""
     known = {name: number(f"{place}: {name}", value) for name, value in given.items() if name in NUMBERS}
     for name in given:
         if name not in known and name not in NOTES:

@@ -1,4 +1,4 @@
-"""What names a guide on the command line: a file, a code of an answer, a stored guide, a named design."""
+"""Resolve references to guides: a file, the code of an answer, a stored guide, a named design."""
 
 from __future__ import annotations
 
@@ -16,24 +16,35 @@ if TYPE_CHECKING:
     from ..api import Catalogue
     from ..find.placed import PlacedGuide
 
-#: What stands where a guide is wanted, and its help.
+#: Placeholder of a reference in the usage line.
 REFERENCE = "FILE|-|CODE|ID|NAME"
+#: Help of a reference.
 HELP = (
-    "Linkages in JSON or CSV with their guided points, or answers saved by `find --save`; - reads standard input. Or "
-    "an answer by its code, a stored guide by its number, a named design."
+    "File of linkages with guided points (JSON or CSV), or of answers (`find --save`); - reads standard input. Or the "
+    "code of an answer, the number of a stored guide, the name of a design such as watt."
 )
 
 
 def guides(
     reference: str, point: tuple[float, float] | None, opened: Callable[[], Catalogue], stroke: float | None = None
 ) -> list[PlacedGuide]:
-    """Return the guides that a reference names; the catalogue is opened only if it is needed.  A stored guide or a
-    named design is laid along a path of the stroke that is given.
+    """Resolve a reference to guides.
+
+    Parameters
+    ----------
+    reference : str
+    point : tuple of float, optional
+        Guided point of linkages from a file [length].
+    opened : callable
+        Opens the catalogue; called only if needed.
+    stroke : float, optional
+        Stroke of a stored guide or a named design [length].
 
     Raises
     ------
     InvalidRequest, InvalidLinkage
-        If it names none, a linkage comes without a guided point, or a stroke is given for what has its own.
+        If the reference names none, a linkage has no guided point, or a stroke is given for a guide that
+        has its own.
     """
     found = answers(reference, opened, stroke)
     if found is None:
@@ -51,7 +62,7 @@ def resolve(
     plugins: Sequence[str],
     stroke: float | None = None,
 ) -> list[PlacedGuide]:
-    """Return the guides that a reference names, from a catalogue that is opened only if it is needed; see `guides`."""
+    """Resolve a reference to guides, opening the catalogue only if needed; see `guides`."""
     from ..api import open
 
     with ExitStack() as stack:
@@ -59,7 +70,7 @@ def resolve(
 
 
 def answers(reference: str, opened: Callable[[], Catalogue], stroke: float | None = None) -> list[Any] | None:
-    """Return the answers that a reference names, None if it is a file of linkages; see `guides`."""
+    """Resolve a reference to answers; None for a file of linkages.  See `guides`."""
     from ..find.answers import answer, is_saved, recall
     from .reading import read_text
 
@@ -91,7 +102,7 @@ def answers(reference: str, opened: Callable[[], Catalogue], stroke: float | Non
 
 
 def keep(one: Any) -> None:
-    """Keep a guide under the code that stands on what is drawn and written of it, if answers can be kept at all."""
+    """Store a guide under the code on its drawings, if the answers file is writable."""
     from ..find.answers import remember
 
     with suppress(InvalidRequest):
@@ -99,7 +110,7 @@ def keep(one: Any) -> None:
 
 
 def is_answer(reference: str) -> bool:
-    """Return whether a reference is a file, or may be the code of an answer."""
+    """Tell whether a reference is a file or a possible code of an answer."""
     from ..find.codes import is_code
 
     return _is_file(reference) or (not reference.isdigit() and not _is_design(reference) and is_code(reference))
@@ -114,7 +125,7 @@ def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
 
     rows = read_rows(reference)
     linkage, points = linkages_of(rows)
-    chosen = None if point is None else unit()  # of a point that is given
+    chosen = None if point is None else unit()  # a point on the command line is in the unit of output
     missing = np.flatnonzero(np.isnan(points))
     if len(missing) and point is None:
         raise InvalidRequest(
@@ -130,7 +141,7 @@ def _own(reference: str, point: tuple[float, float] | None) -> list[Any]:
 
 def _is_file(reference: str) -> bool:
     path = Path(reference)
-    with suppress(OSError):  # a name that no file can have
+    with suppress(OSError):  # an impossible file name
         return path.suffix != "" or len(path.parts) > 1 or path.is_file()
     return False
 

@@ -1,6 +1,6 @@
-"""Rows of a text that a user writes, in JSON or CSV: the values of each linkage by name, and where it stands.
+"""Parse JSON or CSV into rows: the values of each linkage by name, and its place in the file.
 
-What is no number, given twice, or not to be told apart is refused: no row is left out.
+Invalid numbers, duplicate names and ambiguous lines are refused: no row is skipped.
 """
 
 from __future__ import annotations
@@ -21,18 +21,18 @@ from ..kinematics.from_lengths import CLOSURES, POINT, POSITION
 from ..units import decimal
 
 LENGTHS = {name for names in CLOSURES for name in names}
-#: Names of numbers.
+#: Names of scalar values.
 NUMBERS = {*LENGTHS, *POSITION, *POINT}
-#: Names of lists: pivots, and the guided point by either of two names.
+#: Names of lists: pivots, and the guided point under either of two names.
 LISTS = ("pivots", "guided", "point")
-#: What separates cells: the first of these in the first line that holds one, outside of quotes; else blanks.
+#: Separators of cells; the first line with one of them, outside quotes, decides; else blanks.
 DELIMITERS = ("\t", ";", "|", ",")
-#: Numbers of a line without names: pivots by x and y, or by x, y and w; and the guided point.
+#: Numbers in a line without a heading: 8 or 12 for the pivots, and how many more for the guided point.
 COUNTS = {8: 0, 10: 2, 12: 0, 14: 2}
 
 
 class Row(NamedTuple):
-    """A linkage as it is given: where it stands, its values by name, and the unit of its lengths, if it says one."""
+    """A linkage as given: its place in the file, its values by name, and its unit if named."""
 
     place: str
     given: dict[str, Any]
@@ -40,18 +40,18 @@ class Row(NamedTuple):
 
 
 def rows_of(text: str, file: str) -> list[Row]:
-    """Return the rows of a text, names in small letters.
+    """Parse a text into rows, names in lower case.
 
     Raises
     ------
     InvalidRequest, InvalidLinkage
-        If one cannot be read.
+        If a row cannot be parsed.
     """
     return _json(text, file) if text.lstrip()[:1] in ("[", "{") else _csv(text, file)
 
 
 def _json(text: str, file: str) -> list[Row]:
-    try:  # of whole numbers nobody counts the digits
+    try:  # integers as floats: thousands of digits would be slow
         given = json.loads(text, parse_int=float, object_pairs_hook=partial(_by_name, file))
     except RecursionError:
         raise InvalidRequest(f"{file} is no valid JSON: it is nested too deeply") from None
@@ -89,14 +89,14 @@ def _csv(text: str, file: str) -> list[Row]:
     ]
     heading = lines.pop(0)[1] if lines and not any(map(_has_number, lines[0][1])) else []
     names = {name.casefold() for name in heading}
-    words = {word for name in names for word in re.findall(r"\w+", name)}  # crank [mm] is a length too
+    words = {word for name in names for word in re.findall(r"\w+", name)}  # "crank [mm]" names a length
     if not (names & {*NUMBERS, *LISTS} or words & LENGTHS):
         return [Row(place, _unnamed(place, cells, delimiter)) for place, cells in lines]
     return [Row(place, _named(place, heading, cells)) for place, cells in lines]
 
 
 def _cells(place: str, line: str, delimiter: str) -> list[str]:
-    """Return the cells of a line: none goes on in the next."""
+    """Split a line into cells; no cell spans several lines."""
     try:
         row = next(csv.reader([line.strip(" \n")], delimiter=delimiter, skipinitialspace=True, strict=True))
     except csv.Error as error:
@@ -105,12 +105,12 @@ def _cells(place: str, line: str, delimiter: str) -> list[str]:
 
 
 def _has_number(cell: str) -> bool:
-    """Return whether a cell is no part of a heading: a word in it begins with a digit, as in x1 and A1* none does."""
+    """Tell whether a cell holds a number: a word that begins with a digit, unlike the headings x1 and A1*."""
     return re.search(r"\b\d", cell) is not None or decimal(cell) is not None
 
 
 def _unnamed(place: str, cells: list[str], delimiter: str) -> dict[str, Any]:
-    """Return pivots and guided point from a line of numbers."""
+    """Convert a line of numbers to pivots and guided point."""
     if len(cells) not in COUNTS:
         raise InvalidRequest(
             f"{place}: {len(cells)} numbers; 8 (x, y) or 12 (x, y, w) are wanted, and 2 for the guided point, "
@@ -123,7 +123,7 @@ def _unnamed(place: str, cells: list[str], delimiter: str) -> dict[str, Any]:
 
 
 def _named(place: str, heading: list[str], cells: list[str]) -> dict[str, Any]:
-    """Return what stands under the names of a heading; an empty cell is left out."""
+    """Return the cells of a line by the names of the heading, without empty ones."""
     if len(cells) != len(heading):
         raise InvalidRequest(f"{place}: it has {len(cells)} columns, the heading {len(heading)}")
     held = _by_name(place, ((name, cell) for name, cell in zip(heading, cells, strict=True) if cell))

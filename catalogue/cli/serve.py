@@ -1,4 +1,4 @@
-"""``catalogue serve``: the page."""
+"""``catalogue serve``: serve the page in a browser."""
 
 from __future__ import annotations
 
@@ -18,17 +18,17 @@ if TYPE_CHECKING:
 
 @click.command(
     params=[
-        option("--port", "N", "Port on loopback; 0: any that is free.", int, default=8095),
+        option("--port", "N", "Port on this machine; 0: any free one.", int, default=8095),
         switch("--browser", "Open the page in the browser."),
         DB,
         PLUGINS,
     ]
 )
 def serve(port: int, browser: bool, db: Path | None, plugins: Sequence[str]) -> None:
-    """Serve the page: a form with the constraints of `find`, answers that move, own linkages dragged, exports.
+    """Serve a page in the browser: a form with the constraints of `find`, animated answers, your own linkages, exports.
 
-    Open the address that is printed: its token lets your browser in, and nobody else on this machine. The database is
-    only read, and nothing is fetched from anywhere.
+    Open the printed address: its token admits your browser and no other user of this machine. The database is only
+    read, and the page loads nothing from other hosts.
 
     \b
     catalogue serve
@@ -42,7 +42,7 @@ def serve(port: int, browser: bool, db: Path | None, plugins: Sequence[str]) -> 
 
 
 def wish_form(series: Sequence[str]) -> Form:
-    """Return the form of the commands that find guides along a path; what there is to choose from besides."""
+    """Return the form of `find straight-line` and `circular-arc`, with the choices of its fields."""
     from ..kinematics.linkage import FAMILIES
     from ..problem.criteria import CRITERIA
     from ..web.wish import Form
@@ -52,7 +52,7 @@ def wish_form(series: Sequence[str]) -> Form:
 
 
 def asked(command: str, options: dict[str, Any]) -> tuple[Request, dict[str, Any]]:
-    """Return the request and the keywords of `Catalogue.find` that the options of a command say."""
+    """Convert the options of a command to a request and keywords of `Catalogue.find`."""
     request = request_from(options, curved=command == "circular-arc")
     to_keywords(options)
     return request, options

@@ -1,4 +1,4 @@
-"""``catalogue sheet``: a guide on one page, for the workshop."""
+"""``catalogue sheet``: write the data sheet of a guide for the workshop."""
 
 from __future__ import annotations
 
@@ -18,24 +18,31 @@ from .units import UNIT, length, unit, warn_of_unit
 @click.command(
     params=[
         Argument("reference", REFERENCE, HELP),
-        option("--out", "FILE", "Where to: PDF or HTML by the suffix.", OUTPUT, required=True),
-        option("--paper", None, "Size of the page.", click.Choice(["a4", "letter"]), default="a4"),
+        option("--out", "FILE", "File to write: PDF or HTML by suffix.", OUTPUT, required=True),
+        option("--paper", None, "Paper size.", click.Choice(["a4", "letter"]), default="a4"),
         UNIT,
-        option("--scale", "A:B", "Of the drawing, as 1:2.", show_default="the largest usual one that fits"),
-        length("--point", "X Y", "The coupler point of a linkage from a file, in the position of the pivots.", nargs=2),
+        option(
+            "--scale", "A:B", "Scale of the drawing, such as 1:2.", show_default="the largest standard one that fits"
+        ),
+        length("--point", "X Y", "Guided point of a linkage from a file, in the position of its pivots.", nargs=2),
         FORCE,
         DB,
         PLUGINS,
     ]
-)  # fmt: skip
+)
 def sheet(
-    reference: str, out: Path, paper: str, scale: str | None, point: tuple[float, float] | None,
-    db: Path | None, plugins: Sequence[str],
-) -> None:  # fmt: skip
-    """Write a data sheet of one page: drawing to scale, lengths with tolerances, limits, curves, theory.
+    reference: str,
+    out: Path,
+    paper: str,
+    scale: str | None,
+    point: tuple[float, float] | None,
+    db: Path | None,
+    plugins: Sequence[str],
+) -> None:
+    """Write a one-page data sheet: drawing to scale, lengths with tolerances, limits, curves, theory.
 
-    Lengths are in the unit of the guide, or converted to --unit. Where none is known they are taken as millimetres, as
-    the sheet then says.
+    Lengths are in the unit of the guide, or converted to --unit; an unknown unit is taken as millimetres, with a note
+    on the sheet.
 
     \b
     catalogue sheet CODE --out guide.pdf --paper letter

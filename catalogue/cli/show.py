@@ -1,4 +1,4 @@
-"""``catalogue show``: one stored guide, in numbers and as a drawing."""
+"""``catalogue show``: print and draw one guide."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 def _words(design: NamedGuide, memberships: Memberships, published: Candidate, best: Candidate | None) -> list[str]:
-    """Return what is said of a named design besides its guide, line by line."""
+    """Describe a named design, line by line: source, classification, comparison with its series."""
     from ..curvature_theory.leading_error import EXACT
 
     d, p = design, published
@@ -66,8 +66,10 @@ def _search(design: NamedGuide, published: Candidate) -> str:
 
 
 def _kept(name: str, db: Path | None, plugins: Sequence[str]) -> list[Any]:
-    """Return the answers that a code or a file stands for, or the linkages of a file with their guided points; a
-    catalogue is opened only for answers of a collection."""
+    """Return the answers of a code or file, or the linkages of a file.
+
+    A catalogue is opened only for answers of a collection.
+    """
     from ..api import open
     from .references import answers, guides
 
@@ -80,7 +82,7 @@ def _kept(name: str, db: Path | None, plugins: Sequence[str]) -> list[Any]:
 
 
 def _show_answers(found: list[Any], name: str, plot: Path | None, moving: bool, format: str) -> None:
-    """Print answers with all their numbers, and draw the first, in the unit of output."""
+    """Print answers with all their numbers in the unit of output, and draw the first."""
     found = in_output_unit(found)
     if plot is not None:
         _draw(found[0], plot, moving)
@@ -105,7 +107,7 @@ def _draw(one: Any, file: Path, moving: bool) -> None:
 
 
 def _card(one: Any, name: str) -> None:
-    """Print one answer: what it is, its numbers with what they mean, its links and its pivots."""
+    """Print one answer: kind, numbers with their meaning, links and pivots."""
     from ..find.placed import IMMOBILE, PlacedGuide
 
     numbers = _numbers(one)
@@ -121,8 +123,9 @@ def _card(one: Any, name: str) -> None:
     told = {key: (_unit(column), column.meaning) for key, column in known.items()}
     rows = [
         [key.replace("_", " "), contact(value) if key == "order" else _plain(value), *told.get(key, ("", ""))]
-        for key, value in numbers.items() if value not in (None, "")
-    ]  # fmt: skip
+        for key, value in numbers.items()
+        if value not in (None, "")
+    ]
     print_table("", ["", "~value", "unit", "~meaning"], rows, spare=["unit"])
     if lengths:
         _links(lengths)
@@ -131,7 +134,7 @@ def _card(one: Any, name: str) -> None:
 
 
 def _numbers(one: Any) -> dict[str, Any]:
-    """Return the numbers of an answer, with the share of machines that keep the path at its allowance."""
+    """Return the numbers of an answer, with the share of simulated machines within tolerance."""
     numbers: dict[str, Any] = {}
     for key, value in one.to_dict().items():
         numbers[key] = value
@@ -145,12 +148,12 @@ def _unit(column: Column) -> str:
 
 
 def _links(lengths: Mapping[str, float]) -> None:
-    """Print the lengths of the links, and where the guided point is in the coupler."""
+    """Print the lengths of the links, and the guided point in the coupler."""
     print_table("Links", ["", _headed(">length")], [[name, f"{value:.6g}"] for name, value in lengths.items()])
 
 
 def _pivots(title: str, pivots: Any, guided: Any, digits: Callable[[float], str]) -> None:
-    """Print where the pivots and the guided point are."""
+    """Print the positions of the pivots and the guided point."""
     lines = [
         [i + 1, kind, *map(digits, pivot[:2]), "at infinity" if pivot[2] == 0 else ""]
         for i, dyad in enumerate(pivots)
@@ -161,7 +164,7 @@ def _pivots(title: str, pivots: Any, guided: Any, digits: Callable[[float], str]
 
 
 def _headed(heading: str) -> str:
-    """Return a heading of lengths, with their unit if they have one."""
+    """Append the unit of output, if any, to a heading of lengths."""
     return f"{heading} [{unit()}]" if unit() else heading
 
 
@@ -175,31 +178,45 @@ def _plain(value: Any) -> str:
 
 @click.command(
     params=[
-        Argument("name", "CODE|FILE|ID|NAME",
-                 "Code or file of answers, file of linkages, number of a guide, or name of a design.",
-                 shell_complete=references),
-        length("--stroke", "L", "Lay a stored guide or a named design along a path of this stroke.", show_default="1"),
-        option("--level", "N", "Split a stored guide or a named design for a deviation of 10^N of the stroke.", int,
-               show_default="the middle one of those it holds"),
-        option("--plot", "FILE", "Draw it there: PNG, SVG, PDF or moving GIF by the suffix.", PICTURE),
-        switch("--moving", "Let an SVG move, in true millimetres, with check boxes for pole, circles and cubics."),
+        Argument(
+            "name",
+            "CODE|FILE|ID|NAME",
+            "Code or file of answers, file of linkages, number of a guide, or name of a design.",
+            shell_complete=references,
+        ),
+        length("--stroke", "L", "Scale a stored guide or named design to this stroke.", show_default="1"),
+        option(
+            "--level",
+            "N",
+            "Design a stored guide or named design for a deviation of 10^N of the stroke.",
+            int,
+            show_default="the middle one of its levels",
+        ),
+        option("--plot", "FILE", "Draw it: PNG, SVG, PDF or animated GIF by suffix.", PICTURE),
+        switch("--moving", "Animate an SVG, in true millimetres, with check boxes for pole, circles and cubics."),
         FORCE,
         UNIT,
         *COMMON,
     ]
-)  # fmt: skip
+)
 def show(
-    name: str, stroke: float | None, level: int | None, plot: Path | None, moving: bool, format: str, db: Path | None,
+    name: str,
+    stroke: float | None,
+    level: int | None,
+    plot: Path | None,
+    moving: bool,
+    format: str,
+    db: Path | None,
     plugins: Sequence[str],
-) -> None:  # fmt: skip
-    """Show an answer, a stored guide or a named design: parameters, pivots, all that is measured; draw it with --plot.
+) -> None:
+    """Show an answer, a stored guide or a named design: all measured numbers, pivots, links; --plot draws it.
 
-    An answer is shown as it was found, by its code or from a file of `find --save`.
+    An answer, by its code or from a file of `find --save`, is shown as it was found.
 
-    A stored specimen of a collection is COLLECTION:ID, such as spatial-guidance:17.
+    A stored mechanism of a collection is named COLLECTION:ID, such as spatial-guidance:17.
 
-    A design is laid as published, over its usual stroke and not split, unless --level is given; the best guide of its
-    series on the same stroke, no larger, is named beside it.
+    A named design is shown as published, over its usual stroke, unless --level is given; beside it stands the best
+    guide of its series on the same stroke that is no larger.
     """
     from ..api import open
     from ..draw.picture import check
@@ -228,10 +245,16 @@ def show(
 
 
 def _show_guide(
-    name: str, stroke: float, level: int | None, plot: Path | None, moving: bool, format: str, db: Path | None,
+    name: str,
+    stroke: float,
+    level: int | None,
+    plot: Path | None,
+    moving: bool,
+    format: str,
+    db: Path | None,
     plugins: Sequence[str],
-) -> None:  # fmt: skip
-    """Print a stored guide or a named design, laid along a path, and draw it."""
+) -> None:
+    """Print and draw a stored guide or a named design at a stroke."""
     from ..api import open
     from ..find.candidate import digits
     from ..series.named_guides import named_guides
@@ -265,7 +288,7 @@ def _show_guide(
 
 
 def _describe(guide: StoredGuide) -> None:
-    """Print what a stored guide is, where it comes from and how far it reaches."""
+    """Print the kind, provenance and reach of a stored guide."""
     from ..curvature_theory.leading_error import EXACT
 
     order = "exact" if guide.order == EXACT else f"contact of order {guide.order}"

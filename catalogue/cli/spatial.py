@@ -57,9 +57,17 @@ class _WithColumns(click.Command):
     ],
 )
 def sweep(
-    file: str, drive: str, steps: int, hold: Sequence[str], format: str, to: float | None, columns: str | None,
-    plot: Path | None, plot_curves: Path | None, **more: Any,
-) -> int:  # fmt: skip
+    file: str,
+    drive: str,
+    steps: int,
+    hold: Sequence[str],
+    format: str,
+    to: float | None,
+    columns: str | None,
+    plot: Path | None,
+    plot_curves: Path | None,
+    **more: Any,
+) -> int:
     """Print points, joints, wheel angles or transmission of a mechanism in space while it is driven.
 
     \b

@@ -1,4 +1,4 @@
-"""Answers printed: tables on a terminal, what their columns mean, CSV and JSON; and written, to files not yet there."""
+"""Print answers as tables, CSV and JSON with explained columns; check output files."""
 
 from __future__ import annotations
 
@@ -22,13 +22,12 @@ if TYPE_CHECKING:
     from ..find.results import Results
 
 T = TypeVar("T", bound="Results[Any]")
-#: Of what begins with a sign what may run: calls, other programs and sheets; a plain number or angle has none of it.
+#: Characters of a spreadsheet formula: a cell that begins with a sign and has none of them is a plain number.
 FORMULA = frozenset("(|!=\"'")
 
 
 class _Output(click.Path):
-    """A file to be written: one that is there only with --force; never a link, the database or the answers kept, nor
-    what another option names too."""
+    """A file to write: an existing one only with --force; never a link, a database in use or another output."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         file = Path(os.fsdecode(super().convert(value, param, ctx)))
@@ -44,12 +43,12 @@ class _Output(click.Path):
 
 
 def _same(file: Path) -> str:
-    """Return what two names of one file have in common."""
-    return os.path.normcase(os.path.abspath(file))  # noqa: PTH100  # `..` is taken away, links are not followed
+    """Normalise the name of a file for comparison."""
+    return os.path.normcase(os.path.abspath(file))  # noqa: PTH100  # resolves `..` but follows no link
 
 
 def refuse_existing(file: Path, flag: str, *, force: bool) -> None:
-    """Say that a file is there before work is done for it; a folder may be, for what is written into it."""
+    """Refuse an existing file before work is done for it; a folder is permitted."""
     if file.is_symlink():
         raise InvalidRequest(f"{file} is a link, and what it leads to is left alone: name a file with {flag}")
     if not force and file.exists() and not file.is_dir():
@@ -57,7 +56,7 @@ def refuse_existing(file: Path, flag: str, *, force: bool) -> None:
 
 
 class _Picture(_Output):
-    """A file to draw to, or a folder: what cannot be drawn is refused before anything is searched."""
+    """A file or folder to draw to; an undrawable format is refused before the search."""
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         from ..draw.picture import check
@@ -68,24 +67,46 @@ class _Picture(_Output):
         return file
 
 
-FORCE_KEY, WRITTEN_KEY = "catalogue.force", "catalogue.written"
+# Keys in the context of click: whether to overwrite files, and the files written so far.
+FORCE_KEY = "catalogue.force"
+WRITTEN_KEY = "catalogue.written"
 OUTPUT: Any = _Output(path_type=Path)
 PICTURE: Any = _Picture(path_type=Path)
 FORCE = click.Option(
-    ["--force"], is_flag=True, is_eager=True, expose_value=False, help="Overwrite a file that is there.",
+    ["--force"],
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    help="Overwrite an existing file.",
     callback=lambda ctx, _, given: ctx.meta.update({FORCE_KEY: given}),
-)  # fmt: skip
+)
 
 
 def print_table(
-    title: str, columns: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "", *,
-    meanings: Mapping[str, Column] | None = None, spare: Sequence[str] = (), keys: int = 0,
-) -> None:  # fmt: skip
-    """Print a table in the width that there is, see `layout`; None in a cell is a dash.
+    title: str,
+    columns: Sequence[str],
+    rows: Iterable[Sequence[Any]],
+    caption: str = "",
+    *,
+    meanings: Mapping[str, Column] | None = None,
+    spare: Sequence[str] = (),
+    keys: int = 0,
+) -> None:
+    """Print a table fitted to the width of the terminal; see `layout`.
 
-    A column is a name of `meanings`, or a heading that begins with ``>`` where it is set to the right, with ``~`` where
-    its words may be broken.  `spare` names those that may be left out, the first to go first; `keys` columns are
-    repeated where the others are set below one another.
+    Parameters
+    ----------
+    title : str
+    columns : sequence of str
+        Names of `meanings`, or headings: ``>`` aligns to the right, ``~`` permits wrapping.
+    rows : iterable of sequence
+        Cells; None is a dash.
+    caption : str
+    meanings : mapping of str to Column, optional
+    spare : sequence of str
+        Columns that may be omitted, the first one first.
+    keys : int
+        Number of first columns repeated in every band of a wide table.
     """
     from .layout import Heading, cell, console, write, write_table
 
@@ -106,30 +127,32 @@ def print_table(
 
 
 def tell(text: str) -> None:
-    """Print lines of text, broken between words where they are too long."""
+    """Print text wrapped between words."""
     from .layout import console, write
 
     write(console(), text)
 
 
 def print_json(given: Any) -> None:
-    """Print JSON, which knows no NaN."""
+    """Print JSON, with null for NaN."""
     print(json.dumps(given, indent=1, allow_nan=False))
 
 
 def print_csv(columns: Sequence[str], rows: Iterable[Iterable[Any]]) -> None:
-    """Print a heading and rows; lists and mappings stand in a cell as JSON."""
+    """Print CSV; lists and mappings are JSON within a cell."""
     writer = csv.writer(sys.stdout, lineterminator="\n")
     writer.writerow([heading.lstrip(">~") for heading in columns])
     writer.writerows(
-        [json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else _cell(v) if isinstance(v, str) else v
-         for v in row]
+        [
+            json.dumps(v, allow_nan=False) if isinstance(v, list | dict) else _cell(v) if isinstance(v, str) else v
+            for v in row
+        ]
         for row in rows
-    )  # fmt: skip
+    )
 
 
 def _cell(text: str) -> str:
-    """Return a text for a spreadsheet, which would reckon what begins like a formula."""
+    """Escape a text that a spreadsheet would evaluate as a formula."""
     formula = text[:1] in "=@\t\r" or (text[:1] in "+-" and not FORMULA.isdisjoint(text))
     return "'" * (formula and text != "") + printable(text)
 
@@ -137,7 +160,7 @@ def _cell(text: str) -> str:
 def print_records(
     output: str, records: Any, title: str, columns: Sequence[str], rows: Sequence[Sequence[Any]], **more: Any
 ) -> None:
-    """Print records as JSON, or what a table shows of them; `more` is of `print_table`."""
+    """Print records as JSON, CSV or a table; further arguments are those of `print_table`."""
     meanings: Mapping[str, Column] = more.get("meanings") or {}
     if output == "json":
         print_json(records)
@@ -148,11 +171,15 @@ def print_records(
 
 
 def print_results(
-    found: T, table: Callable[[T], None], output: str, *, explain: bool = False, plot: Path | None = None,
+    found: T,
+    table: Callable[[T], None],
+    output: str,
+    *,
+    explain: bool = False,
+    plot: Path | None = None,
     save: Path | None = None,
-) -> None:  # fmt: skip
-    """Print an answer, each candidate with its code, draw and save it where files are named; tell why it is empty, and
-    end with exit code 1."""
+) -> None:
+    """Print answers with their codes, draw and save them; explain an empty result and exit with code 1."""
     if explain or not found:
         told = found.explain()
         advice = re.search(r"^no \w+ found.*", told, re.MULTILINE)
@@ -182,8 +209,7 @@ def print_results(
 
 
 def codes(found: Sequence[Any]) -> list[str]:
-    """Return the codes of answers, which are kept under them; where they cannot be kept, dashes and a line that says
-    so."""
+    """Store answers and return their codes; dashes and a warning if the answers file is not writable."""
     from ..find.answers import remember
 
     try:
@@ -193,17 +219,25 @@ def codes(found: Sequence[Any]) -> list[str]:
         return ["-"] * len(found)
 
 
-#: How numbers are printed.
+#: Formats of numbers by column.
 _NUMBERS: Mapping[str, str] = {
-    "deviation": "{:.3g}", "allowance": "{:.3g}", "expected": "{:.3g}", "size": "{:.4g}", "radius": "{:.5g}",
+    "deviation": "{:.3g}",
+    "allowance": "{:.3g}",
+    "expected": "{:.3g}",
+    "size": "{:.4g}",
+    "radius": "{:.5g}",
     "travel": "{:.3g}",
-    "stroke": "{:.6g}", "score": "{:.0f}", "min_transmission": "{:.0f}\u00b0", "angle": "{:.1f}\u00b0",
-    "residual": "{:.3g}\u00b0", "swing": "{:.1f}\u00b0",
-}  # fmt: skip
+    "stroke": "{:.6g}",
+    "score": "{:.0f}",
+    "min_transmission": "{:.0f}\u00b0",
+    "angle": "{:.1f}\u00b0",
+    "residual": "{:.3g}\u00b0",
+    "swing": "{:.1f}\u00b0",
+}
 
 
 def row(one: Any, names: Sequence[str], **given: Any) -> list[Any]:
-    """Return the cells of an answer, those that are given and those that it has."""
+    """Format the cells of an answer; `given` cells replace its own."""
     made = {
         name: given[name] if name in given else _MADE[name](one) if name in _MADE else _plain(one, name)
         for name in names
@@ -217,21 +251,21 @@ def _plain(one: Any, name: str) -> Any:
 
 
 def links(one: Any) -> str | None:
-    """Return the shortest and the longest link of a candidate as they are printed."""
+    """Format the shortest and the longest link of a candidate."""
     if one.max_link is None or one.min_link is None:
         return None
     return f"{one.min_link:.3g}\u2013{one.max_link:.3g}"
 
 
 def contact(order: int) -> str:
-    """Return an order of contact as it is printed."""
+    """Format an order of contact."""
     from ..curvature_theory.leading_error import EXACT
 
     return "exact" if order == EXACT else str(order)
 
 
 def _transmission(one: Any) -> str:
-    """Return the transmission angle over the stroke, in brackets that over the turn."""
+    """Format the transmission angle over the stroke, with that over the turn in brackets."""
     turn = getattr(one, "min_transmission_turn", None)
     return str(_plain(one, "min_transmission")) + ("" if turn is None else f" ({turn:.0f}\u00b0)")
 
@@ -258,7 +292,7 @@ _MADE = {
 
 
 class Tabled(click.Command):
-    """A command that prints a table: `table` names its columns, `columns` says what these and those of CSV mean."""
+    """A command that prints a table: `table` lists its columns, `columns` explains them and those of CSV."""
 
     def __init__(self, *args: Any, table: Sequence[str], columns: Mapping[str, Column], **more: Any) -> None:
         super().__init__(*args, **more)
@@ -266,22 +300,26 @@ class Tabled(click.Command):
         self.params.append(_legend())
 
     def format_epilog(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
-        """Write what the columns of the table mean."""
+        """Write the meanings of the columns."""
         with formatter.section("Columns of the table"):
             formatter.write_dl([(one.plain, one.told) for one in map(self.columns.__getitem__, self.table)])
         super().format_epilog(ctx, formatter)
 
 
 def print_legend(table: Sequence[str], columns: Mapping[str, Column]) -> None:
-    """Print what each column means: those of the table, in its order, then those that only CSV and JSON have."""
+    """Print the meaning of each column: those of the table first, then those of CSV and JSON only."""
     from ..find.columns import TABLE
 
     names = [*table, *(name for name in columns if name not in {*table, *TABLE})]
     rows = [
-        [columns[name].plain if name in table else "", "" if name in TABLE and name != "code" else name,
-         columns[name].unit, columns[name].meaning]
+        [
+            columns[name].plain if name in table else "",
+            "" if name in TABLE and name != "code" else name,
+            columns[name].unit,
+            columns[name].meaning,
+        ]
         for name in names
-    ]  # fmt: skip
+    ]
     print_table("Columns", ["column", "in CSV and JSON", "unit", "~meaning"], rows, "length: in the unit of the output")
 
 
@@ -292,6 +330,10 @@ def _legend() -> click.Option:
             ctx.exit()
 
     return click.Option(
-        ["--legend"], is_flag=True, is_eager=True, expose_value=False, callback=told,
-        help="Say what each column means, and exit.",
-    )  # fmt: skip
+        ["--legend"],
+        is_flag=True,
+        is_eager=True,
+        expose_value=False,
+        callback=told,
+        help="Explain the columns and exit.",
+    )

@@ -1,4 +1,4 @@
-"""``catalogue trace``: the motion of a guide over its drive, as a table."""
+"""``catalogue trace``: print the motion of a guide over its drive as a table."""
 
 from __future__ import annotations
 
@@ -19,28 +19,51 @@ from .units import NAMED_POINT, UNIT, in_output_unit, length
 @click.command(
     params=[
         Argument("reference", REFERENCE, HELP, shell_complete=references),
-        option("--over", None, "Over the stroke of an answer, or the circuit.", click.Choice(["stroke", "circuit"]),
-               show_default="the stroke, if there is one"),
-        option("--samples", "N", "Positions; nothing runs farther than 8/(N-1) of its way from one to the next.", int,
-               default=73),
-        option("--driver", "N", "Number of the crank that drives; 0: the coupler.", int,
-               show_default="that of the answer, or the first that turns"),
-        length("--point", "X Y", "The coupler point, where it is in the position of the pivots.", nargs=2),
-        several("--also", "NAME=X,Y", "A further coupler point, where it is in that position; may be repeated.",
-                NAMED_POINT),
+        option(
+            "--over",
+            None,
+            "Range of the motion: the stroke of an answer, or the whole circuit.",
+            click.Choice(["stroke", "circuit"]),
+            show_default="the stroke, if there is one",
+        ),
+        option(
+            "--samples",
+            "N",
+            "Number of positions; no point moves more than 8/(N-1) of its path between two.",
+            int,
+            default=73,
+        ),
+        option(
+            "--driver",
+            "N",
+            "Number of the driving crank; 0: the coupler.",
+            int,
+            show_default="that of the answer, or the first that turns",
+        ),
+        length("--point", "X Y", "Guided point, in the position of the pivots.", nargs=2),
+        several(
+            "--also", "NAME=X,Y", "Another coupler point, in the position of the pivots; may be repeated.", NAMED_POINT
+        ),
         UNIT,
-        option("--format", None, "How to print.", click.Choice(["csv", "json"]), default="csv"),
+        option("--format", None, "Output format.", click.Choice(["csv", "json"]), default="csv"),
         DB,
         PLUGINS,
     ]
-)  # fmt: skip
+)
 def trace(
-    reference: str, over: str | None, samples: int, driver: int | None, point: tuple[float, float] | None,
-    also: Sequence[tuple[str, tuple[float, float]]], format: str, db: Path | None, plugins: Sequence[str],
-) -> None:  # fmt: skip
+    reference: str,
+    over: str | None,
+    samples: int,
+    driver: int | None,
+    point: tuple[float, float] | None,
+    also: Sequence[tuple[str, tuple[float, float]]],
+    format: str,
+    db: Path | None,
+    plugins: Sequence[str],
+) -> None:
     """Print positions, velocities, accelerations, transmission angle and mechanical advantage over the drive.
 
-    Velocities and accelerations are per radian of the drive, and its square.
+    Velocities are per radian of the drive, accelerations per radian squared.
 
     \b
     catalogue trace mine.json --unit mm > motion.csv

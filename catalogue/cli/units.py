@@ -1,8 +1,8 @@
-"""Lengths and angles as they are written in a workshop: ``80mm``, ``3.5in``, ``3 1/2"``, ``1/8in``, ``30deg``.
+"""Parse lengths and angles as workshops write them: ``80mm``, ``3.5in``, ``3 1/2"``, ``1/8in``, ``30deg``.
 
-There is one unit of output: that of ``--unit``, else of the first length that is given with one, else that of the
-answers or linkages that the command reads.  Numbers without a unit, in files too, are in it; lengths in others are
-converted, exactly, before they are rounded to a double.
+A command has one unit of output: that of ``--unit``, else of the first length with a unit, else of the
+answers or linkages it reads.  Numbers without a unit, in files too, are in this unit; lengths in other
+units are converted exactly before rounding to a double.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ T = TypeVar("T", bound=_WithUnit)
 
 #: Units of output.
 UNITS = (*MILLIMETRES,)
-#: Other ways to write a unit of length, and how many of which it is.
+#: Spellings of units of length, each as a multiple of a unit of output.
 WRITTEN = {
     **{unit: (Fraction(1), unit) for unit in UNITS},
     **dict.fromkeys(("um", "\u00b5m", "\u03bcm"), (Fraction(1, 1000), "mm")),
@@ -44,11 +44,11 @@ WRITTEN = {
 }
 #: Units of angles [deg].
 ANGLES = {"": 1.0, "deg": 1.0, "\u00b0": 1.0, "rad": math.degrees(1.0)}
-#: Where a context keeps the unit of output.
+#: Key of the unit of output in the context of click.
 KEY = "catalogue.unit"
-#: A number without end, or none: they have no unit.
+#: Infinity or NaN, without a unit.
 _NO_NUMBER = re.compile(r"[+-]?(?:inf(?:inity)?|nan)", re.IGNORECASE | re.ASCII)
-#: A number, perhaps mixed with a fraction, and a unit: 3.5in, 3 1/2", 3-1/2", 1/8 in, 80.
+#: A decimal or a mixed fraction, and a unit: 3.5in, 3 1/2", 3-1/2", 1/8 in, 80.
 _NUMBER = re.compile(
     r"(?P<sign>[+-]?)(?:(?:(?P<whole>\d+)(?:\s+|-))?(?P<over>\d+)\s*/\s*(?P<under>\d+)|"
     r"(?P<decimal>(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?))\s*(?P<unit>[^\d\s.][^\s\d]*)?",
@@ -57,7 +57,7 @@ _NUMBER = re.compile(
 
 
 class Length(_ParamType):
-    """A length; with a unit it is converted to the unit of output."""
+    """A length, converted to the unit of output if it has its own."""
 
     name = "length"
 
@@ -76,7 +76,7 @@ class Length(_ParamType):
 
 
 class Angle(_ParamType):
-    """An angle, in degrees unless it is said to be in radians."""
+    """An angle, in degrees unless given in radians."""
 
     name = "angle"
 
@@ -90,11 +90,12 @@ class Angle(_ParamType):
         return float(number) * ANGLES[unit.lower()]
 
 
-LENGTH, ANGLE = Length(), Angle()
+LENGTH = Length()
+ANGLE = Angle()
 
 
 class Zone(_ParamType):
-    """A box as four lengths or a polygon as points, from lengths with commas or blanks between."""
+    """A box of four lengths, or a polygon of points, separated by commas or blanks."""
 
     name = "zone"
 
@@ -110,7 +111,7 @@ class Zone(_ParamType):
 
 
 class Desire(_ParamType):
-    """The name of a desire and its numbers, from NAME=BEST:WORST or NAME=BEST:WORST:WEIGHT."""
+    """A desirability: NAME=BEST:WORST or NAME=BEST:WORST:WEIGHT."""
 
     name = "desire"
 
@@ -126,7 +127,7 @@ class Desire(_ParamType):
 
 
 class NamedPoint(_ParamType):
-    """A point with a name, from NAME=X,Y."""
+    """A named point: NAME=X,Y."""
 
     name = "named point"
 
@@ -141,14 +142,14 @@ class NamedPoint(_ParamType):
 
 
 def _plain(value: Any) -> float | None:
-    """Return what is a number already, or a text that says it is infinite or none; None for other texts."""
+    """Convert a number, or a text of infinity or NaN; None for other texts."""
     if isinstance(value, str) and not _NO_NUMBER.fullmatch(value.strip()):
         return None
     return float(value)
 
 
 def _read(text: str) -> tuple[Fraction | None, str]:
-    """Return the number and the unit of a text, None if it has no number that a double can hold."""
+    """Parse a number and its unit; the number is None if it is missing or overflows a double."""
     found = _NUMBER.fullmatch(text.strip())
     if found is None:
         return None, ""
@@ -171,13 +172,20 @@ def _chosen(ctx: click.Context, param: click.Parameter, value: str | None) -> st
     return value
 
 
-ZONE, DESIRE, NAMED_POINT = Zone(), Desire(), NamedPoint()
+ZONE = Zone()
+DESIRE = Desire()
+NAMED_POINT = NamedPoint()
 #: The unit of output.
 UNIT = option(
-    "--unit", None, "Unit of what is printed and written, to which answers are converted, and of lengths without one. "
-    "A length may be given in another, such as 80mm, 3.5in, 3 1/2\" or 1/8in.", click.Choice([*UNITS]), is_eager=True,
-    expose_value=False, callback=_chosen, show_default="that of the first length that has one, else of the answer",
-)  # fmt: skip
+    "--unit",
+    None,
+    'Unit of the output and of lengths given without one. Any length may carry its own: 80mm, 3.5in, 3 1/2", 1/8in.',
+    click.Choice([*UNITS]),
+    is_eager=True,
+    expose_value=False,
+    callback=_chosen,
+    show_default="that of the first length with a unit, else of the answer",
+)
 
 
 def length(flag: str, metavar: str | None, help: str, **more: Any) -> click.Option:
@@ -189,14 +197,14 @@ def angle(flag: str, metavar: str | None, help: str, **more: Any) -> click.Optio
 
 
 def unit() -> str | None:
-    """Return the unit of output of the command that runs; None if lengths have none."""
+    """Return the unit of output of the running command, or None."""
     running = click.get_current_context(silent=True)
     found: str | None = running.meta.get(KEY) if running else None
     return found
 
 
 def in_output_unit(guides: Sequence[T]) -> list[T]:
-    """Return guides converted to the unit of output, which is that of the first that has one if none is chosen."""
+    """Convert guides to the unit of output: the chosen one, else that of the first guide with a unit."""
     chosen = unit() or next((one.unit for one in guides if one.unit), None)
     if chosen is not None:
         click.get_current_context().meta[KEY] = chosen
@@ -212,11 +220,11 @@ def _in_unit(one: Any, unit: str | None) -> Any:
 
 
 def warn_of_unit(guide: _WithUnit) -> None:
-    """Say on standard error that a guide whose unit nobody knows was taken to be in millimetres."""
+    """Warn on standard error that a guide of unknown unit was taken in millimetres."""
     if guide.unit is None and unit() is None:
         print(f"catalogue: {ASSUMPTION}; --unit names another", file=sys.stderr)
 
 
 def with_unit(text: str) -> str:
-    """Return a length, as it is printed, with the unit of output."""
+    """Append the unit of output to a formatted length."""
     return f"{text} {unit() or ''}".rstrip()

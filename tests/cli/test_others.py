@@ -33,17 +33,17 @@ TRAMMEL = [[[0, 1, 0], [2, 0, 1]], [[1, 0, 0], [0, 1, 1]]]
 @pytest.mark.parametrize(
     ("command", "teaches"),
     [
-        ((), ["find", "build", "classify", "show", "plugins", "Exit codes: 0 answered, 1 nothing found, 2 bad"]),
+        ((), ["find", "build", "classify", "show", "plugins", "Exit codes: 0 answered, 1 nothing found, 2 invalid"]),
         (("find",), ["straight-line", "circular-arc", "(0, 0)"]),
         (("find", "straight-line"), ["catalogue find straight-line --stroke 150 --deviation 0.05", "--stroke",
                                      "--fixed-pivots-in", "X0 Y0 X1 Y1", "--min-transmission", "transmission angle",
                                      "--rank-by", "balance", "--desire", "--from", "--db", "CATALOGUE_DB"]),
-        (("find", "circular-arc"), ["--radius", "bulges to the left of its way",
+        (("find", "circular-arc"), ["--radius", "bulges to the left of its chord",
                                     "catalogue find circular-arc --stroke 100"]),
-        (("build",), ["--count", "--seed", "--series", "Same seed and count, same content", "goes on"]),
+        (("build",), ["--count", "--seed", "--series", "same seed and count give the same content", "to continue"]),
         (("classify",), ["[[A1, A1*], [A2, A2*]]", "w = 0 at infinity", "standard input", "CSV"]),
         (("show",), ["--plot", "PNG, SVG", "--stroke", "--level"]),
-        (("plugins",), ["--plugins", "CATALOGUE_PLUGINS", "left out"]),
+        (("plugins",), ["--plugins", "CATALOGUE_PLUGINS", "rejected plugins"]),
     ],
     ids=lambda v: " ".join(v) if isinstance(v, tuple) else "",
 )  # fmt: skip

@@ -168,7 +168,7 @@ def test_options_win_over_the_file_and_the_file_over_the_environment(
     asked = [run(*LINE, *options) for options in (*given, ("--stroke", 1, "--deviation", 0.1))]
     assert [names.index(Path(done.line.split()[1])) for done in asked] == [0, 0, 1, 2]
     told = " ".join(run(*LINE, "--help").out.split())
-    assert "those given here win over the file, the file over the environment (CATALOGUE_DB)" in told
+    assert "Command-line options override it; it overrides CATALOGUE_DB" in told
 
 
 @pytest.mark.parametrize(
