@@ -17,13 +17,17 @@ SHIPPED = ("catalogue", "plugins", "data/documents")
 
 #: Longest first sentence of a docstring [words]; well-kept libraries have a median of nine.
 MAX_SUMMARY = 16
-#: Widest line [columns]: two files side by side on a usual screen.
+#: Widest line of a docstring or comment [columns]: two files side by side on a usual screen.  The formatter
+#: sets code.
 MAX_WIDTH = 100
 
 FAULTS = ("long", "clauses", "leans", "constants", "numbers", "skip", "wide")
 RELATIVE_PRONOUN = re.compile(r"\b(that|which|what|whose|where|whom)\b", re.IGNORECASE)
 LEANING_START = re.compile(r"(the same|as above|so (is|are|do|does)|also|those)\b", re.IGNORECASE)
 END_OF_SENTENCE = re.compile(r"(?<=[.;:])\s")
+
+
+Documented = ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef
 
 
 class Passage(NamedTuple):
@@ -37,19 +41,22 @@ class Passage(NamedTuple):
 def passages(source: str) -> Iterator[Passage]:
     """Yield the passages of one module to reword."""
     tree = ast.parse(source)
+    lines = source.splitlines()
+    prose = {number for number, line in enumerate(lines, 1) if line.lstrip().startswith("#")}
     for node in ast.walk(tree):
-        if isinstance(node, ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef):
+        if isinstance(node, Documented) and ast.get_docstring(node) is not None:
             yield from _of_summary(node)
+            prose.update(range(node.body[0].lineno, (node.body[0].end_lineno or 0) + 1))
     for statement in tree.body:
         yield from _of_constants(statement)
-    for number, line in enumerate(source.splitlines(), 1):
+    for number, line in enumerate(lines, 1):
         if "fmt: skip" in line:
             yield Passage(number, "skip", line.strip())
-        if len(line) > MAX_WIDTH:
+        if number in prose and len(line) > MAX_WIDTH:
             yield Passage(number, "wide", line.strip())
 
 
-def _of_summary(node: ast.Module | ast.ClassDef | ast.FunctionDef | ast.AsyncFunctionDef) -> Iterator[Passage]:
+def _of_summary(node: Documented) -> Iterator[Passage]:
     summary = (ast.get_docstring(node) or "").split("\n\n")[0].replace("\n", " ")
     sentence = END_OF_SENTENCE.split(summary)[0]
     line = getattr(node, "lineno", 1)

@@ -35,7 +35,8 @@ def test_every_room_is_recorded() -> None:
         ('class A:\n    """The same with a slide."""', "leans"),
         ("A, B = 1, f()", "constants"),
         ("x = [1]  # fmt: skip", "skip"),
-        (f"x = '{'a' * 100}'", "wide"),
+        (f"# {'word ' * 20}", "wide"),
+        (f'"""Do it.\n\n{"word " * 21}\n"""', "wide"),
     ],
 )
 def test_each_fault_is_found(source: str, fault: str) -> None:
@@ -46,6 +47,8 @@ def test_literal_numbers_at_the_head_are_counted() -> None:
     assert faults("A = -2 * 1e-3\nB: int = 4\nC = 'text'\nd = 5\nE = (1, 2)\nF = True") == ["numbers"] * 2
 
 
-@pytest.mark.parametrize("source", ['"""Solve a system of two circles that meet."""', "A = 1, 2\nB = f()"])
+@pytest.mark.parametrize(
+    "source", ['"""Solve a system of two circles that meet."""', "A = 1, 2\nB = f()", f"x = '{'a' * 100}'"]
+)
 def test_plain_passages_have_no_fault(source: str) -> None:
     assert faults(source) == []
