@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 class Catalogue:
     """A database of guides with what can be asked of it; made by `catalogue.open`.
 
-    Every question raises `InvalidRequest` if the request, a constraint, a bound or a name is impossible, and
-    `DatabaseError` if the database cannot be read or written.  A copy asks the same file, one that was pickled opens it
-    anew.
+    Every question raises `InvalidRequest` if the request, a constraint, a bound or a name is
+    impossible, and `DatabaseError` if the database cannot be read or written.  A copy asks the same
+    file, one that was pickled opens it anew.
 
     Attributes
     ----------
@@ -83,34 +83,41 @@ class Catalogue:
         limit : int
             How many at most.
         rank_by : str, mapping or sequence of str
-            One of `catalogue.problem.criteria.CRITERIA`, or several with weights: ``"size=1,transmission=0.5"``.  A
-            sequence, ``["size", "deviation"]``, weighs nothing: the Pareto front of these criteria comes first, spread
-            over all of it, then the second front; `Candidate.front` says which.
+            One of `catalogue.problem.criteria.CRITERIA`, or several with weights:
+            ``"size=1,transmission=0.5"``.  A sequence, ``["size", "deviation"]``, weighs nothing:
+            the Pareto front of these criteria comes first, spread over all of it, then the second
+            front; `Candidate.front` says which.
         per_series : int, optional
-            At most so many of one series as long as there are others; a quarter of the limit if not given (no bound
-            for a front), 0: no bound.
+            At most so many of one series as long as there are others; a quarter of the limit if not
+            given (no bound for a front), 0: no bound.
         distinct : float
-            No two answers are nearer to each other than this, 0 to 1; of such only the best is given.  About the part
-            of the stroke by which a pivot near the path is moved; see `catalogue.candidates.select` and
-            `Candidate.nearest`.
+            No two answers are nearer to each other than this, 0 to 1; of such only the best is
+            given.  About the part of the stroke by which a pivot near the path is moved; see
+            `catalogue.candidates.select` and `Candidate.nearest`.
         effort : int
-            How often to search, from other starts each time: the best is never worse for more, the time grows with it.
-            For 1, a search by score ends with a full list of which the best scores 95 (`catalogue.search`).
+            How often to search, from other starts each time: the best is never worse for more, the
+            time grows with it. For 1, a search by score ends with a full list of which the best
+            scores 95 (`catalogue.search`).
         refine : bool
-            Move the pivots until what is ranked is best, subject to the deviation and all constraints;
-            `Candidate.gap` says what could still be gained nearby.  Else guides are given as they are stored, or made.
+            Move the pivots until what is ranked is best, subject to the deviation and all
+            constraints; `Candidate.gap` says what could still be gained nearby.  Else guides are
+            given as they are stored, or made.
         cognates : bool
-            Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see `Candidate.cognate`.
+            Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see
+            `Candidate.cognate`.
         round_to : float, optional
-            Round the lengths of links, and the place of the guided point in the coupler, to multiples of this; each
-            rounded linkage is placed anew where it guides best, then judged.  See `Candidate.lengths`.
+            Round the lengths of links, and the place of the guided point in the coupler, to
+            multiples of this; each rounded linkage is placed anew where it guides best, then
+            judged.  See `Candidate.lengths`.
         desires : mapping of str to (best, worst) or (best, worst, weight), optional
-            What makes the score: a size, transmission angle, allowance, shortest link (``min_link``), distance of the
-            fixed pivots (``min_ground``) or longest travel of a slide (``travel``) is desired fully from `best` on and
-            not at all from `worst` on; lengths in the user's unit.
+            What makes the score: a size, transmission angle, allowance, shortest link
+            (``min_link``), distance of the fixed pivots (``min_ground``) or longest travel of a
+            slide (``travel``) is desired fully from `best` on and not at all from `worst` on;
+            lengths in the user's unit.
         starts : iterable of Candidate
-            Answers of an earlier request, or stretches of linkages of your own, to start from too: where they meet the
-            constraints the best answer is none worse, so that a looser request has no worse answer than a tighter one.
+            Answers of an earlier request, or stretches of linkages of your own, to start from too:
+            where they meet the constraints the best answer is none worse, so that a looser request
+            has no worse answer than a tighter one.
         **constraints
             See `catalogue.Constraints`.
         """
@@ -137,8 +144,8 @@ class Catalogue:
     ) -> DwellResults:
         """Search six-bar dwell mechanisms: the rocker rests while the crank turns on.
 
-        The largest transmission angle comes first; no series has more than a third of the list while
-        others have answers.
+        The largest transmission angle comes first; no series has more than a third of the list
+        while others have answers.
 
         Parameters
         ----------
@@ -148,7 +155,8 @@ class Catalogue:
         effort : int
             How many stored arcs of each series are looked at, 150 per unit.
         **constraints
-            families, series, configurations, order, pins_only and min_transmission of `catalogue.Constraints`.
+            families, series, configurations, order, pins_only and min_transmission of
+            `catalogue.Constraints`.
         """
         from .find.dwells import find_dwells
 
@@ -171,8 +179,8 @@ class Catalogue:
     ) -> CollectionResults:
         """Search a collection of a plugin; rank and verify its mechanisms on their finite motion.
 
-        The specimens of the collection are drawn on first use, or when a newer plugin draws them otherwise, with a
-        progress bar unless `quiet`.
+        The specimens of the collection are drawn on first use, or when a newer plugin draws them
+        otherwise, with a progress bar unless `quiet`.
 
         Parameters
         ----------
@@ -190,8 +198,8 @@ class Catalogue:
         special : sequence of str
             Only mechanisms that are one of these well-known cases.
         refine : bool
-            Move the answers until they deviate less, where the collection knows how; bounds and names are kept.  It
-            takes some seconds for each.
+            Move the answers until they deviate less, where the collection knows how; bounds and
+            names are kept.  It takes some seconds for each.
 
         Raises
         ------
@@ -282,9 +290,9 @@ class Catalogue:
     ) -> pd.DataFrame:
         """Return what is stored as a table, one row per guide by its number; no search, no plugin.
 
-        Lengths are in the canonical frame of the mechanism: pole at the origin, pole tangent along +x, unit inflection
-        circle (of parallel cranks, ``rho0`` NaN: the height of crank 1).  ``catalogue schema`` says what each column
-        means.  NaN, of text None or NaN: there is none.
+        Lengths are in the canonical frame of the mechanism: pole at the origin, pole tangent along
+        +x, unit inflection circle (of parallel cranks, ``rho0`` NaN: the height of crank 1).
+        ``catalogue schema`` says what each column means.  NaN, of text None or NaN: there is none.
 
         Parameters
         ----------
@@ -297,18 +305,20 @@ class Catalogue:
         pins_only : bool
             No sliding joint.
         reaches : bool
-            One row per reach of a guide, the loosest level first: the same columns, repeated, and those of the reach.
+            One row per reach of a guide, the loosest level first: the same columns, repeated, and
+            those of the reach.
 
         Returns
         -------
         DataFrame
-            id, name (of a design), family, series, member, configuration, kind, label, contact_order, inflections,
-            leading, cover; x, y, tangent_x, tangent_y, curvature of the nominal; pivots ``fixed_1_x``, ``fixed_1_y``,
-            ``fixed_1_w`` (A1), ``moving_1_x`` (A1*), ``fixed_2_x`` (A2), ``moving_2_x`` (A2*) and so on, w = 0 at
-            infinity; rho0, kappa, kappa_star, s of the cubics; mechanism_id; ``parameter_NAME`` of the members that
-            have such a free parameter.  With `reaches` also level, stroke (canonical) and, in strokes and degrees,
-            deviation, size, max_link, min_link, max_ground, max_arm, min_transmission, rotates, drive_angle, rotation
-            and the others of `catalogue.store.Reach`.
+            id, name (of a design), family, series, member, configuration, kind, label,
+            contact_order, inflections, leading, cover; x, y, tangent_x, tangent_y, curvature of the
+            nominal; pivots ``fixed_1_x``, ``fixed_1_y``, ``fixed_1_w`` (A1), ``moving_1_x`` (A1*),
+            ``fixed_2_x`` (A2), ``moving_2_x`` (A2*) and so on, w = 0 at infinity; rho0, kappa,
+            kappa_star, s of the cubics; mechanism_id; ``parameter_NAME`` of the members that have
+            such a free parameter.  With `reaches` also level, stroke (canonical) and, in strokes
+            and degrees, deviation, size, max_link, min_link, max_ground, max_arm, min_transmission,
+            rotates, drive_angle, rotation and the others of `catalogue.store.Reach`.
         """
         from .find.frame import guides_frame
 
@@ -377,8 +387,8 @@ def open(
     plugins : sequence of str
         Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
     build : bool
-        Build the database if it is empty, or finish it if a build was interrupted (less than a minute on two cores);
-        where another process builds it, wait for that.
+        Build the database if it is empty, or finish it if a build was interrupted (less than a
+        minute on two cores); where another process builds it, wait for that.
     quiet : bool
         No progress bar while building.
 
@@ -412,8 +422,8 @@ def classify(linkage: LinkageLike, *, tolerance: float | None = None, plugins: S
         ``{"ground": 4, "crank": 2, "coupler": 3, "rocker": 3, "angle": 60}``: see
         `catalogue.kinematics.from_lengths`.
     tolerance : float, optional
-        Residual up to which a series holds, if its margin is larger; 1e-9, for pivots rounded to double precision, if
-        not given.  Give more for proportions rounded to a few digits.
+        Residual up to which a series holds, if its margin is larger; 1e-9, for pivots rounded to
+        double precision, if not given.  Give more for proportions rounded to a few digits.
     plugins : sequence of str
         Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
 

@@ -1,7 +1,7 @@
 """Exceptions of the catalogue.
 
-Every error that a user can cause or must act on is a `CatalogueError`.  Its text is one line: the fault
-and the remedy.  The shell prints that line and exits with `exit_code`.
+Every error that a user can cause or must act on is a `CatalogueError`.  Its text is one line: the
+fault and the remedy.  The shell prints that line and exits with `exit_code`.
 """
 
 from __future__ import annotations

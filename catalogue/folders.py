@@ -17,7 +17,8 @@ _PACKAGE = Path(__file__).resolve().parent
 def folder(name: str) -> Path:
     """Return the project folder `name` (``plugins``, ``migrations`` or ``data``).
 
-    In a wheel it lies inside the package as ``_name``; in a checkout it is the top-level folder beside the package.
+    In a wheel it lies inside the package as ``_name``; in a checkout it is the top-level folder
+    beside the package.
     """
     packed = _PACKAGE / f"_{name}"
     return packed if packed.is_dir() else _PACKAGE.parent / name
@@ -69,7 +70,8 @@ def make_folder(path: Path) -> None:
 def replacing(file: Path) -> Iterator[BinaryIO]:
     """Replace a file atomically: yield a temporary one, open for bytes, and rename it at the end.
 
-    The temporary file lies in the same folder, with the mode of the replaced file or that of the umask.
+    The temporary file lies in the same folder, with the mode of the replaced file or that of the
+    umask.
 
     Raises
     ------

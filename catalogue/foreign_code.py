@@ -15,7 +15,8 @@ from typing import ClassVar
 
 from .errors import PluginError, one_line, printable, quoted
 
-#: Longest run of plugin code in this process [s]: tens of times what the slowest built-in series takes.
+#: Longest run of plugin code in this process [s]: tens of times what the slowest built-in series
+#: takes.
 LIMIT = 120.0
 #: Time from one interrupt of plugin code to the next [s]: a handler that cleans up has this long.
 PAUSE = 1.0
@@ -44,9 +45,10 @@ def foreign(where: str) -> Iterator[None]:
     """Run plugin code and convert any error to a `PluginError` of one line.
 
     Output goes to standard error.  Changes to NumPy's error state, Python's warnings, the current
-    folder and the handler of Ctrl-C are undone at the end.  A process that the code forks ends here.
-    In the main thread the code is interrupted after `LIMIT` seconds, then every `PAUSE` seconds; if it
-    still runs after another `LIMIT` seconds, this process ends.  Ctrl-C passes with `where` as its text.
+    folder and the handler of Ctrl-C are undone at the end.  A process that the code forks ends
+    here. In the main thread the code is interrupted after `LIMIT` seconds, then every `PAUSE`
+    seconds; if it still runs after another `LIMIT` seconds, this process ends.  Ctrl-C passes with
+    `where` as its text.
 
     Parameters
     ----------

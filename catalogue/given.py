@@ -144,8 +144,8 @@ def array(
         Name of the argument, for the message.
     given : array_like
     *shapes : tuple
-        Accepted shapes; any if none is given.  None is any length above 0, an ellipsis any number of
-        axes: ``(..., 3)`` are points.
+        Accepted shapes; any if none is given.  None is any length above 0, an ellipsis any number
+        of axes: ``(..., 3)`` are points.
     finite : bool
         Refuse NaN and infinity.
     wrong : type
@@ -229,7 +229,8 @@ def choice(name: str, given: Any, options: Sequence[str]) -> str:
 class Stated:
     """Base of dataclasses that validate their fields of type str, int, float and bool when constructed.
 
-    Their modules postpone the evaluation of annotations, so types are compared by name: ``name: str``.
+    Their modules postpone the evaluation of annotations, so types are compared by name: ``name:
+    str``.
     """
 
     def __post_init__(self) -> None:

@@ -1,7 +1,7 @@
 """Check the installed files of this package against their digests.
 
-An unrelated distribution, `catalogue`, owns a package of the same name: installing either one overwrites
-files of the other, removing either one deletes some.
+An unrelated distribution, `catalogue`, owns a package of the same name: installing either one
+overwrites files of the other, removing either one deletes some.
 """
 
 from __future__ import annotations

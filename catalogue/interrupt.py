@@ -1,7 +1,7 @@
 """Handle Ctrl-C during import and exit of the command: one line, and the documented exit code.
 
-Importing `cli.main` takes half a second, in which Python would print a traceback.  So this module is
-imported before all others, and imports nothing slow.
+Importing `cli.main` takes half a second, in which Python would print a traceback.  So this module
+is imported before all others, and imports nothing slow.
 """
 
 import sys

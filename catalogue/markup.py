@@ -1,8 +1,9 @@
 """Build SVG and HTML with all text escaped.
 
-`Markup` is the type of a finished piece.  Every operation of `str` on one, formatting too, returns plain
-text, and `element` escapes plain text: tags concatenated elsewhere are shown, never run.  Only this
-module makes `Markup` (`tests/test_markup.py`); templates read it by its method ``__html__``.
+`Markup` is the type of a finished piece.  Every operation of `str` on one, formatting too, returns
+plain text, and `element` escapes plain text: tags concatenated elsewhere are shown, never run.
+Only this module makes `Markup` (`tests/test_markup.py`); templates read it by its method
+``__html__``.
 """
 
 from __future__ import annotations
@@ -62,14 +63,16 @@ def element(name: str, *content: str, **attributes: object) -> Markup:
     ----------
     name : str
     *content : str
-        Elements (`Markup`) and texts.  A ``style`` or ``script`` holds a text without ``<`` and ``&``.
+        Elements (`Markup`) and texts.  A ``style`` or ``script`` holds a text without ``<`` and
+        ``&``.
     **attributes : object
         None leaves one out.  A trailing underscore of a name is dropped, others stand for hyphens.
 
     Raises
     ------
     ValueError
-        If a name is none of an element or attribute, an attribute holds a script, or an address runs one.
+        If a name is none of an element or attribute, an attribute holds a script, or an address
+        runs one.
 
     Examples
     --------

@@ -92,7 +92,8 @@ def _written(figure: Figure, kind: str) -> bytes:
     figure.savefig(out, format=kind, dpi=DPI, facecolor=PAPER, metadata=FORMATS[kind])
     if kind != "svg":
         return out.getvalue()
-    # matplotlib salts the names of shared elements with a random number unless a global setting is changed
+    # matplotlib salts the names of shared elements with a random number unless a global setting is
+    # changed
     names: dict[str, str] = {}
     return re.sub(
         r"\b[hmp][0-9a-f]{10}\b", lambda m: names.setdefault(m[0], f"{m[0][0]}{len(names)}"), out.getvalue().decode()

@@ -12,7 +12,8 @@ from .errors import InvalidRequest, quoted
 
 #: Millimetres per unit.
 MILLIMETRES = {"mm": 1.0, "cm": 10.0, "m": 1000.0, "in": 25.4, "ft": 304.8}
-#: Unit of a quantity that is a length in the user's unit; compound units are ``1/length``, ``length/rad``.
+#: Unit of a quantity that is a length in the user's unit; compound units are ``1/length``,
+#: ``length/rad``.
 LENGTH = "length"
 #: Unit of files and drawings that need one where none is known: the default of most CAD programs.
 ASSUMED = "mm"

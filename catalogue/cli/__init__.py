@@ -1,8 +1,8 @@
 """The command ``catalogue``: one module per command.
 
-`options` and `find_options` hold shared options, `tables` prints, `reading` reads linkages from files.
-Other packages use only `main` and `app`.  A command's module is imported when it runs or is listed; it
-imports `api` late, to keep ``--help`` fast.
+`options` and `find_options` hold shared options, `tables` prints, `reading` reads linkages from
+files. Other packages use only `main` and `app`.  A command's module is imported when it runs or is
+listed; it imports `api` late, to keep ``--help`` fast.
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ def _outcome(guarded: bool) -> int:
         Whether Ctrl-C has ended the process immediately so far; from here on it raises.
     """
     _keep_standard_output()
-    # The matrices are small: threads of linear algebra cost more than they save.  NumPy reads this on import.
+    # The matrices are small: threads of linear algebra cost more than they save.  NumPy reads this
+    # on import.
     for name in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{name}_NUM_THREADS", "1")
     for name in ("stdout", "stderr"):
@@ -212,7 +213,7 @@ SPATIAL = Commands(
 )
 @click.version_option(VERSION, message="mechanism-catalogue %(version)s", help="Print the version and exit.")
 def app() -> None:
-    """A design catalogue of guide mechanisms: linkages that carry a point along a straight line or an arc."""
+    """Find, measure and draw guide mechanisms: linkages that carry a point along a line or an arc."""
 
 
 def run() -> int:

@@ -41,10 +41,11 @@ def build(
 ) -> None:
     """Build the database: sample each series, trace the guided points and store well-proportioned linkages.
 
-    Of similar linkages one is stored, since a search refines it. A larger count covers the series more densely.
+    Of similar linkages one is stored, since a search refines it. A larger count covers the series
+    more densely.
 
-    The same seed and count give the same content. An interrupted build, even a killed one, keeps its finished part:
-    run the command again to continue.
+    The same seed and count give the same content. An interrupted build, even a killed one, keeps
+    its finished part: run the command again to continue.
     """
     from ..api import open
     from ..progress import shown

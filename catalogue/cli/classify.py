@@ -44,15 +44,16 @@ def classify(
 ) -> None:
     """Find the series of linkages, each given in one position by pivots or by link lengths.
 
-    JSON: a linkage [[A1, A1*], [A2, A2*]], each pivot [x, y] or [x, y, w] with w = 0 at infinity; or a list of
-    linkages; or objects with a key "pivots", as `find` prints, or with link lengths: ground, crank, coupler, rocker; or
-    crank, coupler, offset (slider-crank); or ground, crank, offset (inverted); each with angle (of the crank, in
-    degrees) and optionally branch (1 or -1).
+    JSON: a linkage [[A1, A1*], [A2, A2*]], each pivot [x, y] or [x, y, w] with w = 0 at infinity;
+    or a list of linkages; or objects with a key "pivots", as `find` prints, or with link lengths:
+    ground, crank, coupler, rocker; or crank, coupler, offset (slider-crank); or ground, crank,
+    offset (inverted); each with angle (of the crank, in degrees) and optionally branch (1 or -1).
 
-    CSV: 8 numbers per line (x, y of A1, A1*, A2, A2*) or 12 (x, y, w of each), with or without a heading; or columns
-    under a heading of link lengths, or of pivots as JSON. The separator is a comma, semicolon, tab, bar or blank, one
-    throughout the file; decimals have a point. Columns name, note, code, id hold notes, column unit the unit of the
-    lengths; beside link lengths no other columns are permitted.
+    CSV: 8 numbers per line (x, y of A1, A1*, A2, A2*) or 12 (x, y, w of each), with or without a
+    heading; or columns under a heading of link lengths, or of pivots as JSON. The separator is a
+    comma, semicolon, tab, bar or blank, one throughout the file; decimals have a point. Columns
+    name, note, code, id hold notes, column unit the unit of the lengths; beside link lengths no
+    other columns are permitted.
     """
     from ..api import classify as run
     from .reading import read_linkages

@@ -71,8 +71,8 @@ class Finding(NamedTuple):
 def doctor(db: Path | None, plugins: Sequence[str], format: str) -> None:
     """Check the installation and the database, and name the command that repairs each fault; nothing is changed.
 
-    Reports versions, the database with its revision and integrity, rejected plugins, copies made before upgrades, and
-    the user's data directory.
+    Reports versions, the database with its revision and integrity, rejected plugins, copies made
+    before upgrades, and the user's data directory.
     """
     file = (db or default_database()).absolute()
     with busy("looking"):

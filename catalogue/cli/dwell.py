@@ -84,7 +84,8 @@ def dwell(
 ) -> None:
     """Find six-bar dwell mechanisms: a rocker rests while the crank turns on.
 
-    A crank-driven linkage guides a point along an arc; a rod as long as its radius leads to the rocker.
+    A crank-driven linkage guides a point along an arc; a rod as long as its radius leads to the
+    rocker.
 
     \b
     catalogue find dwell --angle 90 --residual 0.5 --swing 30 --crank-length 40mm

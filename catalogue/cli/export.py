@@ -91,22 +91,24 @@ _FLAGS = {str(one.name): one.opts[0] for one in (*OF_GUIDE, UNIT, *OF_STORE)}
 def export(reference: str | None, format: str | None, out: Path | None, **options: Any) -> None:
     """Write a guide for CAD and other programs; without CODE, the whole database as a table.
 
-    dxf: the linkage as a block per link, path and dimensions; its parts to cut on a separate layer. step: the parts as
-    solids in place. freecad: a macro that builds them, with a spreadsheet of parameters. solidworks, fusion: named
-    parameters to import. pylinkage: a script that moves the guide and asserts its deviation. json: the guide with
-    lengths, limits and provenance, for `measure`, `improve`, `trace`, `show`. csv, xlsx, parquet: the motion.
+    dxf: the linkage as a block per link, path and dimensions; its parts to cut on a separate layer.
+    step: the parts as solids in place. freecad: a macro that builds them, with a spreadsheet of
+    parameters. solidworks, fusion: named parameters to import. pylinkage: a script that moves the
+    guide and asserts its deviation. json: the guide with lengths, limits and provenance, for
+    `measure`, `improve`, `trace`, `show`. csv, xlsx, parquet: the motion.
 
-    Lengths are in the unit of the guide, or converted to --unit. An unknown unit is taken as millimetres, with a
-    warning, by dxf, step, freecad, solidworks and fusion; the other formats name none.
+    Lengths are in the unit of the guide, or converted to --unit. An unknown unit is taken as
+    millimetres, with a warning, by dxf, step, freecad, solidworks and fusion; the other formats
+    name none.
 
-    The suffix of --out selects the format: .dxf, .step, .FCMacro, .txt (solidworks), .py (pylinkage), .json, .csv,
-    .xlsx, .parquet.
+    The suffix of --out selects the format: .dxf, .step, .FCMacro, .txt (solidworks), .py
+    (pylinkage), .json, .csv, .xlsx, .parquet.
 
-    Slots are as long as the travel of their sliding blocks over the stroke. A guide by a slot (`find --slots`) is
-    written as traced: with its coupler fixed.
+    Slots are as long as the travel of their sliding blocks over the stroke. A guide by a slot
+    (`find --slots`) is written as traced: with its coupler fixed.
 
-    The table of the whole database holds pivots, parameters and curvature in canonical lengths; `catalogue schema`
-    explains its columns.
+    The table of the whole database holds pivots, parameters and curvature in canonical lengths;
+    `catalogue schema` explains its columns.
 
     \b
     catalogue export CODE --out guide.dxf --bar-width 20 --hole 6

@@ -104,8 +104,8 @@ def write_table(
     spare : sequence of int
         Columns that may be omitted, the first one first.
     keys : int
-        If the table is still too wide, print it in bands that repeat this many first columns; if 0, print
-        each row as a card.
+        If the table is still too wide, print it in bands that repeat this many first columns; if 0,
+        print each row as a card.
     """
     every = list(range(len(headings)))
     if _fits(console, whole := _table(headings, rows, every, whole=True)):

@@ -83,9 +83,10 @@ def measure(
 ) -> None:
     """Measure your own linkages, or answers, on all their circuits.
 
-    JSON and CSV are those of `classify`, with the guided point: `x` and `y` in the position of the pivots, or `along`
-    and `across`, measured from crank 1's moving pivot along and across the coupler. Link lengths need no angle here. A
-    CSV line without headings holds 8 or 12 numbers for the pivots and 2 for the point.
+    JSON and CSV are those of `classify`, with the guided point: `x` and `y` in the position of the
+    pivots, or `along` and `across`, measured from crank 1's moving pivot along and across the
+    coupler. Link lengths need no angle here. A CSV line without headings holds 8 or 12 numbers for
+    the pivots and 2 for the point.
 
     \b
     catalogue measure mine.json --stroke 120

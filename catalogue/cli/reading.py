@@ -71,7 +71,8 @@ def read_linkages(file: str, unit: str | None = None) -> Linkage:
 def read_rows(file: str) -> list[Row]:
     """Read the linkages of a file as rows of values by name.
 
-    A row holds `pivots` and, if given, `point` (complex); or link lengths.  Its unit is None if not given.
+    A row holds `pivots` and, if given, `point` (complex); or link lengths.  Its unit is None if not
+    given.
 
     Raises
     ------

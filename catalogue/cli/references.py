@@ -43,8 +43,8 @@ def guides(
     Raises
     ------
     InvalidRequest, InvalidLinkage
-        If the reference names none, a linkage has no guided point, or a stroke is given for a guide that
-        has its own.
+        If the reference names none, a linkage has no guided point, or a stroke is given for a guide
+        that has its own.
     """
     found = answers(reference, opened, stroke)
     if found is None:

@@ -27,7 +27,8 @@ NUMBERS = {*LENGTHS, *POSITION, *POINT}
 LISTS = ("pivots", "guided", "point")
 #: Separators of cells; the first line with one of them, outside quotes, decides; else blanks.
 DELIMITERS = ("\t", ";", "|", ",")
-#: Numbers in a line without a heading: 8 or 12 for the pivots, and how many more for the guided point.
+#: Numbers in a line without a heading: 8 or 12 for the pivots, and how many more for the guided
+#: point.
 COUNTS = {8: 0, 10: 2, 12: 0, 14: 2}
 
 

@@ -14,8 +14,9 @@ from .tables import print_records
 def schema(format: str) -> None:
     """Describe the tables, views and columns of a database, with units.
 
-    The database holds this description in its table `description`. The views `guides` and `pivots` are meant for plain
-    SQL. Lengths are canonical (origin the pole, x axis the pole tangent, unit rho0) or in strokes.
+    The database holds this description in its table `description`. The views `guides` and `pivots`
+    are meant for plain SQL. Lengths are canonical (origin the pole, x axis the pole tangent, unit
+    rho0) or in strokes.
     """
     from ..store.schema import described
 

@@ -27,8 +27,8 @@ if TYPE_CHECKING:
 def serve(port: int, browser: bool, db: Path | None, plugins: Sequence[str]) -> None:
     """Serve a page in the browser: a form with the constraints of `find`, animated answers, your own linkages, exports.
 
-    Open the printed address: its token admits your browser and no other user of this machine. The database is only
-    read, and the page loads nothing from other hosts.
+    Open the printed address: its token admits your browser and no other user of this machine. The
+    database is only read, and the page loads nothing from other hosts.
 
     \b
     catalogue serve

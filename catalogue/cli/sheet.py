@@ -41,8 +41,8 @@ def sheet(
 ) -> None:
     """Write a one-page data sheet: drawing to scale, lengths with tolerances, limits, curves, theory.
 
-    Lengths are in the unit of the guide, or converted to --unit; an unknown unit is taken as millimetres, with a note
-    on the sheet.
+    Lengths are in the unit of the guide, or converted to --unit; an unknown unit is taken as
+    millimetres, with a note on the sheet.
 
     \b
     catalogue sheet CODE --out guide.pdf --paper letter

@@ -57,7 +57,7 @@ def _words(design: NamedGuide, memberships: Memberships, published: Candidate, b
 
 
 def _search(design: NamedGuide, published: Candidate) -> str:
-    """Return the command that searches the series of a design for straighter guides of no more than its size."""
+    """Return the command to search the series of a design for straighter guides of its size."""
     path = "circular-arc" if design.circle else "straight-line"
     bounds = {"--stroke": published.stroke, "--deviation": published.deviation, "--max-size": published.size}
     lengths = [word for name, value in bounds.items() for word in (name, f"{value:.6g}{published.unit or ''}")]
@@ -209,14 +209,14 @@ def show(
     db: Path | None,
     plugins: Sequence[str],
 ) -> None:
-    """Show an answer, a stored guide or a named design: all measured numbers, pivots, links; --plot draws it.
+    """Show an answer, a stored guide or a named design: measured numbers, pivots, links; --plot draws it.
 
     An answer, by its code or from a file of `find --save`, is shown as it was found.
 
     A stored mechanism of a collection is named COLLECTION:ID, such as spatial-guidance:17.
 
-    A named design is shown as published, over its usual stroke, unless --level is given; beside it stands the best
-    guide of its series on the same stroke that is no larger.
+    A named design is shown as published, over its usual stroke, unless --level is given; beside it
+    stands the best guide of its series on the same stroke that is no larger.
     """
     from ..api import open
     from ..draw.picture import check

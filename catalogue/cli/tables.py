@@ -22,7 +22,8 @@ if TYPE_CHECKING:
     from ..find.results import Results
 
 T = TypeVar("T", bound="Results[Any]")
-#: Characters of a spreadsheet formula: a cell that begins with a sign and has none of them is a plain number.
+#: Characters of a spreadsheet formula: a cell that begins with a sign and has none of them is a
+#: plain number.
 FORMULA = frozenset("(|!=\"'")
 
 

@@ -1,8 +1,8 @@
 """Parse lengths and angles as workshops write them: ``80mm``, ``3.5in``, ``3 1/2"``, ``1/8in``, ``30deg``.
 
-A command has one unit of output: that of ``--unit``, else of the first length with a unit, else of the
-answers or linkages it reads.  Numbers without a unit, in files too, are in this unit; lengths in other
-units are converted exactly before rounding to a double.
+A command has one unit of output: that of ``--unit``, else of the first length with a unit, else of
+the answers or linkages it reads.  Numbers without a unit, in files too, are in this unit; lengths
+in other units are converted exactly before rounding to a double.
 """
 
 from __future__ import annotations
