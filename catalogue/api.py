@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from .find.stored import StoredGuide
     from .kinematics.linkage import LinkageLike
     from .plugin.registry import Registry
-    from .populate import Progress
+    from .populate.fill import Progress
     from .problem.constraints import ConstraintArguments, DwellArguments
     from .problem.request import Request
     from .series.classification import Classification
@@ -341,8 +341,7 @@ class Catalogue:
         report: Callable[[Progress], None] = lambda _: None,
     ) -> Progress:
         """Fill the database up to `count` guides, or finish an interrupted build; see `catalogue.populate.fill`."""
-        from .populate import fill
-        from .populate.fill import COUNT
+        from .populate.fill import COUNT, fill
         from .populate.plan import share_of
 
         series = names("series", series)

@@ -10,7 +10,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from .populate import Progress
+    from .populate.fill import Progress
 
 #: Delay of the first sign of progress [s]: shorter operations feel immediate and stay silent.
 PATIENCE = 1.0

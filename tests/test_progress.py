@@ -9,7 +9,7 @@ from collections.abc import Callable
 import pytest
 
 from catalogue import progress
-from catalogue.populate import Progress
+from catalogue.populate.fill import Progress
 from catalogue.progress import busy, shown
 
 

@@ -2,10 +2,6 @@
 
 `fill` drives, `plan` shares out, `workers` runs blocks in processes; of a block, `elements` chooses what is worth
 tracing, `cover` what is kept, `rows` measures; `named_guides` adds those of the literature, `collect` the specimens of
-collections.  Import `fill` and `Progress` from the room, the rest from the modules; they import `plugin`, `series`,
-`store` and what lies below.
+collections.  Import from the modules; they import `plugin`, `series`, `store` and what lies below.  The room itself
+imports none of them: a process that makes blocks needs no database.
 """
-
-from .fill import Progress, fill
-
-__all__ = ["Progress", "fill"]

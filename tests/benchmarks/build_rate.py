@@ -16,8 +16,8 @@ from measuring import table, title, wanted_count
 from sqlalchemy import insert
 
 from catalogue.plugin.registry import Registry
-from catalogue.populate import Progress, fill
 from catalogue.populate.block import MOST, Block, block
+from catalogue.populate.fill import Progress, fill
 from catalogue.store import PIVOTS, Database, Guide, Mechanism, Reach, drop_indexes, make_indexes, write_batch
 
 

@@ -621,7 +621,7 @@ def test_a_sort_without_guides_is_named_with_its_value(run: Run, small_db: Path)
 
 def test_a_series_alone_has_its_share_of_the_default_count(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked: list[int] = []
-    monkeypatch.setattr("catalogue.populate.fill", lambda *_, count, **__: asked.append(count))
+    monkeypatch.setattr("catalogue.populate.fill.fill", lambda *_, count, **__: asked.append(count))
     with catalogue_open(tmp_path / "new.db", build=False) as cat:
         cat.build(series=["II.xy"])
         cat.build(series=["II.xy"], count=7)

@@ -15,7 +15,7 @@ import pytest
 
 import catalogue
 from catalogue.plugin.registry import Registry
-from catalogue.populate import Progress, fill
+from catalogue.populate.fill import Progress, fill
 from catalogue.store import Database
 
 HERE = Path(__file__).parent

@@ -18,7 +18,7 @@ import pytest
 from catalogue.api import Catalogue
 from catalogue.errors import DatabaseError, InvalidRequest, PluginWarning
 from catalogue.plugin.registry import Registry
-from catalogue.populate import Progress, fill
+from catalogue.populate.fill import Progress, fill
 from catalogue.store import Database
 
 FEW = ("T.few", "T.less")

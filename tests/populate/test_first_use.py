@@ -21,7 +21,7 @@ ROOT = Path(catalogue.__file__).parents[1]
 CODE = """
 import sys, time, catalogue
 import catalogue.populate.first_use, catalogue.progress
-filling = sys.modules["catalogue.populate.fill"]  # the package has a function of this name
+from catalogue.populate import fill as filling
 plan, write = filling.plan, filling.write_batch
 pauses = sys.argv[2:]
 def slowly(*given):

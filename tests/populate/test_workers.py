@@ -11,6 +11,7 @@ from pathlib import Path
 
 import pytest
 
+import catalogue
 from catalogue.errors import PluginError, WorkerKilled
 from catalogue.plugin.registry import Registry
 from catalogue.populate.workers import Workers
@@ -115,6 +116,13 @@ def test_leaving_the_pool_ends_its_processes(
         raise KeyboardInterrupt
     all_gone(1)
     assert futures[-1].cancelled()
+
+
+def test_a_process_that_makes_blocks_imports_no_database() -> None:
+    code = "import sys, catalogue.populate.worker; print({'sqlalchemy', 'alembic', 'pandas'} & {*sys.modules})"
+    root = str(Path(catalogue.__file__).parents[1])
+    done = subprocess.run([sys.executable, "-c", code], cwd=root, capture_output=True, text=True, check=True)
+    assert done.stdout == "set()\n"
 
 
 SCRIPT = """

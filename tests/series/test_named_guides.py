@@ -24,7 +24,7 @@ from catalogue.find.stored import as_published
 from catalogue.guidance.placement import at_stroke
 from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
-from catalogue.populate import fill
+from catalogue.populate.fill import fill
 from catalogue.populate.named_guides import MEMBER, UNKNOWN
 from catalogue.series.named_guides import NamedGuide, named_guides
 from catalogue.store import Database
