@@ -98,6 +98,21 @@ def alone(lock: Path) -> Iterator[None]:
         yield
 
 
+@pytest.fixture(scope="session")
+def once(shared: Path) -> Callable[[str, Callable[[Path], object]], Path]:
+    """Return a maker of files and folders, each made once for all workers; do not write to them."""
+
+    def made(name: str, make: Callable[[Path], object]) -> Path:
+        path, begun = shared / name, shared / f"begun-{name}"
+        with alone(shared / f"{name}.lock"):
+            if not path.exists():
+                make(begun)
+                begun.rename(path)
+        return path
+
+    return made
+
+
 @pytest.fixture(scope="session", autouse=True)
 def _bytecode_once(shared: Path) -> Iterator[None]:
     """Let processes that tests start compile each module once in the whole run, and leave nothing in the checkout."""
@@ -145,16 +160,14 @@ STORED = ("I.GG", "II.ooo", "II.xy", "II*.xy", "IV.l", "IV*.l")
 
 
 @pytest.fixture(scope="session")
-def small_db(shared: Path) -> Path:
+def small_db(once: Callable[..., Path]) -> Path:
     """Return a database with a block or two of a few series, built once for all workers; do not write to it."""
-    path = shared / "small.db"
-    with alone(shared / "small.lock"):
-        if not path.exists():
-            begun = shared / "begun.db"
-            with catalogue.open(begun, build=False) as opened:
-                opened.build(count=4000, series=STORED, processes=2)
-            begun.rename(path)
-    return path
+
+    def build(path: Path) -> None:
+        with catalogue.open(path, build=False) as opened:
+            opened.build(count=4000, series=STORED, processes=2)
+
+    return once("small.db", build)
 
 
 @pytest.fixture(scope="session")

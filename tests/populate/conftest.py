@@ -79,11 +79,9 @@ def filled(registry: Registry) -> Callable[..., Progress]:
 
 
 @pytest.fixture(scope="session")
-def undisturbed(filled: Callable[..., Progress], tmp_path_factory: pytest.TempPathFactory) -> Path:
+def undisturbed(filled: Callable[..., Progress], once: Callable[..., Path]) -> Path:
     """Return a file that `filled` made in one go, by two processes."""
-    path = tmp_path_factory.mktemp("undisturbed") / "some.db"
-    filled(path, processes=2)
-    return path
+    return once("undisturbed.db", lambda path: filled(path, processes=2))
 
 
 @pytest.fixture
