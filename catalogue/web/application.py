@@ -1,4 +1,4 @@
-"""The routes of the page."""
+"""Routes of the page."""
 
 from __future__ import annotations
 
@@ -45,14 +45,14 @@ if TYPE_CHECKING:
     from ..find.explain import Relaxation
 
 HERE = Path(__file__).parent
-#: Guides that are compared side by side at most.
+#: Most guides in a comparison: more columns do not fit a screen.
 SIDE_BY_SIDE = 6
-#: A wish that has answers, for who comes without one.
+#: Request shown to a visitor without one; it has answers.
 EXAMPLE = {"path": "straight-line", "stroke": "150", "deviation": "0.05"}
 
 
 class Page:
-    """The routes; holds the form and the desk."""
+    """Routes of the page, with its form and desk."""
 
     def __init__(self, form: Form, begin: Begin, make: Callable[..., Any]) -> None:
         self.form, self._begin, self._make = form, begin, make
@@ -70,7 +70,7 @@ class Page:
 
     @asynccontextmanager
     async def open(self, _: Starlette) -> AsyncIterator[None]:
-        """Begin the processes, and end them."""
+        """Start the worker processes, and stop them at the end."""
         self.desk = Desk(self._begin, self._make)
         try:
             yield
@@ -78,7 +78,7 @@ class Page:
             await self.desk.close()
 
     async def warm(self) -> None:
-        """Ask what everybody asks, so that it is known."""
+        """Ask the most frequent questions in advance, to cache their answers."""
 
         async def never() -> bool:
             return False
@@ -86,15 +86,22 @@ class Page:
         wish = self.form.wish(EXAMPLE.items())
         lanes = [(self.desk.quick, False), (self.desk.thorough, True)]
         first = [
-            self.desk.ask(("warm", lane.count - k, refined), lane, never, partial(asked.search, refined=refined),
-                          wish.request, wish.keywords)
-            for lane, refined in lanes for k in range(lane.count)
-        ]  # fmt: skip
+            self.desk.ask(
+                ("warm", lane.count - k, refined),
+                lane,
+                never,
+                partial(asked.search, refined=refined),
+                wish.request,
+                wish.keywords,
+            )
+            for lane, refined in lanes
+            for k in range(lane.count)
+        ]
         await asyncio.gather(*first)
         await self.desk.ask(("gallery",), self.desk.thorough, never, gallery)
 
     def show(self, template: str, request: Request, code: int = 200, **values: Any) -> HTMLResponse:
-        """Return a page, or a part of one."""
+        """Render a page, or a part of one."""
         values = {
             "unit": unit_shown(request.query_params.get("unit", "")),
             "units": [*MILLIMETRES],
@@ -117,7 +124,7 @@ class Page:
         return found
 
     async def _found(self, request: Request) -> dict[str, Any]:
-        """Return what is shown of a search: answers with their wish, or what is wrong with it."""
+        """Return the values to render for a search: answers and request, or the error."""
         given = request.query_params.multi_items()
         try:
             wish = self.form.wish(given)
@@ -134,7 +141,7 @@ class Page:
         return {"wish": wish, "answers": answers, "advice": advice, "error": "", "field": ""}
 
     async def home(self, request: Request) -> Response:
-        """The form with its answers; without a wish with an example."""
+        """Show the form with its answers; those of an example for an empty form."""
         given = request.query_params.multi_items()
         asking = any(name in self.form.fields for name, _ in given)
         found = await self._found(request) if asking else {"error": "", "field": ""}
@@ -143,18 +150,24 @@ class Page:
             values.setdefault(name, []).append(value)
         picked = request.query_params.getlist("pick")
         return self.show(
-            "home.html", request, 400 if found["error"] else 200, form=self.form, values=values, picked=picked,
-            asking=asking, **found,
-        )  # fmt: skip
+            "home.html",
+            request,
+            400 if found["error"] else 200,
+            form=self.form,
+            values=values,
+            picked=picked,
+            asking=asking,
+            **found,
+        )
 
     async def answers(self, request: Request) -> Response:
-        """The answers alone, for the script."""
+        """Show the answers alone, for the script."""
         found = await self._found(request)
         picked = request.query_params.getlist("pick")
         return self.show("answers.html", request, 400 if found["error"] else 200, picked=picked, **found)
 
     async def guide(self, request: Request) -> Response:
-        """The page of one guide."""
+        """Show the page of one guide."""
         name = request.path_params["name"]
         unit = unit_said(request)
         found = await self.ask(request, ("guide", name, unit), guides.guide_page, name, unit, quick=True)
@@ -171,7 +184,7 @@ class Page:
         )
 
     async def file(self, request: Request) -> Response:
-        """A file made of a guide."""
+        """Send a file of a guide."""
         name, kind = request.path_params["name"], request.path_params["kind"]
         if kind not in guides.FILES:
             raise HTTPException(404)
@@ -185,7 +198,7 @@ class Page:
         return Response(content, media_type=guess_type(f"x.{suffix}")[0] or "text/plain", headers=headers)
 
     async def compare(self, request: Request) -> Response:
-        """Guides side by side."""
+        """Show guides side by side."""
         names = tuple(dict.fromkeys(request.query_params.getlist("pick")))
         if len(names) > SIDE_BY_SIDE:
             raise InvalidRequest(f"{SIDE_BY_SIDE} guides fit side by side: leave some out")
@@ -195,7 +208,7 @@ class Page:
         return self.show("compare.html", request, guides=found, groups=guides.side_by_side(found))
 
     async def own(self, request: Request) -> Response:
-        """An own linkage, typed or dragged."""
+        """Show the user's own linkage, typed or dragged."""
         found, error = None, ""
         try:
             found = await self._own(request)
@@ -206,21 +219,32 @@ class Page:
         if "linkage" in given:
             shown |= {name: given.get(name, "") for name in shown}
         return self.show(
-            "own.html", request, 400 if error else 200, own=found, error=error,
-            linkage=given.get("linkage", OWN_EXAMPLE), **shown,
-        )  # fmt: skip
+            "own.html",
+            request,
+            400 if error else 200,
+            own=found,
+            error=error,
+            linkage=given.get("linkage", OWN_EXAMPLE),
+            **shown,
+        )
 
     async def measured(self, request: Request) -> Response:
-        """An own linkage measured, for the script: while it is dragged without a drawing of the stretch."""
+        """Show measurements of an own linkage, for the script; no drawing while it is dragged."""
         try:
             found = await self._own(request)
         except CatalogueError as fault:
             return JSONResponse({"error": str(fault)}, 400)
         shown = self.show("measured.html", request, own=found)
         return JSONResponse(
-            {"pivots": found.pivots, "guided": found.guided, "path": found.path, "stretch": found.stretch,
-             "told": bytes(shown.body).decode(), "error": found.error}
-        )  # fmt: skip
+            {
+                "pivots": found.pivots,
+                "guided": found.guided,
+                "path": found.path,
+                "stretch": found.stretch,
+                "told": bytes(shown.body).decode(),
+                "error": found.error,
+            }
+        )
 
     async def _own(self, request: Request) -> Own:
         given = request.query_params
@@ -234,12 +258,12 @@ class Page:
         return found
 
     async def gallery(self, request: Request) -> Response:
-        """The named guides and the series."""
+        """Show the named guides and the series."""
         named, series = await self.ask(request, ("gallery",), gallery, quick=False)
         return self.show("gallery.html", request, guides=named, series=series)
 
     async def failed(self, request: Request, error: Exception) -> Response:
-        """One line on a page, whatever went wrong."""
+        """Show any error as one line on a page."""
         code, text = 400, str(error)
         if isinstance(error, NobodyWaits):
             return Response(status_code=499)
@@ -258,37 +282,42 @@ class Page:
 
 
 def unit_said(request: Request) -> str | None:
-    """Return the unit in which an address wants lengths shown, None where it says none that there is."""
+    """Return the unit in an address; None for a missing or unknown one."""
     unit = request.query_params.get("unit")
     return unit if unit in MILLIMETRES else None
 
 
 def said(relaxations: Iterable[Relaxation]) -> str:
-    """Return relaxations in the words of the form."""
+    """Format relaxations in the labels of the form."""
     words = (replace(one, option=one.option.removeprefix("--").replace("-", " ")) for one in relaxations)
     text = " with ".join(map(str, words))
     return text[:1].upper() + text[1:]
 
 
 def application(
-    path: Path, form: Form, plugins: Sequence[str] = (), *, tokens: Sequence[str],
-    make: Callable[..., Any] = process, warm: bool = False,
-) -> Starlette:  # fmt: skip
-    """Return the page of a database as an ASGI application.
+    path: Path,
+    form: Form,
+    plugins: Sequence[str] = (),
+    *,
+    tokens: Sequence[str],
+    make: Callable[..., Any] = process,
+    warm: bool = False,
+) -> Starlette:
+    """Build the page of a database as an ASGI application.
 
     Parameters
     ----------
     path : Path
-        Of the database, absolute; it is only read.
+        Absolute path of the database, which is only read.
     form : Form
     plugins : sequence of str
         Folders with plugins.
     tokens : sequence of str
-        By which a browser is let in, see `Guard`.
+        Tokens that admit a browser; see `Guard`.
     make : callable
-        `process`, or `thread`: of which kind those who answer are.
+        Factory of workers: `process` or `thread`.
     warm : bool
-        Ask at once what everybody asks.
+        Ask the most frequent questions at the start.
     """
     page = Page(form, partial(asked.begin, path, tuple(plugins)), make)
 

@@ -1,7 +1,7 @@
-"""What is asked of a catalogue, in a process that has it open: searches, guides, own linkages, the gallery.
+"""Questions to a catalogue within a worker process: searches and words for series.
 
-Every function here runs in a worker, takes and returns what can be pickled, and raises a `CatalogueError` that is told
-to the user as it is.
+Functions here take and return picklable objects, and raise `CatalogueError` with a text for the
+user.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ _OPEN: list[Catalogue] = []
 
 
 def begin(path: Path, plugins: Sequence[str], patience: int) -> None:
-    """Open the catalogue, only to be read, in this process; `patience`: by how much it lets others go first."""
+    """Open the catalogue read-only in this process; `patience` is its niceness."""
     for name in ("OMP", "OPENBLAS", "MKL"):
         os.environ.setdefault(f"{name}_NUM_THREADS", "1")
     if patience and hasattr(os, "nice"):
@@ -34,30 +34,29 @@ def begin(path: Path, plugins: Sequence[str], patience: int) -> None:
 
 
 def opened() -> Catalogue:
-    """Return the catalogue of this process."""
+    """Return the open catalogue of this process."""
     return _OPEN[0]
 
 
 def in_words(code: str) -> str:
-    """Return a series in words; none of one that no plugin brings."""
+    """Return the title of a series; an empty text for an unknown one."""
     series = opened().registry.series.get(code)
     return "" if series is None else str(series.title)
 
 
 @dataclass(frozen=True)
 class Answers:
-    """Answers to a wish: a card of each kind first, the others after; what would give some where there are none."""
+    """Answers to a request: one card of each kind, then the others; or advice if there are none."""
 
     first: tuple[Card, ...]
     others: tuple[Card, ...]
-    count: int  #: of all, also of those that first answers leave out
+    count: int  #: number of all answers, also of those not shown at first
     refined: bool
-    advice: Advice | None  #: why there are none
+    advice: Advice | None  #: reason for an empty result, and relaxations
 
 
 def search(request: Request, keywords: dict[str, Any], *, refined: bool) -> Answers:
-    """Return the answers to a wish: refined ones with their codes; or, at once, the best stored guide of each kind as
-    it is, which is not kept."""
+    """Answer a request with refined guides, or fast with the best stored guide of each kind."""
     catalogue = opened()
     starts = [recall(code, catalogue.registry.collection) for code in keywords.get("starts", ())]
     found = catalogue.find(request, **{**keywords, "starts": starts}, refine=refined)

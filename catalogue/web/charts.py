@@ -1,4 +1,4 @@
-"""Curves over the drive, each a small drawing in the colours of the page."""
+"""Charts of quantities over the drive, in the colours of the page."""
 
 from __future__ import annotations
 
@@ -14,18 +14,26 @@ from ..kinematics.types import Floats
 from ..markup import Markup, element
 from .cards import figure
 
-#: Width and height of a chart [px].
-WIDTH, HEIGHT = 320, 130
-#: Room for the figures at the axes: to the left, to the right, for the name above, below [px].
-LEFT, RIGHT, TOP, BELOW = 46, 12, 22, 30
-#: Points of a curve at most.
+#: Width of a chart [px]: three charts fill a page.
+WIDTH = 320
+#: Height of a chart [px].
+HEIGHT = 130
+#: Left margin, for the labels of the axis [px].
+LEFT = 46
+#: Right margin [px].
+RIGHT = 12
+#: Top margin, for the name [px].
+TOP = 22
+#: Bottom margin, for the labels of the axis [px].
+BELOW = 30
+#: Most points of a curve: one every two pixels.
 POINTS = 121
-#: Intervals between ticks at most.
+#: Most intervals between ticks: labels do not touch.
 TICKS = 4
 
 
 def charts(one: Candidate) -> tuple[Markup, ...]:
-    """Return the curves of a guide over its drive; none where its point returns."""
+    """Chart the quantities of a guide over its drive; none for a point that returns."""
     try:
         name, drive, found = curves(one)
     except InvalidRequest:
@@ -34,7 +42,7 @@ def charts(one: Candidate) -> tuple[Markup, ...]:
 
 
 def chart(curve: Curve, drive: Floats, name: str) -> Markup:
-    """Return one curve as SVG: its name with its unit, ticks at round values, its least and greatest value."""
+    """Draw one curve as SVG, with name, unit, ticks and range."""
     some = np.linspace(0, len(drive) - 1, min(POINTS, len(drive))).astype(int)
     values, angle = curve.values[some], np.abs(drive[some] - drive[0])
     good = values[np.isfinite(values)]
@@ -79,7 +87,7 @@ def chart(curve: Curve, drive: Floats, name: str) -> Markup:
 
 
 def ticks(low: float, high: float) -> Iterable[float]:
-    """Return round values from low to high, at most `TICKS` intervals apart."""
+    """Return round values from low to high with at most `TICKS` intervals."""
     if not high > low:
         return [low]
     rough = (high - low) / TICKS

@@ -1,4 +1,4 @@
-"""Connections that hang up on who neither finishes a request nor takes its answer."""
+"""Drop connections of clients that neither finish a request nor read the response."""
 
 from __future__ import annotations
 
@@ -8,22 +8,22 @@ from typing import Any
 import h11
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
-#: Seconds in which the head of a request must be there, and in which part of an answer must be taken.
+#: Time for the head of a request to arrive, and for the client to read part of a response [s].
 PATIENCE = 10.0
 
 
 class ImpatientProtocol(H11Protocol):
-    """HTTP of uvicorn, which itself waits for the rest of a request, and for a reader, as long as they please."""
+    """HTTP of uvicorn with time limits on incomplete requests and unread responses."""
 
     _waiting: asyncio.TimerHandle | None = None
 
     def connection_made(self, transport: Any) -> None:
-        """Wait for the first request."""
+        """Start the timer for the first request."""
         super().connection_made(transport)
         self._wait()
 
     def data_received(self, data: bytes) -> None:
-        """Wait on while a request is not complete."""
+        """Keep the timer running while a request is incomplete."""
         super().data_received(data)
         if self.conn.their_state not in (h11.IDLE, h11.SEND_BODY):
             self._settle()
@@ -31,18 +31,18 @@ class ImpatientProtocol(H11Protocol):
             self._wait()
 
     def pause_writing(self) -> None:
-        """Wait for the reader to take what has been written."""
+        """Start the timer for the client to read the response."""
         super().pause_writing()
         self._settle()
         self._wait()
 
     def resume_writing(self) -> None:
-        """Wait no more."""
+        """Stop the timer."""
         super().resume_writing()
         self._settle()
 
     def connection_lost(self, exc: Exception | None) -> None:
-        """Wait no more."""
+        """Stop the timer."""
         self._settle()
         super().connection_lost(exc)
 

@@ -1,7 +1,7 @@
-"""The desk: questions go to a few processes, first answers before thorough ones; what nobody waits for is dropped.
+"""Dispatch questions to worker processes, cache answers, and cancel questions of departed clients.
 
-A search holds the interpreter: it runs in a process of its own, so that the page goes on.  Quick questions and thorough
-ones have processes of their own, and the thorough ones let the quick ones go first.
+A search holds the interpreter, so it runs in a separate process.  Fast and slow questions have
+separate workers, and the slow ones run at lower priority.
 """
 
 from __future__ import annotations
@@ -16,58 +16,60 @@ from typing import Any
 
 from ..errors import CatalogueError
 
-#: Answers that are kept, and how often it is asked whether somebody still waits [s].
-KEPT, POLL = 256, 0.1
-#: How long a question may take, so that others get their turn [s]: a refined search takes 1 on a machine with nothing
-#: else to do, the most that the form allows about 15.
+#: Number of cached answers: an hour of one user.
+KEPT = 256
+#: Time between checks whether the client still waits [s].
+POLL = 0.1
+#: Time limit of a question [s]: a refined search takes 1 on an idle machine, the longest that the
+#: form permits about 15.
 LIMIT = 60.0
-#: Questions that may wait in a lane: with one more somebody would wait several times `LIMIT`.
+#: Most waiting questions of a lane: with one more a client would wait several times `LIMIT`.
 MAX_WAITING = 12
-#: How long what nobody waits for may run on before its process is killed, and begun anew [s].
+#: Time that an abandoned question may still run before its process is killed and restarted [s].
 LEFT = 2.0
-#: By how much thorough questions let others go first.
+#: Niceness of the workers of slow questions.
 PATIENCE = 10
-#: Begins a process, or the only one, with its patience.
+#: Initialises a worker with its niceness.
 Begin = Callable[[int], None]
 Gone = Callable[[], Awaitable[bool]]
 
 
 class NobodyWaits(Exception):
-    """Who asked has gone."""
+    """The client has disconnected."""
 
 
 class Busy(CatalogueError):
-    """No process answers: too much is asked, or they were killed twice."""
+    """No worker is available: too many questions wait, or its process was killed twice."""
 
     exit_code = 5
 
 
 def process(begin: Begin, patience: int) -> Executor:
-    """Return a process."""
+    """Create a worker process."""
     return ProcessPoolExecutor(1, get_context("spawn"), begin, (patience,))
 
 
-def thread(begin: Begin, patience: int) -> Executor:  # noqa: ARG001  # a thread cannot be more patient
-    """Return a thread of this process: quick to begin, but it holds all others up."""
+def thread(begin: Begin, patience: int) -> Executor:  # noqa: ARG001  # a thread has no niceness of its own
+    """Create a worker thread of this process: fast to start, but it blocks all others."""
     return ThreadPoolExecutor(1, "catalogue", begin, (0,))
 
 
 class Worker:
-    """A process that answers one question at a time; begun anew if it is killed, or hangs on what nobody wants."""
+    """A process that answers one question at a time; restarted if killed or stuck."""
 
     def __init__(self, make: Callable[[], Executor]) -> None:
         self._make = make
         self.begin()
 
     def begin(self) -> None:
-        """Begin the process, which opens the catalogue."""
+        """Start the process, which opens the catalogue."""
         others = {*active_children()}
         self._executor = self._make()
-        self._executor.submit(os.getpid)  # with the first question it is there
+        self._executor.submit(os.getpid)  # the process starts with the first task
         self._children = {*active_children()} - others
 
     async def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
-        """Return what a function returns."""
+        """Run a function in the process and return its result."""
         for _ in range(2):
             try:
                 return await asyncio.get_running_loop().run_in_executor(self._executor, task, *arguments)
@@ -77,14 +79,14 @@ class Worker:
         raise Busy("the process that answers was killed twice: is there enough memory?")
 
     def close(self) -> None:
-        """End the process, whatever it does; a thread runs on to its end."""
+        """Kill the process; a thread runs to its end."""
         self._executor.shutdown(wait=False, cancel_futures=True)
         for child in self._children:
             child.terminate()
 
 
 class Lane:
-    """Processes for questions of one kind; the first that asked is served first."""
+    """Workers for questions of one kind, served in order of arrival."""
 
     def __init__(self, make: Callable[[], Executor], count: int) -> None:
         self._workers = [Worker(make) for _ in range(count)]
@@ -95,13 +97,15 @@ class Lane:
         self.count, self._closed = count, False
 
     async def run(self, task: Callable[..., Any], *arguments: Any) -> Any:
-        """Return what a function returns in the next process that is free.  Who is cancelled while it runs gives it
-        some seconds to end, then the process is begun anew.
+        """Run a function in the next free worker and return its result.
+
+        If the caller is cancelled meanwhile, the function gets `LEFT` seconds to finish; then the
+        process is restarted.
 
         Raises
         ------
         Busy
-            If too many wait already, or it takes longer than `LIMIT`.
+            If too many questions wait, or this one takes longer than `LIMIT`.
         """
         if self._waiting >= MAX_WAITING:
             raise Busy(f"{MAX_WAITING} questions are waiting already: ask again in a minute")
@@ -129,14 +133,14 @@ class Lane:
             self._free.put_nowait(worker)
 
     def close(self) -> None:
-        """End all processes."""
+        """Stop all workers."""
         self._closed = True
         for worker in self._workers:
             worker.close()
 
 
 class Desk:
-    """Takes questions, keeps answers."""
+    """Dispatches questions and caches answers."""
 
     def __init__(self, begin: Begin, make: Callable[[Begin, int], Executor] = process) -> None:
         count = max(2, min(4, os.cpu_count() or 1))
@@ -146,14 +150,15 @@ class Desk:
         self._waiting: dict[Hashable, int] = {}
 
     async def ask(self, key: Hashable, lane: Lane, gone: Gone, task: Callable[..., Any], *arguments: Any) -> Any:
-        """Return an answer, of the same question at once if it was asked before.
+        """Answer a question, from the cache if it was asked before.
 
         Raises
         ------
         NobodyWaits
-            If who asked has gone; the question is dropped unless somebody else waits for it.
+            If the client has disconnected; the question is cancelled unless another client waits
+            for it.
         CatalogueError
-            As the task does.
+            Errors of the task.
         """
         running = self._kept.get(key)
         if running is None or running.cancelled():
@@ -179,12 +184,12 @@ class Desk:
         return running.result()
 
     def knows(self, key: Hashable) -> bool:
-        """Return whether a question has been answered."""
+        """Tell whether an answer is cached."""
         found = self._kept.get(key)
         return found is not None and found.done() and not found.cancelled() and found.exception() is None
 
     async def close(self) -> None:
-        """End all processes; nobody is answered any more."""
+        """Stop all workers; pending questions get no answer."""
         self.quick.close()
         self.thorough.close()
         asked = [one for one in self._kept.values() if not one.done()]

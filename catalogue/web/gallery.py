@@ -1,4 +1,4 @@
-"""The gallery: the named guides as published, and every series with one of its guides."""
+"""The gallery: named guides as published, and an example of every series."""
 
 from __future__ import annotations
 
@@ -12,31 +12,34 @@ from ..series.named_guides import named_guides
 from .asked import opened
 from .cards import drawing
 
-#: Level of the reach by which a guide of a series is chosen, and its least transmission angle [deg].
-LEVEL, TRANSMISSION = -3, 35
+#: Level of the example of a series: a deviation of 10^LEVEL of the stroke is visible in the
+#: drawing.
+LEVEL = -3
+#: Minimum transmission angle of the example of a series, if there is such a guide [deg].
+TRANSMISSION = 35
 
 
 @dataclass(frozen=True)
 class Plate:
-    """A named guide, or a series with one of its guides."""
+    """A named guide, or a series with an example."""
 
-    name: str  #: of the page of the guide
+    name: str  #: name of the guide in addresses
     title: str
     line: str  #: proportions of a guide, families of a series
-    text: str  #: its place in the theory
+    text: str  #: place in the theory
     source: str
     drawing: Markup
     series: str
 
 
 def gallery() -> tuple[tuple[Plate, ...], tuple[Plate, ...]]:
-    """Return the named guides and the series."""
+    """Collect the named guides and the series."""
     catalogue = opened()
     guides = []
     for design in named_guides().values():
         try:
             one = as_published(design, catalogue.guide(design.name), design.stroke)
-        except CatalogueError:  # a database that was filled without them
+        except CatalogueError:  # a database built without named guides
             continue
         guides.append(
             Plate(design.name, design.title, design.proportions, design.place, design.source, _drawn(one), one.series)
@@ -62,7 +65,7 @@ def _drawn(one: Candidate) -> Markup:
 
 
 def _examples() -> dict[str, int]:
-    """Return by series the number of the most compact stored guide along a line that transmits well, else of any."""
+    """Find the most compact straight-line guide of each series, with good transmission if any."""
     rows = opened().guides(reaches=True)
     rows = rows[rows["kind"].isin(["line", "circle"]) & (rows["level"] == LEVEL)]
     weak = rows["min_transmission"] < TRANSMISSION

@@ -1,7 +1,7 @@
-"""Who may ask the page, and what its answers may load.
+"""Access control of the page, and restrictions on what its responses may load.
 
-Who knows the token that the command prints is given a cookie, and only the own site of a browser that has the cookie is
-answered: neither another user of this machine nor a foreign page spends a search or keeps an answer.
+The printed token earns a cookie, and only same-site requests with the cookie are answered: neither
+another user of this machine nor a foreign page can run a search or store an answer.
 """
 
 from __future__ import annotations
@@ -17,13 +17,13 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from ..markup import element, fill
 
-#: Names by which the page is asked for; another site that gives our address its own name is refused.
+#: Permitted host names: a foreign site that resolves to our address (DNS rebinding) is refused.
 HOSTS = ["localhost", "127.0.0.1", "[::1]"]
 #: Name of the token in the address that the command prints.
 TOKEN = "token"  # nosec B105  # a name, no secret
-#: Letters of an address at most; every field of the form filled in takes about 2,000.
+#: Longest address [characters]: the form with every field filled in takes about 2,000.
 MAX_ADDRESS = 8000
-#: What a browser says of a request that no foreign page began; an older one says nothing.
+#: Values of Sec-Fetch-Site for requests of no foreign page; older browsers send none.
 OWN = ("same-origin", "none", "")
 HEADERS = {
     "Content-Security-Policy": "default-src 'self'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; "
@@ -35,27 +35,28 @@ HEADERS = {
     "Referrer-Policy": "same-origin",
     "Cache-Control": "no-cache",
 }
-#: Leads on without the token: the site itself begins what follows, so that the browser sends the cookie.
+#: Redirect without the token: the browser sends the cookie only on a same-site request.
 _ENTERED = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><title>Guide mechanisms</title>$refresh</head></html>
 """
 
 
 class Guard:
-    """Sets the headers of every answer, and refuses who has not been given the token.
+    """Middleware: sets security headers, and refuses clients without the token.
 
     Parameters
     ----------
     app : ASGIApp
     tokens : list of str
-        The first is for good; each of the others lets in once: it may be seen among the arguments of a browser.
+        The first is permanent; the others admit once, as they are visible in the arguments of a
+        browser.
     """
 
     def __init__(self, app: ASGIApp, tokens: list[str]) -> None:
         self.app = app
         self._token, self._once = tokens[0], tokens[1:]
         digest = sha256(self._token.encode()).hexdigest()
-        self._cookie = f"catalogue-{digest[:8]}"  # cookies do not know ports: servers must not take each other's
+        self._cookie = f"catalogue-{digest[:8]}"  # cookies ignore ports: servers need different names
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -73,7 +74,7 @@ class Guard:
         await (self._answer(scope) or self.app)(scope, receive, guarded)
 
     def _answer(self, scope: Scope) -> Response | None:
-        """Return what a request is told at once: it is refused, or let in by its token; else None."""
+        """Return an immediate response, a refusal or an admission by token; else None."""
         given = {name.decode("latin-1"): value.decode("latin-1") for name, value in scope["headers"]}
         query = scope["query_string"].decode("latin-1")
         if len(scope["path"]) + len(query) > MAX_ADDRESS:
@@ -88,7 +89,7 @@ class Guard:
         return None
 
     def _entered(self, token: str, said: list[tuple[str, str]]) -> Response:
-        """Return what gives the cookie, and leads on to the wish."""
+        """Set the cookie, and redirect to the request."""
         if token in self._once:
             self._once.remove(token)
         elif not compare_digest(token.encode(), self._token.encode()):

@@ -1,4 +1,4 @@
-"""The page of one guide: its drawing, theory, lengths, pivots and curves, and the files made of it."""
+"""The page of one guide: drawing, theory, lengths, pivots, charts and files."""
 
 from __future__ import annotations
 
@@ -32,25 +32,31 @@ from .charts import charts
 if TYPE_CHECKING:
     from ..series.named_guides import NamedGuide
 
-#: Size of the large drawing [px], and its period [s].
-LARGE, SECONDS = (960, 600), 6
-#: Digits of the number of a guide, at most.
+#: Width and height of the large drawing [px].
+LARGE = (960, 600)
+#: Period of the large drawing [s]: slow enough to follow by eye.
+SECONDS = 6
+#: Longest number of a guide [digits]: within the integers of SQLite.
 LONGEST = 15
-#: What can be shown in the large drawing besides, in words.
+#: Layers of the large drawing, in words.
 SHOWN = {
-    "names": "Names of the pivots", "turn": "Path over the whole circuit", "pole": "Pole",
-    "circle": "Inflection circle", "cubics": "Cubics of stationary curvature",
-    "centrodes": "Centrodes", "velocity": "Velocity",
-}  # fmt: skip
+    "names": "Names of the pivots",
+    "turn": "Path over the whole circuit",
+    "pole": "Pole",
+    "circle": "Inflection circle",
+    "cubics": "Cubics of stationary curvature",
+    "centrodes": "Centrodes",
+    "velocity": "Velocity",
+}
 
 
 @dataclass(frozen=True)
 class GuidePage:
-    """What the page of a guide shows."""
+    """Contents of the page of a guide."""
 
     name: str
     heading: str
-    words: tuple[str, ...]  #: of a named guide: proportions, place, source
+    words: tuple[str, ...]  #: proportions, place in the theory and source of a named guide
     card: Card
     drawing: Markup
     numbers: tuple[Number, ...]
@@ -59,17 +65,17 @@ class GuidePage:
     theory: tuple[Number, ...]
     remarks: tuple[str, ...]
     charts: tuple[Markup, ...]
-    own: tuple[tuple[str, str], ...]  #: the address of the page of own linkages that has it
-    unit: str  #: of its lengths
+    own: tuple[tuple[str, str], ...]  #: query of the page of own linkages for this guide
+    unit: str  #: unit of its lengths
 
 
 def pick(name: str) -> tuple[Candidate | OwnGuide, NamedGuide | None]:
-    """Return the guide that a code of an answer, a number or a name of the catalogue stands for.
+    """Find a guide by the code of an answer, its number in the store, or its name.
 
     Raises
     ------
     InvalidRequest
-        If there is none, or it is no planar guide.
+        If there is none, or it is not planar.
     """
     design = named_guides().get(name)
     if design is not None:
@@ -87,7 +93,7 @@ def pick(name: str) -> tuple[Candidate | OwnGuide, NamedGuide | None]:
 
 
 def placed(name: str) -> Candidate:
-    """Return the guide with a stroke that a name stands for; see `pick`."""
+    """Find a guide with a stroke; see `pick`."""
     found, _ = pick(name)
     if not isinstance(found, Candidate):
         raise InvalidRequest(f"{name} has no stroke: measure it on the page of own linkages")
@@ -95,7 +101,7 @@ def placed(name: str) -> Candidate:
 
 
 def address(one: Candidate | OwnGuide) -> tuple[tuple[str, str], ...]:
-    """Return what the page of own linkages is asked for a guide."""
+    """Return the query of the page of own linkages for a guide."""
     pivots = json.dumps([[[float(f"{v:.12g}") for v in pivot] for pivot in dyad] for dyad in one.pivots])
     point = [("x", f"{one.guided[0]:.12g}"), ("y", f"{one.guided[1]:.12g}")]
     stroke = [("stroke", f"{one.stroke:.12g}")] if isinstance(one, Candidate) else []
@@ -103,15 +109,15 @@ def address(one: Candidate | OwnGuide) -> tuple[tuple[str, str], ...]:
 
 
 def guide_page(name: str, unit: str | None) -> GuidePage | tuple[tuple[str, str], ...]:
-    """Return the page of a guide converted to a unit; of a linkage without a stroke its address among own ones.
+    """Make the page of a guide; for a linkage without a stroke return its query among own linkages.
 
-    If no unit is said it is that of the guide, and `ASSUMED` where it has none.
+    Lengths are converted to `unit`; if None, to the unit of the guide, or `ASSUMED` if it has none.
     """
     found, design = pick(name)
     found = found.in_unit(unit or found.unit or ASSUMED)
     if not isinstance(found, Candidate):
         return address(found)
-    if not is_code(name) or design is not None:  # nobody asked for a deviation that it could allow
+    if not is_code(name) or design is not None:  # no tolerance was requested, so there is no allowance
         found = replace(found, allowance=None, asked_deviation=None, score=None, expected=None)
     theory, remarks = _theory(found)
     words = () if design is None else (design.proportions, design.place, f"Source: {design.source}")
@@ -135,16 +141,16 @@ def guide_page(name: str, unit: str | None) -> GuidePage | tuple[tuple[str, str]
     )
 
 
-#: Lengths by name that are angles.
+#: Names of lengths that are angles.
 ANGLES = ("angle", "between")
 
 
-#: Numbers besides those of the card of which one is best.
+#: Labels of numbers to compare, besides those of the card.
 COMPARED = (*RISING, "Travel", "Expected", "Sensitivity rms")
 
 
 def _all_numbers(one: Candidate) -> tuple[Number, ...]:
-    """Return what is measured besides the numbers of the card."""
+    """List the measured numbers that the card leaves out."""
     degrees = ("drive_angle", "rotation", "min_transmission_turn")
     lengths = ("max_ground", "max_arm", "travel", "expected")
     plain = ("uniformity", "advantage", "time_ratio", "sensitivity_rms", "drift", "gap", "score")
@@ -177,7 +183,7 @@ def _pivots(one: Candidate) -> list[tuple[str, str, str, str]]:
 
 
 def _theory(one: Candidate) -> tuple[tuple[Number, ...], tuple[str, ...]]:
-    """Return curvature and memberships of a guide in the position of its pivots."""
+    """List the curvature and the series of a guide at mid-stroke."""
     at = curvature(one.linkage)
     place = "at mid-stroke"
     shown = [Number("Contact", contact(one.order), "", "Of the ancestor at its design position.")] * bool(one.order)
@@ -205,12 +211,12 @@ def _theory(one: Candidate) -> tuple[tuple[Number, ...], tuple[str, ...]]:
     return tuple(shown), tuple(remarks)
 
 
-#: Packages without which a file cannot be made, by kind.
+#: Package needed for a file, by kind.
 NEEDED = {"dxf": "ezdxf", "step": "build123d", "xlsx": "xlsxwriter", "parquet": "pyarrow"}
-#: Files made of a guide, by kind: suffix, and what it is.
+#: Suffix and description of the files of a guide, by kind.
 FILES: dict[str, tuple[str, str]] = {
-    "sheet": ("html", "data sheet of one page"),
-    "svg": ("svg", "moving drawing in true millimetres"),
+    "sheet": ("html", "one-page data sheet"),
+    "svg": ("svg", "animated drawing in true millimetres"),
 }
 FILES |= {
     kind: (next((s[1:] for s, k in SUFFIXES.items() if k == kind), "csv"), told) for kind, told in FORMATS.items()
@@ -218,12 +224,12 @@ FILES |= {
 
 
 def offered() -> dict[str, tuple[str, str]]:
-    """Return those of `FILES` that can be made here."""
+    """Return the `FILES` whose packages are installed."""
     return {kind: told for kind, told in FILES.items() if kind not in NEEDED or find_spec(NEEDED[kind]) is not None}
 
 
 def file_of(name: str, kind: str, unit: str | None) -> str | bytes:
-    """Return a file of a kind of `FILES` made of a guide, converted to a unit if one is said."""
+    """Make a file of a guide, in a unit if one is given."""
     one = placed(name)
     if kind == "svg":
         return moving_file(one, unit=unit, code=name)
@@ -233,16 +239,17 @@ def file_of(name: str, kind: str, unit: str | None) -> str | bytes:
 
 
 def compared(names: tuple[str, ...], unit: str) -> list[Any]:
-    """Return the pages of guides side by side, of those with a stroke."""
+    """Make the pages of the guides that have a stroke, for a comparison."""
     return [page for page in (guide_page(name, unit) for name in names) if isinstance(page, GuidePage)]
 
 
-#: A row of a comparison: label, help, the number of each guide, None where it has none, and which are best.
+#: A row of a comparison: label, help, the number of each guide or None, and the indices of the
+#: best.
 Row = tuple[str, str, tuple[Number | None, ...], frozenset[int]]
 
 
 def side_by_side(pages: Sequence[GuidePage]) -> list[tuple[str, list[Row]]]:
-    """Return the numbers of guides under headings, row by row."""
+    """Arrange the numbers of guides in rows under headings."""
     parts = {
         "Measured": [page.card.numbers + page.numbers for page in pages],
         "Links": [page.lengths for page in pages],
@@ -261,7 +268,7 @@ def side_by_side(pages: Sequence[GuidePage]) -> list[tuple[str, list[Row]]]:
 
 
 def best(cells: Sequence[Number | None]) -> frozenset[int]:
-    """Return which numbers of a row are best; none where all are shown alike, or none can be."""
+    """Return the indices of the best numbers of a row; none if all look alike or none is comparable."""
     known = {k: (cell.value, cell.text) for k, cell in enumerate(cells) if cell and cell.value is not None}
     if len({text for _, text in known.values()}) < 2:
         return frozenset()

@@ -1,4 +1,4 @@
-"""A linkage of one's own, typed or dragged: its path, and where on it the point runs straightest."""
+"""The user's own linkage, typed or dragged: its path, and its straightest stretch."""
 
 from __future__ import annotations
 
@@ -17,33 +17,33 @@ from ..kinematics.circuits import circuits
 from ..units import decimal
 from .cards import Card, Number, card, drawing, figure, words
 
-#: Letters of a linkage at most.
+#: Longest text of a linkage [characters]: ten times that of pivots to full precision.
 LONGEST = 2000
-#: What is shown before anybody has given a linkage: Watt's, in the middle of its stroke.
+#: Initial linkage: Watt's at mid-stroke.
 EXAMPLE = "[[[-50, 30], [0, 30]], [[50, -30], [0, -30]]]"
 
 
 @dataclass(frozen=True)
 class Own:
-    """An own linkage measured; places as plain numbers, for the script of the page."""
+    """Measurements of an own linkage; positions as plain numbers, for the script of the page."""
 
     family: str
     pivots: list[list[list[float]]]
     guided: list[float]
-    path: list[list[float]]  #: of the point over the circuit it is on
-    stretch: list[list[float]]  #: where it runs straightest
+    path: list[list[float]]  #: path of the point over its circuit
+    stretch: list[list[float]]  #: straightest stretch of the path
     numbers: tuple[Number, ...]
     card: Card | None
-    error: str  #: why there is no stretch
+    error: str  #: reason for a missing stretch
 
 
 def read(linkage: str, x: str, y: str) -> OwnGuide:
-    """Return the guide that is typed: pivots or link lengths as JSON, and the place of the guided point.
+    """Parse a guide: pivots or link lengths as JSON, and the coordinates of the guided point.
 
     Raises
     ------
     CatalogueError
-        If they form no linkage, or there is no point.
+        If they form no linkage, or the point is missing.
     """
     if len(linkage) > LONGEST:
         raise InvalidRequest(f"a linkage has {LONGEST} letters at most")
@@ -67,8 +67,16 @@ def _number(name: str, text: str) -> float:
 
 
 def measured(linkage: str, x: str, y: str, stroke: str, unit: str, settled: bool) -> Own:
-    """Return an own linkage, in a unit, with its path, and the straightest stretch of a stroke: of all circuits, drawn
-    and kept; unless it is `settled` of the circuit it stands on, which is quick enough while it is dragged."""
+    """Measure an own linkage: its path and its straightest stretch of a stroke.
+
+    Parameters
+    ----------
+    linkage, x, y, stroke, unit : str
+        Fields of the form.
+    settled : bool
+        Whether to search all circuits, draw and store the stretch.  False while the linkage is
+        dragged: only the current circuit is searched, which is fast enough.
+    """
     one = read(linkage, x, y).in_unit(unit)
     length = positive("stroke", _number("stroke", stroke))
     shown = [Number(words(name), figure(value, 5), "length") for name, value in one.lengths.items()]
@@ -83,7 +91,7 @@ Found = tuple[list[list[float]], list[Number], Card | None, str]
 
 
 def _settled(one: OwnGuide, stroke: float) -> Found:
-    """Return the straightest stretch of all circuits, its numbers and its card, or why there is none."""
+    """Find the straightest stretch of all circuits, with numbers and card, or an error."""
     try:
         found = one.measure(stroke=stroke, limit=1)
     except CatalogueError as fault:
@@ -99,7 +107,7 @@ def _settled(one: OwnGuide, stroke: float) -> Found:
 
 
 def _dragged(one: OwnGuide, stroke: float) -> Found:
-    """Return the straightest stretch of the circuit on which a linkage stands, and its deviation."""
+    """Find the straightest stretch of the current circuit, and its deviation."""
     here, point = circuits(one.linkage)[:1], np.array([complex(*one.guided)])
     found = straightest(here, point, np.array([stroke]), circle=False, count=1)
     if not len(found.deviation) or not np.isfinite(found.deviation[0]):
@@ -110,13 +118,13 @@ def _dragged(one: OwnGuide, stroke: float) -> Found:
 
 def _told(deviation: str, transmission: str, circuit: str) -> list[Number]:
     return [
-        Number("Deviation", deviation, "length", "Half the width of the narrowest strip that holds the stretch."),
-        Number("Transmission", transmission, "°", "Least over the stretch, the better crank driving."),
-        Number("Circuit", circuit, "", "What the linkage reaches without being taken apart."),
+        Number("Deviation", deviation, "length", "Half the width of the narrowest strip that contains the stretch."),
+        Number("Transmission", transmission, "°", "Minimum angle over the stretch; the better crank drives."),
+        Number("Circuit", circuit, "", "Positions reachable without disassembly."),
     ]
 
 
 def _places(z: Any) -> list[list[float]]:
-    """Return finite places of a path, as far as they can be drawn."""
+    """Return the finite positions of a path that can be drawn."""
     kept = z[np.isfinite(z)]
     return [[round(v.real, 9), round(v.imag, 9)] for v in kept.tolist()]

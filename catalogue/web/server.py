@@ -1,4 +1,4 @@
-"""The server of the page, on loopback."""
+"""Serve the page on loopback."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from .application import application
 from .guard import TOKEN
 from .wish import Form
 
-#: Connections at once: a browser opens six for each of its windows.
+#: Most simultaneous connections: a browser opens six for each of its windows.
 MAX_CONNECTIONS = 64
 
 
 def serve(path: Path, form: Form, plugins: Sequence[str], port: int, *, browser: bool = False) -> None:
-    """Serve the page on loopback until it is interrupted, to who has the address that is printed.
+    """Serve the page on loopback until interrupted, to holders of the printed address.
 
     Raises
     ------
     InvalidRequest
-        If the port is taken.
+        If the port is in use.
     MissingExtra
-        Without uvicorn.
+        If uvicorn is not installed.
     """
     try:
         import uvicorn
@@ -35,23 +35,28 @@ def serve(path: Path, form: Form, plugins: Sequence[str], port: int, *, browser:
     except ImportError as error:
         raise MissingExtra('the page needs uvicorn: pip install "mechanism-catalogue[web]"') from error
     with socket.socket(socket.AF_INET, socket.SOCK_STREAM) as listening:
-        if os.name != "nt":  # there it would share a port that is taken
+        if os.name != "nt":  # on Windows this would share a port in use
             listening.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         try:
             listening.bind(("127.0.0.1", port))
         except OSError as error:
             raise InvalidRequest(f"port {port} cannot be used ({error.strerror}): name another with --port") from None
-        listening.listen()  # who asks before the server takes over waits
+        listening.listen()  # early requests wait until the server accepts them
         tokens = [token_urlsafe(), token_urlsafe()]
         printed, once = (f"http://127.0.0.1:{listening.getsockname()[1]}/?{TOKEN}={token}" for token in tokens)
         print(f"{printed}  (Ctrl-C ends it)", flush=True)
         if browser:
             import webbrowser
 
-            webbrowser.open(once)  # other users see the arguments of a browser
+            webbrowser.open(once)  # other users can see a browser's arguments
         config = uvicorn.Config(
-            application(path, form, plugins, tokens=tokens, warm=True), http=ImpatientProtocol, ws="none",
-            limit_concurrency=MAX_CONNECTIONS, log_level="error", access_log=False, lifespan="on",
-        )  # fmt: skip
-        with suppress(KeyboardInterrupt):  # how a server is ended
+            application(path, form, plugins, tokens=tokens, warm=True),
+            http=ImpatientProtocol,
+            ws="none",
+            limit_concurrency=MAX_CONNECTIONS,
+            log_level="error",
+            access_log=False,
+            lifespan="on",
+        )
+        with suppress(KeyboardInterrupt):  # the usual way to stop a server
             uvicorn.Server(config).run([listening])

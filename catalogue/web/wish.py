@@ -1,4 +1,4 @@
-"""What is wished for: the options of `find` as fields of a form, and an address read as the command reads a line."""
+"""The request form: options of `find` as fields, and addresses parsed like command lines."""
 
 from __future__ import annotations
 
@@ -23,15 +23,17 @@ from ..units import ASSUMED, MILLIMETRES
 if TYPE_CHECKING:
     from ..find.explain import Relaxation
 
-#: What a request is read by: the name of a command and its options, to a request and the keywords of `Catalogue.find`.
+#: Converts the name and options of a command to a request and keywords of `Catalogue.find`.
 Read = Callable[[str, dict[str, Any]], tuple[Request, dict[str, Any]]]
-#: Options of the command that say where the path lies and how answers are ranked, besides the keywords of `find`.
-PATH, RANKING = ("stroke", "deviation", "radius", "angle", "from", "to", "along"), ("pareto",)
-#: What the page itself decides: first answers are stored guides as they are, then they are refined.
+#: Options of the path.
+PATH = ("stroke", "deviation", "radius", "angle", "from", "to", "along")
+#: Options of the ranking that are no keywords of `Catalogue.find`.
+RANKING = ("pareto",)
+#: Keywords set by the page itself: it shows stored guides first, then refined ones.
 DECIDED = ("refine",)
-#: Names in an address that are no field of the form: kind of path, unit of lengths, shortlist, stage of the search.
+#: Names in an address besides fields: kind of path, unit of length, shortlist, stage of the search.
 BESIDES = ("path", "unit", "pick", "stage")
-#: Fields by what they are about; others stand in the last group.
+#: Fields by group; all others are in the last one.
 GROUPS = {
     "Path": PATH,
     "Kind": ("family", "series", "configuration", "order", "pins_only", "slots", "returns"),
@@ -40,20 +42,22 @@ GROUPS = {
     "Drive": ("min_transmission", "min_transmission_turn", "full_rotation", *DRIVE),
     "Choice": (),
 }
-#: Fields that stand before the groups: what is asked most.
+#: Fields before the groups: those asked most.
 FIRST = ("min_transmission", "max_size", "fixed_pivots_in", "pins_only")
-#: Bounds of numbers on which the time of a search depends.
+#: Upper bounds of fields that lengthen a search: with both a search takes about 15 s.
 MOST = {"effort": 4, "limit": 48}
-#: Letters that one field may have: `MAX_CORNERS` corners of 25 letters.
+#: Longest value of a field [characters]: `MAX_CORNERS` corners of 25 characters, and some more.
 LONGEST = 2000
-#: Zones to keep free, and corners of all regions: a search tests each link against each side in every pose.
-MAX_ZONES, MAX_CORNERS = 12, 60
-#: Values of a field that may be given several times.
+#: Most keep-out zones: a search tests each link against each side in every pose.
+MAX_ZONES = 12
+#: Most corners of all zones, for the time of these tests.
+MAX_CORNERS = 60
+#: Most values of a field that may be repeated: more than there are series.
 MAX_VALUES = 40
 
 
 class WishError(InvalidRequest):
-    """A wish that cannot be meant, with the name of the field that says so, empty if it is none."""
+    """An invalid request of the form, with the name of its faulty field, if any."""
 
     def __init__(self, text: str, field: str = "") -> None:
         super().__init__(text)
@@ -62,7 +66,7 @@ class WishError(InvalidRequest):
 
 @dataclass(frozen=True)
 class Field:
-    """A field of the form, made of an option of the command."""
+    """A field of the form, derived from an option of the command."""
 
     name: str
     flag: str
@@ -72,11 +76,11 @@ class Field:
     metavar: str
     default: str
     choices: tuple[str, ...]
-    slider: str  #: what a slider runs over: length (in strokes), acute, turn, share, or no slider
+    slider: str  #: range of the slider: length (in strokes), acute, turn, share; empty for none
 
     @property
     def label(self) -> str:
-        """The words of the flag."""
+        """The flag in words."""
         return self.flag.removeprefix("--").replace("-", " ").capitalize()
 
     @classmethod
@@ -101,14 +105,21 @@ class Field:
         given = option.show_default if isinstance(option.show_default, str) else option.default
         default = "" if option.multiple or not isinstance(given, str | int | float) or not given else str(given)
         return cls(
-            name, max(option.opts, key=len), option.help or "", kind, unit, metavar, default, known,
+            name,
+            max(option.opts, key=len),
+            option.help or "",
+            kind,
+            unit,
+            metavar,
+            default,
+            known,
             "deviation" if name == "deviation" else slider,
-        )  # fmt: skip
+        )
 
 
 @dataclass(frozen=True)
 class Wish:
-    """A wish that can be meant: what is asked of `Catalogue.find`."""
+    """A valid request of the form, for `Catalogue.find`."""
 
     command: str
     request: Request
@@ -117,22 +128,22 @@ class Wish:
 
     @property
     def key(self) -> str:
-        """The request itself, written out: other values, or values of another type, have another key."""
+        """The request as a unique text: different values or types give different keys."""
         return repr((type(self.request).__name__, _plain(vars(self.request)), _plain(self.keywords)))
 
     @property
     def line(self) -> str:
-        """The command that gives the same answers."""
+        """The equivalent command line."""
         return shlex.join(["catalogue", "find", self.command, *self.arguments])
 
 
 def unit_shown(unit: str) -> str:
-    """Return a unit that an address says, `ASSUMED` where it says none that there is."""
+    """Return the unit in an address, or `ASSUMED` for a missing or unknown one."""
     return unit if unit in MILLIMETRES else ASSUMED
 
 
 def _check_zones(regions: Sequence[Any]) -> None:
-    """Raise `WishError` for more zones, or corners of them, than a search on the page may cost."""
+    """Refuse more zones or corners than the page permits."""
     corners = sum(np.size(region) // 2 for region in regions)
     if len(regions) > MAX_ZONES or corners > MAX_CORNERS:
         what = f"at most {MAX_ZONES} zones with {MAX_CORNERS} corners in all"
@@ -140,7 +151,7 @@ def _check_zones(regions: Sequence[Any]) -> None:
 
 
 def _plain(value: Any) -> Any:
-    """Return a value of a request as nested tuples, mappings sorted; an array shows no more than its first numbers."""
+    """Convert a value of a request to nested tuples: the repr of a long array is truncated."""
     if isinstance(value, np.ndarray):
         return _plain(value.tolist())
     if isinstance(value, Mapping):
@@ -151,16 +162,16 @@ def _plain(value: Any) -> Any:
 
 
 class Form:
-    """The form: fields made of the options of commands, by which an address is read.
+    """The form: fields derived from the options of commands; parses addresses.
 
     Parameters
     ----------
     commands : mapping of str to click.Command
-        By the name of the path.
+        Commands by the name of the path.
     read : callable
         See `Read`.
     choices : mapping of str to sequence of str
-        What there is to choose from, by the name of an option.
+        Permitted values by the name of an option.
     """
 
     def __init__(self, commands: Mapping[str, click.Command], read: Read, choices: Mapping[str, Sequence[str]]) -> None:
@@ -178,7 +189,7 @@ class Form:
 
     @property
     def groups(self) -> dict[str, list[Field]]:
-        """Fields by what they are about; those that stand first are in none."""
+        """Fields by group, without those of `FIRST`."""
         group = {name: title for title, names in GROUPS.items() for name in names}
         found: dict[str, list[Field]] = {title: [] for title in GROUPS}
         for field in self.fields.values():
@@ -187,12 +198,12 @@ class Form:
         return found
 
     def wish(self, given: Iterable[tuple[str, str]]) -> Wish:
-        """Return the wish that an address says.
+        """Parse the query of an address.
 
         Raises
         ------
         WishError
-            If it cannot be meant.
+            If a field is invalid.
         """
         said: dict[str, list[str]] = {}
         for name, value in given:
@@ -214,7 +225,7 @@ class Form:
             _check_zones(options.get("keep_out") or ())
             if wrong := [code for code in options.get("starts") or () if not is_code(code)]:
                 raise WishError(f"{quoted(wrong[0])} is no code of an answer", "starts")
-            with context.scope(cleanup=False):  # which knows the unit
+            with context.scope(cleanup=False):  # the context holds the unit
                 request, keywords = self._read(name, options)
             Constraints.of({k: v for k, v in keywords.items() if k in {one.name for one in fields(Constraints)}})
         except click.UsageError as error:
@@ -229,7 +240,7 @@ class Form:
         return Wish(name, request, keywords, tuple(arguments))
 
     def _arguments(self, field: Field, command: click.Command, said: Mapping[str, list[str]]) -> list[str]:
-        """Return the arguments of the command that a field stands for."""
+        """Return the command-line arguments of a field."""
         values = [value for value in said.get(field.name, []) if value]
         if not values:
             return []
@@ -254,7 +265,7 @@ class Form:
         return [part for value in values for part in (field.flag, value)]
 
     def field_of(self, text: str) -> str:
-        """Return the name of the field that a text names first, empty if it names none."""
+        """Return the name of the first field mentioned in a message, or an empty text."""
         plural = {one: many for many, one in SINGULAR.items()}
         found = {}
         for name, field in self.fields.items():
@@ -264,7 +275,7 @@ class Form:
         return min(found, key=lambda name: found[name], default="")
 
     def relaxed(self, given: Iterable[tuple[str, str]], relaxations: Iterable[Relaxation]) -> list[tuple[str, str]]:
-        """Return an address after relaxations that give an empty answer some."""
+        """Apply relaxations to the query of an address."""
         flags = {field.flag: field for field in self.fields.values()}
         said = list(given)
         for one in relaxations:

@@ -41,7 +41,7 @@ def test_it_listens_on_loopback_and_ends_with_its_processes(small_db: Path, envi
         browser = build_opener(HTTPCookieProcessor())
         browser.open(found[1] + found[2], timeout=30).close()
         with browser.open(found[1], timeout=30) as got:
-            assert b"Carry a point along" in got.read()
+            assert b"Guide a point along" in got.read()
         served.send_signal(signal.SIGINT)
         assert served.wait(30) == 0
         assert served.stderr.read() == ""
