@@ -12,7 +12,8 @@ import click
 
 from ..errors import InvalidRequest, quoted
 from ..progress import busy
-from .options import Argument, number, option, several
+from ..units import decimal
+from .options import Argument, number, option, several, switch
 from .tables import FORCE, OUTPUT, print_table
 
 if TYPE_CHECKING:
@@ -23,10 +24,19 @@ if TYPE_CHECKING:
 
 #: Part of the largest number of a column below which one is shown as 0.
 ROUNDING = 1e-12
+#: Values of a drive at most.
+MOST_STEPS = 1_000_000
 
 FILE = Argument("file", "FILE", "The mechanism in TOML or JSON: hard points, joints, links, drives.")
 DRIVE = option("--drive", "NAME", "What drives, by its name in the file.", required=True)
+DRIVES = several(
+    "--drive", "NAME[=VALUES]", "What drives, by its name in the file; with values FROM:TO:STEPS or V,V,... "
+    "[unit of the file, or degrees] it may be repeated: all combinations are printed.", required=True,
+)  # fmt: skip
 HOLD = several("--hold", "NAME", "What keeps its value, if there is more than one freedom; may be repeated.")
+HELD = several(
+    "--hold", "NAME[=VALUE]", "What keeps its value, that of the design pose or the one given; may be repeated."
+)
 FORMAT = option("--format", None, "How to print.", click.Choice(["table", "csv", "json"]), default="table")
 
 
@@ -44,11 +54,12 @@ class _WithColumns(click.Command):
     cls=_WithColumns,
     params=[
         FILE,
-        DRIVE,
+        DRIVES,
         number("--from", "VALUE", "Where the drive begins, from the design pose [unit of the file, or degrees]."),
         number("--to", "VALUE", "Where it ends; without both the whole circuit."),
         option("--steps", "N", "Positions.", click.IntRange(2), default=21),
-        HOLD,
+        switch("--path", "Let all drives go along one path together, with as many values each."),
+        HELD,
         option("--plot", "FILE", "Draw the mechanism with its paths: PNG, SVG or PDF.", OUTPUT),
         option("--plot-curves", "FILE", "Plot the columns over the drive.", OUTPUT),
         option("--columns", "NAMES", "Print and plot only these columns, by parts of their headings, with commas."),
@@ -58,8 +69,9 @@ class _WithColumns(click.Command):
 )
 def sweep(
     file: str,
-    drive: str,
+    drive: Sequence[str],
     steps: int,
+    path: bool,
     hold: Sequence[str],
     format: str,
     to: float | None,
@@ -72,13 +84,16 @@ def sweep(
 
     \b
     catalogue spatial sweep axle.toml --drive travel --from -80 --to 80
+    catalogue spatial sweep axle.toml --drive travel=-80:80:33 --drive rack=-10:10:5
     """
     from ..spatial import load
 
     with busy("moving it"):
         job = load(file)
-        motion, told = _moved(job, drive, hold, more["from"], to, steps)
-        whole = _chosen(job.table(motion), columns)
+        motion, told = _moved(job, [_named(one) for one in drive], hold, (more["from"], to, steps), path)
+        whole = job.table(motion)
+        unknown, keys = _unknown(whole), len(motion.drives)
+        whole = _chosen(whole.reset_index() if motion.others else whole, columns, keys)
         table = whole[motion.success]
     if plot:
         job.plot(motion, plot)
@@ -86,47 +101,98 @@ def sweep(
         motion.plot_curves(
             whole.drop(columns=[n for n in whole if str(n).startswith("screw axis") and not columns]), plot_curves
         )
-    _print(table, format)
-    for line in [told, *_unknown(whole)]:
+    _print(table, format, keys)
+    for line in [told, *(line for columns, line in unknown if columns & set(whole))]:
         if line:
             print(f"catalogue: {line}", file=sys.stderr, flush=True)
     return 0 if len(table) else 1
 
 
-def _unknown(table: pd.DataFrame) -> list[str]:
-    """Return why columns of a table are NaN, one line for each reason."""
+def _unknown(table: pd.DataFrame) -> list[tuple[set[str], str]]:
+    """Return columns that are NaN, and why, for each reason."""
     reasons: dict[str, list[str]] = {}
     for column, reason in table.attrs.get("reasons", {}).items():
-        if column in table:
-            reasons.setdefault(reason, []).append(column)
-    return [f"not known: {', '.join(columns)}: {reason}" for reason, columns in reasons.items()]
+        reasons.setdefault(reason, []).append(column)
+    return [(set(columns), f"not known: {', '.join(columns)}: {reason}") for reason, columns in reasons.items()]
+
+
+def _named(given: str) -> tuple[str, str]:
+    """Split ``NAME=VALUES``; the values are empty without them."""
+    name, _, values = given.partition("=")
+    if given.endswith("="):
+        raise InvalidRequest(f"{quoted(given)} says no values: write {name}=FROM:TO:STEPS, or {name}=V,V,...")
+    return name, values
+
+
+def _values(name: str, given: str) -> list[float]:
+    """Read ``FROM:TO:STEPS`` or ``V,V,...``."""
+    import numpy as np
+
+    parts = given.split(":")
+    numbers = [decimal(part) for part in (parts if len(parts) == 3 else given.split(","))]
+    steps = numbers[-1] if len(parts) == 3 else 1.0
+    if None in numbers or steps is None or not 1 <= steps <= MOST_STEPS or steps != int(steps):
+        raise InvalidRequest(f"values of {name} must be FROM:TO:STEPS or V,V,..., not {quoted(given)}")
+    if len(parts) == 3:
+        return [float(v) for v in np.linspace(numbers[0] or 0.0, numbers[1] or 0.0, int(steps))]
+    return [float(v or 0.0) for v in numbers]
+
+
+def _held(name: str, given: str) -> float:
+    """Read the value at which a scalar is held."""
+    value = decimal(given)
+    if value is None:
+        raise InvalidRequest(f"{name} is held at one value, not at {quoted(given)}")
+    return value
 
 
 def _moved(
-    job: Job, drive: str, hold: Sequence[str], begin: float | None, to: float | None, steps: int
-) -> tuple[Motion, str]:
-    """Return the motion over a way of the drive, or over its whole circuit, and what is to be told of its ends."""
+    job: Job, drives: Sequence[tuple[str, str]], hold: Sequence[str], way: tuple[float | None, float | None, int],
+    path: bool,
+) -> tuple[Motion, str]:  # fmt: skip
+    """Return a motion over the values of drives, or over the circuit of one, and where it ends and why."""
     import numpy as np
 
-    scalar, held = job.driven(drive, hold)
+    held = {name: _held(name, value) if value else None for name, value in map(_named, hold)}
+    begin, to, steps = way
     if (begin is None) != (to is None):
         raise InvalidRequest("give both --from and --to, or neither for the whole circuit")
-    if begin is None or to is None:
-        circuit = job.mechanism.circuit(scalar, held)
-        motion = circuit.motion(steps)
-        shown = np.degrees if motion.drive_unit == "deg" else float
-        low, high = (float(shown(v)) for v in circuit.limits)
-        what = "turns fully" if circuit.crank else f"runs from {low:.6g} to {high:.6g} {motion.drive_unit}"
-        dead = ", ".join(f"{float(shown(v)):.6g}" for v in circuit.dead_points)
-        told = f"{drive} {what}" + (f", dead points at {dead}" if dead else "")
-        return motion, told + ("" if circuit.closed else f"; the circuit is open: {circuit.reason}")
-    angular = job.mechanism.system(*held, scalar).scalars[-1].angular
-    values = np.linspace(begin, to, steps)
-    motion = job.mechanism.sweep(scalar, np.radians(values) if angular else values, held)
+    drive, said = drives[0]
+    scalar, scalars = job.driven([name for name, _ in drives], list(held))
+    if begin is None and not said and len(drives) == 1:
+        if any(value is not None for value in held.values()):
+            raise InvalidRequest(f"a circuit holds design values: say values of the drive, {drive}=FROM:TO:STEPS")
+        return _around(job, drive, scalar, scalars, steps)
+    if begin is not None and to is not None:
+        if said or len(drives) > 1:
+            raise InvalidRequest(f"--from and --to are those of one drive: say {drive}=FROM:TO:STEPS instead of them")
+        values = {drive: np.linspace(begin, to, steps).tolist()}
+    else:
+        missing = next((name for name, value in drives if not value), None)
+        if missing:
+            raise InvalidRequest(f"say values of each drive: {missing}=FROM:TO:STEPS, or {missing}=V,V,...")
+        values = {name: _values(name, value) for name, value in drives}
+    if len(values) < len(drives):
+        raise InvalidRequest("a drive is named twice: give all its values once")
+    motion = job.sweep(values, held, grid=len(drives) > 1 and not path)
     ends = [end for end in motion.ends[0] if end]
-    return motion, "; ".join(
-        f"{drive} ends at {np.degrees(v) if angular else v:.6g} {motion.drive_unit}: {reason}" for v, reason in ends
-    )
+    shown = np.degrees if motion.drive_unit == "deg" else float
+    told = [f"{drive} ends at {float(shown(v)):.6g} {motion.drive_unit}: {reason}" for v, reason in ends]
+    return motion, "; ".join([*told, *(line for stops in motion.stops for line in stops)])
+
+
+def _around(job: Job, drive: str, scalar: Any, held: Sequence[Any], steps: int) -> tuple[Motion, str]:
+    """Return the motion over the whole circuit of a drive, and its limits and dead points."""
+    import numpy as np
+
+    circuit = job.mechanism.circuit(scalar, held)
+    motion = circuit.motion(steps)
+    shown = np.degrees if motion.drive_unit == "deg" else float
+    low, high = (float(shown(v)) for v in circuit.limits)
+    what = "turns fully" if circuit.crank else f"runs from {low:.6g} to {high:.6g} {motion.drive_unit}"
+    dead = ", ".join(f"{float(shown(v)):.6g}" for v in circuit.dead_points)
+    told = f"{drive} {what}" + (f", dead points at {dead}" if dead else "")
+    return motion, told + ("" if circuit.closed else f"; the circuit is open: {circuit.reason}")
 
 
 @click.command(
@@ -197,24 +263,24 @@ def fit(file: str, out: Path | None, starts: int, steps: int, seed: int, format:
     return 0 if found.success else 1
 
 
-def _chosen(table: pd.DataFrame, columns: str | None) -> pd.DataFrame:
-    """Return the drive and the columns in whose headings any of the names is, all if none are named."""
+def _chosen(table: pd.DataFrame, columns: str | None, keys: int) -> pd.DataFrame:
+    """Select the drives, and columns by parts of their headings; all without any."""
     if columns is None:
         return table
     names = [name.strip() for name in columns.split(",") if name.strip()]
     for name in names:
         if not any(name in str(heading) for heading in table.columns):
             raise InvalidRequest(f"no column is headed {quoted(name)}: {', '.join(map(str, table.columns))}")
-    return table[[c for k, c in enumerate(table.columns) if k == 0 or any(name in str(c) for name in names)]]
+    return table[[c for k, c in enumerate(table.columns) if k < keys or any(name in str(c) for name in names)]]
 
 
-def _print(table: pd.DataFrame, format: str) -> None:
+def _print(table: pd.DataFrame, format: str, keys: int = 1) -> None:
     if format == "csv":
         table.to_csv(sys.stdout, index=False)
     elif format == "json":
         print(json.dumps(json.loads(_records(table)), indent=1))
     else:
-        _show(table.mask(table.abs() < ROUNDING * table.abs().max(), 0.0), keys=1)
+        _show(table.mask(table.abs() < ROUNDING * table.abs().max(), 0.0), keys=keys)
 
 
 def _records(table: pd.DataFrame) -> str:

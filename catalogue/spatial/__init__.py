@@ -72,6 +72,7 @@ if TYPE_CHECKING:
         Revolute,
         Screw,
         Spherical,
+        Sum,
         Travel,
     )
     from .jointed.links import PAIRS, links
@@ -99,7 +100,7 @@ _HOME = {
     "jointed.axle": "Wheel anti_dive kinematics",
     "jointed.circuit": "Circuit",
     "jointed.elements": "Angle Cylindrical GuideCoordinate Joint KeepAngle Length Link OnGuide Prismatic Revolute "
-    "Screw Spherical Travel",
+    "Screw Spherical Sum Travel",
     "jointed.links": "PAIRS links",
     "jointed.mechanism": "Mechanism Mobility",
     "jointed.motion": "Motion in_time",
@@ -142,6 +143,7 @@ __all__ = [
     "Revolved",
     "Screw",
     "Spherical",
+    "Sum",
     "Sweep",
     "Target",
     "Travel",

@@ -51,6 +51,11 @@ EXAMPLES: dict[str, tuple[list[Any], Any, list[Any], Any]] = {
         [Link("ground", a, "wheel", b) for a, b in zip(INNER, OUTER, strict=True)],
         Travel("wheel", CENTRE), [], np.linspace(-1600, 1600, 81),
     ),
+    "the sum of a turn and of another, and of two travels that are held": (
+        [CRANK, Revolute("b", (2, 0, 0), axis=(0, 1, 0), on="crank"), Revolute("c", (3, 1, 0), axis=(0, 0, 1), on="b")],
+        Angle("crank", (1, 0, 0), (0, 0, 1)) + Joint("c"),
+        [Travel("c", (4, 1, 0), "y") - Travel("b", (3, 0, 0), "y") * 0.5, Joint("b")], np.linspace(-1, 1, 21),
+    ),
     "double wishbone": (
         [
             Revolute("lower", LOWER[0], to=LOWER[1]), Revolute("upper", UPPER[0], to=UPPER[1]),

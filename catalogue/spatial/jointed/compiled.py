@@ -13,7 +13,7 @@ import numpy as np
 
 from ...kinematics.types import Array
 from ..native.loading import call, load, plain
-from .scalars import AngleFunction, CoordinateFunction, LengthFunction, ScalarFunction, TravelFunction
+from .scalars import AngleFunction, CoordinateFunction, LengthFunction, ScalarFunction, SumFunction, TravelFunction
 
 if TYPE_CHECKING:
     from .system import System
@@ -39,12 +39,13 @@ def plan(system: System) -> Any:
         for one in zip(p.bodies, p.on, p.unknown, p.number, p.point, p.direction, strict=True)
     ]  # fmt: skip
     lead = [v for p in system.placed for v in p.lead or (0.0,) * len(p.bodies)]
-    held = np.arange(system.rows, system.rows + len(system.scalars) - 1)
-    scalars = np.array([_scalar(s) for s in system.scalars], np.int64).reshape(-1, 4)
+    scalars, moves, weights, stated = _scalars(system)
+    held = system.rows + stated[:-1]
     whole = (system.ends, system.vectors, system.distances, system.offsets, system.angles, system.idle)
     return k.Plan(
         np.array(joints, np.int64), np.array(lead), *(np.ascontiguousarray(v, np.int64) for v in whole),
-        np.ascontiguousarray(system.moves), scalars, np.concatenate([system.use, held]).astype(np.int64), system.weight,
+        np.concatenate([system.moves[: system.rows], moves]), scalars, np.array(weights),
+        np.concatenate([system.use, held]).astype(np.int64), system.rows + stated, system.weight,
     )  # fmt: skip
 
 
@@ -59,16 +60,36 @@ def fast(system: System) -> Fast | None:
     return k, plan, k.Geometry(*map(plain, given)), k.work(plan, system.numbers)
 
 
-def _scalar(s: ScalarFunction) -> tuple[int, int, int, int]:
-    """Return the kind of a scalar and its integers, as `kernel.read` has them."""
+def _scalars(system: System) -> tuple[Array, Array, list[float], Array]:
+    """Return scalars, sums after their parts, as `kernel.read` has them: (k, 5) integers.
+
+    With them which unknowns move each (k, m), the weights of all sums, and where the scalars of the system are.
+    """
+    rows: list[tuple[int, ...]] = []
+    moves, weights, stated = [np.zeros((0, system.unknowns))], list[float](), []
+    for scalar, moved in zip(system.scalars, system.moves[system.rows :], strict=True):
+        if isinstance(scalar, SumFunction):
+            total = (4, len(rows), len(scalar.parts), len(weights), int(scalar.periodic))
+            rows += [*map(_scalar, scalar.parts), total]
+            moves.append(scalar.moves)
+            weights += scalar.weights
+        else:
+            rows.append(_scalar(scalar))
+        moves.append(moved[None])
+        stated.append(len(rows) - 1)
+    return np.array(rows, np.int64).reshape(-1, 5), np.concatenate(moves), weights, np.array(stated, np.int64)
+
+
+def _scalar(s: ScalarFunction) -> tuple[int, ...]:
+    """Return the kind of a scalar, its integers, and whether its value is known but for whole turns."""
     if isinstance(s, CoordinateFunction):
-        return 0, s.number, s.unknown, 0
+        return 0, s.number, s.unknown, 0, 0
     if isinstance(s, TravelFunction):
-        return 1, s.end, s.design, s.along
+        return 1, s.end, s.design, s.along, 0
     if isinstance(s, LengthFunction):
-        return 2, s.first, s.second, 0
+        return 2, s.first, s.second, 0, 0
     assert isinstance(s, AngleFunction)  # there is no other
-    return 3, s.vector, s.first, s.second
+    return 3, s.vector, s.first, s.second, 1
 
 
 def evaluate(fast: Fast, y: Array) -> tuple[Array, Array]:
@@ -76,6 +97,9 @@ def evaluate(fast: Fast, y: Array) -> tuple[Array, Array]:
     k, plan, geometry, work = fast
     value, jacobian = np.empty((len(y), len(plan.moves))), np.empty((len(y), *plan.moves.shape))
     call(k.evaluated, plan, geometry, work, plain(y), value, jacobian)
+    if len(plan.weights):
+        rows = np.concatenate([np.arange(len(plan.moves) - len(plan.scalars)), plan.stated])
+        return value[:, rows], jacobian[:, rows]
     return value, jacobian
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from ...errors import InvalidLinkage, InvalidRequest
 from . import elements as e
 from .loop_closure import AXES
-from .scalars import AngleFunction, CoordinateFunction, LengthFunction, ScalarFunction, TravelFunction
+from .scalars import AngleFunction, CoordinateFunction, LengthFunction, ScalarFunction, SumFunction, TravelFunction
 from .tree import UNKNOWNS
 
 if TYPE_CHECKING:
@@ -87,6 +87,17 @@ def angle(s: e.Angle, f: Formulation) -> AngleFunction:
     return AngleFunction((0, body), 1.0, True, vector, *across)
 
 
+def total(s: e.Sum, f: Formulation) -> SumFunction:
+    """A weighted sum of scalars of one unit."""
+    parts = tuple(scalar_function(part, f) for part in s.parts)
+    if len({(part.unit, part.angular) for part in parts}) > 1:
+        raise InvalidRequest("a Sum is of lengths or of angles, not of both")
+    if any(part.periodic and abs(weight) != 1 for part, weight in zip(parts, s.weights, strict=True)):
+        raise InvalidRequest("an Angle in a Sum needs the weight 1 or -1: it is known but for whole turns")
+    moves = f.moves([part.bodies for part in parts])
+    return SumFunction((0, 0), parts[0].unit, parts[0].angular, parts, tuple(s.weights), moves)
+
+
 #: By the kind of scalar.
 FUNCTIONS: dict[type, Callable[[Any, Formulation], ScalarFunction]] = {
     e.Joint: joint,
@@ -94,4 +105,5 @@ FUNCTIONS: dict[type, Callable[[Any, Formulation], ScalarFunction]] = {
     e.Travel: travel,
     e.Length: length,
     e.Angle: angle,
+    e.Sum: total,
 }

@@ -6,11 +6,12 @@ so that nothing has to be assembled by a search.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from ...given import Stated, array, instance
+from ...errors import InvalidRequest
+from ...given import Stated, array, instance, number, several
 from ..geometry.kinds import Kind
 
 GROUND = "ground"
@@ -129,8 +130,26 @@ def joined(x: Element) -> tuple[str, str]:
 
 
 # -- scalars: what drives, is held, or is read off --------------------------------------------------------------------
+class Summable(Stated):
+    """Base of scalars: they add up, and take factors, to a `Sum`."""
+
+    def __add__(self, other: Any) -> Sum:
+        return Sum((self, other))  # type: ignore[arg-type]  # a scalar
+
+    def __sub__(self, other: Any) -> Sum:
+        return Sum((self, other), (1.0, -1.0))  # type: ignore[arg-type]
+
+    def __mul__(self, factor: Any) -> Sum:
+        return Sum((self,), (factor,))  # type: ignore[arg-type]
+
+    __rmul__ = __mul__
+
+    def __truediv__(self, divisor: Any) -> Sum:
+        return Sum((self,), (1 / number("a divisor of a scalar", divisor),))  # type: ignore[arg-type]
+
+
 @dataclass(frozen=True, eq=False)
-class Joint(Stated):
+class Joint(Summable):
     """The coordinate of the joint that carries `body`, 0 in the design pose: angle [rad] of R, slide of P.
 
     Of a cylindrical joint `index` 0 is the angle, 1 the slide.
@@ -141,7 +160,7 @@ class Joint(Stated):
 
 
 @dataclass(frozen=True, eq=False)
-class Travel(Stated):
+class Travel(Summable):
     """How far a point of `body` has gone along a direction, or along the axis ``"x"``, ``"y"`` or ``"z"``."""
 
     body: str
@@ -150,7 +169,7 @@ class Travel(Stated):
 
 
 @dataclass(frozen=True, eq=False)
-class Length(Stated):
+class Length(Summable):
     """The distance of a point of `a` from one of `b`; with `link`, the length of that link, which is then free."""
 
     a: str = ""
@@ -161,7 +180,7 @@ class Length(Stated):
 
 
 @dataclass(frozen=True, eq=False)
-class Angle(Stated):
+class Angle(Summable):
     """How far a direction of `body`, seen along `about`, has turned from where it was in the design pose [rad]."""
 
     body: str
@@ -170,19 +189,60 @@ class Angle(Stated):
 
 
 @dataclass(frozen=True, eq=False)
-class GuideCoordinate(Stated):
+class GuideCoordinate(Summable):
     """A curvilinear coordinate ``"u"`` or ``"w"`` of the point on the guide of an element, by the element's name."""
 
     guide: str
     coordinate: str = "u"
 
 
-Scalar = Joint | Travel | Length | Angle | GuideCoordinate
+@dataclass(frozen=True, eq=False)
+class Sum(Summable):
+    """Weighted sum of scalars of one unit: heave, roll, the steering of two wheels.
+
+    Parameters
+    ----------
+    parts : sequence of scalars
+        All lengths, or all angles.  Sums among them are taken apart.
+    weights : sequence of float
+        One for each part; without any all are 1.
+
+    Examples
+    --------
+    >>> roll = Travel("left", (0, 760, 0)) - Travel("right", (0, -760, 0))
+    """
+
+    parts: Sequence[Scalar]
+    weights: Sequence[float] = ()
+
+    def __post_init__(self) -> None:
+        parts = several("parts of a Sum", self.parts, Scalar)
+        weights = array("weights of a Sum", self.weights or (1.0,) * len(parts), (len(parts),), finite=True).tolist()
+        if not parts or not all(weights):
+            raise InvalidRequest("a Sum needs parts, and weights that are not 0")
+        flat = [
+            (one, weight * own)
+            for part, weight in zip(parts, weights, strict=True)
+            for one, own in (zip(part.parts, part.weights, strict=True) if isinstance(part, Sum) else [(part, 1.0)])
+        ]
+        object.__setattr__(self, "parts", tuple(one for one, _ in flat))
+        object.__setattr__(self, "weights", tuple(weight for _, weight in flat))
+
+
+Scalar = Joint | Travel | Length | Angle | GuideCoordinate | Sum
+
+
+def apart(scalars: Iterable[Scalar]) -> Iterator[Scalar]:
+    """Yield scalars, of sums their parts."""
+    for scalar in scalars:
+        yield from scalar.parts if isinstance(scalar, Sum) else (scalar,)
 
 
 def identity(scalar: Scalar) -> tuple[Any, ...]:
     """Return a key that equal scalars share, to the last digit of their points."""
     kind = type(instance("what drives or is held", scalar, Scalar)).__name__
+    if isinstance(scalar, Sum):
+        return kind, *map(identity, scalar.parts), *scalar.weights
     stated = {k: v if isinstance(v, str) else array(f"{kind}.{k.strip('_')}", v) for k, v in vars(scalar).items()}
     return kind, *(v if isinstance(v, str) else (v.shape, v.tobytes()) for v in stated.values())
 
@@ -191,4 +251,9 @@ def title(scalar: Scalar) -> str:
     """Return the name of a scalar in headings and messages: its kind and its body, link or guide."""
     if isinstance(scalar, Length):
         return f"Length {scalar.link or f'{scalar.a}-{scalar.b}'}"
+    if isinstance(scalar, Sum):
+        parts = zip(scalar.parts, scalar.weights, strict=True)
+        return " ".join(
+            f"{'+' if weight == 1 else '-' if weight == -1 else f'{weight:+g}'} {title(one)}" for one, weight in parts
+        )
     return f"{type(scalar).__name__} {scalar.guide if isinstance(scalar, GuideCoordinate) else scalar.body}"

@@ -37,8 +37,8 @@ class Formulation:
 
     def __init__(self, elements: Sequence[e.Element], scalars: Sequence[e.Scalar]) -> None:
         self.elements, self.scalars = elements, scalars
-        links = {s.link for s in scalars if isinstance(s, e.Length) and s.link}
-        guides = {s.guide for s in scalars if isinstance(s, e.GuideCoordinate)}
+        links = {s.link for s in e.apart(scalars) if isinstance(s, e.Length) and s.link}
+        guides = {s.guide for s in e.apart(scalars) if isinstance(s, e.GuideCoordinate)}
         for name, kind in [(n, e.Link) for n in links] + [(n, e.OnGuide) for n in guides]:
             if name not in {x.name for x in elements if isinstance(x, kind)}:
                 raise InvalidRequest(f"there is no {kind.__name__} named {name!r}")
@@ -66,7 +66,7 @@ class Formulation:
         conditions = [*self.loops.distances, *self.loops.offsets, *self.loops.angles]
         guides, on_guides = self._on_guides(len(conditions))
         conditions += [*on_guides, *(self._idle(v) for v in idle)]
-        rows, moves = len(conditions), self._moves([c.bodies for c in conditions] + [s.bodies for s in scalars])
+        rows, moves = len(conditions), self.moves([c.bodies for c in conditions] + [s.bodies for s in scalars])
         n = self.points.batch()
         points = np.stack([np.broadcast_to(p, (n, 3)) for p in self.points.points], axis=1)
         points = (points - self.centre) / self.unit
@@ -118,7 +118,7 @@ class Formulation:
         body, _ = self.points.vectors[vector]
         return Condition((vector,), (0, body), f"idle rotation of {self.tree.bodies[body]}")
 
-    def _moves(self, pairs: Sequence[tuple[int, int]]) -> Array:
+    def moves(self, pairs: Sequence[tuple[int, int]]) -> Array:
         """Return whether unknowns move the second body of each pair, less whether they move the first."""
         unknowns = sum(UNKNOWNS[p.joint_kind] for p in self.placed)
         moved: list[list[int]] = [[]]  # unknowns that move each body

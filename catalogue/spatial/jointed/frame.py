@@ -11,13 +11,16 @@ from .motion import Motion
 
 
 def framed(motion: Motion, columns: Mapping[str, Any], index: str = "") -> pd.DataFrame:
-    """Return columns (n s,) after that of the drive, or indexed by it, with a level ``mechanism`` for a batch."""
+    """Return columns (n s,) after that of the drive, or indexed by it, with a level ``mechanism`` for a batch.
+
+    Of several drives the frame is indexed by all of them.
+    """
     n, s = motion.states.shape[:2]
+    if motion.others:
+        return pd.DataFrame(dict(columns), index=motion.index)
     drive = f"drive [{motion.drive_unit}]"
-    shown = motion.drive_shown
     if index:
-        rows = pd.MultiIndex.from_product([range(n), shown], names=["mechanism", drive])
-        return pd.DataFrame(dict(columns), index=rows if n > 1 else pd.Index(shown, name=drive))
-    each = {drive: [*shown] * n, **columns}
+        return pd.DataFrame(dict(columns), index=motion.index)
+    each = {drive: [*motion.drive_shown] * n, **columns}
     pose = pd.MultiIndex.from_product([range(n), range(s)], names=["mechanism", "pose"]) if n > 1 else None
     return pd.DataFrame(each, index=pose)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,14 +12,16 @@ import numpy as np
 from scipy.linalg import qr
 
 from ...errors import CannotDrive, InvalidRequest, NotMovable
-from ...given import array, instance, number, several, switch, text, whole
+from ...given import instance, number, several, switch, text, whole
 from ...kinematics.types import Array
+from . import several_drives
 from .assemblies import FoundAssemblies, search
 from .circuit import Circuit, circuits
 from .curve import Curve, tangents
 from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar, identity
 from .formulation import Formulation
 from .motion import Motion
+from .request import Drives
 from .sweeping import swept
 from .system import System
 from .tracing import March
@@ -133,16 +135,27 @@ class Mechanism:
         y = np.repeat(system.design[None], len(system.points), axis=0)
         return Curve(system, system.evaluate(y)[1][:, :-1] if held else np.zeros((len(y), 0))), y, held
 
-    def sweep(self, drive: Scalar, values: Any, hold: Sequence[Scalar] = ()) -> Motion:
-        """Move the mechanism so that a scalar takes given values, from the design pose on the assembly it is in.
+    def sweep(
+        self, drive: Any, values: Any = None, hold: Sequence[Scalar] | Mapping[Scalar, float | None] = (),
+        grid: bool = False,
+    ) -> Motion:  # fmt: skip
+        """Move the mechanism by one or several drives, from the design pose on the assembly it is in.
 
         Parameters
         ----------
-        drive : Joint, Travel, Length, Angle or GuideCoordinate
+        drive : Joint, Travel, Length, Angle, GuideCoordinate, Sum, or mapping of those to their values
+            Several drives go along one path, with as many values each, or one value for all poses.
         values : array-like, shape (s,)
-            In the unit of the points, or radians.  What lies beyond a dead point is NaN; `Motion.ends` says where.
-        hold : sequence of scalars
-            What keeps its value: one for each freedom but one.
+            In the unit of the points, or radians.  What lies beyond a dead point is NaN; `Motion.ends` says where, and
+            of several drives `Motion.stops`.
+        hold : sequence of scalars, or mapping of scalars to values
+            What keeps its value, that of the design pose or the given one: one for each freedom that does not drive.
+        grid : bool
+            Whether every value of a drive is combined with every one of the others, the last drive fastest.
+
+        Examples
+        --------
+        >>> axle.sweep({travel: np.linspace(-80, 80, 33), rack: [-10, 0, 10]}, grid=True)
 
         Raises
         ------
@@ -153,8 +166,11 @@ class Mechanism:
         InvalidRequest
             If values are not finite, or what drives or is held is no scalar.
         """
-        q = np.atleast_1d(array("values of a drive", values, (), (None,), finite=True))
-        curve, y, held = self._curve(drive, hold)
+        drives = Drives.read(drive, values, hold)
+        if switch("grid", grid) or not drives.one:
+            return several_drives.sweep(self, drives, grid)
+        q, drive = drives.values[0], drives.scalars[0]
+        curve, y, held = self._curve(drive, drives.held)
         unit = curve.system.scalars[-1].unit
         goal = q / unit
         at = curve(y)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from math import factorial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from ...errors import CatalogueError, InvalidRequest, one_line, quoted
 from ...given import array, instance, pair, switch, text, whole
 from ...kinematics.types import Array
 from .curve import Curve
-from .elements import Scalar
+from .elements import Scalar, identity, title
 from .formulation import Formulation
 from .hard_points import numbers
 from .tree import PRISMATIC, UNKNOWNS
@@ -46,6 +46,14 @@ class Motion:
     states : ndarray, shape (n, s, numbers)
     ends : tuple of n pairs
         Below and above: None if the drive got as far as it was asked to, else (value, reason).
+    others : tuple of scalars
+        That drive too; `other_values` (s, d) are theirs, in the unit of the points or radians.
+    held_values : ndarray, shape (n, s, h), optional
+        Values of the scalars before the last, without dimensions, where they are not those of `curve`.
+    stops : tuple of n tuples of str
+        Where poses are missing, and why.
+    law : tuple, optional
+        Derivatives are by its parameter: coefficients of `scalars` (order, n s or 1, f), and the unit of the parameter.
     """
 
     mechanism: Mechanism
@@ -56,11 +64,81 @@ class Motion:
     states: Array
     ends: tuple[Any, ...]
     _cache: dict[Any, Any] = field(default_factory=dict)
+    others: tuple[Scalar, ...] = ()
+    other_values: Array | None = None
+    held_values: Array | None = None
+    stops: tuple[tuple[str, ...], ...] = ()
+    law: tuple[Array, float] | None = None
 
     @property
     def success(self) -> Array:
         """Whether there is a pose, shape (s,) or (n, s)."""
         return self._shaped(np.isfinite(self.states).all(-1).reshape(-1))
+
+    @property
+    def drives(self) -> tuple[Scalar, ...]:
+        """The scalars that drive, the last one fastest over a grid."""
+        return (*self.others, self.driven)
+
+    @property
+    def values(self) -> Array:
+        """Values of all drives, shape (s, d), in the unit of the points or radians."""
+        alone = self.drive[:, None]
+        return alone if self.other_values is None else np.concatenate([self.other_values, alone], axis=1)
+
+    def by(self, scalar: Scalar) -> Motion:
+        """Return this motion with derivatives by one of its scalars, all others standing still.
+
+        Parameters
+        ----------
+        scalar : scalar
+            One that drives, or is held.
+
+        Raises
+        ------
+        InvalidRequest
+            If it neither drives nor is held.
+        """
+        names = [identity(s) for s in self.scalars]
+        if identity(scalar) not in names:
+            raise InvalidRequest(f"{title(scalar)} neither drives nor is held in this motion")
+        k = names.index(identity(scalar))
+        row = np.eye(len(names))[k]
+        return replace(self, law=(row[None, None], self.curve.system.scalars[k].unit), _cache=self._still())
+
+    def in_time(self, rates: Any) -> Motion:
+        """Return this motion with derivatives by time, for laws of its drives.
+
+        Parameters
+        ----------
+        rates : array-like, shape (s, order, d), or (order, d) for all poses
+            Velocity, acceleration, jerk ... of each drive; what is held stands still.
+
+        Raises
+        ------
+        InvalidRequest
+            If they are not as many as drives and poses.
+        """
+        given, s, d = array("rates", rates, (None, None), (None, None, None)), len(self.drive), len(self.drives)
+        given = given[None] if given.ndim == 2 else given
+        if given.shape[0] not in (1, s) or given.shape[2] != d:
+            raise InvalidRequest(f"rates must be of shape ({s}, order, {d}) or (order, {d}), not {given.shape}")
+        units = np.array([x.unit for x in self.curve.system.scalars])
+        law = np.zeros((given.shape[1], given.shape[0], len(units)))
+        for k in range(given.shape[1]):
+            law[k, :, len(units) - d :] = given[:, k] / factorial(k + 1)
+        law = np.tile(law / units, (1, len(self.states) if given.shape[0] > 1 else 1, 1))
+        return replace(self, law=(law, 1.0), _cache=self._still())
+
+    def _still(self) -> dict[Any, Any]:
+        """Return what is cached of the poses alone."""
+        return {k: v for k, v in self._cache.items() if k in ("inverse", "screws", "formulation", ("poses", 0))}
+
+    def _law(self) -> tuple[Array, float]:
+        """Return coefficients of the scalars (order, n s or 1, f) by the parameter of derivatives, and its unit."""
+        if self.law is None and self.others:
+            raise InvalidRequest("several scalars drive: say by which derivatives are, motion.by(drive), or in_time")
+        return self.law or self.by(self.driven)._law()
 
     @property
     def drive_unit(self) -> str:
@@ -76,6 +154,21 @@ class Motion:
     def _angular(self) -> bool:
         return bool(self.curve.system.scalars[-1].angular)
 
+    @property
+    def index(self) -> pd.Index:
+        """Values of the drives as an index, in degrees or the unit of length, ``mechanism`` first for a batch."""
+        import pandas as pd
+
+        n, last = len(self.states), self.curve.system.scalars[-len(self.drives) :]
+        units = ["deg" if s.angular else self.mechanism.unit for s in last]
+        shown = [np.degrees(v) if s.angular else v for v, s in zip(self.values.T, last, strict=True)]
+        called = map(title, self.drives) if self.others else ["drive"]
+        names = [f"{name} [{unit}]" for name, unit in zip(called, units, strict=True)]
+        if n > 1:
+            arrays = [np.repeat(np.arange(n), len(self.drive)), *(np.tile(v, n) for v in shown)]
+            return pd.MultiIndex.from_arrays(arrays, names=["mechanism", *names])
+        return pd.MultiIndex.from_arrays(shown, names=names) if self.others else pd.Index(shown[0], name=names[0])
+
     def _shaped(self, flat: Array) -> Array:
         n, s = self.states.shape[:2]
         out = flat.reshape(n, s, *flat.shape[1:])
@@ -84,7 +177,10 @@ class Motion:
     def flat(self) -> tuple[Curve, Array]:
         """Return the curves and states of all poses, (n s, numbers)."""
         n, s = self.states.shape[:2]
-        return self.curve.take(np.repeat(np.arange(n), s)), self.states.reshape(n * s, -1)
+        curve = self.curve.take(np.repeat(np.arange(n), s))
+        if self.held_values is not None:
+            curve = Curve(curve.system, self.held_values.reshape(n * s, -1))
+        return curve, self.states.reshape(n * s, -1)
 
     def series(self, order: int) -> Array:
         """Return the unknowns as series in the drive, (order + 1, n s, unknowns): one linear solve per order."""
@@ -94,7 +190,7 @@ class Motion:
             system = curve.system
             width = system.rows + len(system.scalars)
             rows = np.concatenate([system.use, np.arange(system.rows, width)])
-            inverse = self.inverse()
+            inverse, (law, _) = self.inverse(), self._law() if order else (np.zeros(0), 1.0)
             x = np.zeros((order + 1, len(y), system.unknowns))
             for k in range(1, order + 1):
                 rotation, shift = system.poses(y, x[: k + 1])
@@ -104,8 +200,8 @@ class Motion:
                 every = system.numbered(y, x[: k + 1])
                 for c, scalar in enumerate(system.scalars, system.rows):
                     f[:, c] = scalar.value(ends, vectors, every)[k]
-                if k == 1:
-                    f[:, -1] -= 1
+                if k <= len(law):
+                    f[:, system.rows :] -= law[k - 1]
                 x[k] = -(inverse @ f[:, rows, None])[..., 0]
             self._cache[order] = x
         return np.asarray(self._cache[order])
@@ -125,7 +221,8 @@ class Motion:
 
     def _read(self, values: Array, unit: float) -> Array:
         """Return derivatives from coefficients (order + 1, n s, ...): in the user's units."""
-        order, drive = len(values) - 1, self.curve.system.scalars[-1].unit
+        order = len(values) - 1
+        drive = self._law()[1] if order else 1.0
         scale = np.array([unit * factorial(k) / drive**k for k in range(order + 1)])
         out = np.moveaxis(values * scale.reshape(-1, *[1] * (values.ndim - 1)), 0, 1)
         return self._shaped(out if order else out[:, 0])
@@ -188,14 +285,14 @@ class Motion:
         k = np.arange(1.0, order + 1).reshape(-1, 1, 1, 1)
         w = series(turn[1:] * k, np.swapaxes(turn, -1, -2)[:-1], np.matmul)
         vector = np.stack([w[..., 2, 1], w[..., 0, 2], w[..., 1, 0]], axis=-1)
-        unit = self.curve.system.scalars[-1].unit
+        unit = self._law()[1]
         scale = np.array([factorial(j) / unit ** (j + 1) for j in range(order)])
         return self._shaped(np.moveaxis(vector * scale[:, None, None], 0, 1))
 
     @property
     def scalars(self) -> tuple[Scalar, ...]:
         """The held scalars, and the driving one last: as many as there are freedoms."""
-        return (*self.held, self.driven)
+        return (*self.held, *self.others, self.driven)
 
     def formulation(self) -> Formulation:
         """Return bodies, joints and scalars of the motion, placed."""
@@ -296,6 +393,8 @@ class Motion:
         from ..drawing.curves import plot
 
         instance("table", table, pd.DataFrame)
+        if self.others:
+            raise InvalidRequest(f"curves are plotted over one drive, not over {len(self.drives)}: hold the others")
         heading = f"drive [{self.drive_unit}]"
         return plot(self.drive_shown, heading, table.drop(columns=heading, errors="ignore"), file)
 

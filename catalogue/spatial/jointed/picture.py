@@ -54,8 +54,10 @@ def _chosen(motion: Motion) -> list[int]:
     if not len(good):
         return [0]
     system = motion.curve.system
-    design = system.evaluate(system.design[None])[1][0, -1] * system.scalars[-1].unit
-    first = int(good[np.abs(motion.drive[good] - design).argmin()])
+    last = system.scalars[-len(motion.drives) :]
+    design = system.evaluate(system.design[None])[1][0, -len(last) :]
+    off = motion.values[good] / [scalar.unit for scalar in last] - design
+    first = int(good[np.abs(off).max(1).argmin()])
     rotation, shift = system.poses(motion.states[0])
     apart = (
         np.abs(rotation[0, good[0]] - rotation[0, good[-1]]).max()
@@ -105,6 +107,8 @@ def _title(mechanism: Mechanism) -> str:
 def _note(motion: Motion | None) -> str:
     if motion is None:
         return "design pose"
+    if motion.others:
+        return f"{len(motion.drive)} poses of {', '.join(map(e.title, motion.drives))}; others as ghosts"
     drive = motion.drive_shown[np.isfinite(motion.states[0]).all(1)]
     if not len(drive):
         return "no pose"

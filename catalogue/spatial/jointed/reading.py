@@ -2,7 +2,8 @@
 
 A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]``, ``[[cylindrical]]``,
 ``[[spherical]]``, ``[[guide]]``, ``[[angle]]`` with the fields of the classes of `elements`; ``[drive.NAME]`` with
-`kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``) and the fields of the scalar; and what to print:
+`kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``, ``sum``) and the fields of the scalar, of a sum `of`,
+names of drives, and `weights`; and what to print:
 ``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel`, `steer`, the name of a drive, and
 `spring`, names of drives that stand still while the wheel is steered;
 ``[transmission]`` with `output` and `link`.  ``[fit]`` says what is to be fitted: `fitting/files.py`.
@@ -38,6 +39,7 @@ ELEMENTS: dict[str, type] = {
 }  # fmt: skip
 SCALARS: dict[str, type] = {
     "joint": e.Joint, "travel": e.Travel, "length": e.Length, "angle": e.Angle, "guide": e.GuideCoordinate,
+    "sum": e.Sum,
 }  # fmt: skip
 OTHERS = ("unit", "drive", "point", "wheel", "transmission", "fit", "title")
 
@@ -62,8 +64,8 @@ class Job:
             raise InvalidRequest(f"there is no drive {quoted(name)}: the file has {', '.join(self.drives) or 'none'}")
         return self.drives[name]
 
-    def driven(self, drive: str, hold: Sequence[str] = ()) -> tuple[Any, list[Any]]:
-        """Return a drive and what is held, by their names.
+    def driven(self, drive: str | Sequence[str], hold: Sequence[str] = ()) -> tuple[Any, list[Any]]:
+        """Return the first of one or several drives and the held scalars, by their names.
 
         Raises
         ------
@@ -72,13 +74,43 @@ class Job:
         CannotDrive
             If more must be held.
         """
-        scalar, held = self.drive(drive), [self.drive(name) for name in hold]
+        drives = names("drive", drive)
+        scalars, held = [self.drive(name) for name in drives], [self.drive(name) for name in hold]
         mobility = self.mechanism.mobility
-        missing, others = mobility.freedoms - 1 - len(held), [n for n in self.drives if n not in (drive, *hold)]
+        missing = mobility.freedoms - len(scalars) - len(held)
+        others = [n for n in self.drives if n not in (*drives, *hold)]
         if missing > 0 and others and not mobility.singular:
-            rest = f"{drive} drives one, hold {missing} more of {', '.join(others)}"
+            rest = f"{' and '.join(drives)} drives one, hold {missing} more of {', '.join(others)}"
+            if len(drives) > 1:
+                rest = f"{' and '.join(drives)} drive {len(drives)}, hold {missing} more of {', '.join(others)}"
             raise CannotDrive(f"there are {mobility.freedoms} freedoms: {rest}")
-        return scalar, held
+        return scalars[0], held
+
+    def sweep(self, drives: Mapping[str, Any], hold: Mapping[str, float | None], grid: bool = False) -> Motion:
+        """Move the mechanism by drives of the file.
+
+        Parameters
+        ----------
+        drives : mapping of names to values, each (s,)
+            In the unit of the file, or degrees.
+        hold : mapping of names to values
+            None for the value in the design pose.
+        grid : bool
+            Whether every value of a drive is combined with every one of the others.
+
+        Raises
+        ------
+        InvalidRequest, CannotDrive, NotMovable
+            As `Mechanism.sweep`.
+        """
+        scalars = {name: self.drive(name) for name in (*drives, *hold)}
+        system = self.mechanism.system(*scalars.values())
+        factor = {
+            name: np.radians(1.0) if one.angular else 1.0 for name, one in zip(scalars, system.scalars, strict=True)
+        }
+        values = {scalars[n]: np.asarray(v, float) * factor[n] for n, v in drives.items()}
+        held = {scalars[n]: None if v is None else v * factor[n] for n, v in hold.items()}
+        return self.mechanism.sweep(values, hold=held, grid=grid)
 
     def plot(self, motion: Motion, file: str | Path) -> Figure:
         """Draw a motion with the wheel and the points of the file."""
@@ -90,7 +122,7 @@ class Job:
         """Return all that the file says to print, one row per pose, with units in the headings."""
         instance("motion", motion, Motion)
         unit = self.mechanism.unit
-        parts = [pd.DataFrame({f"drive [{motion.drive_unit}]": motion.drive_shown})]
+        parts = [self._index(motion)]
         for point in self.points:
             x = motion.point(point["body"], point["at"])
             name = point.get("name", point["body"])
@@ -102,14 +134,28 @@ class Job:
                 pd.DataFrame({f"{joint.body} [{'deg' if turns else unit}]": np.degrees(value) if turns else value})
             )
         if self.output:
-            parts.append(transmission(motion, self.output.get("output", ""), self.output.get("link", "")))
+            parts.append(
+                transmission(motion.by(motion.driven), self.output.get("output", ""), self.output.get("link", ""))
+            )
         if self.wheel:
             steer = self.drive(self.steer) if self.steer else None
             parts.append(kinematics(motion, self.wheel, steer, [self.drive(name) for name in self.spring]))
-        whole = pd.concat(parts, axis=1)
+        whole = pd.concat([part.reset_index(drop=True) for part in parts], axis=1)
         whole = whole.loc[:, ~whole.columns.duplicated()]
         whole.attrs["reasons"] = parts[-1].attrs.get("reasons", {})
-        return whole
+        return whole.set_index([*parts[0].columns]) if motion.others else whole
+
+    def _index(self, motion: Motion) -> pd.DataFrame:
+        """Return the values of the drives, of several with their names in the file."""
+        if not motion.others:
+            return pd.DataFrame({f"drive [{motion.drive_unit}]": motion.drive_shown})
+        called = {e.identity(scalar): f"drive {name}" for name, scalar in self.drives.items()}
+        levels = motion.index.names
+        index = motion.index.to_frame(index=False)
+        units = [str(level).rpartition(" [")[2] for level in levels]
+        named = zip(motion.drives, units, strict=True)
+        index.columns = [f"{called.get(e.identity(s), e.title(s))} [{unit}" for s, unit in named]
+        return index
 
 
 def load(file: str | Path) -> Job:
@@ -144,13 +190,7 @@ def _job(given: dict[str, Any], file: str) -> Job:
         for i, one in enumerate(tables_in(given, kind, file))
     ]
     mechanism = Mechanism(elements, str(given.get("unit", "length")))
-    drives = {}
-    for name, one in table_in(given, "drive", file).items():
-        what = f"{file}: drive {quoted(name)}"
-        kind = one.get("kind") if isinstance(one, dict) else None
-        if not isinstance(kind, str) or kind not in SCALARS:
-            raise InvalidRequest(f"{what} needs a kind, one of {', '.join(SCALARS)}")
-        drives[name] = _made(SCALARS[kind], {k: v for k, v in one.items() if k != "kind"}, what)
+    drives = _drives(table_in(given, "drive", file), file)
     points = tuple(tables_in(given, "point", file))
     for one in points:
         if not {"body", "at"} <= set(one):
@@ -163,6 +203,28 @@ def _job(given: dict[str, Any], file: str) -> Job:
     spring = names(f"{file}: spring of the wheel", wheel.pop("spring", ()))
     made = _made(Wheel, wheel, f"{file}: wheel") if wheel else None
     return Job(mechanism, drives, points, made, steer, spring, table_in(given, "transmission", file), given, title)
+
+
+def _drives(given: Mapping[str, Any], file: str) -> dict[str, Any]:
+    """Return scalars by the names of their tables; sums may name scalars that come later."""
+    drives: dict[str, Any] = dict.fromkeys(given)
+    for sums in (False, True):
+        for name, one in given.items():
+            what = f"{file}: drive {quoted(name)}"
+            kind = one.get("kind") if isinstance(one, dict) else None
+            if not isinstance(kind, str) or kind not in SCALARS:
+                raise InvalidRequest(f"{what} needs a kind, one of {', '.join(SCALARS)}")
+            if (kind == "sum") is not sums:
+                continue
+            fields = {k: v for k, v in one.items() if k != "kind"}
+            if sums:
+                parts = names(f"{what}: of", fields.pop("of", ()))
+                unknown = next((part for part in parts if not drives.get(part)), None)
+                if unknown is not None or "parts" in fields:
+                    raise InvalidRequest(f"{what}: of names drives of other kinds, not {quoted(unknown or 'parts')}")
+                fields["parts"] = [drives[part] for part in parts]
+            drives[name] = _made(SCALARS[kind], fields, what)
+    return drives
 
 
 def table_in(given: dict[str, Any], name: str, file: str) -> dict[str, Any]:

@@ -33,6 +33,13 @@ class ScalarFunction:
     unknown = None
     periodic = False
 
+    def row(self, x: Array, d: Array, screws: Array, moves: Array) -> Array:
+        """Return the derivatives (n, m) by the unknowns, from their screws (n, m, 6) and which of them move it."""
+        out = (screws @ self.wrench(x, d)[..., None])[..., 0] * moves
+        if self.unknown is not None:
+            out[:, self.unknown] = 1.0
+        return np.asarray(out)
+
     def value(self, x: Array, d: Array, y: Array) -> Array:
         """Return the value (K + 1, n) from series of ends, vectors and numbers of the state."""
         raise NotImplementedError
@@ -107,3 +114,24 @@ class AngleFunction(ScalarFunction):
         one, other = ((p * v).sum(-1, keepdims=True) for v in (first, second))
         moment = cross(p, one * second - other * first) / (one**2 + other**2)
         return np.concatenate([np.zeros_like(moment), moment], axis=1)
+
+
+@dataclass(frozen=True)
+class SumFunction(ScalarFunction):
+    """A weighted sum of others; `moves` (k, m) says which unknowns move each."""
+
+    parts: tuple[ScalarFunction, ...]
+    weights: tuple[float, ...]
+    moves: Array
+
+    @property
+    def periodic(self) -> bool:  # type: ignore[override]  # of the others it is known beforehand
+        return any(part.periodic for part in self.parts)
+
+    def row(self, x: Array, d: Array, screws: Array, moves: Array) -> Array:
+        rows = (part.row(x, d, screws, own) for part, own in zip(self.parts, self.moves, strict=True))
+        return np.asarray(sum(weight * row for weight, row in zip(self.weights, rows, strict=True)))
+
+    def value(self, x: Array, d: Array, y: Array) -> Array:
+        values = (part.value(x, d, y) for part in self.parts)
+        return np.asarray(sum(weight * value for weight, value in zip(self.weights, values, strict=True)))

@@ -46,6 +46,7 @@ def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFr
     system = instance("motion", motion, Motion).curve.system
     columns = {}
     who, which = np.nonzero(np.isfinite(motion.states).all(2))
+    held = motion.flat()[0].held.reshape(*motion.states.shape[:2], -1)
     target = motion.drive[which] / system.scalars[-1].unit
     for k, label in enumerate(system.labels):
         if label.split(".")[0] in ("Travel", "Length"):
@@ -56,10 +57,10 @@ def sensitivities(motion: Motion, reading: Callable[[Motion], Any]) -> pd.DataFr
                 points = system.points.copy()
                 points[:, k, axis] += shift
                 moved = replace(system, points=points, directions=directions(system.specs, points))
-                curve = Curve(moved, motion.curve.held)
+                curve = Curve(moved.take(who), held[who, which])
                 states = np.full_like(motion.states, np.nan)
-                states[who, which], _ = solved(curve.take(who), motion.states[who, which], target)
-                moved_motion = replace(motion, curve=curve, states=states, _cache={})
+                states[who, which], _ = solved(curve, motion.states[who, which], target)
+                moved_motion = replace(motion, curve=Curve(moved, motion.curve.held), states=states, _cache={})
                 read.append(motion.rows(taken(moved_motion, reading, "reading")))
             columns[f"{label} {'xyz'[axis]}"] = (read[0] - read[1]) / (2 * STEP * system.unit)
     return framed(motion, columns, index="drive")

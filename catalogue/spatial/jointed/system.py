@@ -188,7 +188,7 @@ class System(Tree):
         screws = self.screws(y, rotation, shift)
         x, d = self.attached(rotation, shift)
         residual = self.residual(x, d, rotation, shift)[0]
-        wrench = np.zeros((n, self.rows + len(self.scalars), 6))
+        wrench = np.zeros((n, self.rows, 6))
         force, moment = wrench[..., :3], wrench[..., 3:]
         a, b, c, g = self.starts
         x0, d0 = x[0], d[0]
@@ -211,9 +211,8 @@ class System(Tree):
         values = np.empty((n, len(self.scalars)))
         for k, scalar in enumerate(self.scalars):
             values[:, k] = scalar.value(x, d, y[None])[0]
-            wrench[:, self.rows + k] = scalar.wrench(x0, d0)
-        jacobian = (wrench @ np.swapaxes(screws, 1, 2)) * self.moves
-        for k, scalar in enumerate(self.scalars):
-            if scalar.unknown is not None:
-                jacobian[:, self.rows + k, scalar.unknown] = 1
+        jacobian = np.empty((n, self.rows + len(self.scalars), self.unknowns))
+        jacobian[:, : self.rows] = (wrench @ np.swapaxes(screws, 1, 2)) * self.moves[: self.rows]
+        for k, scalar in enumerate(self.scalars, self.rows):
+            jacobian[:, k] = scalar.row(x0, d0, screws, self.moves[k])
         return residual, values, jacobian

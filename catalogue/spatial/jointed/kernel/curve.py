@@ -10,7 +10,7 @@ import numpy as np
 from ...native.compiling import compiled
 from ...native.elimination import substitute
 from .newton import around, factored, lacking, largest, moved, unitary
-from .pose import ANGLE, CYLINDRICAL, FREE, Plan, evaluate
+from .pose import CYLINDRICAL, FREE, Plan, evaluate
 
 #: Why a curve ended: it was to, or the reasons of `tracing`; a matrix was singular, which numpy solves.
 REACHED, TURNING, BRANCH, STUCK, LONG, SINGULAR = range(6)
@@ -139,7 +139,7 @@ def stepped(plan, geometry, g, held, h, back, nodes, k, b, w):
         return 0, 0.0, 0.0, 0.0, 0.0
     second = size_of(w.step)
     value, slope = w.value[drive], 0.0
-    if plan.scalars[-1, 0] == ANGLE:
+    if plan.scalars[-1, 4]:
         value = nodes.drive[k] + around(value - nodes.drive[k])
     for i in range(m):
         w.tangent[i] = w.along[i]
@@ -285,7 +285,7 @@ def up_to_dead_point(plan, geometry, g, held, nodes, k, limits, w):
     s = stationary(plan, geometry, g, held, nodes, k - 1, limits, w)
     evaluate(plan, geometry, g, w.y, w, True)
     value = w.value[len(plan.moves) - 1]
-    if plan.scalars[-1, 0] == ANGLE:
+    if plan.scalars[-1, 4]:
         value = nodes.drive[k - 1] + around(value - nodes.drive[k - 1])
     for j in range(len(w.tangent)):
         w.tangent[j] = w.along[j]

@@ -9,7 +9,7 @@ import numpy as np
 
 from ...native.compiling import compiled
 from ...native.elimination import eliminate, substitute
-from .pose import ANGLE, CYLINDRICAL, FREE, evaluate
+from .pose import CYLINDRICAL, FREE, evaluate
 
 #: A matrix is factored anew where the step by an old one is larger than this part of the step before.
 SLOW = 0.05
@@ -35,12 +35,13 @@ def around(angle):
 def lacking(plan, held, w):
     """Put what the conditions of the curve lack, its sign changed, where a step is solved for."""
     rows = len(plan.moves) - len(plan.scalars)
+    free = len(plan.keep) - len(held)
     for i in range(len(plan.keep)):
         row = plan.keep[i]
         off = w.value[row]
-        if row >= rows:
-            off -= held[row - rows]
-            if plan.scalars[row - rows, 0] == ANGLE:
+        if i >= free:
+            off -= held[i - free]
+            if plan.scalars[row - rows, 4]:
                 off = around(off)
         w.step[i] = -off
 
@@ -107,7 +108,7 @@ def corrected(plan, geometry, g, held, y, target, w, accuracy):
     Newton's method, at first; then with the Jacobian of the step before, as long as that contracts well.
     """
     m, drive = plan.moves.shape[1], len(plan.moves) - 1
-    periodic = plan.scalars[-1, 0] == ANGLE
+    periodic = plan.scalars[-1, 4] == 1
     unitary(plan, y)
     anew, near, size = True, True, 0.0
     for k in range(12):

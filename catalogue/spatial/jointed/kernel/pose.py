@@ -10,7 +10,7 @@ import numpy as np
 from ...native.compiling import compiled
 
 REVOLUTE, PRISMATIC, CYLINDRICAL, FREE = 0, 1, 2, 5
-UNKNOWN, TRAVEL, LENGTH, ANGLE = range(4)
+UNKNOWN, TRAVEL, LENGTH, ANGLE, SUM = range(5)
 
 
 class Plan(NamedTuple):
@@ -25,8 +25,10 @@ class Plan(NamedTuple):
     angles: Any
     idle: Any
     moves: Any  # (rows and scalars, unknowns)
-    scalars: Any  # (scalars, 4): kind and its integers
+    scalars: Any  # (scalars, 5): kind, its integers, and whether its value is known but for whole turns
+    weights: Any  # of the parts of sums
     keep: Any  # rows of the conditions of the curve: those in use, and of what is held
+    stated: Any  # rows of what is held and drives, without the parts of sums
     weight: Any  # (numbers,)
 
 
@@ -222,6 +224,11 @@ def read(plan, y, w, row):
             length = sqrt(ex * ex + ey * ey + ez * ez)
             w.value[row] = length
             push(w, row, b, ex / length, ey / length, ez / length)
+        elif scalar_kind == SUM:
+            first, total = row - k + a, 0.0
+            for i in range(b):
+                total += plan.weights[c + i] * w.value[first + i]
+            w.value[row] = total
         else:
             px, py, pz = d[a, 0], d[a, 1], d[a, 2]
             one = px * d[b, 0] + py * d[b, 1] + pz * d[b, 2]
@@ -266,6 +273,11 @@ def paired(plan, w):
     for k in range(len(plan.scalars)):
         if plan.scalars[k, 0] == UNKNOWN:
             out[first + k, plan.scalars[k, 2]] = 1.0
+        elif plan.scalars[k, 0] == SUM:
+            for u in range(out.shape[1]):
+                out[first + k, u] = 0.0
+                for i in range(plan.scalars[k, 2]):
+                    out[first + k, u] += plan.weights[plan.scalars[k, 3] + i] * out[first + plan.scalars[k, 1] + i, u]
 
 
 @compiled

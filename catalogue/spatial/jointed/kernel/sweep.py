@@ -85,25 +85,26 @@ def steps(plan, geometry, w, held, h, orientation, nodes, limits, good, crossing
 @kept
 def swept(plan, geometry, w, held, sweep, nodes, limits, accuracy, version=VERSION):  # noqa: ARG001  # part of its types
     """Sweep mechanisms from their design poses both ways; `nodes` is room."""
-    for g in range(len(sweep.orientation)):
+    for c in range(len(sweep.orientation)):
+        g = 0 if len(geometry.points) == 1 else c
         for side in range(2):
             sign = 2 * side - 1
-            set_out(sweep.start, g, sign, nodes, limits)
+            set_out(sweep.start, c, sign, nodes, limits)
             k, why = toward(
-                plan, geometry, g, held[g], sign * sweep.orientation[g], sweep.target[g, side], nodes, limits, w
+                plan, geometry, g, held[c], sign * sweep.orientation[c], sweep.target[c, side], nodes, limits, w
             )
             if why == TURNING:
-                up_to_dead_point(plan, geometry, g, held[g], nodes, k, limits, w)
-            sweep.end[g, side], sweep.why[g, side] = nodes.drive[k], why
+                up_to_dead_point(plan, geometry, g, held[c], nodes, k, limits, w)
+            sweep.end[c, side], sweep.why[c, side] = nodes.drive[k], why
             i, bulge = 1, 0.0
             for n in range(len(sweep.goal)):
                 value = sweep.goal[n]
                 if (value >= nodes.drive[1]) == (side == 1) and sign * (value - nodes.drive[k]) <= BESIDE:
                     i, bulge = between(nodes, i, k, sign, value, bulge, w)
-                    sweep.found[g, n] = corrected(plan, geometry, g, held[g], w.y, value, w, accuracy)
-                    bulge = bulge if sweep.found[g, n] == 1 else 0.0
+                    sweep.found[c, n] = corrected(plan, geometry, g, held[c], w.y, value, w, accuracy)
+                    bulge = bulge if sweep.found[c, n] == 1 else 0.0
                     for j in range(len(w.y)):
-                        sweep.states[g, n, j] = w.y[j]
+                        sweep.states[c, n, j] = w.y[j]
                         w.off[j] = w.y[j] - w.off[j]
 
 

@@ -1,0 +1,156 @@
+"""Motions of several drives: along a path of their values, over their grid, or with scalars held at values.
+
+A grid is swept drive after drive: from each pose of one drive by the next, all at once.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from ...errors import CannotDrive, NotMovable
+from ...kinematics.types import Array
+from .curve import Curve, tangents
+from .elements import Scalar, title
+from .motion import Motion
+from .paths import Course, corrected, follow
+from .request import Drives
+from .sweeping import swept
+
+if TYPE_CHECKING:
+    from .mechanism import Mechanism
+    from .system import System
+
+#: Slope of a drive, per arc length, that counts as none; and least singular value, over the largest.
+STILL = 1e-7
+RANK = 1e-8
+#: Why a path goes no farther: its values have no pose on this assembly.
+BEYOND = "dead point"
+
+
+class Poses(NamedTuple):
+    """States (N, numbers) with the values of all scalars there (N, f), and of which mechanism each is, (N,)."""
+
+    states: Array
+    values: Array
+    owner: Array
+
+
+def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
+    """Sweep a mechanism by several drives, or with scalars held at values.
+
+    Parameters
+    ----------
+    mechanism : Mechanism
+    drives : Drives
+    grid : bool
+        Whether every value of a drive is combined with every one of the others; else all go along one path.
+
+    Returns
+    -------
+    Motion
+    """
+    order = (*drives.held, *drives.scalars)
+    system = mechanism.system(*order)
+    n, units = len(system.points), np.array([s.unit for s in system.scalars])
+    y = np.repeat(system.design[None], n, axis=0)
+    design = system.evaluate(y)[1]
+    _check(system, y, design, drives.scalars)
+    path = drives.grid() if grid else drives.path()
+    asked = np.concatenate([np.tile(drives.at, (len(path), 1)), path], axis=1) / units
+    points = np.where(np.isnan(asked)[:, None], design, asked[:, None])
+    stops: list[list[str]] = [[] for _ in range(n)]
+    swept_by_legs = grid or len(drives.scalars) == 1
+    first = np.where(np.arange(len(order)) < len(drives.held), points[0], design) if swept_by_legs else points[0]
+    start = _moved(system, y, np.stack([design, first]), order, stops)[-1] if (first != design).any() else y
+    if swept_by_legs:
+        states = _legs(mechanism, drives, Poses(start, first, np.arange(n)), points, stops)
+    else:
+        states = np.moveaxis(_moved(system, start, points, order, stops), 0, 1)
+    held = np.moveaxis(points, 0, 1)[:, :, :-1]
+    ends = ((None, None),) * n
+    return Motion(
+        mechanism, Curve(system, held[:, 0]), drives.scalars[-1], drives.held, path[:, -1], states, ends,
+        others=drives.scalars[:-1], other_values=path[:, :-1], held_values=held,
+        stops=tuple(map(tuple, stops)),
+    )  # fmt: skip
+
+
+def _check(system: System, y: Array, values: Array, drives: tuple[Scalar, ...]) -> None:
+    """Raise what is wrong with drives in the design pose."""
+    freedoms, given = system.unknowns - len(system.use), len(system.scalars)
+    if freedoms == 0:
+        raise NotMovable("joints and links leave no freedom: a structure; free a link, or drive a length")
+    if freedoms != given:
+        raise CannotDrive(
+            f"there are {freedoms} freedoms: {len(drives)} drive, {freedoms - len(drives)} must be held, "
+            f"not {given - len(drives)}"
+        )
+    _, conditions, _, by = Curve(system, values[:, :-1])(y)
+    own = conditions[:, : len(system.use)]
+    s = np.linalg.svd(own, compute_uv=False) if own.shape[1] else np.ones((len(own), 1))
+    if (s[:, -1] < RANK * s[:, 0]).any():
+        raise NotMovable("the design pose is singular: more freedoms than beside it; give another design pose")
+    s = np.linalg.svd(np.concatenate([conditions, by[:, None]], axis=1), compute_uv=False)
+    if (s[:, -1] < STILL * s[:, 0]).any():
+        names = ", ".join(title(d) for d in drives)
+        raise CannotDrive(f"{names} cannot drive together: the mechanism moves while all scalars keep their values")
+
+
+def _moved(system: System, y: Array, points: Array, order: tuple[Scalar, ...], stops: list[list[str]]) -> Array:
+    """Return states (p, n, numbers) at points (p, n, f) of a path that begins at states (n, numbers)."""
+    course = Course.through(points)
+    way = follow(system, y, course)
+    for i in np.flatnonzero(way.reached < course.end):
+        at = course.values(float(way.reached[i]))[i]
+        where = ", ".join(_shown(s, v, f.unit, f.angular) for s, v, f in zip(order, at, system.scalars, strict=True))
+        stops[i].append(f"the path ends at {where}: {BEYOND}")
+    asked = np.arange(len(points), dtype=float)
+    found = way.between(np.minimum(asked, way.parameter[-1]))
+    found[asked[:, None] > way.reached] = np.nan
+    return corrected(system, found, points)
+
+
+def _shown(scalar: Scalar, value: float, unit: float, angular: bool) -> str:
+    return f"{title(scalar)} = {np.degrees(value) if angular else value * unit:.6g}"
+
+
+def _legs(mechanism: Mechanism, drives: Drives, start: Poses, points: Array, stops: list[list[str]]) -> Array:
+    """Return states (n, p, numbers) over a grid of points (p, n, f), drive after drive."""
+    order, first = (*drives.held, *drives.scalars), len(drives.held)
+    here = start
+    for k, values in enumerate(drives.values, first):
+        others = [i for i in range(len(order)) if i != k]
+        system = mechanism.system(*(order[i] for i in others), order[k])
+        goal = values / system.scalars[-1].unit
+        states = _leg(Curve(system.take(here.owner), here.values[:, others]), here, goal, order[k], stops)
+        size = len(goal)
+        there = np.repeat(here.values, size, axis=0)
+        there[:, k] = np.tile(goal, len(here.states))
+        here = Poses(states.reshape(-1, states.shape[2]), there, np.repeat(here.owner, size))
+    return here.states.reshape(len(start.states), len(points), -1)
+
+
+def _leg(curve: Curve, here: Poses, goal: Array, drive: Scalar, stops: list[list[str]]) -> Array:
+    """Return states (N, s, numbers) where one drive has values (s,), from poses in which all others have theirs."""
+    states = np.full((len(here.states), len(goal), here.states.shape[1]), np.nan)
+    some = np.flatnonzero(np.isfinite(here.states).all(1))
+    y = here.states[some]
+    at = curve.take(some)(y)
+    tangent, slope, regular = tangents(at[1], at[3])
+    good = (slope >= STILL) & (regular >= RANK)
+    some = some[good]
+    if not len(some):
+        return states
+    begin = tuple(v[good] for v in at)
+    states[some], end, reason = swept(curve.take(some), y[good], begin, tangent[good], goal)
+    scalar = curve.system.scalars[-1]
+    for side, sign, far in ((0, -1, goal.min()), (1, 1, goal.max())):
+        short = sign * (far - end[:, side]) > 0
+        for i in np.unique(here.owner[some[short]]):
+            rows = np.flatnonzero(short & (here.owner[some] == i))
+            least = rows[(sign * end[rows, side]).argmin()]
+            where = _shown(drive, end[least, side], scalar.unit, scalar.angular)
+            stops[i].append(f"a sweep ends at {where}: {reason[least, side]}")
+    return states
