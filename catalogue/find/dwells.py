@@ -24,7 +24,7 @@ from ..kinematics.types import Array, Complexes, Floats, Indices
 from ..problem.constraints import Constraints, DwellArguments
 from ..store import COLUMNS, Database, Guide, Mechanism, Reach, joined
 from .dwell_results import DwellCandidate, DwellResults, StandStill
-from .explain import LESS
+from .explain import LESS, REMEDIES
 from .names import check_names, eligible_series, option
 
 #: Constraints that go with a dwell.
@@ -89,7 +89,7 @@ def _advice(database: Database, request: StandStill, constraints: Constraints, e
                     told.append(" with ".join(bounds))
                     break
         if told:
-            return f"what gives one: {', or '.join(told)}; {LESS}"
+            return f"{REMEDIES}: {', or '.join(told)}; {LESS}"
     return "ask for much less of all"
 
 

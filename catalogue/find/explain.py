@@ -1,4 +1,4 @@
-"""Say how an answer came about, and of an empty one what to relax, to which value, and what that gives."""
+"""Explain the result of a search; for an empty one compute which constraints to relax, to which values."""
 
 from __future__ import annotations
 
@@ -43,23 +43,29 @@ from .names import EMPTY, option
 if TYPE_CHECKING:
     from ..series.series import Series
 
-#: Points from which each relaxation is sought, and rounds of refinement.
-STARTS, ROUNDS = 8, 6
-#: By which parts farther than the point found a bound is relaxed, so that a search finds it again, and something
-#: better; the first that helps is offered, and where there is an offer already the wider alone is tried.
+#: Number of starting points for each relaxation.
+STARTS = 8
+#: Rounds of refinement of each.
+ROUNDS = 6
+#: Margins by which a bound is relaxed beyond the point found, for a search to find it again.  The
+#: first that gives an answer is offered; once there is an offer only the wider one is tried.
 ROOMS = (0.1, 0.2)
-#: Amount above which a relaxation is far from what was asked, and is tried to be made less, by that much each time, so
-#: often at most: e-folds of the deviation, strokes, radians, parts of a bound.
-FAR_OFF, CLOSER = 0.2, 3
-#: Amount that nobody would relax constraints by if others may be relaxed instead: of the deviation twenty times.
+#: Relaxation above which a smaller one is tried [e-folds of the deviation, strokes, radians,
+#: fraction of a bound].
+FAR_OFF = 0.2
+#: Most attempts at a smaller relaxation.
+CLOSER = 3
+#: Relaxation that is offered only if no pair of constraints needs less: twenty times the deviation.
 ABSURD = 3.0
-#: Each offer was tried; none is proved to be the least that helps.
-LESS = "a smaller step may do"
+#: Note on offers: each was tested; none is proved to be minimal.
+LESS = "a smaller change may suffice"
+#: Beginning of the offers.
+REMEDIES = "tested remedies"
 
 
 @dataclass(frozen=True)
 class Relaxation:
-    """An option of the command with a bound that is looser than what was asked; without a `value`: leave it out."""
+    """An option of the command with a looser bound; without a `value` the option is to be left out."""
 
     option: str
     value: str = ""
@@ -73,19 +79,19 @@ class Relaxation:
 
 @dataclass(frozen=True)
 class Advice:
-    """Why there is no answer, and what would give one: any of the alternatives, each of relaxations made together."""
+    """The reason for an empty result, and alternative sets of relaxations that give an answer."""
 
     reason: str
     alternatives: tuple[tuple[Relaxation, ...], ...] = ()
 
     def __str__(self) -> str:
         offers = ", or ".join(" with ".join(map(str, one)) for one in self.alternatives)
-        return f"{self.reason}; what gives one: {offers}; {LESS}" if offers else self.reason
+        return f"{self.reason}; {REMEDIES}: {offers}; {LESS}" if offers else self.reason
 
 
 @dataclass(frozen=True)
 class Told:
-    """An explanation that needs no database: its text, and of an empty answer what would give one."""
+    """An explanation independent of the database: its text, and the advice on an empty result."""
 
     text: str
     given: Advice | None = None
@@ -94,26 +100,26 @@ class Told:
         return self.text
 
     def advice(self) -> Advice:
-        """Return what to relax; of answers nothing."""
+        """Return the constraints to relax; none if there are answers."""
         return self.given or Advice("there are answers")
 
 
 @dataclass(frozen=True)
 class Explanation:
-    """What is told of a search; computed when it is printed."""
+    """The explanation of a search, computed when printed."""
 
     database: Database
     problem: Problem
     request: Request
     report: SearchReport
-    count: int  #: how many candidates are shown
-    series: Callable[[], Mapping[str, Series]] = dict  #: returns those by code that are asked where pivots are given
+    count: int  #: number of answers
+    series: Callable[[], Mapping[str, Series]] = dict  #: returns the series by code, for prescribed pivots
 
     def __str__(self) -> str:
         return "\n".join(self._lines())
 
     def __reduce__(self) -> tuple[type[Told], tuple[str, Advice | None]]:
-        """Tell at once what is pickled or copied: it may be read where the database is not."""
+        """Reduce to text and advice: a copy may be read where the database is missing."""
         advice = None if self.count else self.advice()
         return Told, ("\n".join(self._lines(advice)), advice)
 
@@ -122,28 +128,22 @@ class Explanation:
         if prescribed:
             what = "one crank" if prescribed == "crank" else f"both {prescribed} pivots"
             yield (
-                f"{describe(self.request)}, {what} given: the series have {report.solved} linkages for that, "
-                f"{report.completed} more were completed along the path"
+                f"{describe(self.request)}, {what} given: {report.solved} linkages from the series, "
+                f"{report.completed} more completed along the path"
             )
         else:
-            yield f"{describe(self.request)}: {report.eligible} stored reaches are of what is asked"
-        yield (
-            f"  {report.measured} starts were measured, {report.refined} points by refinement; {self.count} are shown"
-        )
+            yield f"{describe(self.request)}: {report.eligible} stored reaches are eligible"
+        yield f"  {report.measured} starts measured, {report.refined} points by the optimiser; {self.count} answers"
         if report.nearest is not None:
             for name, number in feasibility(self.problem, report.nearest).counts.items():
-                yield f"  {option(name)} is broken by {number} of {len(report.nearest)} refined"
+                yield f"  {option(name)} is violated by {number} of {len(report.nearest)} refined candidates"
         if not self.count:
             yield str(advice or self.advice())
-        source = (
-            "nothing was read from the database"
-            if prescribed
-            else f"loaded: {self.database.path}; no plugin was needed"
-        )
+        source = "no database read" if prescribed else f"database {self.database.path}; no plugin loaded"
         yield f"{source}; {', '.join(f'{step} {1000 * s:.0f} ms' for step, s in report.seconds.items())}"
 
     def advice(self) -> Advice:
-        """Say of an empty answer what to relax, to which value."""
+        """Return the constraints to relax for an empty result, with values."""
         nearest = self.report.nearest
         if nearest is None or not np.isfinite(nearest.deviation).any():
             return Advice(self._nothing())
@@ -152,7 +152,7 @@ class Explanation:
             counts = feasibility(self.problem, nearest).counts
             worst = max(counts, key=lambda name: counts[name], default="deviation")
             return Advice(
-                f"no guide found, nor nearly: {option(worst)} excludes most of what was tried; relax more than one"
+                f"no guide found, none close: {option(worst)} excludes most candidates; relax several constraints"
             )
         return Advice("no guide found", tuple(found))
 
@@ -180,8 +180,10 @@ class Explanation:
         return f"no guide found: none is stored for {' with '.join(names)} and such a path; {remedy}"
 
     def relaxations(self, nearest: CandidateBatch) -> list[tuple[Relaxation, ...]]:
-        """Return what each constraint alone, else each pair of them, would have to be for an answer to be found, in the
-        user's unit; each was tried.  What is absurd alone is offered where no pair helps by less."""
+        """Compute relaxations of single constraints, else of pairs, that give an answer; each is tested.
+
+        An absurdly large relaxation of one constraint is offered only if no pair needs less.
+        """
         refined = {}
         wanted = self.problem.constraints
         implied = {"full_rotation"} if wanted.min_transmission_turn or wanted.min_lift else set()
@@ -189,7 +191,7 @@ class Explanation:
             if (amount > ROUNDING).any() and not name.startswith("distance ") and name not in implied:
                 found = nearest if self.problem.constraints.given else relaxed(self.problem, nearest, name)
                 refined[name] = found, feasibility(self.problem, found)
-        every = [*refined.values()][: 1 if self.problem.constraints.given else None]  # there all are the nearest
+        every = [*refined.values()][: 1 if self.problem.constraints.given else None]  # then all are equal
         trials = [
             (float(self._least(source[1], names).min()), names, source)
             for names in (*combinations(refined, 1), *combinations(refined, 2))
@@ -209,7 +211,7 @@ class Explanation:
 
     @staticmethod
     def _least(broken: Feasibility, names: tuple[str, ...]) -> Floats:
-        """Return by how much candidates break some constraints, infinite where they break others too, shape (n,)."""
+        """Sum the violations of some constraints, shape (n,); infinite if others are violated too."""
         amount = np.sum([broken.amounts[name] for name in names], axis=0)
         rest = [broken.amounts[name] for name in broken.amounts if name not in names]
         others = np.sum([np.zeros_like(amount), *rest], axis=0)
@@ -218,8 +220,7 @@ class Explanation:
     def _best(
         self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...], rooms: tuple[float, ...]
     ) -> tuple[Relaxation, ...] | None:
-        """Return the least relaxation of some constraints for which one of the candidates is an answer, farther by the
-        first of some parts that helps."""
+        """Find the least relaxation of some constraints that admits a candidate, with the first margin that works."""
         amount = self._least(broken, names)
         best = int(np.argmin(amount))
         if not np.isfinite(amount[best]):
@@ -234,7 +235,7 @@ class Explanation:
         return None
 
     def _closer(self, name: str, bounds: dict[str, Any], amount: float, answers: CandidateBatch) -> dict[str, Any]:
-        """Return the least relaxation of one constraint that helps, sought from the answers to the one given."""
+        """Reduce the relaxation of one constraint, starting from the answers it gave."""
         for _ in range(CLOSER):
             found = relaxed(self.problem, answers, name)
             broken = feasibility(self.problem, found)
@@ -251,11 +252,11 @@ class Explanation:
         return bounds
 
     def _answers(self, bounds: dict[str, Any], one: CandidateBatch) -> CandidateBatch | None:
-        """Return what a search finds with constraints relaxed to these bounds, None if no answer.
+        """Search with constraints relaxed to these bounds; None if there is no answer.
 
-        Where pivots are given it is searched as it would be.  Else, of the starts that a search would have, those are
-        tried from which a candidate that meets the bounds is likely to be found: others seldom find what these do not,
-        and take longest where there is nothing.
+        With prescribed pivots this is the full search.  Otherwise only starts close to the
+        candidate are refined: others seldom find an answer that these miss, and take longest where
+        there is none.
         """
         problem = self.problem
         changes: dict[str, Any] = {}
@@ -278,8 +279,10 @@ class Explanation:
         return Search(looser, self.database, enough=1).answers_near(one)
 
     def _value(self, name: str, one: CandidateBatch, room: float) -> Any:
-        """Return what a constraint would have to be for a candidate, in the user's unit and in few digits; a region; or
-        None if it would have to go."""
+        """Compute the bound that admits a candidate, in the user's unit and few digits.
+
+        A region for a region; None if the constraint must be left out.
+        """
         problem, s, m = self.problem, self.problem.stroke, one.measures
         if name in PIVOT_REGIONS:
             return _widened(problem, name, standing(name, one.linkage, m.slides), room)
@@ -306,7 +309,7 @@ class Explanation:
         return rounded(float(value[0]), room, up=not name.startswith("min"))
 
     def _relaxation(self, name: str, value: Any) -> Relaxation:
-        """Return the option that sets a bound, with what was asked."""
+        """Format a bound as an option, with the requested one."""
         if value is None:
             return Relaxation(option(name))
         if isinstance(value, Region):
@@ -320,7 +323,7 @@ class Explanation:
 
 
 def relaxed(problem: Problem, nearest: CandidateBatch, name: str) -> CandidateBatch:
-    """Return candidates that break one constraint as little as the others allow, from the best of those given."""
+    """Minimise the violation of one constraint subject to the others, from the best given candidates."""
     loose = replace(problem, relaxed=name)
     total = feasibility(loose, nearest).total
     first = np.argsort(np.where(np.isnan(total), np.inf, total), kind="stable")[:STARTS]
@@ -328,7 +331,7 @@ def relaxed(problem: Problem, nearest: CandidateBatch, name: str) -> CandidateBa
 
 
 def _with_value(name: str, value: Any) -> str:
-    """Return the option of a constraint with its values; a switch has none."""
+    """Format the option of a constraint with its values; a switch has none."""
     if value is True:
         return option(name)
     values = value if isinstance(value, list | tuple) else [value]
@@ -336,7 +339,7 @@ def _with_value(name: str, value: Any) -> str:
 
 
 def rounded(value: float, room: float, *, up: bool) -> float | None:
-    """Return a bound that a value meets with a part of it to spare, four digits; None where there is none above 0."""
+    """Round a bound that admits a value, with a margin, to four digits; None if not positive."""
     value = value * (1 + room if up else 1 - room)
     if not (math.isfinite(value) and value > 0):
         return None
@@ -345,18 +348,18 @@ def rounded(value: float, room: float, *, up: bool) -> float | None:
 
 
 def _widened(problem: Problem, name: str, places: Complexes, room: float) -> Region:
-    """Return the box of a region and of places together, in the user's unit and frame."""
+    """Return the bounding box of a region and positions, in the user's unit and frame."""
     region: Region = getattr(problem.constraints, name)
     x0, y0, x1, y1 = region.carried(problem.scale, problem.shift).box
     there, room = places * problem.scale + problem.shift, room * problem.stroke
     sides = (min(x0, np.nanmin(there.real) - room), min(y0, np.nanmin(there.imag) - room),
              max(x1, np.nanmax(there.real) + room), max(y1, np.nanmax(there.imag) + room))  # fmt: skip
-    infinite = 0.5 * FAR * problem.stroke  # where sides at infinity are taken to be
+    infinite = 0.5 * FAR * problem.stroke  # beyond it a side is at infinity
     return Region.of(name, [float(f"{v:.5g}") if abs(v) < infinite else math.copysign(math.inf, v) for v in sides])
 
 
 def describe(request: Request) -> str:
-    """Return a request in words."""
+    """Describe a request in words."""
     if request.kind == "line":
         return f"straight line of {request.stroke:g} within {request.deviation:g}"
     radius = "any radius" if request.radius is None else f"radius {request.radius:g}"

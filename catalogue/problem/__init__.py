@@ -1,6 +1,6 @@
-"""What is asked: the path, the constraints and the ranking, as one frozen problem in strokes.
+"""The design problem: path, constraints and ranking, normalised to the stroke.
 
-`request` is the path in the user's unit and frame, `constraints` what must hold, `region` where, `ranking` what is
-better, `problem.Problem` all of it in strokes.  Import from the modules; they import `kinematics` (array types) and
-`errors`.
+`request` is the path in the user's unit and frame; `constraints`, `region` and `ranking` hold
+constraints, workspaces and objectives; `problem.Problem` combines them in strokes.  Import from the
+modules; they import `kinematics` (array types) and `errors`.
 """

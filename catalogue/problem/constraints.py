@@ -1,4 +1,4 @@
-"""What an answer must satisfy besides following its path."""
+"""Constraints on answers, besides the tolerance of the path."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ TwoPoints: TypeAlias = Floats | Sequence[float | Sequence[float]]
 
 
 class DwellArguments(TypedDict, total=False):
-    """The constraints that go with a dwell, as keywords; see `Constraints`."""
+    """Constraints of a dwell as keywords; see `Constraints`."""
 
     families: Sequence[str]
     series: Sequence[str]
@@ -31,7 +31,7 @@ class DwellArguments(TypedDict, total=False):
 
 
 class ConstraintArguments(DwellArguments, total=False):
-    """All constraints as keywords, for type checkers; see `Constraints`, of which these are the fields."""
+    """All constraints as keywords, for type checkers: the fields of `Constraints`."""
 
     slots: bool
     returns: bool
@@ -62,7 +62,7 @@ class ConstraintArguments(DwellArguments, total=False):
     play: float
 
 
-#: Bounds on lengths, and on what `catalogue.guidance.drive` knows.
+#: Names of bounds on lengths.
 LENGTHS = (
     "max_size",
     "max_link",
@@ -76,63 +76,74 @@ LENGTHS = (
 )
 REGIONS = ("fixed_pivots_in", "pivots_in", "swept_in")
 DRIVE = ("min_drive_angle", "max_drive_angle", "max_rotation", "min_uniformity", "min_advantage")
-#: Constraints that say where pivots stand, and what that gives.
+#: Constraints that prescribe pivots, with the name of the prescribed pair.
 PRESCRIBED = {"fixed_pivots": "fixed", "moving_pivots": "moving", "crank": "crank"}
 
 
 @dataclass(frozen=True)
 class Constraints:
-    """What an answer must satisfy; lengths in the unit of the request.
+    """Constraints on an answer; lengths in the unit of the request.
+
+    Positions are in the frame in which the path runs from (0, 0) to (stroke, 0).
 
     Attributes
     ----------
     families, series, configurations : sequence of str
-        Allowed ones; all if empty.
+        Permitted ones; all if empty.
     pins_only : bool
-        No sliding joint.
+        Revolute joints only, no sliders.
     order : int
-        Least order of contact at the design position of the ancestor.
+        Minimum order of contact of the stored guide at its design position.
     slots : bool
-        Instead of points that the coupler carries along a path: straight or circular slots that it carries over a fixed
-        point.  An answer shows the inverse motion, in which that point runs along the slot: its fixed pivots are the
-        pivots of the coupler.
+        Guide a straight or circular slot in the coupler over a fixed point, instead of a coupler
+        point along a path.  An answer shows the inverse motion, in which the point runs along the
+        slot: its fixed pivots are the pivots of the coupler.
     returns : bool
-        Instead: points that run along the path to one of its ends, where they rest, and back along it.  They have no
-        allowance, and their score is made of the other desires.
-    fixed_pivots_in, pivots_in : (x0, y0, x1, y1) or sequence of points, optional
-        Where the fixed pivots and rails (all pivots, rails and slots, in mid-stroke, of returning points at rest) must
-        stand, in the frame in which the path runs from (0, 0) to (stroke, 0).  A pivot at infinity stands nowhere; a
-        rail or a slot is as long as the travel over the stroke.
+        Guide a coupler point that travels the path to one end, rests there and travels back.  Such
+        an answer has no allowance; its score consists of the other desirabilities.
+    fixed_pivots_in, pivots_in : (x0, y0, x1, y1) or sequence of points (x, y), optional
+        Region of the fixed pivots and rails; of all pivots, rails and slots at mid-stroke (for a
+        returning point: at rest) [length].  A pivot at infinity is exempt; a rail or slot is as
+        long as its travel over the stroke.
     fixed_pivots, moving_pivots : two points (x, y), optional
-        Exactly where both fixed pivots stand, or both moving ones in mid-stroke; within 10,000 strokes of the path.
-        The deviation is then the largest distance from the line or arc itself, from (0, 0) to (stroke, 0).
+        Prescribed positions of the fixed pivots; of the moving ones at mid-stroke [length].  At
+        most 10,000 strokes from the path.  The deviation is then measured from the prescribed line
+        or arc itself, not from the best-fitting one.
     crank : two points (x, y), optional
-        Where the fixed and, in mid-stroke, the moving pivot of one crank stand.
+        Prescribed fixed pivot and, at mid-stroke, moving pivot of one crank [length].
     within : float
-        How far off given pivots may stand.
+        Tolerance of prescribed positions [length].
     swept_in : region as above, optional
-        Within which the whole linkage stays over the stroke; see `catalogue.guidance.swept_area`.
+        Region of the whole linkage over the stroke; see `catalogue.guidance.swept_area`.
     keep_out : sequence of regions
-        Into which no part of it may come over the stroke.
+        Regions that no link may enter over the stroke.
     max_size, max_link, min_link, max_ground, min_ground, max_arm, max_travel : float, optional
-        See `catalogue.guidance.metrics.Measures`; largest and least ground bound the same measure.  Without a
-        `max_size` answers are at most 100 strokes large, or ten times as large as regions, places, `min_link`,
-        `min_ground` and the radius reach, but never more than 1,000.
+        Bounds on lengths; see `catalogue.guidance.metrics.Measures` [length].  Without `max_size`,
+        answers have at most 100 strokes, or ten times the extent of regions, prescribed pivots,
+        `min_link`, `min_ground` and radius, but never more than 1,000 strokes.
     min_transmission : float
-        Least transmission angle over the stroke, the better crank driving [deg].
+        Minimum transmission angle over the stroke; the better crank drives [deg].
     min_transmission_turn : float
-        The same over the whole turn of the driving crank, which then must turn fully [deg].
+        Minimum transmission angle over the full turn of the driving crank, which must turn fully
+        [deg].
     full_rotation : bool
-        The driving crank must be able to turn fully.
+        The driving crank must turn fully.
     min_lift : float, optional
-        Least lift of the way back, see `catalogue.guidance.return_path.lift`; the driving crank then must turn fully.
+        Minimum lift of the point on its return; the driving crank must turn fully [length].  See
+        `catalogue.guidance.return_path.lift`.
     min_allowance : float, optional
-        Least allowance; see `catalogue.guidance.allowance`.
+        Minimum allowance [length]; see `catalogue.guidance.allowance`.
     min_drive_angle, max_drive_angle, max_rotation, min_uniformity, min_advantage : float, optional
-        See `catalogue.guidance.drive.DriveMetrics` [deg, deg, deg, 1, 1].
+        Bounds on the drive; see `catalogue.guidance.drive.DriveMetrics` [deg, deg, deg, 1, 1].
     play : float
-        Standard deviation of every coordinate of every pivot, from play and manufacture [length].  It strays the path:
-        what a deviation is ranked by is then `Candidate.expected`.
+        Standard deviation of every pivot coordinate, from play and manufacture [length].  With
+        play, a ranking by deviation uses `Candidate.expected`.
+
+    Examples
+    --------
+    >>> from catalogue import Constraints
+    >>> Constraints(families=["four-bar"], min_transmission=40, max_size=300).active()
+    ['families', 'max_size', 'min_transmission']
     """
 
     families: Sequence[str] = ()
@@ -173,7 +184,7 @@ class Constraints:
         def convert(names: Iterable[str], to: Callable[[str, Any], Any]) -> None:
             for name in names:
                 value = getattr(self, name)
-                if value is not getattr(Constraints, name):  # the default
+                if value is not getattr(Constraints, name):  # not the default
                     object.__setattr__(self, name, to(name, value))
 
         convert(("families", "series", "configurations"), names)
@@ -208,8 +219,7 @@ class Constraints:
 
     @classmethod
     def of(cls, given: Mapping[str, Any], options: Iterable[str] = ()) -> Constraints:
-        """Return constraints by name; an unknown one is an `InvalidRequest` that says which of these names, or of the
-        `options` beside them, is the nearest."""
+        """Build constraints from keywords; suggest the closest name for an unknown one."""
         known = [field.name for field in fields(cls)]
         if wrong := [name for name in given if name not in known]:
             from difflib import get_close_matches
@@ -223,18 +233,21 @@ class Constraints:
 
     @property
     def given(self) -> str | None:
-        """Which pivots are given, as `catalogue.series.posed.Posed` has it."""
+        """Name of the prescribed pair of pivots, as in `catalogue.series.posed.Posed`."""
         return next((kind for name, kind in PRESCRIBED.items() if getattr(self, name) is not None), None)
 
     @property
     def places(self) -> tuple[tuple[float, float], ...]:
-        """Where the given pivots stand."""
+        """Positions of the prescribed pivots."""
         places: tuple[tuple[float, float], ...] = self.fixed_pivots or self.moving_pivots or self.crank
         return places
 
     def carried(self, scale: complex, shift: complex) -> Constraints:
-        """Return the same constraints after the similarity z -> scale z + shift into strokes, bounds to 12 digits and
-        regions to 12 decimals, so that the unit leaves no trace in them."""
+        """Transform the constraints by z -> scale z + shift, into strokes.
+
+        Bounds are rounded to 12 digits and regions to 12 decimals: results do not depend on the
+        unit.
+        """
         lengths = {name: getattr(self, name) for name in (*LENGTHS, "within", "play")}
         to: dict[str, Any] = {name: digits(value * abs(scale)) for name, value in lengths.items() if value}
         to |= {n: region.carried(scale, shift).rounded() for n in REGIONS if (region := getattr(self, n)) is not None}
@@ -247,11 +260,11 @@ class Constraints:
 
     @property
     def regions(self) -> list[Region]:
-        """All regions and zones."""
+        """All regions and keep-out zones."""
         return [*(region for name in REGIONS if (region := getattr(self, name)) is not None), *self.keep_out]
 
     def mirrored(self, reverse: bool, over: bool, stroke: float = 1.0) -> Constraints:
-        """Mirror regions and zones in the middle of a path from 0 on (`reverse`) and in its line (`over`)."""
+        """Mirror regions and zones at mid-path (`reverse`) and in the line of the path (`over`)."""
         image = reverse, over, stroke
         to: dict[str, Any] = {
             name: region.mirrored(*image) for name in REGIONS if (region := getattr(self, name)) is not None
@@ -259,7 +272,7 @@ class Constraints:
         return replace(self, **to, keep_out=tuple(zone.mirrored(*image) for zone in self.keep_out))
 
     def active(self) -> list[str]:
-        """Return the names of the constraints that are set."""
+        """List the names of the constraints in force."""
         return [f.name for f in fields(self) if getattr(self, f.name) != f.default]
 
 
@@ -271,7 +284,7 @@ def _acute(name: str, given: Any) -> float:
 
 
 def _two_points(name: str, given: Any) -> tuple[tuple[float, float], ...]:
-    """Return two points given as ((x, y), (x, y)) or (x, y, x, y)."""
+    """Parse two points: ((x, y), (x, y)) or (x, y, x, y)."""
     try:
         values = doubles(given)
     except ValueError:

@@ -1,14 +1,24 @@
-"""What answers can be ranked by, and how many there are: names only, which the command lists without numpy."""
+"""Names of criteria and defaults of the ranking, importable without NumPy."""
 
 from __future__ import annotations
 
-#: What candidates can be ranked by; of each less is better as a cost.  The score is that of the desirabilities, the
-#: balance the size over the stroke less the transmission angle over 90 degrees.
+#: Criteria of the ranking, each minimised as a cost.  The score is the joint desirability; the
+#: balance is size / stroke - transmission angle / 90 degrees.
 CRITERIA = (
-    "score", "balance", "size", "deviation", "transmission", "allowance", "max_link", "min_link", "max_ground",
-    "max_arm", "uniformity",
-)  # fmt: skip
-#: How many answers are given unless asked otherwise.
+    "score",
+    "balance",
+    "size",
+    "deviation",
+    "transmission",
+    "allowance",
+    "max_link",
+    "min_link",
+    "max_ground",
+    "max_arm",
+    "uniformity",
+)
+#: Default number of answers: a screen of a table.
 ANSWERS = 12
-#: How far from each other answers are as designs unless asked otherwise: refinement leads neighbours to one.
+#: Default minimum distance between answers as designs: a pivot moved by a fiftieth of the stroke.
+#: Closer answers come from starts that refinement led to one optimum.
 DISTINCT = 0.02

@@ -1,4 +1,4 @@
-"""A problem: all that is asked, in strokes and in the frame of the path."""
+"""The design problem in the frame of the path, normalised to the stroke."""
 
 from __future__ import annotations
 
@@ -13,40 +13,43 @@ from .criteria import ANSWERS
 from .ranking import Ranking
 from .request import CircularArc, Request, StraightLine, digits
 
-#: Distance of regions from a mirror up to which they lie evenly about it [strokes].
+#: Asymmetry of regions below which they count as symmetric [strokes]: above rounding to 12
+#: decimals.
 EVEN = 1e-9
-#: The tolerance inside which a search stays, of the one asked: what its grid leaves open.
+#: Tolerance of the search over the requested one: its grid of stations underestimates a deviation
+#: by less than this margin.
 SEARCH_TOLERANCE = 1 - 2e-4
 
 
 @dataclass(frozen=True)
 class Problem:
-    """What is searched: the path runs from 0 to 1, every length is a multiple of the stroke.  Beyond a half circle,
-    where the chord becomes short again, lengths are multiples of the diameter, and the path ends at `path.stroke`.
+    """A design problem: the path runs from 0 to 1, lengths are in strokes.
 
-    The user's unit, place and direction enter here once, by `of`.  Search, refinement and selection know nothing of
-    them, so that a problem that is scaled or moved has the same answers; what `catalogue.find` tells, answers, advice
-    and errors, is in them again.
+    Beyond a half circle, where the chord becomes short again, lengths are in diameters, and the
+    path ends at `path.stroke`.  The user's unit, position and direction enter once, in `of`.
+    Search, refinement and selection do not depend on them, so a scaled or moved request has the
+    same answers.
     """
 
     path: Request  # of stroke 1
     constraints: Constraints
     ranking: Ranking
-    limit: int  # how many answers at most
-    effort: int  # how hard they are searched for
-    scale: complex  # z -> scale z + shift carries the path to where the user has it
+    limit: int  # maximum number of answers
+    effort: int  # multiple of the usual search time
+    scale: complex  # z -> scale z + shift maps the path to the user's frame
     shift: complex
-    #: Instead of the ranking: break this constraint, or ``deviation``, as little as the others allow; ``ranking``: none
-    #: of them, whatever it costs.
+    #: Objective in place of the ranking: minimise the violation of this constraint, or of
+    #: ``deviation``, subject to the others; ``ranking``: only satisfy all constraints.
     relaxed: str = ""
-    #: Whether the path itself is the nominal, so that nothing is placed anew; so it is where pivots are given.
+    #: Whether the requested path itself is the nominal, instead of the best-fitting one: with
+    #: prescribed pivots.
     in_place: bool = False
 
     @classmethod
     def of(
         cls, request: Request, constraints: Constraints, ranking: Ranking, limit: int = ANSWERS, effort: int = 1
     ) -> Problem:
-        """Return the problem of a request in the user's unit."""
+        """Normalise a request in the user's unit."""
         scale, shift = request.extent * request.direction, request.origin
         path: Request = StraightLine(1.0, digits(request.relative))
         if isinstance(request, CircularArc):
@@ -62,28 +65,31 @@ class Problem:
 
     @property
     def mirrors(self) -> tuple[bool, bool]:
-        """In which mirrors the problem is searched, of the middle of the path and, of a line, of the line itself: those
-        that bring its regions to the left and below, so that a problem and its mirror images have the same answers."""
+        """Mirrors of the problem to search: at mid-path and, for a line, in the line.
+
+        They bring the regions to the left and below, so mirror images of a problem have the same
+        answers.
+        """
         middle = (0.5 * self.path.stroke, 0.0)
         corners = np.array([region.corners.mean(0) - middle for region in self.constraints.regions]).reshape(-1, 2)
         right, above = corners.sum(0) > EVEN
         return bool(right), bool(above and not self.curved)
 
     def mirrored(self, reverse: bool, over: bool) -> Problem:
-        """Return the problem with its regions mirrored in the middle of the path and in its line."""
+        """Mirror the regions of the problem at mid-path and in the line of the path."""
         return replace(self, constraints=self.constraints.mirrored(reverse, over, self.path.stroke))
 
     def with_constraints(self, **changes: Any) -> Problem:
-        """Return the problem with some constraints changed [strokes]."""
+        """Replace some constraints [strokes]."""
         return replace(self, constraints=replace(self.constraints, **changes))
 
     def tightened(self) -> Problem:
-        """Return the problem as it is searched, inside the tolerance that is asked for."""
+        """Return the problem with the tolerance of the search, slightly below the requested one."""
         return replace(self, path=replace(self.path, deviation=self.deviation * SEARCH_TOLERANCE))
 
     @property
     def deviation(self) -> float:
-        """Largest deviation allowed."""
+        """Largest permitted deviation [strokes]."""
         return self.path.deviation
 
     @property
@@ -93,32 +99,34 @@ class Problem:
 
     @cached_property
     def curvature(self) -> float | None:
-        """Of the nominal, negative for a centre below the path; 0: a straight line, None: whatever fits best."""
+        """Curvature of the nominal, negative for a centre below it; 0 of a line, None of any radius."""
         radius = self.path.radius
         return None if radius is None else -1 / radius + 0.0
 
     @property
     def is_wide(self) -> bool:
-        """Whether the nominal is an arc that is measured by its angle."""
+        """Whether the nominal is an arc measured by its angle."""
         return self.path.is_wide
 
     @property
     def fixed_curvature(self) -> float | None:
-        """Curvature of an arc whose radius is given; None for a straight line and for an arc of any radius."""
+        """Curvature of an arc of given radius; None for a line and for an arc of any radius."""
         return self.curvature if self.curved else None
 
     @property
     def needs_allowance(self) -> bool:
-        """Whether answers are bounded or ranked by the allowance."""
+        """Whether a constraint or the ranking involves the allowance."""
         return bool(self.constraints.min_allowance) or "allowance" in self.ranking.quantities
 
     @property
     def zone(self) -> tuple[bool, int]:
-        """Whether it is a circle that holds the path, and how many coordinates of the nominal are sought: none in its
-        place, two of a line or an arc of given radius, else three."""
+        """Type of the zone: whether it is circular, and the number of its fitted coordinates.
+
+        None for a prescribed nominal, two for a line or an arc of given radius, else three.
+        """
         return self.curved, 0 if self.in_place else 3 if self.curvature is None else 2
 
     @property
     def stroke(self) -> float:
-        """What 1 is in the user's unit: the stroke, beyond a half circle the diameter."""
+        """Unit of the problem in the user's unit: the stroke, beyond a half circle the diameter."""
         return abs(self.scale)

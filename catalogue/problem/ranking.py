@@ -1,6 +1,7 @@
-"""In which order answers come: criteria, what they cost, and desirabilities joined to one score.
+"""Ranking of answers: criteria, their costs, and desirabilities joined to one score.
 
-The cost of an answer is a smooth function of its criteria, which the refinement minimises and the selection sorts by.
+The cost is a smooth function of the criteria; the refinement minimises it and the selection sorts
+by it.
 """
 
 from __future__ import annotations
@@ -18,13 +19,14 @@ from ..units import decimal
 from .criteria import ANSWERS, CRITERIA
 from .request import Request, digits
 
-#: Desirabilities below this are continued in a straight line, so that what is worthless can still be made better.
+#: Desirability below which its negative logarithm is continued linearly: a desirability of zero
+#: still has a finite cost and a gradient.
 WORTHLESS = 0.02
 
 
 @dataclass(frozen=True)
 class Desire:
-    """How desirable a value is: 1 from `best` on, 0 from `worst` on, in proportion between them.
+    """Desirability of a value: 1 from `best` on, 0 from `worst` on, linear in between.
 
     Derringer and Suich (1980), one-sided desirability with exponent 1.
     """
@@ -35,8 +37,7 @@ class Desire:
 
     @classmethod
     def of(cls, name: str, given: Any, unit: float) -> Desire:
-        """Return the desire given as (best, worst) or (best, worst, weight), in the user's unit; `InvalidRequest` if
-        there is no such desire, or it is none."""
+        """Parse a desirability (best, worst) or (best, worst, weight) in the user's unit."""
         if name not in DESIRES:
             raise InvalidRequest(f"no desirability is made of {quoted(name)}; there are {', '.join(DESIRES)}")
         try:
@@ -57,18 +58,19 @@ class Desire:
         return np.clip((value - self.worst) / (self.best - self.worst), 0.0, 1.0)
 
     def cost(self, value: Floats) -> Floats:
-        """Return minus its logarithm, continued in a straight line where it is `WORTHLESS`."""
+        """Compute the negative logarithm of the desirability, linear below `WORTHLESS`."""
         share = np.minimum((value - self.worst) / (self.best - self.worst), 1.0)
         short = np.maximum(WORTHLESS - share, 0.0) / WORTHLESS
         return np.asarray(short - np.log(np.maximum(share, WORTHLESS)))
 
 
-#: Lengths in strokes, transmission in right angles, allowance in parts of the deviation asked.  A guide is as large as
-#: its stroke at least; textbooks ask for 40 to 50 degrees and accept 30; sound guides that use half of their
-#: tolerance forgive pivots that scatter by two to four times as much.  A rail as long as the stroke could carry the
-#: point by itself: such a linkage gains nothing (of an arc: a rail along the chord costs as much as one along it).  The
-#: textbook guide that trades a long path for a short rail, Scott Russell's, has a travel of tan(a/2)/2 strokes when its
-#: crank turns by 2 a about mid-stroke: half a stroke at most, at its dead points.  Without a slide the travel is 0.
+#: Default desirabilities: lengths in strokes, transmission in right angles, allowance over
+#: tolerance. Size: a guide is at least as large as its stroke.  Transmission: textbooks ask for 40
+#: to 50 degrees and accept 30.  Allowance: sound guides at half of their tolerance permit two to
+#: four times as much scatter of the pivots.  Travel: a rail as long as the stroke could guide the
+#: point alone, so such a linkage gains nothing; Scott Russell's linkage, whose crank turns by 2 a
+#: about mid-stroke, has a travel of tan(a/2)/2 strokes, at most half a stroke.  Without a slider
+#: the travel is 0.
 DESIRES: Mapping[str, Desire] = {
     "size": Desire(1.0, 6.0),
     "transmission": Desire(60 / 90, 15 / 90),
@@ -77,17 +79,17 @@ DESIRES: Mapping[str, Desire] = {
     "min_ground": Desire(0.25, 0.05),
     "travel": Desire(0.5, 1.0),
 }
-#: Measures of which more is better.
+#: Measures to maximise.
 RISING = frozenset(name for name, desire in DESIRES.items() if desire.best > desire.worst) | {"uniformity"}
-#: Measures of which 1 is the best there is.
+#: Measures with an upper limit of 1.
 TO_ONE = ("transmission", "uniformity")
 
 
 def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, float]:
-    """Read criteria with weights, which add up to 1, from ``"size"``, ``"size=1,transmission=0.5"`` or a mapping.
+    """Parse criteria with weights: ``"size"``, ``"size=1,transmission=0.5"`` or a mapping.
 
-    Neither the scale of the weights nor the order of the criteria changes what the search compares with penalties.
-    `InvalidRequest` if a criterion is unknown or a weight is not positive.
+    Weights are normalised to the sum 1 and criteria sorted, so neither scale nor order affects a
+    search.
     """
     if isinstance(rank_by, str):
         parts = [part.partition("=") for part in rank_by.split(",")]
@@ -106,7 +108,7 @@ def weights(rank_by: str | Mapping[str, float] | Sequence[str]) -> dict[str, flo
 
 
 def _number(text: str) -> float | str:
-    """Return the number that a text is; another text is given back, for who wants a number to refuse."""
+    """Convert a text to a number; return any other text unchanged, to be refused later."""
     found = decimal(text)
     return text if found is None else found
 
@@ -116,12 +118,21 @@ Values = Mapping[str, Floats]
 
 @dataclass(frozen=True)
 class Ranking:
-    """An order of preference: by the sum of criteria with `weights`, or by Pareto fronts.
+    """An order of preference: a weighted sum of criteria, or Pareto fronts.
 
-    `front` are the criteria that are not to be weighed against each other; weights hold all of them, for what needs one
-    number.  At most `per_series` answers of a series are given as long as there are others, and no two nearer to each
-    other than `distinct`, see `catalogue.candidates.select`; 0: no bound.  `desires` make the score: lengths in
-    strokes, the allowance in parts of the deviation asked.
+    Attributes
+    ----------
+    weights : mapping of str to float
+        Weight of each criterion, with the sum 1; also of those of `front`, where one number is
+        needed.
+    front : tuple of str
+        Criteria of the Pareto fronts; empty for a weighted sum.
+    per_series : int
+        Maximum number of answers of one series while others have answers; 0: no limit.
+    distinct : float
+        Minimum distance between two answers; see `catalogue.candidates.select`.
+    desires : mapping of str to Desire
+        Desirabilities in the score: lengths in strokes, allowance over tolerance.
     """
 
     weights: Mapping[str, float] = field(default_factory=lambda: {"score": 1.0})
@@ -140,8 +151,7 @@ class Ranking:
         limit: int = ANSWERS,
         desires: Mapping[str, Any] | None = None,
     ) -> Ranking:
-        """Return the ranking that is asked for, see `Catalogue.find`; `InvalidRequest` if a criterion is unknown, or a
-        number out of range."""
+        """Build a ranking from the arguments of `Catalogue.find`; refuse unknown criteria."""
         front: tuple[str, ...] = ()
         if isinstance(rank_by, Sequence) and not isinstance(rank_by, str):
             front = tuple(dict.fromkeys(names("rank_by", rank_by)))
@@ -161,31 +171,36 @@ class Ranking:
         return cls(weights(rank_by), front, share, least, {**DESIRES, **wishes})
 
     def without(self, desire: str) -> Ranking:
-        """Return the same ranking with a score that is made of the other desires."""
+        """Remove a desirability from the score."""
         return replace(self, desires={name: wish for name, wish in self.desires.items() if name != desire})
 
     @property
     def only(self) -> str | None:
-        """The criterion, if there is but one."""
+        """The only criterion, or None if there are several."""
         return next(iter(self.weights)) if len(self.weights) == 1 else None
 
     @property
     def quantities(self) -> frozenset[str]:
-        """Which measures the cost is a function of."""
+        """Measures that the cost depends on."""
         parts = {"balance": ("size", "transmission"), "score": tuple(self.desires)}
         return frozenset(q for name in self.weights for q in parts.get(name, (name,)))
 
     def cost(self, values: Values) -> Floats:
-        """Return what answers are ranked by, less is better, shape (n,), from the values of `quantities`: size, links,
-        ground, arm and travel in strokes; transmission in right angles; uniformity; deviation and allowance over the
-        deviation asked."""
-        if self.only == "deviation":  # any monotonous function ranks alike; this one has no scale
+        """Compute the cost to minimise, shape (n,).
+
+        Parameters
+        ----------
+        values : mapping of str to ndarray, shape (n,)
+            The `quantities`: size, links, ground, arm and travel in strokes; transmission in right
+            angles; uniformity; deviation and allowance over tolerance.
+        """
+        if self.only == "deviation":  # any monotonic function ranks alike; the logarithm is scale-free
             with np.errstate(divide="ignore"):
                 return np.asarray(np.log(values["deviation"]))
         return np.asarray(sum(w * self.criterion(name, values) for name, w in self.weights.items()))
 
     def criterion(self, name: str, values: Values) -> Floats:
-        """Return one criterion, shape (n,), less is better."""
+        """Compute the cost of one criterion, shape (n,)."""
         if name == "balance":
             return np.asarray(values["size"] - values["transmission"])
         if name == "score":
@@ -195,7 +210,7 @@ class Ranking:
         return np.asarray(np.nan_to_num(values[name]))
 
     def score(self, values: Values) -> Floats:
-        """Return the joint desirability, 0 to 100, shape (n,): the weighted geometric mean of the desirabilities.
+        """Compute the joint desirability, 0 to 100, shape (n,): a weighted geometric mean.
 
         Derringer and Suich, J. Quality Technology 12 (1980) 214-219.
         """
@@ -203,10 +218,10 @@ class Ranking:
             return 100 * np.exp(self._mean({q: np.log(d.of_value(values[q])) for q, d in self.desires.items()}))
 
     def faults(self, values: Values) -> Indices:
-        """Return how many of the desirabilities are 0, shape (n,): the score of such an answer is 0."""
+        """Count the desirabilities of zero, shape (n,): any one makes the score 0."""
         return np.asarray(sum((d.of_value(values[q]) <= 0).astype(int) for q, d in self.desires.items()))
 
     def _mean(self, parts: Values) -> Floats:
-        """Return the mean of something of each desire, by their weights, shape (n,)."""
+        """Return the weighted mean over the desirabilities, shape (n,)."""
         total = sum(d.weight for d in self.desires.values())
         return np.asarray(sum(digits(d.weight / total) * parts[q] for q, d in self.desires.items()))

@@ -1,4 +1,4 @@
-"""Regions of the plane in which pivots and links may be, or may not: boxes, half planes and polygons."""
+"""Regions of the plane, for pivots and links to stay in or out of: boxes, half planes, polygons."""
 
 from __future__ import annotations
 
@@ -13,13 +13,14 @@ from ..errors import InvalidRequest
 from ..given import doubles, listed
 from ..kinematics.types import Complexes, Floats, Mask
 
-#: Where a side at infinity is taken to be, in the lengths that a region is carried to.
+#: Distance that stands for a side at infinity [unit of the region]: far beyond any linkage, exact
+#: in doubles.
 FAR = 1e7
 
 
 @dataclass(frozen=True)
 class Region:
-    """A convex or concave polygon, corners (k, 2); a box is given by its corners x0, y0, x1, y1."""
+    """A polygon, convex or concave, with corners of shape (k, 2)."""
 
     corners: Floats
     box: tuple[float, float, float, float]
@@ -27,7 +28,7 @@ class Region:
 
     @classmethod
     def of(cls, name: str, given: Any) -> Region:
-        """Return the region given as one, as (x0, y0, x1, y1) or as a sequence of at least three points."""
+        """Parse a region: a `Region`, a box (x0, y0, x1, y1) or at least three points."""
         if isinstance(given, Region):
             return given
         try:
@@ -51,7 +52,7 @@ class Region:
         return cls(corners, (low[0], low[1], high[0], high[1]), values.ndim == 1)
 
     def carried(self, scale: complex, shift: complex) -> Region:
-        """Return the region after z -> scale z + shift; sides at infinity are `FAR` after that."""
+        """Transform the region by z -> scale z + shift; sides at infinity stay at `FAR`."""
         far = np.where(np.isinf(self.corners), np.sign(self.corners) * FAR / abs(scale), self.corners)
         z = scale * (far[:, 0] + 1j * far[:, 1]) + shift
         corners = np.stack([z.real, z.imag], axis=-1)
@@ -59,20 +60,20 @@ class Region:
         return Region(corners, (x0, y0, x1, y1), self.is_box and complex(scale).imag == 0)
 
     def mirrored(self, reverse: bool, over: bool, stroke: float = 1.0) -> Region:
-        """Mirror the region in the middle of a path from 0 on (`reverse`) and in its line (`over`)."""
+        """Mirror the region at mid-path (`reverse`) and in the line of the path (`over`)."""
         x, y = self.corners.T
         corners = np.stack([stroke - x if reverse else x, -y if over else y], axis=-1)
         (x0, y0), (x1, y1) = corners.min(0).tolist(), corners.max(0).tolist()
         return Region(corners, (x0, y0, x1, y1), self.is_box)
 
     def rounded(self) -> Region:
-        """Return the region with its coordinates rounded to 12 decimals."""
+        """Round the coordinates of the region to 12 decimals."""
         x0, y0, x1, y1 = (round(x, 12) for x in self.box)
         return Region(self.corners.round(12), (x0, y0, x1, y1), self.is_box)
 
     @cached_property
     def sides(self) -> tuple[Complexes, Complexes]:
-        """Where the sides begin, and unit vectors out of the region across them, complex, shape (k,) each."""
+        """Start points and outward unit normals of the sides, complex, shape (k,) each."""
         corner = self.corners[:, 0] + 1j * self.corners[:, 1]
         side = np.roll(corner, -1) - corner
         corner, side = corner[side != 0], side[side != 0]
@@ -81,13 +82,13 @@ class Region:
 
     @cached_property
     def is_convex(self) -> bool:
-        """Whether the way around it turns to one side only."""
+        """Whether the polygon is convex."""
         out = self.sides[1]
         turn = (np.roll(out, -1) * out.conj()).imag
         return bool((turn >= 0).all() or (turn <= 0).all())
 
     def outside(self, z: Complexes) -> Floats:
-        """Return how far points z, complex, any shape, lie outside the region; negative inside, to the nearest side."""
+        """Compute signed distances of complex points z, any shape: negative inside."""
         if self.is_box:
             x0, y0, x1, y1 = self.box
             x, y = np.maximum(x0 - z.real, z.real - x1), np.maximum(y0 - z.imag, z.imag - y1)
@@ -104,7 +105,7 @@ class Region:
         return np.asarray(np.where(self.holds(z), -distance, distance))
 
     def holds(self, z: Complexes) -> Mask:
-        """Return which of the points z, complex, any shape, lie inside or on the border of a box."""
+        """Tell which complex points z, any shape, lie in the closed box."""
         x, y = z.real, z.imag
         if self.is_box:
             x0, y0, x1, y1 = self.box
@@ -119,7 +120,7 @@ class Region:
 
 
 def zones(name: str, given: Any) -> tuple[Region, ...]:
-    """Return regions given as a sequence of them, or one of them; `InvalidRequest` if they are none."""
+    """Parse one region or a sequence of regions."""
     if isinstance(given, Region):
         return (given,)
     found = listed(given)
@@ -130,5 +131,5 @@ def zones(name: str, given: Any) -> tuple[Region, ...]:
     return tuple(Region.of(name, z) for z in found)
 
 
-#: A box (x0, y0, x1, y1), whose sides may be infinite, or the corners of a polygon.
+#: A box (x0, y0, x1, y1), sides possibly infinite, or the corners of a polygon.
 RegionLike: TypeAlias = Region | Floats | Sequence[float | Sequence[float]]

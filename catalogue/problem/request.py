@@ -1,4 +1,4 @@
-"""The path that a user asks for: a nominal with stroke and tolerance."""
+"""Requested paths: a line or an arc with stroke and tolerance."""
 
 from __future__ import annotations
 
@@ -12,23 +12,24 @@ from ..errors import InvalidRequest, quoted
 from ..given import number, positive
 from ..units import unit_or_none
 
-#: Largest chord over radius of an arc that is measured over its chord: there its ends still run along that.
+#: Largest chord over radius of an arc measured along its chord: near a half circle the ends of the
+#: arc run across the chord, and the angle is the better measure.
 FULLEST = 1.98
-#: Its angle [deg].
+#: Angle of such an arc [deg].
 WIDE = math.degrees(2 * math.asin(0.5 * FULLEST)) * (1 + 1e-12)
-#: Largest angle of an arc [deg]: its chord, to which lengths are related, is then a sixth of the radius.
+#: Largest angle of an arc [deg]: its chord is then a sixth of the radius.
 MAX_ANGLE = 350.0
-#: Part by which stroke, radius and angle may contradict one another: what units and files leave in the last digits.
+#: Relative contradiction permitted between stroke, radius and angle: rounding by units and files.
 CONTRADICTION = 1e-6
 
 
 def digits(value: float) -> float:
-    """Return a ratio to 12 digits: what the user's unit leaves in the last ones is no part of what is asked."""
+    """Round a ratio to 12 digits: the last digits depend on the user's unit."""
     return float(f"{value:.12g}")
 
 
 def places(name: str, given: Any) -> dict[str, tuple[float, float]]:
-    """Return points (x, y) by name; `InvalidRequest` for anything else, None is none."""
+    """Parse points (x, y) by name; None means none."""
     if given is None:
         return {}
     if not isinstance(given, Mapping):
@@ -37,33 +38,33 @@ def places(name: str, given: Any) -> dict[str, tuple[float, float]]:
 
 
 class _Directed:
-    """Where a path starts, and which way it runs."""
+    """Start and direction of a path."""
 
     start: tuple[float, float]
     along: float
 
     @property
     def origin(self) -> complex:
-        """Where the path starts."""
+        """Start of the path as a complex number."""
         return complex(*self.start)
 
     @property
     def direction(self) -> complex:
-        """Unit vector from the start to the end; exact for right angles."""
+        """Unit vector from start to end, exact for right angles."""
         quarters, rest = divmod(self.along, 90.0)
         return cmath.exp(1j * math.radians(self.along)) if rest else (1 + 0j, 1j, -1 + 0j, -1j)[int(quarters) % 4]
 
 
 @dataclass(frozen=True)
 class PathFrame(_Directed):
-    """The frame of a path, whatever its deviation: its start, and the direction to its end [deg]."""
+    """The frame of a path: its start, and the direction to its end [deg]."""
 
     start: tuple[float, float]
     along: float
 
 
 class _Placed(_Directed):
-    """What the requests share: the size of a path and where it lies."""
+    """Size and position of a requested path."""
 
     kind: ClassVar[str]
     stroke: float
@@ -87,7 +88,7 @@ class _Placed(_Directed):
 
     @property
     def extent(self) -> float:
-        """Largest distance of two places on the path."""
+        """Largest distance between two points of the path."""
         return self.stroke
 
     @property
@@ -97,8 +98,7 @@ class _Placed(_Directed):
 
 
 def ends(start: Any, end: Any) -> dict[str, Any]:
-    """Return stroke, start and direction of a path between two points, as the requests take them; `InvalidRequest`
-    unless both are two finite numbers, and apart."""
+    """Return stroke, start and direction of a path between two different points."""
     here, there = point("from", start), point("to", end)
     way = complex(*there) - complex(*here)
     if not way:
@@ -111,7 +111,7 @@ def ends(start: Any, end: Any) -> dict[str, Any]:
 
 
 def point(name: str, value: Any) -> tuple[float, float]:
-    """Return two finite coordinates; `InvalidRequest` for anything else."""
+    """Parse two finite coordinates."""
     try:
         x, y = value
     except (TypeError, ValueError):
@@ -124,26 +124,35 @@ def point(name: str, value: Any) -> tuple[float, float]:
 
 @dataclass(frozen=True)
 class StraightLine(_Placed):
-    """A point is to run along a straight line.
+    """Request to guide a point along a straight line.
 
     Parameters
     ----------
     stroke : float
-        Length of the path; every length of the constraints and of the answers is in its unit.
+        Length of the path [length].
     deviation : float
-        Largest distance from the best line: half the width of the narrowest strip that holds the path.
+        Tolerance: largest deviation from the best-fitting line, half the width of the narrowest
+        strip that contains the path [length].
     start : (x, y)
-        Where the path starts; regions, pivots and answers are in the same frame.
+        Start of the path; regions, pivots and answers are in this frame [length].
     along : float
-        Direction from the start to the end [deg].
+        Direction from start to end [deg].
     unit : str, optional
-        Of all lengths: mm, cm, m, in or ft.  Answers have it, and so has what is drawn and exported of them.
+        Unit of all lengths of request, constraints and answers: mm, cm, m, in or ft.
 
     Raises
     ------
     InvalidRequest
-        Unless both are finite and positive and the deviation is below a tenth of the stroke; or if there is no such
-        unit.
+        If a length is not finite and positive, the deviation is a tenth of the stroke or more, or
+        the unit is unknown.
+
+    Examples
+    --------
+    >>> from catalogue import StraightLine
+    >>> line = StraightLine(stroke=150, deviation=0.05, unit="mm")
+    >>> upward = StraightLine.between((20, 15), (20, 165), deviation=0.05)
+    >>> upward.stroke, upward.along
+    (150.0, 90.0)
     """
 
     stroke: float
@@ -156,67 +165,83 @@ class StraightLine(_Placed):
     radius = math.inf
     angle = 0.0
     is_wide = False
-    sweep: ClassVar[float | None] = None  #: a line has none
+    sweep: ClassVar[float | None] = None  #: chord over radius: none of a line
 
     @classmethod
     def between(
         cls, start: Sequence[float], end: Sequence[float], deviation: float, *, unit: str | None = None
     ) -> StraightLine:
-        """Return the request for a path from one point (x, y) to another."""
+        """Request a straight path from one point to another.
+
+        Parameters
+        ----------
+        start, end : (x, y)
+            Ends of the path [length].
+        deviation : float
+            Tolerance [length].
+        unit : str, optional
+            Unit of all lengths.
+        """
         return cls(deviation=deviation, unit=unit, **ends(start, end))
 
 
 def angle_over(stroke: float, radius: float) -> float:
-    """Return the angle of the arc up to a half circle over a chord [deg]."""
+    """Compute the angle of an arc up to a half circle [deg]."""
     return math.degrees(2 * math.asin(min(0.5 * stroke / radius, 1.0)))
 
 
 def is_wide(angle: float | None) -> bool:
-    """Return whether an arc is near a half circle, or beyond; its angle in degrees."""
+    """Tell whether an arc of this angle is near a half circle or beyond [deg]."""
     return angle is not None and angle > WIDE
 
 
 def chord_of(radius: float, angle: float) -> float:
-    """Return the chord of an arc, its angle in degrees."""
+    """Return the chord of an arc from radius and angle [deg]."""
     return 2 * radius * math.sin(math.radians(0.5 * angle))
 
 
 @dataclass(frozen=True)
 class CircularArc(_Placed):
-    """A point is to run along a circular arc that bulges to the left of the way from its start to its end.
+    """Request to guide a point along a circular arc on the left of its chord.
 
-    Stroke, radius and angle are three names of two numbers: give two of them, or three that agree.  An arc of any
-    radius, given by its stroke alone, stays below a half circle.
+    Give two of stroke, radius and angle, or three that agree.  An arc given by its stroke alone may
+    have any radius, and is less than a half circle.
 
     Parameters
     ----------
     stroke : float, optional
-        Chord of the arc.
+        Chord of the arc [length].
     deviation : float
-        With a radius: the largest distance from the best-placed arc of exactly that radius.  Without: half the width of
-        the narrowest annulus that holds the path.
+        Tolerance [length].  With a radius: largest distance from the best-fitting arc of this
+        radius; without: half the width of the narrowest annulus that contains the path.
     radius : float, optional
-        Radius of the arc; if not given whatever fits best.
-    start, along, unit
-        As of a `StraightLine`; the direction is that of the chord.
+        Radius of the arc; any if not given [length].
+    start : (x, y)
+        Start of the path; regions, pivots and answers are in this frame [length].
+    along : float
+        Direction of the chord from start to end [deg].
+    unit : str, optional
+        Unit of all lengths of request, constraints and answers: mm, cm, m, in or ft.
     angle : float, optional
-        Of the arc, above 0 and up to 350 [deg].  Without it the arc over a chord is at most a half circle.
+        Angle of the arc, above 0 and up to 350 [deg]; without it the arc is at most a half circle.
 
     Raises
     ------
     InvalidRequest
-        Unless all are finite and positive, agree with one another, and the deviation is below a tenth of the stroke.
+        If a number is not finite and positive, they contradict one another, or the deviation is a
+        tenth of the stroke or more.
 
     Examples
     --------
+    >>> from catalogue import CircularArc
     >>> round(CircularArc(deviation=0.1, radius=50, angle=270).stroke, 3)
     70.711
-    >>> CircularArc(50, 0.1, 50).angle
+    >>> round(CircularArc(stroke=50, deviation=0.1, radius=50).angle, 9)
     60.0
     """
 
-    stroke: float = None  # type: ignore[assignment]  # it follows where radius and angle are given
-    deviation: float = None  # type: ignore[assignment]  # refused
+    stroke: float = None  # type: ignore[assignment]  # computed from radius and angle
+    deviation: float = None  # type: ignore[assignment]  # required: None is refused
     radius: float | None = None
     start: tuple[float, float] = (0.0, 0.0)
     along: float = 0.0
@@ -235,37 +260,57 @@ class CircularArc(_Placed):
 
     @classmethod
     def between(
-        cls, start: Sequence[float], end: Sequence[float], deviation: float, radius: float | None = None, *,
-        unit: str | None = None, angle: float | None = None,
-    ) -> CircularArc:  # fmt: skip
-        """Return the request for an arc from one point (x, y) to another."""
+        cls,
+        start: Sequence[float],
+        end: Sequence[float],
+        deviation: float,
+        radius: float | None = None,
+        *,
+        unit: str | None = None,
+        angle: float | None = None,
+    ) -> CircularArc:
+        """Request an arc from one point to another.
+
+        Parameters
+        ----------
+        start, end : (x, y)
+            Ends of the arc [length].
+        deviation : float
+            Tolerance [length].
+        radius : float, optional
+            Radius; any if not given [length].
+        unit : str, optional
+            Unit of all lengths.
+        angle : float, optional
+            Angle of the arc [deg].
+        """
         return cls(deviation=deviation, radius=radius, unit=unit, angle=angle, **ends(start, end))
 
     @property
     def extent(self) -> float:
-        """Largest distance of two places on the arc: its chord, beyond a half circle the diameter."""
+        """Largest distance between two points: the chord, beyond a half circle the diameter."""
         return 2 * self.radius if self.radius is not None and (self.angle or 0.0) > 180 else self.stroke
 
     @property
     def is_wide(self) -> bool:
-        """Whether the arc is near a half circle, or beyond: its windows are told by its angle."""
+        """Whether the arc is near a half circle or beyond, and so measured by its angle."""
         return is_wide(self.angle)
 
     @property
     def sweep(self) -> float | None:
-        """Chord over radius, if that is given."""
+        """Chord over radius; None for any radius."""
         return self.stroke / self.radius if self.radius is not None else None
 
 
 def consistent_arc(
     stroke: Any, radius: Any, angle: Any, name: str = "stroke"
 ) -> tuple[float, float | None, float | None]:
-    """Return chord, radius and angle [deg] of an arc of which two are given; of any radius the chord alone.
+    """Complete chord, radius and angle [deg] of an arc from two; of any radius the chord alone.
 
     Raises
     ------
     InvalidRequest
-        If too little is given, a value is impossible, or they contradict one another.
+        If too little is given, a value is impossible, or values contradict one another.
     """
     if angle is not None:
         angle = positive("angle", angle)
@@ -303,7 +348,7 @@ Request = StraightLine | CircularArc
 
 
 def path_request(name: str, given: Any) -> Request:
-    """Return what is a request; raise `InvalidRequest`, in the name of who was asked, for anything else."""
+    """Return a request; refuse anything else in the name of the called function."""
     if not isinstance(given, Request):
         raise InvalidRequest(f"{name} wants a StraightLine or CircularArc, not {quoted(given)}")
     return given

@@ -280,5 +280,5 @@ def test_results_are_unpickled_where_their_database_is_not(small_db: Path, tmp_p
     assert str(again.explanation.advice()) in told or not empty
     assert not [*tmp_path.iterdir()]
     if empty:
-        assert "what gives one: --max-size" in again.explain()
+        assert "tested remedies: --max-size" in again.explain()
         assert len(held) < 3_000

@@ -21,7 +21,7 @@ from catalogue.problem.ranking import Ranking
 from catalogue.search.report import SearchReport
 
 Ask = Callable[..., Found]
-LEAD, TAIL = "no guide found; what gives one: ", "; a smaller step may do"
+LEAD, TAIL = "no guide found; tested remedies: ", "; a smaller change may suffice"
 LINE = StraightLine(150, 0.05)
 #: A strip without a lower end.
 BELOW = (-5, -np.inf, 5, -100)
@@ -58,7 +58,7 @@ def test_who_follows_the_advice_finds_an_answer(ask: Ask, request_: Any, wanted:
     assert not empty
     told = empty.explain()
     assert "0 are shown" in told
-    assert re.search(r"\n  --[a-z-]+ is broken by [1-9]\d* of \d+ refined\n", told)
+    assert re.search(r"\n  --[a-z-]+ is violated by [1-9]\d* of \d+ refined candidates\n", told)
     offers = advised(told)
     assert 1 <= len(offers) <= 3
     for changes in offers:

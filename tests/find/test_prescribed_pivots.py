@@ -163,7 +163,7 @@ def test_a_wish_without_answer_says_how_near_it_comes(ask: Ask) -> None:
     found = ask(catalogue.StraightLine(1.0, 1e-12), fixed_pivots=FIXED)
     assert not len(found)
     told = found.explain()
-    assert "no guide found; what gives one: --deviation " in told
+    assert "no guide found; tested remedies: --deviation " in told
     reached = float(told.split("--deviation ")[-1].split()[0])
     assert 1e-12 < reached < 0.01
     assert len(ask(catalogue.StraightLine(1.0, reached), fixed_pivots=FIXED))
