@@ -87,7 +87,7 @@ def _repeated(curve: Curve, count: int) -> Curve:
 
 def circuits(mechanism: Mechanism, curve: Curve, y: Array, drive: Scalar, held: tuple[Scalar, ...]) -> list[Circuit]:
     """Return the circuits on which states y (n, numbers) are."""
-    _, j, _, by = curve(y)
+    _, j, _, by = curve.selected(y)(y)
     tangent, _, _ = tangents(j, by)
     found = _around(curve, y, tangent)
     open_ = np.flatnonzero([not closed for _, closed in found])

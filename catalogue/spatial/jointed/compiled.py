@@ -45,7 +45,7 @@ def plan(system: System) -> Any:
     return k.Plan(
         np.array(joints, np.int64), np.array(lead), *(np.ascontiguousarray(v, np.int64) for v in whole),
         np.concatenate([system.moves[: system.rows], moves]), scalars, np.array(weights),
-        np.concatenate([system.use, held]).astype(np.int64), system.rows + stated, system.weight,
+        np.concatenate([system.use, held]).astype(np.int64), system.redundant, system.rows + stated, system.weight,
     )  # fmt: skip
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,30 +14,64 @@ from .system import System
 
 @dataclass(frozen=True)
 class Curve:
-    """The poses that satisfy the conditions and keep held scalars (n, h); the last scalar of the system is read off."""
+    """The poses that satisfy the conditions and keep held scalars (n, h); the last scalar of the system is read off.
+
+    Of an overconstrained mechanism the conditions `rows` (n, r) stand for all others near the poses in which they were
+    selected; without them those of the design pose do.
+    """
 
     system: System
     held: Array
+    rows: Array | None = None
 
     def take(self, index: Array) -> Curve:
-        return Curve(self.system.take(index), self.held[index])
+        return Curve(self.system.take(index), self.held[index], None if self.rows is None else self.rows[index])
+
+    def selected(self, y: Array) -> Curve:
+        """Return the curves with the conditions that span all others best in states (n, numbers)."""
+        if not self.system.redundant:
+            return self
+        jacobian = self._every(y)[1][:, : self.system.rows]
+        return Curve(self.system, self.held, pivots(jacobian, len(self.system.use)))
+
+    def _every(self, y: Array) -> tuple[Array, Array]:
+        """Return what all conditions lack and values of scalars (n, c + k), and the Jacobian of both."""
+        if self.system.fast:
+            return compiled.evaluate(self.system.fast, y)
+        residual, values, jacobian = self.system.evaluate(y)
+        return np.concatenate([residual, values], axis=1), jacobian
+
+    def every(self, y: Array) -> tuple[Array, Array, Array, Array]:
+        """Return what a call returns, of all conditions, those that others imply too."""
+        whole = np.broadcast_to(np.arange(self.system.rows), (len(y), self.system.rows))
+        return (replace(self, rows=whole) if self.system.redundant else self)(y)
 
     def __call__(self, y: Array) -> tuple[Array, Array, Array, Array]:
         """Return residual (n, m - 1) and Jacobian of the conditions, value (n,) and gradient (n, m) of the drive."""
         rows = self.system.rows
-        if self.system.fast:
-            both, jacobian = compiled.evaluate(self.system.fast, y)
-            residual, values = both[:, :rows], both[:, rows:]
-        else:
-            residual, values, jacobian = self.system.evaluate(y)
-        use = self.system.use
-        f, j = residual, jacobian[:, :-1]
-        if len(use) < rows:
-            keep = np.concatenate([use, np.arange(rows, j.shape[1])])
-            f, j = residual[:, use], j[:, keep]
+        both, jacobian = self._every(y)
+        f, values, j = both[:, :rows], both[:, rows:], jacobian[:, :-1]
+        if self.system.redundant:
+            use = np.broadcast_to(self.system.use, (len(y), len(self.system.use))) if self.rows is None else self.rows
+            f = np.take_along_axis(f, use, axis=1)
+            own = np.take_along_axis(j[:, :rows], use[..., None], axis=1)
+            j = np.concatenate([own, j[:, rows:]], axis=1)
         if values.shape[1] > 1:
             f = np.concatenate([f, wrapped(self.system, values[:, :-1] - self.held)], axis=1)
         return f, j, values[:, -1], jacobian[:, -1]
+
+
+def pivots(jacobian: Array, count: int) -> Array:
+    """Choose rows (n, count) of Jacobians (n, rows, m) that span all others best, by elimination with full pivoting."""
+    left, (n, _, m) = jacobian.copy(), jacobian.shape
+    who, chosen = np.arange(n), np.empty((n, count), int)
+    for k in range(count):
+        row, column = np.divmod(np.abs(left).reshape(n, -1).argmax(1), m)
+        chosen[:, k] = row
+        pivot = left[who, row] / left[who, row, column][:, None]
+        left -= left[who, :, column][..., None] * pivot[:, None]
+        left[who, row] = 0.0
+    return np.sort(chosen, axis=1)
 
 
 def wrapped(system: System, difference: Array) -> Array:

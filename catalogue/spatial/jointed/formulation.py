@@ -11,6 +11,7 @@ from ...kinematics.types import Array
 from . import elements as e
 from .drives import scalar_function
 from .hard_points import HardPoints, directions, label, numbers, scale
+from .idle import idle_rotations
 from .located_guide import LocatedGuide, located
 from .loop_closure import Condition, LoopClosure
 from .scalars import CoordinateFunction
@@ -61,11 +62,14 @@ class Formulation:
     def system(self) -> System:
         """Return the equations; once, for it adds to what was stated."""
         self.place()
-        idle = self.loops.idle(self.placed)
+        spun = {
+            s.body for s in e.apart(self.scalars) if isinstance(s, e.Angle) or (isinstance(s, e.Joint) and not s.index)
+        }
+        idle = idle_rotations(self.loops, self.placed, {self.tree.body(body, "drive") for body in spun})
         scalars = tuple(scalar_function(s, self) for s in self.scalars)
         conditions = [*self.loops.distances, *self.loops.offsets, *self.loops.angles]
         guides, on_guides = self._on_guides(len(conditions))
-        conditions += [*on_guides, *(self._idle(v) for v in idle)]
+        conditions += [*on_guides, *(self._named(c) for c in idle)]
         rows, moves = len(conditions), self.moves([c.bodies for c in conditions] + [s.bodies for s in scalars])
         n = self.points.batch()
         points = np.stack([np.broadcast_to(p, (n, 3)) for p in self.points.points], axis=1)
@@ -74,7 +78,7 @@ class Formulation:
             tuple(self.tree.bodies), points, directions(self.points.directions, points), grouped(self.placed),
             moves.shape[1], sum(NUMBERS[p.joint_kind] for p in self.placed), _columns(self.points.ends),
             _columns(self.points.vectors), _parts(self.loops.distances, 2), _parts(self.loops.offsets, 3),
-            _parts(self.loops.angles, 2), guides, np.array(idle, int).reshape(1, -1), moves, rows, scalars,
+            _parts(self.loops.angles, 2), guides, _parts(idle, 1), moves, rows, scalars,
             np.arange(rows), self.centre, self.unit, tuple(c.name for c in conditions),
             tuple(self.points.directions), tuple(self.points.labels), tuple(label(x) for x in self.elements),
         )  # fmt: skip
@@ -113,10 +117,9 @@ class Formulation:
             row += count
         return tuple(guides), conditions
 
-    def _idle(self, vector: int) -> Condition:
-        """Return the condition that a free body does not spin about a vector."""
-        body, _ = self.points.vectors[vector]
-        return Condition((vector,), (0, body), f"idle rotation of {self.tree.bodies[body]}")
+    def _named(self, idle: Condition) -> Condition:
+        """Return the condition that a body does not spin, with its name."""
+        return idle._replace(name=f"idle rotation of {self.tree.bodies[idle.bodies[1]]}")
 
     def moves(self, pairs: Sequence[tuple[int, int]]) -> Array:
         """Return whether unknowns move the second body of each pair, less whether they move the first."""

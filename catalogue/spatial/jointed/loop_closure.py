@@ -8,19 +8,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import NamedTuple
 
-import numpy as np
-
 from ...errors import InvalidLinkage
 from . import elements as e
 from .hard_points import HardPoints, label
 from .spanning_tree import SpanningTree
-from .tree import FREE, Placed
 
 #: Conditions of a joint that closes a loop: components of its point along the axis and across it, and turns.
 CLOSING = {e.Revolute: ("apq", "pq"), e.Prismatic: ("pq", "pqa"), e.Cylindrical: ("pq", "pq")}
 AXES = {"x": (1.0, 0.0, 0.0), "y": (0.0, 1.0, 0.0), "z": (0.0, 0.0, 1.0)}
-#: How far, of their distances, points may be off a line and still count as on it.
-STRAIGHT = 1e-9
 
 
 class Condition(NamedTuple):
@@ -52,6 +47,8 @@ class LoopClosure:
         End, and body that carries the guide.
     free_ends : dict of str to Condition
         Of the free links.
+    turned : set of int
+        Bodies of which directions count, not only points.
     """
 
     def __init__(self, tree: SpanningTree, points: HardPoints, free_links: set[str], charted: set[str]) -> None:
@@ -61,6 +58,7 @@ class LoopClosure:
         self.angles: list[Condition] = []
         self.on_guides: list[tuple[int, int, e.OnGuide]] = []
         self.free_ends: dict[str, Condition] = {}
+        self.turned: set[int] = set()
 
     def add(self, x: e.Element) -> None:
         """Add the conditions of an element."""
@@ -96,6 +94,7 @@ class LoopClosure:
             self._coincide(label(x), p, self.tree.add(f"{x.name} (point)", x), body, self._world())
         else:
             self.on_guides.append((self.points.end(body, p), on, x))
+            self.turned.add(on)
 
     def _add_joint(self, x: e.Revolute | e.Prismatic | e.Cylindrical) -> None:
         if isinstance(x, e.Screw):
@@ -114,6 +113,8 @@ class LoopClosure:
 
     def _coincide(self, name: str, p: int, on: int, body: int, along: Sequence[int]) -> None:
         """Let a hard point of a body be that of another, along directions of the other."""
+        if len(along) < len(AXES):
+            self.turned.add(on)
         for d in along:
             parts = self.points.end(on, p), self.points.end(body, p), self.points.vector(on, d)
             self.offsets.append(Condition(parts, (on, body), name))
@@ -121,22 +122,5 @@ class LoopClosure:
     def _keep_angle(self, name: str, one: tuple[int, int], other: tuple[int, int]) -> None:
         """Let the directions of two bodies, each a body and a direction, keep their angle."""
         parts = self.points.vector(*one), self.points.vector(*other)
+        self.turned |= {one[0], other[0]}
         self.angles.append(Condition(parts, (one[0], other[0]), name))
-
-    def idle(self, placed: Sequence[Placed]) -> list[int]:
-        """Return vectors about which free bodies spin idly: all that holds them acts on points of one line."""
-        held = {b for c in self.angles for b in c.bodies} | {on for _, on, _ in self.on_guides}
-        held |= {p.on[0] for p in placed} | {c.bodies[0] for c in self.offsets}
-        out = []
-        for p in placed:
-            body = p.bodies[0]
-            ends = self.points.of(body)
-            if p.joint_kind != FREE or body in held or not ends:
-                continue
-            x = np.stack([self.points.points[q][0] for q in ends])
-            apart = x - x[0]
-            far = int((apart**2).sum(1).argmax())
-            spread = np.linalg.svd(apart, compute_uv=False)[1:2].sum()
-            if apart[far].any() and spread <= STRAIGHT * np.abs(apart).max():
-                out.append(self.points.vector(body, self.points.between(ends[0], ends[far])))
-        return out

@@ -9,7 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from scipy.linalg import qr
 
 from ...errors import CannotDrive, InvalidRequest, NotMovable
 from ...given import instance, number, several, switch, text, whole
@@ -21,6 +20,7 @@ from .curve import Curve, tangents
 from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar, identity
 from .formulation import Formulation
 from .motion import Motion
+from .rank import RANK, SINGULAR, UNMET, missed_by, rank_of, without_missed
 from .request import Drives
 from .sweeping import swept
 from .system import System
@@ -29,12 +29,6 @@ from .tracing import March
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-#: Singular values below this part of the largest count as none.
-RANK = 1e-8
-#: How far from the design pose a second pose is looked at [rad, units].
-ASIDE = 0.03
-#: How far a condition that others imply may be missed, in the size of the mechanism.
-MISSED = 1e-8
 #: What an element may say of each mechanism of a batch.
 VECTORS = ("at", "to", "from_", "axis", "axis_a", "axis_b", "origin", "quaternion")
 #: Starts at most, where all assemblies are looked for.
@@ -100,8 +94,9 @@ class Mechanism:
         key = tuple(identity(one) for one in scalars)
         if key not in self._systems:
             made = Formulation(self.elements, scalars).system()
-            use, _ = _independent(made)
-            self._systems[key] = made if len(use) == made.rows else _using(made, use)
+            rank = rank_of(made)
+            plain = len(rank.use) == made.rows and not rank.singular
+            self._systems[key] = made if plain else replace(made, use=rank.use, singular=rank.singular)
         return self._systems[key]
 
     def carriers(self) -> list[Revolute | Prismatic | Cylindrical]:
@@ -116,18 +111,18 @@ class Mechanism:
     def mobility(self) -> Mobility:
         """What joints and links leave free."""
         system = self.system()
-        _, singular = _independent(system)
         redundant = [system.names[r] for r in range(system.rows) if r not in system.use]
         idle = [system.bodies[system.vectors[0][w]] for w in system.idle[0]]
-        return Mobility(system.unknowns - len(system.use), tuple(idle), tuple(dict.fromkeys(redundant)), singular)
+        return Mobility(
+            system.unknowns - len(system.use), tuple(idle), tuple(dict.fromkeys(redundant)), system.singular
+        )
 
     def _curve(self, drive: Scalar, hold: Sequence[Scalar]) -> tuple[Curve, Array, tuple[Scalar, ...]]:
         """Return the curve of poses with what is held, the design states (N, numbers), and what is held."""
         held = several("hold", hold, Scalar)
         system = self.system(*held, instance("drive", drive, Scalar))
         freedoms = system.unknowns - len(system.use)
-        if freedoms == 0:
-            raise NotMovable("joints and links leave no freedom: a structure; free a link, or drive a length")
+        self.movable(system)
         if freedoms != 1 + len(held):
             raise CannotDrive(
                 f"there are {freedoms} freedoms: one drives, {freedoms - 1} must be held, not {len(held)}"
@@ -173,10 +168,10 @@ class Mechanism:
         curve, y, held = self._curve(drive, drives.held)
         unit = curve.system.scalars[-1].unit
         goal = q / unit
-        at = curve(y)
+        at = curve.selected(y)(y)
         tangent, slope, regular = tangents(at[1], at[3])
         if (regular < RANK).any():
-            raise NotMovable("the design pose is singular: more freedoms than beside it; give another design pose")
+            raise NotMovable(SINGULAR)
         if (slope < STILL).any():
             self._explain(curve, y, tangent, drive)
         states, end, reason = swept(curve, y, at, tangent, goal)
@@ -186,20 +181,22 @@ class Mechanism:
             tuple((float(v), str(why)) if less else None for v, why, less in zip(*one, strict=True))
             for one in zip(end * unit, reason, short, strict=True)
         ]
-        if len(curve.system.use) < curve.system.rows:
-            self._without_missed(curve, states, ends, float(q[0]))
+        for i in without_missed(curve, states):
+            ends[i] = ((float(q[0]), UNMET), (float(q[0]), UNMET))
         return Motion(self, curve, drive, held, q, states, tuple(ends))
 
-    @staticmethod
-    def _without_missed(curve: Curve, states: Array, ends: list[Any], value: float) -> None:
-        """Take away the motions that miss conditions which were taken for implied by others; `ends` then say so."""
-        for i in range(len(states)):
-            some = np.flatnonzero(np.isfinite(states[i]).all(-1))
-            sub = curve.take(np.full(len(some), i)).system
-            if len(some) and not np.abs(sub.evaluate(states[i, some])[0]).max() <= MISSED:
-                states[i] = np.nan
-                reason = "conditions that others imply in the first mechanism of the batch are not met in this one"
-                ends[i] = ((value, reason), (value, reason))
+    def movable(self, system: System) -> None:
+        """Raise NotMovable, with the reason, if a mechanism with the conditions of a system cannot move."""
+        if system.singular:
+            raise NotMovable(SINGULAR)
+        if system.unknowns > len(system.use):
+            return
+        told = "joints and links leave no freedom: a structure; free a link, or drive a length"
+        missed = missed_by(system)
+        if missed is not None:
+            told += f"; it would move if {missed[0]} could be off by {missed[1] * system.unit:.2g} {self.unit}: "
+            told += "give rounded hard points with all their digits"
+        raise NotMovable(told)
 
     def circuit(self, drive: Scalar, hold: Sequence[Scalar] = ()) -> Circuit:
         """Follow all that the mechanism reaches without being taken apart, through the dead points of the drive.
@@ -281,40 +278,3 @@ class Mechanism:
         raise CannotDrive(
             f"the design pose is a dead point of this {name}: it is stationary there; drive another scalar"
         )
-
-
-def _using(system: System, use: Array) -> System:
-    return replace(system, use=use)
-
-
-def _independent(system: System) -> tuple[Array, bool]:
-    """Return conditions that imply all others wherever the mechanism moves, and whether the design pose is singular.
-
-    The rank is looked at in the design pose, and in one beside it that satisfies all conditions.
-    """
-    system = system.take(np.array([0])) if len(system.points) > 1 else system
-    y = system.design[None]
-    _, _, jacobian = system.evaluate(y)
-    j = jacobian[0, : system.rows]
-    s = np.linalg.svd(j, compute_uv=False) if j.size else np.zeros(0)
-    rank = int((s > RANK * s.max(initial=0)).sum())
-    if rank == system.rows:
-        return np.arange(system.rows), False
-    free = np.linalg.svd(j)[2][rank:]
-    if not len(free):
-        return np.sort(qr(j.T, pivoting=True, mode="r")[1][:rank]), False
-    direction = free.T @ np.random.default_rng(1).normal(size=len(free))
-    y = system.moved(y, ASIDE * direction[None] / np.sqrt(direction @ direction))
-    for _ in range(30):
-        f, _, jacobian = system.evaluate(y)
-        step = -np.linalg.lstsq(jacobian[0, : system.rows], f[0], rcond=1e-6)[0]
-        y = system.moved(y, step[None])
-        if np.abs(step).max() < 1e-10:
-            break
-    f, _, jacobian = system.evaluate(y)
-    if np.abs(f).max() > 1e-8:  # no pose beside it: the freedom is one of the first order only
-        return np.arange(system.rows), True
-    aside = jacobian[0, : system.rows]
-    s = np.linalg.svd(aside, compute_uv=False)
-    there = int((s > 1e-6 * s.max()).sum())
-    return np.sort(qr(aside.T, pivoting=True, mode="r")[1][:there]), there > rank

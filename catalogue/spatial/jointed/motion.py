@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     from .mechanism import Mechanism
 
 
+#: Singular values below this part of the largest are those of conditions that others imply.
+SMALL = 1e-9
 #: Highest derivative: the factorials of higher orders are no doubles.
 HIGHEST = 170
 
@@ -189,7 +191,6 @@ class Motion:
             curve, y = self.flat()
             system = curve.system
             width = system.rows + len(system.scalars)
-            rows = np.concatenate([system.use, np.arange(system.rows, width)])
             inverse, (law, _) = self.inverse(), self._law() if order else (np.zeros(0), 1.0)
             x = np.zeros((order + 1, len(y), system.unknowns))
             for k in range(1, order + 1):
@@ -202,20 +203,23 @@ class Motion:
                     f[:, c] = scalar.value(ends, vectors, every)[k]
                 if k <= len(law):
                     f[:, system.rows :] -= law[k - 1]
-                x[k] = -(inverse @ f[:, rows, None])[..., 0]
+                x[k] = -(inverse @ f[..., None])[..., 0]
             self._cache[order] = x
         return np.asarray(self._cache[order])
 
     def inverse(self) -> Array:
-        """Return the inverse of the Jacobian of conditions, held scalars and drive, (n s, unknowns, unknowns)."""
+        """Return the inverse of the Jacobian of conditions, held scalars and drive, (n s, unknowns, c + f).
+
+        By least squares, where some conditions are implied by others.
+        """
         if "inverse" not in self._cache:
             curve, y = self.flat()
             system = curve.system
             _, _, jacobian = system.evaluate(y)
-            square = jacobian[:, np.concatenate([system.use, np.arange(system.rows, jacobian.shape[1])])]
-            good = np.isfinite(square).all((1, 2))
-            inverse = np.full_like(square, np.nan)
-            inverse[good] = np.linalg.inv(square[good]) if _regular(square[good]) else np.linalg.pinv(square[good])
+            good = np.isfinite(jacobian).all((1, 2))
+            inverse = np.full_like(np.swapaxes(jacobian, 1, 2), np.nan)
+            square = jacobian.shape[1] == jacobian.shape[2] and _regular(jacobian[good])
+            inverse[good] = np.linalg.inv(jacobian[good]) if square else np.linalg.pinv(jacobian[good], rcond=SMALL)
             self._cache["inverse"] = inverse
         return np.asarray(self._cache["inverse"])
 
@@ -304,7 +308,7 @@ class Motion:
 
     def basis(self) -> Array:
         """Return rates (n s, unknowns, f) of the unknowns, one for each of `scalars`, the others standing still."""
-        return self.inverse()[:, :, len(self.curve.system.use) :]
+        return self.inverse()[:, :, self.curve.system.rows :]
 
     def screws(self) -> Array:
         """Return the screw of every unknown, (n s, unknowns, 6): velocity of the centre, and rotation."""

@@ -42,6 +42,7 @@ def newton_step(f: Array, j: Array, tangent: Array) -> tuple[Array, Array]:
 def across(curve: Curve, y: Array, tangent: Array) -> tuple[Array, Array, Array]:
     """Return states corrected across tangents (n, m), the tangents there and the slope of the drive."""
     y = curve.system.unitary(y)
+    curve = curve.selected(y)
     for _ in range(8):
         f, j, _, by = curve(y)
         off, new = newton_step(f, j, tangent)
@@ -68,7 +69,7 @@ def _solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
     found = np.zeros(len(y), bool)
     for low in range(0, len(y), BLOCK):
         some = np.arange(low, min(low + BLOCK, len(y)))
-        sub = curve.take(some)
+        sub = curve.take(some).selected(y[some])
         at, periodic = y[some], curve.system.scalars[-1].periodic
         near = np.ones(len(some), bool)
         for k in range(8):
@@ -86,6 +87,11 @@ def _solved(curve: Curve, y: Array, target: Array) -> tuple[Array, Array]:
     return y, found
 
 
+def _rough(a: Array, b: Array) -> Array:
+    """Solve equations (n, k, m) with as many unknowns or fewer, by least squares if fewer: no pose is near."""
+    return solve(a, b[..., None])[..., 0] if a.shape[1] == a.shape[2] else (np.linalg.pinv(a) @ b[..., None])[..., 0]
+
+
 def newton(curve: Curve, y: Array, target: Array, steps: int = 60) -> tuple[Array, Array]:
     """Solve from rough states (n, numbers), damped; return states and where that was possible."""
     y, periodic = y.copy(), curve.system.scalars[-1].periodic
@@ -93,11 +99,11 @@ def newton(curve: Curve, y: Array, target: Array, steps: int = 60) -> tuple[Arra
     found = np.zeros(len(y), bool)
     for _ in range(steps):
         sub = curve.take(open_)
-        f, j, value, by = sub(y[open_])
+        f, j, value, by = sub.every(y[open_])
         off = value - target[open_]
         right = -np.concatenate([f, (around(off) if periodic else off)[:, None]], axis=1)
         with np.errstate(all="ignore"):
-            step = solve(np.concatenate([j, by[:, None]], axis=1), right[..., None])[..., 0]
+            step = _rough(np.concatenate([j, by[:, None]], axis=1), right)
             size = np.sqrt((step * step).sum(1))
             step *= np.minimum(1, 0.7 / size)[:, None]
         y[open_] = curve.system.unitary(curve.system.moved(y[open_], np.nan_to_num(step)))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -86,7 +86,7 @@ def follow(system: System, y: Array, course: Course) -> Followed:
     """
     n, here, step = len(y), 0.0, 1.0
     alive, reached = np.ones(n, bool), np.zeros(n)
-    rate, sign = _rates(system, y, course, here)
+    rate, sign = _rates(Curve(system, np.zeros((n, 0))).selected(y), y, course, here)
     nodes = [(here, y, rate)]
     speed = np.abs(course.rates(0.0)).max(initial=0)
     step = min(FIRST / speed if speed > FIRST else 1.0, float(course.end) or 1.0)
@@ -97,8 +97,7 @@ def follow(system: System, y: Array, course: Course) -> Followed:
             step *= 0.5
             continue
         some = np.flatnonzero(alive)
-        found, new_rate, new_sign, size, good = _step(system, nodes, some, course, to)
-        good &= new_sign == sign[some]
+        found, new_rate, size, good = _step(system, nodes, sign[some], some, course, to)
         if not good.all():
             if max(gone, speed * (to - here)) > SHORTEST and to - here > 1e-12 * course.end:
                 step = 0.5 * (to - here)
@@ -116,8 +115,10 @@ def follow(system: System, y: Array, course: Course) -> Followed:
     return Followed(np.array(parameter), np.stack(states), np.stack(rates), reached)
 
 
-def _step(system: System, nodes: Sequence[Any], some: Array, course: Course, to: float) -> tuple[Array, ...]:
-    """Return states at a parameter, rates and orientation there, sizes of first corrections, and which are good."""
+def _step(
+    system: System, nodes: Sequence[Any], sign: Array, some: Array, course: Course, to: float
+) -> tuple[Array, ...]:
+    """Return states at a parameter, rates, sizes of first corrections, and which are on the same smooth motion."""
     here, y, rate = nodes[-1]
     if len(nodes) > 1:
         before, y0, rate0 = nodes[-2]
@@ -128,9 +129,12 @@ def _step(system: System, nodes: Sequence[Any], some: Array, course: Course, to:
     part = system.take(some)
     guess = part.unitary(guess)
     values = course.values(to)[some]
+    curve = Curve(part, values[:, :-1]).selected(y[some])
+    if system.redundant:
+        sign = np.linalg.slogdet(_square(curve, y[some], values)[1])[0]
     sizes = []
     for _ in range(3):
-        f, square = _square(part, guess, values)
+        f, square = _square(curve, guess, values)
         off = solve(square, -f[..., None])[..., 0]
         guess = part.moved(guess, off)
         sizes.append(np.sqrt((off * off).sum(1)))
@@ -138,24 +142,25 @@ def _step(system: System, nodes: Sequence[Any], some: Array, course: Course, to:
             break
     second = sizes[1] if len(sizes) > 1 else np.zeros_like(sizes[0])
     good = (sizes[0] <= REFUSED) & (second <= np.maximum(CONTRACTION * sizes[0], LAST)) & np.isfinite(guess).all(1)
-    new_rate, sign = _rates(part, guess, course, to, some)
-    return guess, new_rate, sign, sizes[0], good
+    new_rate, new_sign = _rates(curve, guess, course, to, some)
+    return guess, new_rate, sizes[0], good & (new_sign == sign)
 
 
-def _square(system: System, y: Array, values: Array) -> tuple[Array, Array]:
+def _square(curve: Curve, y: Array, values: Array) -> tuple[Array, Array]:
     """Return what conditions and scalars lack to values (n, f), and their square Jacobian."""
-    f, j, value, by = Curve(system, values[:, :-1])(y)
+    system, curve = curve.system, replace(curve, held=values[:, :-1])
+    f, j, value, by = curve(y)
     last = around(value - values[:, -1]) if system.scalars[-1].periodic else value - values[:, -1]
     return np.concatenate([f, last[:, None]], axis=1), np.concatenate([j, by[:, None]], axis=1)
 
 
-def _rates(system: System, y: Array, course: Course, at: float, some: Array | None = None) -> tuple[Array, Array]:
+def _rates(curve: Curve, y: Array, course: Course, at: float, some: Array | None = None) -> tuple[Array, Array]:
     """Return rates (n, numbers) of states by the parameter of a path, and the signs of their Jacobians."""
     wanted = course.rates(at) if some is None else course.rates(at)[some]
-    _, square = _square(system, y, course.values(at) if some is None else course.values(at)[some])
+    _, square = _square(curve, y, course.values(at) if some is None else course.values(at)[some])
     right = np.zeros(square.shape[:2])
     right[:, -wanted.shape[1] :] = wanted
-    return system.lifted(y, solve(square, right[..., None])[..., 0]), np.linalg.slogdet(square)[0]
+    return curve.system.lifted(y, solve(square, right[..., None])[..., 0]), np.linalg.slogdet(square)[0]
 
 
 def corrected(system: System, states: Array, values: Array) -> Array:

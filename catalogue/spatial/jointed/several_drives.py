@@ -15,6 +15,7 @@ from .curve import Curve, tangents
 from .elements import Scalar, title
 from .motion import Motion
 from .paths import Course, corrected, follow
+from .rank import RANK, SINGULAR, UNMET, without_missed
 from .request import Drives
 from .sweeping import swept
 
@@ -22,9 +23,8 @@ if TYPE_CHECKING:
     from .mechanism import Mechanism
     from .system import System
 
-#: Slope of a drive, per arc length, that counts as none; and least singular value, over the largest.
+#: Slope of a drive, per arc length, that counts as none.
 STILL = 1e-7
-RANK = 1e-8
 #: Why a path goes no farther: its values have no pose on this assembly.
 BEYOND = "dead point"
 
@@ -56,6 +56,7 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
     n, units = len(system.points), np.array([s.unit for s in system.scalars])
     y = np.repeat(system.design[None], n, axis=0)
     design = system.evaluate(y)[1]
+    mechanism.movable(system)
     _check(system, y, design, drives.scalars)
     path = drives.grid() if grid else drives.path()
     asked = np.concatenate([np.tile(drives.at, (len(path), 1)), path], axis=1) / units
@@ -68,6 +69,8 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
         states = _legs(mechanism, drives, Poses(start, first, np.arange(n)), points, stops)
     else:
         states = np.moveaxis(_moved(system, start, points, order, stops), 0, 1)
+    for i in without_missed(Curve(system, design[:, :-1]), states):
+        stops[i].append(UNMET)
     held = np.moveaxis(points, 0, 1)[:, :, :-1]
     ends = ((None, None),) * n
     return Motion(
@@ -80,18 +83,16 @@ def sweep(mechanism: Mechanism, drives: Drives, grid: bool) -> Motion:
 def _check(system: System, y: Array, values: Array, drives: tuple[Scalar, ...]) -> None:
     """Raise what is wrong with drives in the design pose."""
     freedoms, given = system.unknowns - len(system.use), len(system.scalars)
-    if freedoms == 0:
-        raise NotMovable("joints and links leave no freedom: a structure; free a link, or drive a length")
     if freedoms != given:
         raise CannotDrive(
             f"there are {freedoms} freedoms: {len(drives)} drive, {freedoms - len(drives)} must be held, "
             f"not {given - len(drives)}"
         )
-    _, conditions, _, by = Curve(system, values[:, :-1])(y)
+    _, conditions, _, by = Curve(system, values[:, :-1]).selected(y)(y)
     own = conditions[:, : len(system.use)]
     s = np.linalg.svd(own, compute_uv=False) if own.shape[1] else np.ones((len(own), 1))
     if (s[:, -1] < RANK * s[:, 0]).any():
-        raise NotMovable("the design pose is singular: more freedoms than beside it; give another design pose")
+        raise NotMovable(SINGULAR)
     s = np.linalg.svd(np.concatenate([conditions, by[:, None]], axis=1), compute_uv=False)
     if (s[:, -1] < STILL * s[:, 0]).any():
         names = ", ".join(title(d) for d in drives)
@@ -137,7 +138,7 @@ def _leg(curve: Curve, here: Poses, goal: Array, drive: Scalar, stops: list[list
     states = np.full((len(here.states), len(goal), here.states.shape[1]), np.nan)
     some = np.flatnonzero(np.isfinite(here.states).all(1))
     y = here.states[some]
-    at = curve.take(some)(y)
+    at = curve.take(some).selected(y)(y)
     tangent, slope, regular = tangents(at[1], at[3])
     good = (slope >= STILL) & (regular >= RANK)
     some = some[good]

@@ -10,9 +10,10 @@ import numpy as np
 import pandas as pd
 
 from ...given import Stated, instance, several
+from ...kinematics.types import Array
 from .elements import Link
 from .frame import framed
-from .motion import Motion
+from .motion import SMALL, Motion
 from .vectors import cross
 
 
@@ -70,23 +71,38 @@ def reactions(motion: Motion, loads: Sequence[Load]) -> pd.DataFrame:
     }
     angular = set(range(system.starts[1], system.starts[2]))
     columns: dict[str, Any] = {}
-    lost = {name for r, name in enumerate(system.names) if r not in system.use}
+    lost = _undetermined(motion)
     times: dict[str, int] = {}
-    for k, r in enumerate(system.use):
-        name = system.names[r]
+    for r, name in enumerate(system.names):
         if r >= system.starts[3]:
             continue  # an idle rotation bears nothing
         times[name] = times.get(name, 0) + 1
         many = sum(n == name for n in system.names) > 1
         label = f"{name} {times[name]}" if many else name
-        value = borne[:, k] * (-1 if name in links else 1) * (unit_of := system.unit if r in angular else 1.0)
-        columns[f"{label} [{'N' if unit_of == 1.0 and r not in angular else 'N ' + unit}]"] = (
-            np.full(len(y), np.nan) if name in lost else value
+        value = borne[:, r] * (-1 if name in links else 1) * (unit_of := system.unit if r in angular else 1.0)
+        columns[f"{label} [{'N' if unit_of == 1.0 and r not in angular else 'N ' + unit}]"] = np.where(
+            lost[:, [n == name for n in system.names]].any(1), np.nan, value
         )
-    for k, scalar in enumerate(system.scalars, len(system.use)):
-        what = "drive" if k == len(system.use) + len(system.scalars) - 1 else f"held {k - len(system.use) + 1}"
+    for k, scalar in enumerate(system.scalars, system.rows):
+        what = "drive" if k == system.rows + len(system.scalars) - 1 else f"held {k - system.rows + 1}"
         if scalar.angular:
             columns[f"{what} [N {unit}]"] = borne[:, k] * system.unit
         else:
             columns[f"{what} [N]"] = borne[:, k]
     return framed(motion, columns)
+
+
+def _undetermined(motion: Motion) -> Array:
+    """Return which reactions statics does not determine, (n s, conditions): those that can balance by themselves."""
+    curve, y = motion.flat()
+    rows = curve.system.rows
+    if not curve.system.redundant:
+        return np.zeros((len(y), rows), bool)
+    jacobian = curve.system.evaluate(y)[2][:, :rows]
+    out = np.zeros((len(y), rows), bool)
+    good = np.isfinite(jacobian).all((1, 2))
+    u, s, _ = np.linalg.svd(jacobian[good], full_matrices=True)
+    share = np.zeros(u.shape[::2])
+    share[:, : s.shape[1]] = s > SMALL * s[:, :1]
+    out[good] = ((u * ~share.astype(bool)[:, None]) ** 2).sum(2) > SMALL
+    return out

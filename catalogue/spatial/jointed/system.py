@@ -53,6 +53,10 @@ class System(Tree):
         Vectors about which a body spins idly.
     moves : ndarray, shape (c, m)
         Whether an unknown moves the second body of a row, less whether it moves the first.
+    use : ndarray of int, shape (r,)
+        As many conditions as are independent where the mechanism moves.
+    singular : bool
+        Whether the design pose has more freedoms than poses beside it, or none beside it at all.
     scalars : tuple of `scalars.ScalarFunction`
         Held ones, and the driven one last; their rows come after the others.
     """
@@ -74,6 +78,7 @@ class System(Tree):
     specs: tuple[Any, ...]
     labels: tuple[str, ...]
     labelled: tuple[str, ...]
+    singular: bool = False
 
     @cached_property
     def plan(self) -> Any:
@@ -84,6 +89,11 @@ class System(Tree):
     def fast(self) -> compiled.Fast | None:
         """What evaluates these equations compiled; None if that cannot be."""
         return compiled.fast(self)
+
+    @property
+    def redundant(self) -> bool:
+        """Whether some conditions are implied by others: the mechanism is overconstrained."""
+        return len(self.use) < self.rows
 
     def take(self, index: Array) -> System:
         """Return the system of some mechanisms of the batch, in any order and number."""

@@ -89,11 +89,15 @@ class March:
         back = (s - self.before[0])[:, None]
         system = self.curve.system
         guess = system.unitary(cubic(1 + self.h[:, None] / back, back, self.before[1], y, self.before[2], rate))
-        f, j, _, _ = self.curve(guess)
+        curve, sign = self.curve, self.sign
+        if system.redundant:  # conditions that stand for all others where the step begins
+            curve = curve.selected(y)
+            sign = orientation(curve(y)[1], tangent)
+        f, j, _, _ = curve(guess)
         off, across_guess = newton_step(f, j, tangent)
         size = np.sqrt((off * off).sum(1))
         near = system.unitary(system.moved(guess, off))
-        f, j, value, by = self.curve(near)
+        f, j, value, by = curve(near)
         off, new = newton_step(f, j, across_guess)
         left = np.sqrt((off * off).sum(1))
         y_new = system.moved(near, off)
@@ -106,7 +110,7 @@ class March:
         bow *= not system.idle.size  # a spin that is idle follows no curve of its own
         good = (size <= np.minimum(REFUSED, 0.1 * self.h)) & (left <= np.maximum(CONTRACTION * size, LAST))
         good &= ((new * tangent).sum(1) >= TURN) & (bow <= (BOW * arc) ** 2)
-        crossing = orientation(j, new) != self.sign
+        crossing = orientation(j, new) != sign
         good &= ~crossing
         if system.scalars[-1].periodic:
             value = drive + around(value - drive)

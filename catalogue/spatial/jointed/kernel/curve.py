@@ -9,7 +9,7 @@ import numpy as np
 
 from ...native.compiling import compiled
 from ...native.elimination import substitute
-from .newton import around, factored, lacking, largest, moved, unitary
+from .newton import around, factored, lacking, largest, moved, select, unitary
 from .pose import CYLINDRICAL, FREE, Plan, evaluate
 
 #: Why a curve ended: it was to, or the reasons of `tracing`; a matrix was singular, which numpy solves.
@@ -80,7 +80,7 @@ def cubic(t, h, a, b, da, db):
 @compiled
 def across(plan, held, w, border):
     """Find Newton's step across a tangent, and the unit vector along the curve; return the sign of the determinant."""
-    sign = factored(plan, border, w)
+    sign = factored(border, w)
     if sign != 0:
         lacking(plan, held, w)
         m = len(border)
@@ -179,7 +179,7 @@ def write_node(plan, nodes, k, s, value, slope, w):
     for j in range(len(w.tangent)):
         nodes.tangent[k, j] = w.tangent[j]
         for i in range(len(plan.keep)):
-            nodes.jacobian[k, i, j] = w.jacobian[plan.keep[i], j]
+            nodes.jacobian[k, i, j] = w.jacobian[w.rows[i], j]
 
 
 @compiled
@@ -189,6 +189,10 @@ def step(plan, geometry, g, held, h, orientation, nodes, k, b, to, limits, w):
     Returns the next length of step, whether the step was made, whether it would have changed the orientation, and
     whether a matrix was singular.
     """
+    if plan.redundant:  # conditions that stand for all others where the step begins
+        evaluate(plan, geometry, g, nodes.y[k], w, True)
+        select(plan, held, w)
+        orientation = factored(nodes.tangent[k], w)
     sign, first, second, value, slope = stepped(plan, geometry, g, held, h, nodes.s[k] - nodes.s[b], nodes, k, b, w)
     if sign == 0:
         return h, False, False, True
@@ -235,8 +239,10 @@ def slope_at(plan, geometry, g, held, nodes, i, s, limits, w):
     for j in range(len(w.y)):
         w.y[j] = cubic(t, h, nodes.y[i, j], nodes.y[i + 1, j], nodes.rate[i, j], nodes.rate[i + 1, j])
     unitary(plan, w.y)
-    for _ in range(8):
+    for n in range(8):
         evaluate(plan, geometry, g, w.y, w, True)
+        if n == 0 and plan.redundant:
+            select(plan, held, w)
         if across(plan, held, w, nodes.tangent[i]) == 0:
             break
         moved(plan, w.y, w.step)

@@ -37,7 +37,7 @@ def lacking(plan, held, w):
     rows = len(plan.moves) - len(plan.scalars)
     free = len(plan.keep) - len(held)
     for i in range(len(plan.keep)):
-        row = plan.keep[i]
+        row = w.rows[i]
         off = w.value[row]
         if i >= free:
             off -= held[i - free]
@@ -47,16 +47,39 @@ def lacking(plan, held, w):
 
 
 @compiled
-def factored(plan, last, w):
+def factored(last, w):
     """Factor the Jacobian of the curve with one more row; return the sign of the determinant, 0 of a singular one."""
     a, m = w.matrix, len(last)
     for i in range(m - 1):
-        row = plan.keep[i]
+        row = w.rows[i]
         for j in range(m):
             a[i, j] = w.jacobian[row, j]
     for j in range(m):
         a[m - 1, j] = last[j]
     return eliminate(a, m, m, w.interchanged)
+
+
+@compiled
+def select(plan, held, w):
+    """Choose the conditions that span all others best, by elimination with full pivoting of their Jacobian."""
+    left, (conditions, m) = w.left, w.left.shape
+    for r in range(conditions):
+        for j in range(m):
+            left[r, j] = w.jacobian[r, j]
+    for k in range(len(plan.keep) - len(held)):
+        row, column, most = 0, 0, -1.0
+        for r in range(conditions):
+            for j in range(m):
+                if abs(left[r, j]) > most:
+                    row, column, most = r, j, abs(left[r, j])
+        w.rows[k] = row
+        for r in range(conditions):
+            share = left[r, column] / left[row, column]
+            if r != row and share != 0:
+                for j in range(m):
+                    left[r, j] -= share * left[row, j]
+        for j in range(m):
+            left[row, j] = 0.0
 
 
 @compiled
@@ -113,10 +136,12 @@ def corrected(plan, geometry, g, held, y, target, w, accuracy):
     anew, near, size = True, True, 0.0
     for k in range(12):
         evaluate(plan, geometry, g, y, w, anew)
+        if k == 0 and plan.redundant:
+            select(plan, held, w)
         lacking(plan, held, w)
         off = w.value[drive] - target
         w.step[m - 1] = -(around(off) if periodic else off)
-        if anew and factored(plan, w.jacobian[drive], w) == 0:
+        if anew and factored(w.jacobian[drive], w) == 0:
             return -1
         substitute(w.matrix, m, w.interchanged, w.step)
         before, size = size, largest(w.step)

@@ -28,6 +28,7 @@ class Plan(NamedTuple):
     scalars: Any  # (scalars, 5): kind, its integers, and whether its value is known but for whole turns
     weights: Any  # of the parts of sums
     keep: Any  # rows of the conditions of the curve: those in use, and of what is held
+    redundant: Any  # whether some conditions are implied by others
     stated: Any  # rows of what is held and drives, without the parts of sums
     weight: Any  # (numbers,)
 
@@ -62,6 +63,8 @@ class Work(NamedTuple):
     y: Any  # (numbers,)
     rate: Any  # (numbers,)
     off: Any  # (numbers,)
+    rows: Any  # as `keep`, the conditions those that stand for all others where they were selected
+    left: Any  # (conditions, unknowns): of their Jacobian, on the way to `rows`
 
 
 def work(plan: Plan, numbers: int) -> Work:
@@ -73,6 +76,7 @@ def work(plan: Plan, numbers: int) -> Work:
     return Work._make([
         rotation, *(np.zeros((n, 3)) for n in triples), np.zeros((rows, 6)), np.zeros(rows), np.zeros((rows, m)),
         np.zeros((m, m)), np.zeros(m, np.int64), *(np.zeros(n) for n in (m, m, m, numbers, numbers, numbers)),
+        plan.keep.copy(), np.zeros((rows - len(plan.scalars), m)),
     ])  # fmt: skip
 
 
