@@ -201,10 +201,15 @@ def _around(job: Job, drive: str, scalar: Any, held: Sequence[Any], steps: int) 
         DRIVE,
         number("--at", "VALUE", "Value of the drive [unit of the file, or degrees].", default=0.0),
         HOLD,
+        option("--hits", "N", "Make random starts until each was found so often.", click.IntRange(1), default=5),
+        option("--most", "N", "Random starts at most.", click.IntRange(1), default=4096),
+        option("--seed", "N", "Of the starts.", click.IntRange(0), default=1),
         FORMAT,
     ]
 )
-def assemblies(file: str, drive: str, at: float, hold: Sequence[str], format: str) -> int:
+def assemblies(
+    file: str, drive: str, at: float, hold: Sequence[str], hits: int, most: int, seed: int, format: str
+) -> int:
     """Print the ways to put a mechanism together at a value of its drive, as far as random starts find them.
 
     \b
@@ -218,10 +223,13 @@ def assemblies(file: str, drive: str, at: float, hold: Sequence[str], format: st
         job = load(file)
         scalar, held = job.driven(drive, hold)
         angular = job.mechanism.system(*held, scalar).scalars[-1].angular
-        found = job.mechanism.assemblies(scalar, float(np.radians(at)) if angular else at, held)
+        value = float(np.radians(at)) if angular else at
+        found = job.mechanism.assemblies(scalar, value, held, hits, most, seed)
         table = job.table(found.motion)
     table.insert(0, "hits", found.hits)
     _print(table, format)
+    for line in found.remarks():
+        print(f"catalogue: {line}", file=sys.stderr, flush=True)
     return 0 if len(table) else 1
 
 

@@ -13,10 +13,13 @@ from ...kinematics.types import Array
 from .curve import Curve, signature
 from .motion import Motion
 from .newton import newton
+from .system import System
 from .tree import CURVE, FREE, PRISMATIC, REVOLUTE, SURFACE
 
 #: Poses are one if what tells them apart differs by less.
 SAME = 1e-6
+#: How far conditions may be missed [units]: Newton's method ends far below.
+CLOSED = 1e-9
 #: How far slides and free bodies may be from the design pose, in the size of the mechanism.
 FAR = 1.5
 
@@ -36,16 +39,38 @@ class FoundAssemblies:
     even : bool
         Whether assemblies are even in number, as they are where links and ball joints or revolutes close the loops; an
         odd number then means that one was missed, or that two coincide.
+    wanted : int
+        How often each was to be found.
     """
 
     motion: Motion
     hits: Array
     starts: int
     fruitless: int
+    wanted: int = 1
 
     @property
     def even(self) -> bool:
         return len(self.hits) % 2 == 0
+
+    @property
+    def scarce(self) -> int:
+        """How many were found less often than was wanted: where there are any, others may be missing."""
+        return int((self.hits < self.wanted).sum())
+
+    def remarks(self) -> list[str]:
+        """Return how sure the count is, one line each."""
+        lines = [f"{len(self.hits)} found by {self.starts} random starts, none new by the last {self.fruitless}"]
+        if self.scarce:
+            lines.append(
+                f"others may be missing: {self.scarce} of these were found less than {self.wanted} times; "
+                "make more starts"
+            )
+        if not self.even:
+            lines.append(
+                "an odd number: where links, balls and revolutes close the loops, one is missing or two coincide"
+            )
+        return lines
 
 
 def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tuple[Array, Array, int, int]:
@@ -57,6 +82,7 @@ def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tupl
     states, names = np.empty((0, curve.system.numbers)), np.empty((0, 0))
     counts, last = np.zeros(0, int), 0
     while made < most:
+        batch = min(batch, most - made)
         y = (
             np.concatenate([curve.system.design[None], _random(curve, draw, batch)])
             if not made
@@ -64,6 +90,7 @@ def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tupl
         )
         made += batch
         found, good = newton(curve.take(np.zeros(len(y), int)), y, np.full(len(y), target))
+        good &= closed(curve.system, found)
         when, found = made - batch + 1 + np.flatnonzero(good), found[good]
         marks = signature(curve.take(np.zeros(len(found), int)), found)
         for y_new, mark, start in zip(found, marks, when, strict=True):
@@ -78,6 +105,17 @@ def search(curve: Curve, target: float, hits: int, most: int, seed: int) -> tupl
             break
         batch *= 2
     return states, counts, made, made - last
+
+
+def closed(system: System, y: Array) -> Array:
+    """Return which states (n, numbers) satisfy all conditions, those that others imply too, with no joint reversed."""
+    with np.errstate(all="ignore"):
+        rotation, shift = system.poses(y)
+        ends, vectors = system.attached(rotation, shift)
+        missed = np.abs(system.residual(ends, vectors, rotation, shift)[0]).max(1, initial=0)
+        one, other = system.facing
+        same = (vectors[0][:, one] * vectors[0][:, other]).sum(-1).min(1, initial=1) > 0
+    return np.asarray((missed <= CLOSED) & same)
 
 
 def _random(curve: Curve, draw: np.random.Generator, n: int) -> Array:

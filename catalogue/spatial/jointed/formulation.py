@@ -80,6 +80,7 @@ class Formulation:
             _columns(self.points.vectors), _parts(self.loops.distances, 2), _parts(self.loops.offsets, 3),
             _parts(self.loops.angles, 2), guides, _parts(idle, 1), moves, rows, scalars,
             np.arange(rows), self.centre, self.unit, tuple(c.name for c in conditions),
+            np.array(self.loops.facing, int).reshape(-1, 2).T,
             tuple(self.points.directions), tuple(self.points.labels), tuple(label(x) for x in self.elements),
         )  # fmt: skip
 

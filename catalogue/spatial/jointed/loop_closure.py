@@ -47,6 +47,8 @@ class LoopClosure:
         End, and body that carries the guide.
     free_ends : dict of str to Condition
         Of the free links.
+    facing : list of (int, int)
+        Vectors that point the same way, which squares of their angles do not say: a joint is not put in reversed.
     turned : set of int
         Bodies of which directions count, not only points.
     """
@@ -59,6 +61,7 @@ class LoopClosure:
         self.on_guides: list[tuple[int, int, e.OnGuide]] = []
         self.free_ends: dict[str, Condition] = {}
         self.turned: set[int] = set()
+        self.facing: list[tuple[int, int]] = []
 
     def add(self, x: e.Element) -> None:
         """Add the conditions of an element."""
@@ -104,6 +107,10 @@ class LoopClosure:
         components, turns = CLOSING[type(x)]
         direction = dict(zip("apq", (axis, *self.points.across(axis)), strict=True))
         self._coincide(label(x), p, on, body, [direction[k] for k in components])
+        self.facing.append((self.points.vector(on, axis), self.points.vector(body, axis)))
+        if "a" in turns:
+            same = direction["p"]
+            self.facing.append((self.points.vector(on, same), self.points.vector(body, same)))
         for k in turns:
             other, mine = (direction["p"], direction["q"]) if k == "a" else (axis, direction[k])
             self._keep_angle(label(x), (on, other), (body, mine))

@@ -256,7 +256,7 @@ class Mechanism:
         target, seed = at / curve.system.scalars[-1].unit, whole("seed", seed, 0)
         states, counts, starts, fruitless = search(curve, target, hits, most, seed)
         motion = Motion(self, curve, drive, held, np.full(len(states), at), states[None], ((None, None),))
-        return FoundAssemblies(motion, counts, starts, fruitless)
+        return FoundAssemblies(motion, counts, starts, fruitless, hits)
 
     def plot(self, file: str | Path | None = None, labels: bool = True, title: str = "") -> Figure:
         """Draw the design pose in three dimensions, as `Motion.plot` does a motion."""

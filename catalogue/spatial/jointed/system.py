@@ -51,6 +51,8 @@ class System(Tree):
         Pairs of vectors that keep their angle.
     idle : ndarray, shape (1, r)
         Vectors about which a body spins idly.
+    facing : ndarray, shape (2, r)
+        Pairs of vectors that point the same way in every pose.
     moves : ndarray, shape (c, m)
         Whether an unknown moves the second body of a row, less whether it moves the first.
     use : ndarray of int, shape (r,)
@@ -75,6 +77,7 @@ class System(Tree):
     centre: Array
     unit: float
     names: tuple[str, ...]
+    facing: Array
     specs: tuple[Any, ...]
     labels: tuple[str, ...]
     labelled: tuple[str, ...]
