@@ -13,8 +13,10 @@ import json
 import re
 import runpy
 import sqlite3
+import sys
 from collections.abc import Callable, Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, redirect_stderr, redirect_stdout
+from io import StringIO
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -31,6 +33,7 @@ from alembic.config import Config
 from hypothesis import settings
 
 import catalogue
+from catalogue import cli
 from catalogue.find import dwells, find, prescribed_pivots
 from catalogue.find.explain import Advice, Explanation
 from catalogue.folders import folder
@@ -175,6 +178,21 @@ def small(small_db: Path) -> Iterator[catalogue.Catalogue]:
     """Return the catalogue of `small_db`."""
     with catalogue.open(small_db, build=False) as opened:
         yield opened
+
+
+@pytest.fixture(scope="session")
+def atlas(once: Callable[..., Path]) -> Path:
+    """Return a folder in which the command has drawn all plates, with what it told."""
+
+    def make(folder: Path) -> None:
+        out, told, words = StringIO(), StringIO(), ["catalogue", "atlas", "--out", str(folder / "new" / "atlas")]
+        with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(told):
+            patch.setattr(sys, "argv", words)
+            assert cli.run() == 0
+        assert out.getvalue() == ""
+        (folder / "told.txt").write_text(told.getvalue(), "utf-8")
+
+    return once("atlas", make)
 
 
 @pytest.fixture(scope="session")

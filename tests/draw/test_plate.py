@@ -7,11 +7,8 @@ import re
 import subprocess
 import sys
 import xml.etree.ElementTree as ET
-from collections.abc import Callable
-from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import replace
 from functools import cache
-from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -226,20 +223,6 @@ def test_lines_of_the_legend_stand_beside_their_words_in_the_middle_of_the_sheet
 
 
 # -- plates -------------------------------------------------------------------------------------------------------
-@pytest.fixture(scope="session")
-def atlas(once: Callable[..., Path]) -> Path:
-    """Return a folder in which the command has drawn all plates, with what it told."""
-
-    def make(folder: Path) -> None:
-        out, told = StringIO(), StringIO()
-        with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(told):
-            assert command(patch, "atlas", "--out", folder / "new" / "atlas") == 0
-        assert out.getvalue() == ""
-        (folder / "told.txt").write_text(told.getvalue(), "utf-8")
-
-    return once("atlas", make)
-
-
 @pytest.mark.slow
 @every
 def test_svg_holds_every_part(code: str, atlas: Path, tmp_path: Path) -> None:
