@@ -1,4 +1,4 @@
-"""A design catalogue of guide mechanisms: linkages that carry a point along a straight line or a circular arc.
+"""A design catalogue of guide mechanisms: linkages that guide a point along a line or an arc.
 
 >>> import catalogue
 >>> cat = catalogue.open()

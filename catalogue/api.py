@@ -32,15 +32,22 @@ if TYPE_CHECKING:
 
 
 class Catalogue:
-    """A database of guides with what can be asked of it; made by `catalogue.open`.
+    """A database of guides with its queries; made by `catalogue.open`.
 
-    Every question raises `InvalidRequest` if the request, a constraint, a bound or a name is
-    impossible, and `DatabaseError` if the database cannot be read or written.  A copy asks the same
-    file, one that was pickled opens it anew.
+    Every query raises `InvalidRequest` for an invalid request, constraint or name, and
+    `DatabaseError` if the database cannot be read or written.  A copy uses the same file; a pickled
+    one reopens it.
 
     Attributes
     ----------
     database : Database
+
+    Examples
+    --------
+    >>> from catalogue import StraightLine
+    >>> found = cat.find(StraightLine(stroke=150, deviation=0.5), families=["four-bar"], limit=2)
+    >>> [one.deviation <= 0.5 for one in found]
+    [True, True]
     """
 
     def __init__(self, database: Database, plugins: Sequence[str] = ()) -> None:
@@ -49,14 +56,14 @@ class Catalogue:
 
     @cached_property
     def registry(self) -> Registry:
-        """The plugins, loaded when first needed: a `find` needs none."""
+        """The plugins, loaded on first use: `find` needs none."""
         from .plugin.registry import Registry
 
         return Registry(self._folders)
 
     @property
     def complete(self) -> bool:
-        """Whether the last build ran to its end."""
+        """Whether the last build was completed."""
         return self.database.get_setting("complete") == "yes"
 
     def find(
@@ -80,46 +87,46 @@ class Catalogue:
         Parameters
         ----------
         request : StraightLine or CircularArc
+            Path and tolerance.
         limit : int
-            How many at most.
+            Maximum number of answers.
         rank_by : str, mapping or sequence of str
             One of `catalogue.problem.criteria.CRITERIA`, or several with weights:
-            ``"size=1,transmission=0.5"``.  A sequence, ``["size", "deviation"]``, weighs nothing:
-            the Pareto front of these criteria comes first, spread over all of it, then the second
-            front; `Candidate.front` says which.
+            ``"size=1,transmission=0.5"``.  A sequence, ``["size", "deviation"]``, ranks by Pareto
+            fronts without weights; `Candidate.front` is the number of the front.
         per_series : int, optional
-            At most so many of one series as long as there are others; a quarter of the limit if not
-            given (no bound for a front), 0: no bound.
+            Maximum number of answers of one series while others have answers; 0: no limit.
+            Default: a quarter of `limit`, no limit for Pareto fronts.
         distinct : float
-            No two answers are nearer to each other than this, 0 to 1; of such only the best is
-            given.  About the part of the stroke by which a pivot near the path is moved; see
-            `catalogue.candidates.select` and `Candidate.nearest`.
+            Minimum distance between two answers as designs, 0 to 1: about the displacement of a
+            pivot near the path over the stroke.  See `catalogue.candidates.select` and
+            `Candidate.nearest`.
         effort : int
-            How often to search, from other starts each time: the best is never worse for more, the
-            time grows with it. For 1, a search by score ends with a full list of which the best
-            scores 95 (`catalogue.search`).
+            Number of searches, each from other starts: more is never worse, and takes as much
+            longer.  At 1, a search by score ends early with a full list whose best answer scores
+            95.
         refine : bool
-            Move the pivots until what is ranked is best, subject to the deviation and all
-            constraints; `Candidate.gap` says what could still be gained nearby.  Else guides are
-            given as they are stored, or made.
+            Optimise the pivots for the ranking, subject to the tolerance and all constraints;
+            `Candidate.gap` estimates the remaining improvement nearby.  Else return guides as
+            stored or synthesised.
         cognates : bool
-            Offer the cognates of four-bars and slider-cranks too: the same path, other pivots; see
+            Also offer cognates of four-bars and slider-cranks: same path, other pivots; see
             `Candidate.cognate`.
         round_to : float, optional
-            Round the lengths of links, and the place of the guided point in the coupler, to
-            multiples of this; each rounded linkage is placed anew where it guides best, then
-            judged.  See `Candidate.lengths`.
+            Round link lengths and coupler coordinates of the guided point to multiples of this;
+            each rounded linkage is placed again where it guides best, then checked [length].
         desires : mapping of str to (best, worst) or (best, worst, weight), optional
-            What makes the score: a size, transmission angle, allowance, shortest link
-            (``min_link``), distance of the fixed pivots (``min_ground``) or longest travel of a
-            slide (``travel``) is desired fully from `best` on and not at all from `worst` on;
-            lengths in the user's unit.
+            Desirabilities in the score, 1 at `best`, 0 at `worst`, of ``size``, ``transmission``,
+            ``allowance``, ``min_link``, ``min_ground``, ``travel`` [length, deg].
         starts : iterable of Candidate
-            Answers of an earlier request, or stretches of linkages of your own, to start from too:
-            where they meet the constraints the best answer is none worse, so that a looser request
-            has no worse answer than a tighter one.
+            Further starts: answers to earlier requests, or stretches of your own linkages.  If one
+            meets the constraints, the best answer is no worse.
         **constraints
             See `catalogue.Constraints`.
+
+        Returns
+        -------
+        Found
         """
         from .find.find import find
 
@@ -151,12 +158,16 @@ class Catalogue:
         ----------
         request : StandStill
         limit : int
-            How many at most.
+            Maximum number of answers.
         effort : int
-            How many stored arcs of each series are looked at, 150 per unit.
+            Number of stored arcs to try per series, in units of 150.
         **constraints
             families, series, configurations, order, pins_only and min_transmission of
             `catalogue.Constraints`.
+
+        Returns
+        -------
+        DwellResults
         """
         from .find.dwells import find_dwells
 
@@ -179,32 +190,38 @@ class Catalogue:
     ) -> CollectionResults:
         """Search a collection of a plugin; rank and verify its mechanisms on their finite motion.
 
-        The specimens of the collection are drawn on first use, or when a newer plugin draws them
-        otherwise, with a progress bar unless `quiet`.
+        The specimens of the collection are sampled on first use, or after an update of its plugin.
 
         Parameters
         ----------
         name : str
-            Of the collection; `Registry.collections` has them all.
+            Name of the collection; `Registry.collections` lists them.
         request : StraightLine or CircularArc
+            Path and tolerance.
         limit : int
-            How many at most.
+            Maximum number of answers.
         rank_by : str
-            ``deviation``, or one of the collection's metrics, best first.
+            ``deviation``, or a metric of the collection.
         families, series : sequence of str
-            Allowed ones; all if empty.
+            Permitted ones; all if empty.
         where : mapping of str to (least, most)
             Bounds on metrics, None for an open side: ``{"condition": (None, 50.0)}``.
         special : sequence of str
-            Only mechanisms that are one of these well-known cases.
+            Permitted special cases of the collection; any if empty.
         refine : bool
-            Move the answers until they deviate less, where the collection knows how; bounds and
-            names are kept.  It takes some seconds for each.
+            Reduce the deviation of the answers within the bounds, if the collection supports it;
+            some seconds each.
+        quiet : bool
+            Show no progress bar.
+
+        Returns
+        -------
+        CollectionResults
 
         Raises
         ------
         PluginError
-            If there is no such collection, or it breaks its contract.
+            If the collection is unknown, or breaks its contract.
         """
         from .find.specimens import find_in
         from .populate.collect import is_current
@@ -245,12 +262,16 @@ class Catalogue:
         stroke : float
             Length of the path [length].
 
+        Returns
+        -------
+        CollectionCandidate
+
         Raises
         ------
         InvalidRequest
-            If there is no such specimen.
+            If the specimen is unknown.
         PluginError
-            If there is no such collection.
+            If the collection is unknown.
         """
         from .find.specimens import specimen
 
@@ -264,7 +285,23 @@ class Catalogue:
         seed: int | None = None,
         report: Callable[[Progress], None] = lambda _: None,
     ) -> Progress:
-        """Draw the specimens of a collection up to a number; see `catalogue.populate.collect.collect`."""
+        """Sample the specimens of a collection.
+
+        Parameters
+        ----------
+        name : str
+            Name of the collection.
+        count : int, optional
+            Number of specimens to store.
+        seed : int, optional
+            Seed of the sampling.
+        report : callable
+            Receives the `Progress` now and then.
+
+        Returns
+        -------
+        Progress
+        """
         from .populate.collect import collect
 
         collection = self.registry.collection(name)
@@ -272,7 +309,17 @@ class Catalogue:
         return collect(self.database, collection, version, count=count, seed=seed, report=report)
 
     def guide(self, name: int | str) -> StoredGuide:
-        """Return a stored guide by its id, or the first guide of a named design."""
+        """Return a stored guide.
+
+        Parameters
+        ----------
+        name : int or str
+            Number of the guide, or name of a design, such as ``"watt"``.
+
+        Returns
+        -------
+        StoredGuide
+        """
         from .find.stored import stored
 
         return stored(self.database, name)
@@ -288,25 +335,24 @@ class Catalogue:
         pins_only: bool = False,
         reaches: bool = False,
     ) -> pd.DataFrame:
-        """Return what is stored as a table, one row per guide by its number; no search, no plugin.
+        """Return stored guides as a data frame, one row per guide by number; no search, no plugin.
 
-        Lengths are in the canonical frame of the mechanism: pole at the origin, pole tangent along
-        +x, unit inflection circle (of parallel cranks, ``rho0`` NaN: the height of crank 1).
-        ``catalogue schema`` says what each column means.  NaN, of text None or NaN: there is none.
+        Lengths are canonical: pole at the origin, pole tangent along +x, unit inflection circle
+        (parallel cranks, ``rho0`` NaN: unit height of crank 1).  ``catalogue schema`` explains the
+        columns.  Missing values are NaN or None.
 
         Parameters
         ----------
         series, families, configurations : str or sequence of str
-            Only these; all if empty.
+            Permitted ones; all if empty.
         kind : str or sequence of str
-            Only these of line, circle, slot, arc, return-line and return-circle.
+            Permitted ones of line, circle, slot, arc, return-line and return-circle; all if empty.
         order : int
-            Least order of contact at the design position; 99: exact.
+            Minimum order of contact at the design position; 99: exact.
         pins_only : bool
-            No sliding joint.
+            Revolute joints only, no sliders.
         reaches : bool
-            One row per reach of a guide, the loosest level first: the same columns, repeated, and
-            those of the reach.
+            One row per reach of a guide, the loosest level first, with additional columns.
 
         Returns
         -------
@@ -326,7 +372,18 @@ class Catalogue:
         return guides_frame(self.database, constraints, names("kind", kind), reaches=switch("reaches", reaches))
 
     def classify(self, linkage: LinkageLike, *, tolerance: float | None = None) -> Classification:
-        """Return the memberships of given linkages in all series that are registered; see `catalogue.classify`."""
+        """Find the series of linkages among all registered ones; see `catalogue.classify`.
+
+        Parameters
+        ----------
+        linkage : Linkage, its pivots, or a mapping of link lengths
+        tolerance : float, optional
+            Largest residual of a member.
+
+        Returns
+        -------
+        Classification
+        """
         from .series.classification import classify
 
         return classify(linkage, self.registry.series, tolerance)
@@ -340,7 +397,25 @@ class Catalogue:
         processes: int | None = None,
         report: Callable[[Progress], None] = lambda _: None,
     ) -> Progress:
-        """Fill the database up to `count` guides, or finish an interrupted build; see `catalogue.populate.fill`."""
+        """Fill the database, or finish an interrupted build; see `catalogue.populate.fill`.
+
+        Parameters
+        ----------
+        count : int, optional
+            Number of guides to store; default: 12,000, or as begun.
+        series : sequence of str
+            Series to sample; all if empty.
+        seed : int, optional
+            Seed of the sampling; default: 0, or as begun.
+        processes : int, optional
+            Number of worker processes; default: one per processor.
+        report : callable
+            Receives the `Progress` now and then.
+
+        Returns
+        -------
+        Progress
+        """
         from .populate.fill import COUNT, fill
         from .populate.plan import share_of
 
@@ -357,7 +432,7 @@ class Catalogue:
         )
 
     def close(self) -> None:
-        """Let go of the file."""
+        """Close the database file."""
         self.database.close()
 
     def __enter__(self) -> Self:
@@ -367,7 +442,7 @@ class Catalogue:
         self.close()
 
     def __reduce__(self) -> tuple[type[Self], tuple[Database, tuple[str, ...]]]:
-        """Reduce to the file and the plugin folders: a copy loads plugins anew, an unpickled one opens the file."""
+        """Reduce to file and plugin folders: a copy loads plugins anew."""
         return type(self), (self.database, self._folders)
 
     def __repr__(self) -> str:
@@ -382,21 +457,32 @@ def open(
     Parameters
     ----------
     path : path, optional
-        Database file; if not given ``CATALOGUE_DB``, else a file in the user's data directory.
+        Database file; default: ``CATALOGUE_DB``, else a file in the user's data directory.
     plugins : sequence of str
-        Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
+        Folders with plugins, in addition to the built-in one and those of ``CATALOGUE_PLUGINS``.
     build : bool
-        Build the database if it is empty, or finish it if a build was interrupted (less than a
-        minute on two cores); where another process builds it, wait for that.
+        Build an empty database, or finish an interrupted build (less than a minute on two cores);
+        wait if another process builds it.
     quiet : bool
-        No progress bar while building.
+        Show no progress bar.
+
+    Returns
+    -------
+    Catalogue
 
     Raises
     ------
     DatabaseError
         If the file cannot be used.
     InvalidRequest
-        If an argument is of another type.
+        If an argument has a wrong type.
+
+    Examples
+    --------
+    >>> import catalogue
+    >>> with catalogue.open(cat.database.path, build=False) as again:
+    ...     again.guide("watt").name
+    'watt'
     """
     build, quiet = switch("build", build), switch("quiet", quiet)
     opened = Catalogue(Database.open(path if path is not None else default_database()), plugins)
@@ -412,24 +498,36 @@ def open(
 
 
 def classify(linkage: LinkageLike, *, tolerance: float | None = None, plugins: Sequence[str] = ()) -> Classification:
-    """Return the memberships of given linkages in all series; no database is opened.
+    """Find the series of linkages; no database is opened.
 
     Parameters
     ----------
     linkage : Linkage, its pivots, or a mapping of link lengths
-        ``[[A1, A1*], [A2, A2*]]``, each pivot (x, y) or (x, y, w), of one linkage or of n; or
-        ``{"ground": 4, "crank": 2, "coupler": 3, "rocker": 3, "angle": 60}``: see
-        `catalogue.kinematics.from_lengths`.
+        ``[[A1, A1*], [A2, A2*]]``, each pivot (x, y) or (x, y, w) with w = 0 at infinity, of one
+        linkage or of n; or ``{"ground": 4, "crank": 2, "coupler": 3, "rocker": 3, "angle": 60}``:
+        see `catalogue.kinematics.from_lengths`.
     tolerance : float, optional
-        Residual up to which a series holds, if its margin is larger; 1e-9, for pivots rounded to
-        double precision, if not given.  Give more for proportions rounded to a few digits.
+        Largest residual of a member, if the margin of the series is larger.  Default: 1e-9, for
+        pivots in double precision; increase it for rounded proportions.
     plugins : sequence of str
-        Folders with plugins, besides the built-in one and those of ``CATALOGUE_PLUGINS``.
+        Folders with plugins, in addition to the built-in one and those of ``CATALOGUE_PLUGINS``.
+
+    Returns
+    -------
+    Classification
+        Memberships of each linkage.
 
     Raises
     ------
     InvalidLinkage, InvalidRequest
-        If the pivots or lengths make no linkage, or the tolerance is not in [0, 1).
+        If the linkage is invalid, or the tolerance is not in [0, 1).
+
+    Examples
+    --------
+    >>> import catalogue
+    >>> watt = [[[-1, 0.6], [0, 0.6]], [[1, -0.6], [0, -0.6]]]
+    >>> catalogue.classify(watt)[0].series
+    ['IV*.l']
     """
     from .plugin.registry import Registry
     from .series.classification import classify as classified

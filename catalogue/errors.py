@@ -18,13 +18,13 @@ class CatalogueError(Exception):
 
 
 class InvalidLinkage(CatalogueError, ValueError):
-    """Pivots that do not form a linkage: NaN, coincident pivots, a dyad with both pivots at infinity."""
+    """Pivots that form no linkage: NaN, coincident, or both of a dyad at infinity."""
 
     exit_code = 3
 
 
 class InvalidDesign(CatalogueError, ValueError):
-    """A named guide that contradicts itself: no source, an impossible linkage, a stroke that cannot be traced."""
+    """An inconsistent named guide: without source, impossible, or out of reach."""
 
 
 class InvalidRequest(CatalogueError, ValueError):
@@ -80,7 +80,7 @@ class PluginWarning(UserWarning):
 
 
 def one_line(error: BaseException) -> str:
-    """Return the class and the first line of an error, even of one that cannot be printed."""
+    """Return class and first line of an error, even of an unprintable one."""
     try:
         name, lines = type(error).__name__, str(error).strip().splitlines()
     except BaseException as other:

@@ -31,7 +31,7 @@ def default_database() -> Path:
 
 
 def answers_file() -> Path:
-    """Return the file of kept answers: ``CATALOGUE_ANSWERS``, else one in the user's data directory."""
+    """Return the file of answers: ``CATALOGUE_ANSWERS``, else one of the user."""
     named = os.environ.get("CATALOGUE_ANSWERS")
     return expanded(named) if named else user_folder() / "answers.db"
 

@@ -25,7 +25,10 @@ NAME = re.compile(r"[^\W_][\w.*+'-]{0,39}", re.ASCII)
 
 
 def checked_name(what: str, text: object) -> str:
-    """Check a name from a plugin: up to 40 letters, digits and . * + ' - _; else raise `PluginError`."""
+    """Check a name from a plugin: up to 40 letters, digits and . * + ' - _.
+
+    Else raise `PluginError`.
+    """
     if not isinstance(text, str) or not NAME.fullmatch(text):
         raise PluginError(
             f"{what}: a name has up to 40 of the characters A-Z a-z 0-9 . * + ' - _, unlike {quoted(text)}"
@@ -108,7 +111,10 @@ class _Alarm:
         self.thread = threading.Thread(target=self.ring, daemon=True) if main else None
 
     def ring(self) -> None:
-        """Interrupt the main thread after the limit; end the process if interrupts have no effect."""
+        """Interrupt the main thread after the limit.
+
+        End the process if interrupts have no effect.
+        """
         if self.over.wait(self.limit):
             return
         self.rang, last = True, time.monotonic() + self.limit

@@ -1,4 +1,7 @@
-"""Validate arguments of users: numbers, names, switches, arrays, objects; else raise `InvalidRequest`."""
+"""Validate arguments of users: numbers, names, switches, arrays, objects.
+
+Else raise `InvalidRequest`.
+"""
 
 from __future__ import annotations
 
@@ -212,7 +215,10 @@ def pair(name: str, given: Any, parts: str) -> tuple[Any, Any]:
 
 
 def text(name: str, given: Any) -> str:
-    """Return one line of printable text; refuse control characters, lone surrogates and other types."""
+    """Return one line of printable text.
+
+    Refuse control characters, lone surrogates and other types.
+    """
     found: str = instance(name, given, str)
     if not found.isprintable():
         raise InvalidRequest(f"{name} must be one line of printable text, not {quoted(found)}")
@@ -227,7 +233,7 @@ def choice(name: str, given: Any, options: Sequence[str]) -> str:
 
 
 class Stated:
-    """Base of dataclasses that validate their fields of type str, int, float and bool when constructed.
+    """Base of dataclasses that validate fields of type str, int, float and bool.
 
     Their modules postpone the evaluation of annotations, so types are compared by name: ``name:
     str``.

@@ -22,7 +22,7 @@ def is_shared() -> bool:
 
 
 def is_whole() -> bool:
-    """Tell whether the imported package is ours and the other distribution changed none of its files."""
+    """Tell whether the imported package is ours and unchanged."""
     imported = sys.modules.get(__name__.rpartition(".")[0])
     return hasattr(imported, "IS_COMMAND") and (not is_shared() or not _broken())
 
@@ -51,7 +51,10 @@ def _folder(name: str) -> Path | None:
 
 
 def _record(name: str) -> list[str]:
-    """Read the installed-files record of a distribution beside this package; empty if there is none."""
+    """Read the installed-files record of a distribution beside this package.
+
+    Empty if there is none.
+    """
     folder = _folder(name)
     with suppress(OSError):
         return (folder / "RECORD").read_text("utf-8").splitlines() if folder else []
@@ -64,7 +67,10 @@ def _broken() -> list[str]:
 
 
 def _files() -> Iterator[tuple[str, str]]:
-    """Yield our installed files with their digests; only shared ones if the other distribution is installed."""
+    """Yield our installed files with their digests.
+
+    Only shared ones if the other distribution is installed.
+    """
     others = {line.rsplit(",", 2)[0] for line in _record(_OTHER)}
     for line in _record(_OURS):
         name, digest, _ = line.rsplit(",", 2)

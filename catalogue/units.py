@@ -57,7 +57,7 @@ def factor(unit: str, other: str) -> Fraction:
 
 
 def power(declared: str) -> int:
-    """Return the exponent of length in a declared unit: 1 for ``length/rad``, -1 for ``1/length``, 0 for ``deg``."""
+    """Return the exponent of length in a unit: 1 of ``length/rad``, -1 of ``1/length``."""
     over, *under = declared.split("/")
     return _power(over) - sum(map(_power, under))
 

@@ -32,6 +32,10 @@ def functions(thing: Any) -> Iterator[tuple[str, Any]]:
             yield f"{thing.__name__}.{name}", function
 
 
+#: Names without an example: errors, and a type of keywords.
+WITHOUT = {"ConstraintArguments"} | {
+    one.__name__ for one in PUBLIC if inspect.isclass(one) and issubclass(one, Exception)
+}
 SHOWN = [one for thing in PUBLIC for one in examples(thing)]
 
 
@@ -41,3 +45,18 @@ def test_an_example_prints_what_it_shows(example: doctest.DocTest, small_db: Pat
         example.globs |= {"cat": cat}
         runner = doctest.DocTestRunner(optionflags=doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE)
         assert runner.run(example).failed == 0
+
+
+def test_every_public_name_has_an_example() -> None:
+    assert {thing.__name__ for thing in PUBLIC if not examples(thing)} == WITHOUT
+
+
+@pytest.mark.parametrize("thing", [one for one in PUBLIC if one.__name__ not in WITHOUT], ids=lambda one: one.__name__)
+def test_public_functions_describe_their_parameters(thing: Any) -> None:
+    missing = [
+        name
+        for name, function in functions(thing)
+        if {*inspect.signature(function).parameters} - {"self", "cls"}
+        and "Parameters\n----------" not in (inspect.getdoc(function) or "")
+    ]
+    assert missing == []

@@ -34,7 +34,7 @@ LINE = 1000
 
 
 def main() -> None:
-    """Run the command line: an expected error is one line on standard error and a documented exit code."""
+    """Run the command line; an expected error is one line and an exit code."""
     guarded = signal.getsignal(signal.SIGINT) is interrupt.end
     try:
         code = _outcome(guarded)
@@ -127,7 +127,10 @@ class Commands(click.Group):
         return command
 
     def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        """Find the command; suggest similar names, also of modules not imported, for an unknown one."""
+        """Find the command.
+
+        Suggest similar names, also of modules not imported, for an unknown one.
+        """
         names = self.list_commands(ctx)
         if args[0] not in names:
             from difflib import get_close_matches
@@ -143,7 +146,10 @@ class Commands(click.Group):
             formatter.write_dl([(name, one.get_short_help_str(1000)) for name, one in commands.items() if one])
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
-        """Parse arguments; without any, print the help and exit with code 2 in all versions of click."""
+        """Parse arguments.
+
+        Without any, print the help and exit with code 2 in all versions of click.
+        """
         if not args and not ctx.resilient_parsing:  # not during shell completion
             click.echo(ctx.get_help())
             ctx.exit(2)
@@ -213,7 +219,7 @@ SPATIAL = Commands(
 )
 @click.version_option(VERSION, message="mechanism-catalogue %(version)s", help="Print the version and exit.")
 def app() -> None:
-    """Find, measure and draw guide mechanisms: linkages that carry a point along a line or an arc."""
+    """Find, measure and draw guide mechanisms: linkages that guide a point along a path."""
 
 
 def run() -> int:
@@ -227,7 +233,7 @@ def run() -> int:
 
 
 def _keep_standard_output() -> None:
-    """Reserve standard output for the command: redirect its descriptor, for plugins and C code, to stderr."""
+    """Reserve standard output for the command; other writers reach standard error."""
     was = sys.__stdout__
     if was is None or sys.stdout is not was or not (_is_file(was) and _is_file(sys.stderr)):
         return

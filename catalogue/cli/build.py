@@ -39,7 +39,7 @@ def build(
     db: Path | None,
     plugins: Sequence[str],
 ) -> None:
-    """Build the database: sample each series, trace the guided points and store well-proportioned linkages.
+    """Build the database: sample each series, trace guided points, store sound linkages.
 
     Of similar linkages one is stored, since a search refines it. A larger count covers the series
     more densely.

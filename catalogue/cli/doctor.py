@@ -1,4 +1,4 @@
-"""``catalogue doctor``: check the installation and the database, and name the repair of each fault."""
+"""``catalogue doctor``: check installation and database, and name repairs."""
 
 from __future__ import annotations
 
@@ -69,7 +69,9 @@ class Finding(NamedTuple):
 
 @click.command(params=[DB, PLUGINS, FORMAT])
 def doctor(db: Path | None, plugins: Sequence[str], format: str) -> None:
-    """Check the installation and the database, and name the command that repairs each fault; nothing is changed.
+    """Check the installation and the database, and name the command that repairs each fault.
+
+    Nothing is changed.
 
     Reports versions, the database with its revision and integrity, rejected plugins, copies made
     before upgrades, and the user's data directory.

@@ -1,4 +1,4 @@
-"""``catalogue export``: write one guide for CAD and other programs, or the whole database as a table."""
+"""``catalogue export``: write one guide for CAD, or the whole database as a table."""
 
 from __future__ import annotations
 

@@ -69,7 +69,9 @@ def improve(
     save: Path | None,
     **options: Any,
 ) -> None:
-    """Optimise a given linkage from where it is, under the constraints of `find`; --hold keeps what must stay.
+    """Optimise a given linkage from where it is, under the constraints of `find`.
+
+    --hold keeps what must stay.
 
     \b
     catalogue improve mine.json --stroke 120 --deviation 0.2 --hold fixed-pivots

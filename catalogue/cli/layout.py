@@ -37,7 +37,7 @@ class Heading:
 
     @classmethod
     def of(cls, given: str) -> Heading:
-        """Parse a heading: a leading ``>`` aligns it to the right, ``~`` permits wrapping its cells."""
+        """Parse a heading: ``>`` aligns it to the right, ``~`` permits wrapping its cells."""
         return cls(given.lstrip(">~"), given[:1] == ">", given[:1] == "~")
 
     @property

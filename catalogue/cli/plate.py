@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     ]
 )
 def plate(series: str, out: Path | None, plugins: Sequence[str]) -> None:
-    """Draw a series: each family and configuration with its circles, cubics, linkage and guided pairs."""
+    """Draw a series: each family and configuration with circles, cubics and guided pairs."""
     from ..draw.plate import file_name
     from ..draw.plate import plate as draw
     from ..plugin.registry import Registry

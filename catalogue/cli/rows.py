@@ -106,7 +106,7 @@ def _cells(place: str, line: str, delimiter: str) -> list[str]:
 
 
 def _has_number(cell: str) -> bool:
-    """Tell whether a cell holds a number: a word that begins with a digit, unlike the headings x1 and A1*."""
+    """Tell whether a cell holds a number: some word begins with a digit, unlike x1, A1*."""
     return re.search(r"\b\d", cell) is not None or decimal(cell) is not None
 
 

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     ]
 )
 def serve(port: int, browser: bool, db: Path | None, plugins: Sequence[str]) -> None:
-    """Serve a page in the browser: a form with the constraints of `find`, animated answers, your own linkages, exports.
+    """Serve a page in the browser: constraints of `find`, animated answers, exports.
 
     Open the printed address: its token admits your browser and no other user of this machine. The
     database is only read, and the page loads nothing from other hosts.
@@ -42,7 +42,7 @@ def serve(port: int, browser: bool, db: Path | None, plugins: Sequence[str]) -> 
 
 
 def wish_form(series: Sequence[str]) -> Form:
-    """Return the form of `find straight-line` and `circular-arc`, with the choices of its fields."""
+    """Return the form of `find straight-line` and `circular-arc`, with choices."""
     from ..kinematics.linkage import FAMILIES
     from ..problem.criteria import CRITERIA
     from ..web.wish import Form

@@ -39,7 +39,7 @@ def sheet(
     db: Path | None,
     plugins: Sequence[str],
 ) -> None:
-    """Write a one-page data sheet: drawing to scale, lengths with tolerances, limits, curves, theory.
+    """Write a one-page data sheet: drawing, lengths with tolerances, limits, curves.
 
     Lengths are in the unit of the guide, or converted to --unit; an unknown unit is taken as
     millimetres, with a note on the sheet.

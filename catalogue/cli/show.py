@@ -209,7 +209,9 @@ def show(
     db: Path | None,
     plugins: Sequence[str],
 ) -> None:
-    """Show an answer, a stored guide or a named design: measured numbers, pivots, links; --plot draws it.
+    """Show an answer, a stored guide or a named design: measured numbers, pivots, links.
+
+    --plot draws it.
 
     An answer, by its code or from a file of `find --save`, is shown as it was found.
 

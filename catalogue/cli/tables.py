@@ -28,7 +28,10 @@ FORMULA = frozenset("(|!=\"'")
 
 
 class _Output(click.Path):
-    """A file to write: an existing one only with --force; never a link, a database in use or another output."""
+    """A file to write: an existing one only with --force.
+
+    Never a link, a database in use or another output.
+    """
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         file = Path(os.fsdecode(super().convert(value, param, ctx)))
@@ -180,7 +183,10 @@ def print_results(
     plot: Path | None = None,
     save: Path | None = None,
 ) -> None:
-    """Print answers with their codes, draw and save them; explain an empty result and exit with code 1."""
+    """Print answers with their codes, draw and save them.
+
+    Explain an empty result and exit with code 1.
+    """
     if explain or not found:
         told = found.explain()
         advice = re.search(r"^no \w+ found.*", told, re.MULTILINE)
@@ -210,7 +216,10 @@ def print_results(
 
 
 def codes(found: Sequence[Any]) -> list[str]:
-    """Store answers and return their codes; dashes and a warning if the answers file is not writable."""
+    """Store answers and return their codes.
+
+    Dashes and a warning if the answers file is not writable.
+    """
     from ..find.answers import remember
 
     try:
@@ -293,7 +302,7 @@ _MADE = {
 
 
 class Tabled(click.Command):
-    """A command that prints a table: `table` lists its columns, `columns` explains them and those of CSV."""
+    """A command with a table: `table` lists its columns, `columns` explains them."""
 
     def __init__(self, *args: Any, table: Sequence[str], columns: Mapping[str, Column], **more: Any) -> None:
         super().__init__(*args, **more)
@@ -308,7 +317,7 @@ class Tabled(click.Command):
 
 
 def print_legend(table: Sequence[str], columns: Mapping[str, Column]) -> None:
-    """Print the meaning of each column: those of the table first, then those of CSV and JSON only."""
+    """Print the meaning of each column, those of the table first."""
     from ..find.columns import TABLE
 
     names = [*table, *(name for name in columns if name not in {*table, *TABLE})]

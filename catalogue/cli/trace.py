@@ -61,7 +61,7 @@ def trace(
     db: Path | None,
     plugins: Sequence[str],
 ) -> None:
-    """Print positions, velocities, accelerations, transmission angle and mechanical advantage over the drive.
+    """Print positions, velocities, accelerations, transmission and advantage over the drive.
 
     Velocities are per radian of the drive, accelerations per radian squared.
 

@@ -1,4 +1,4 @@
-"""Parse lengths and angles as workshops write them: ``80mm``, ``3.5in``, ``3 1/2"``, ``1/8in``, ``30deg``.
+"""Parse lengths and angles: ``80mm``, ``3.5in``, ``3 1/2"``, ``1/8in``, ``30deg``.
 
 A command has one unit of output: that of ``--unit``, else of the first length with a unit, else of
 the answers or linkages it reads.  Numbers without a unit, in files too, are in this unit; lengths
@@ -204,7 +204,7 @@ def unit() -> str | None:
 
 
 def in_output_unit(guides: Sequence[T]) -> list[T]:
-    """Convert guides to the unit of output: the chosen one, else that of the first guide with a unit."""
+    """Convert guides to the unit of output, else to the first unit among them."""
     chosen = unit() or next((one.unit for one in guides if one.unit), None)
     if chosen is not None:
         click.get_current_context().meta[KEY] = chosen

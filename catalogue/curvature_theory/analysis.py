@@ -1,7 +1,8 @@
 """Pole, pole axes, inflection circle, cubics of stationary curvature and principal pairs from the pivots.
 
-Everything is formed from the rays and from ratios of lengths along one ray, never from an angle, a tangent or the
-radius of a circle that may be infinite; see `finite_pole` for the formulas and the digits they keep.
+Everything is formed from the rays and from ratios of lengths along one ray, never from an angle, a
+tangent or the radius of a circle that may be infinite; see `finite_pole` for the formulas and the
+digits they keep.
 """
 
 from __future__ import annotations
@@ -20,10 +21,11 @@ from .parallel_cranks import parallel_cranks
 from .polish_pairs import polish_pairs
 
 REGULAR, PARALLEL, DEAD_POINT = 0, 1, 2
-#: |sine of the angle between the rays| below which they count as parallel: there the error of neglecting the angle
-#: equals that of a pole 1e8 times as far as the pivots.
+#: |sine of the angle between the rays| below which they count as parallel: there the error of
+#: neglecting the angle equals that of a pole 1e8 times as far as the pivots.
 PARALLEL_SINE = 1e-8
-#: From this sine on, up to NEAR_SINE, the principal pairs are improved on the motion itself; below it they are exact.
+#: From this sine on, up to NEAR_SINE, the principal pairs are improved on the motion itself; below
+#: it they are exact.
 SURE_SINE = 1e-15
 #: Below this sine and this collinearity residual the linkage counts as being at a dead point.
 DEAD_SINE = 1e-7
@@ -33,32 +35,42 @@ NEAR_SINE, NOISE = 1e-2, 1e-3
 
 @dataclass(frozen=True)
 class Curvature:
-    """The instant of a batch of n linkages, in the frame and the length unit of their pivots.
+    """Pole, inflection circle and cubics of n linkages, in the frame and unit of their pivots.
 
-    Numbers that do not exist are NaN; `reason` says why.
+    Undefined numbers are NaN; `reason` explains them.
 
     Attributes
     ----------
     state : ndarray of int, shape (n,)
-        `REGULAR`: finite pole.  `PARALLEL`: parallel rays, pole at infinity; `pole` is then the origin of the frame of
-        the parallel transformation.  `DEAD_POINT`: both rays coincide; `dead_points`, or
-        `curvature(linkage, branch)`, gives the two branches.
+        `REGULAR`: finite pole.  `PARALLEL`: parallel rays, pole at infinity; `pole` is then the
+        origin of the frame of the parallel transformation.  `DEAD_POINT`: both rays coincide;
+        `dead_points`, or `curvature(linkage, branch)`, gives the two branches.
     pole : ndarray, shape (n, 2)
     axes : ndarray, shape (n, 2, 2)
-        Unit vectors of the pole tangent x and the pole normal y; y points into the inflection circle.
-        Parallel: x along the cranks.
+        Unit vectors of the pole tangent x and the pole normal y; y points into the inflection
+        circle. Parallel: x along the cranks.
     rho0 : ndarray, shape (n,)
         Diameter of the inflection circle [length]; infinite if parallel.
     kappa, kappa_star, s : ndarray, shape (n,)
         1/R, 1/R*, 1/S of the cubics [1/length]; kappa_star - kappa = 1/rho0.
     k, k_star : ndarray, shape (n,)
-        Parallel transformation: the limits of S^3/R and S^3/R* [length^2]; NaN if the pole is finite.
+        Parallel transformation: the limits of S^3/R and S^3/R* [length^2]; NaN if the pole is
+        finite.
     undulation, cuspidation : ndarray, shape (n, 2)
-        Ball's point and its dual; NaN where the whole inflection (return) circle or no point qualifies.
+        Ball's point and its dual; NaN where the whole inflection (return) circle or no point
+        qualifies.
     principal_pairs : ndarray, shape (n, 2, 2, 3)
-        The two pairs besides the driving dyads: (fixed, moving), (x, y, w); NaN where they are imaginary.
+        The two pairs besides the driving dyads: (fixed, moving), (x, y, w); NaN where they are
+        imaginary.
 
     Source: Allievi 1895, secs. 1-7, 16-18, eqs. (3), (12), (15), (16), (20)-(22), (52)-(60).
+
+    Examples
+    --------
+    >>> import catalogue
+    >>> at = catalogue.curvature({"ground": 4, "crank": 2, "coupler": 3, "rocker": 3, "angle": 60})
+    >>> at.pole.shape, at.principal_pairs.shape
+    ((1, 2), (1, 2, 2, 3))
     """
 
     state: Array
@@ -118,28 +130,36 @@ class Curvature:
 
 
 def curvature(linkage: LinkageLike, branch: int | None = None) -> Curvature:
-    """Return the curvature law and the stationary curvature of each linkage.
+    """Compute pole, inflection circle and cubics of stationary curvature of linkages.
 
     Parameters
     ----------
     linkage : Linkage of n, its pivots, or a mapping of link lengths
         See `Linkage` and `catalogue.kinematics.from_lengths`.
     branch : 0 or 1, optional
-        Of linkages at a dead point, where two branches of the motion meet, the one that is wanted; without it they have
-        no curvature.  Both at once: `dead_points`.
+        Branch of the motion at a dead point, where two meet; without it the curvature there is
+        NaN.  Both at once: `dead_points`.
 
     Returns
     -------
     Curvature
-        Measured digits: see `finite_pole`.  Towards a dead point three decimal digits of kappa are lost per decade of
-        the angle between the rays, because the pivots do not carry the information; where none is left NaN is returned.
+        Accuracy: see `finite_pole`.  Near a dead point, kappa loses three decimal digits per decade
+        of the angle between the rays, because the pivots do not determine them; without any left it
+        is NaN.
 
     Raises
     ------
     InvalidLinkage
-        If the pivots or lengths make no linkage.
+        If the linkage is invalid.
     InvalidRequest
         If the branch is neither 0 nor 1.
+
+    Examples
+    --------
+    >>> import catalogue
+    >>> watt = [[[-1, 0.6], [0, 0.6]], [[1, -0.6], [0, -0.6]]]
+    >>> catalogue.curvature(watt).pole.shape
+    (1, 2)
     """
     linkage = Linkage.of(linkage)
     if branch is not None and (

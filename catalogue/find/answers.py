@@ -1,8 +1,8 @@
-"""Answers that stay: short codes by which exactly this mechanism is picked up again, and files of answers.
+"""Store answers under short codes and in files, and restore exactly the same mechanism.
 
-A record holds the fields of an answer, numbers to the last digit.  Its code is taken from a digest of it, so that the
-same answer has the same code everywhere; the records of the last `KEPT` codes lie in one file of the user's, beside no
-catalogue: none is written to.
+A record holds the fields of an answer to the last digit.  Its code is derived from its digest, so
+an answer has one code everywhere.  The last `KEPT` records of a user are in one file, separate from
+any catalogue.
 """
 
 from __future__ import annotations
@@ -34,32 +34,52 @@ if TYPE_CHECKING:
     from ..collections.results import CollectionCandidate
     from ..collections.spec import Collection
 
-#: What a file of answers begins with.
+#: Format marker of a file of answers.
 FORMAT = "mechanism-catalogue answers"
-#: Fields that are names of a plugin's, or of none.
+#: Fields with names, or none, from plugins.
 NAMES = ("family", "series", "configuration", "nearest_series")
 
 Answer = Any  # a Candidate, Stretch, OwnGuide, DwellCandidate or CollectionCandidate
 
 
 def remember(answers: Sequence[Answer]) -> list[str]:
-    """Keep answers, and return their codes.
+    """Store answers and return their codes.
 
     Raises
     ------
     InvalidRequest
-        If the file of answers cannot be written; nothing else is lost by that.
+        If the file of answers cannot be written; the answers remain usable.
     """
     return keep([text_of(record(one)) for one in answers])
 
 
 def recall(code: str, collection: Callable[[str], Collection] | None = None) -> Answer:
-    """Return the answer that a code stands for; `collection` returns one by its name, where the answer is of one.
+    """Restore an answer by its code.
+
+    Parameters
+    ----------
+    code : str
+        Code of the answer, as every table shows it.
+    collection : callable, optional
+        Returns a collection by name, such as ``cat.registry.collection``; for answers from
+        collections.
+
+    Returns
+    -------
+    Candidate, Stretch, OwnGuide, DwellCandidate or CollectionCandidate
 
     Raises
     ------
     InvalidRequest
-        If no answer with this code is kept here, or the file of answers cannot be read.
+        If no answer with this code is stored here, or the file of answers cannot be read.
+
+    Examples
+    --------
+    >>> from catalogue import StraightLine, recall
+    >>> found = cat.find(StraightLine(stroke=150, deviation=0.5), limit=1, refine=False)
+    >>> (code,) = found.remember()
+    >>> recall(code) == found[0]
+    True
     """
     if not isinstance(code, str) or not is_code(code):
         raise InvalidRequest(f"{quoted(code)} is no code of an answer: these have {LENGTH} letters and digits or more")
@@ -77,7 +97,7 @@ def recall(code: str, collection: Callable[[str], Collection] | None = None) -> 
 
 
 def save(answers: Sequence[Answer], path: str | Path) -> None:
-    """Write answers to a JSON file, from which `load` reads them on any machine.
+    """Write answers to a JSON file, for `load` on any machine.
 
     Raises
     ------
@@ -96,12 +116,34 @@ def save(answers: Sequence[Answer], path: str | Path) -> None:
 
 
 def load(path: str | Path, collection: Callable[[str], Collection] | None = None) -> list[Answer]:
-    """Return the answers that a file holds.
+    """Read answers from a file of `Results.save` or ``find --save``.
+
+    Parameters
+    ----------
+    path : path
+    collection : callable, optional
+        Returns a collection by name, such as ``cat.registry.collection``; for answers from
+        collections.
+
+    Returns
+    -------
+    list of Candidate, Stretch, OwnGuide, DwellCandidate or CollectionCandidate
 
     Raises
     ------
     InvalidRequest
-        If it cannot be read, or is no file of answers.
+        If the file cannot be read, or holds no answers.
+
+    Examples
+    --------
+    >>> import tempfile, pathlib
+    >>> from catalogue import StraightLine, load
+    >>> found = cat.find(StraightLine(stroke=150, deviation=0.5), limit=2, refine=False)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = pathlib.Path(folder, "answers.json")
+    ...     found.save(file)
+    ...     load(file) == list(found)
+    True
     """
     if not isinstance(path, str | PathLike):
         raise InvalidRequest(f"load wants the path of a file, not {quoted(path)}")
@@ -115,17 +157,18 @@ def load(path: str | Path, collection: Callable[[str], Collection] | None = None
 
 
 def is_saved(held: Any) -> bool:
-    """Return whether what a JSON file holds are saved answers."""
+    """Tell whether the content of a JSON file is saved answers."""
     return isinstance(held, dict) and held.get("format") == FORMAT and isinstance(held.get("answers"), list)
 
 
 def record(one: Answer) -> dict[str, Any]:
-    """Return an answer as plain numbers, lists and strings."""
+    """Convert an answer to plain numbers, lists and strings."""
     if hasattr(one, "collection"):
         held = {"kind": "CollectionCandidate", **one.to_dict(), "metrics": dict(one.metrics)}
     else:
         held = {"kind": type(one).__name__, **{f.name: getattr(one, f.name) for f in fields(one) if f.name != "_drift"}}
-    # so that answers of older versions, which say no unit and know arcs below a half circle only, keep their codes
+    # answers of older versions, without a unit and with arcs below a half circle only, keep their
+    # codes
     if held["unit"] is None:
         del held["unit"]
     if isinstance(one, Candidate) and one.arc_angle is None:
@@ -134,17 +177,17 @@ def record(one: Answer) -> dict[str, Any]:
 
 
 def text_of(held: dict[str, Any]) -> str:
-    """Return a record as text, of which its code is a digest."""
+    """Format a record as the text that its code digests."""
     return json.dumps(held, sort_keys=True, allow_nan=False)
 
 
 def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None = None) -> Answer:
-    """Return the answer that a record with its code is of.
+    """Restore an answer from a record with its code.
 
     Raises
     ------
     InvalidRequest
-        If it has no code or is not what its code was made of, or as of `of_record`.
+        If the code is missing or does not match; see also `of_record`.
     """
     if not isinstance(held, dict):
         raise InvalidRequest(f"an answer is damaged: it is no record, but {quoted(held)}")
@@ -158,12 +201,12 @@ def answer(held: dict[str, Any], collection: Callable[[str], Collection] | None 
 
 
 def of_record(held: dict[str, Any], collection: Callable[[str], Collection] | None = None) -> Answer:
-    """Return the answer that a record is of.
+    """Restore an answer from a record, and check it by measuring its mechanism.
 
     Raises
     ------
     InvalidRequest
-        If it is of none, or says what a measurement of its mechanism does not give.
+        If the record is invalid, or disagrees with the measurement.
     """
     from . import measured_again
     from .measure import Stretch
@@ -186,7 +229,7 @@ def of_record(held: dict[str, Any], collection: Callable[[str], Collection] | No
 
 
 def _sound(one: Answer) -> Answer:
-    """Return an answer whose fields are what they are said to be; `ValueError` if one is not."""
+    """Check the types of the fields of an answer; `ValueError` for a wrong one."""
     for f in fields(one):
         value = getattr(one, f.name)
         if value is None and "None" in str(f.type):

@@ -1,4 +1,4 @@
-"""One answer as a user sees it."""
+"""One answer to a request: a placed, verified guide."""
 
 from __future__ import annotations
 
@@ -28,20 +28,29 @@ if TYPE_CHECKING:
     from ..guidance.trace import Traced
     from ..refine.certificate import Drifts
 
-#: Positions over the turn at which the lift is read: a quarter of a degree of an even crank.
+#: Positions over the turn to measure the lift: every quarter of a degree of a uniformly turning
+#: crank.
 LIFT_POSITIONS = 1441
-#: Properties of a candidate that are printed besides its fields.
+#: Properties printed besides the fields.
 DERIVED = ("drift", "band", "percent", "lift", "lengths")
 
 
 @dataclass(frozen=True, repr=False)
 class Candidate(PlacedGuide):
-    """A verified guide, laid so that its path runs from (0, 0) to (stroke, 0); lengths in its `unit`.
+    """A verified guide in the frame of the request; lengths in its `unit`.
 
-    The attributes, some of which may be None, are told of in `catalogue.find.columns.CANDIDATE`; see also
-    `catalogue.guidance.metrics.Measures`, `catalogue.guidance.drive.DriveMetrics`, `catalogue.guidance.fixed_nominal`
-    (the deviation with given pivots), `catalogue.problem.ranking.Ranking.score`, `catalogue.candidates.select`
-    (nearest) and `catalogue.refine.certificate` (gap, alternations: to first order; None if not refined).
+    Some attributes may be None.  They are defined in `catalogue.guidance.metrics.Measures`,
+    `catalogue.guidance.drive.DriveMetrics`, `catalogue.guidance.fixed_nominal` (deviation with
+    prescribed pivots), `catalogue.problem.ranking.Ranking.score`, `catalogue.candidates.select`
+    (nearest) and `catalogue.refine.certificate` (gap, alternations: to first order; None if not
+    refined).
+
+    Examples
+    --------
+    >>> from catalogue import StraightLine
+    >>> best = cat.find(StraightLine(stroke=150, deviation=0.5), families=["four-bar"], limit=1)[0]
+    >>> best.deviation <= 0.5, best.path(points=11).shape, best.family
+    (True, (11, 2), 'four-bar')
     """
 
     id: int | None
@@ -90,17 +99,17 @@ class Candidate(PlacedGuide):
 
     @property
     def frame(self) -> PathFrame:
-        """Where the path starts, and which way it runs."""
+        """Frame of the path: its start and direction."""
         return PathFrame((self.start[0], self.start[1]), self.along)
 
     @property
     def request(self) -> Request:
-        """The nominal that this candidate follows, with its own deviation as tolerance.
+        """The path of this candidate as a request, with its own deviation as tolerance.
 
         Raises
         ------
         InvalidRequest
-            Where that is above a tenth of the stroke, as of a measured stretch it may be.
+            If the deviation is a tenth of the stroke or more, as that of a measured stretch may be.
         """
         tolerance = max(self.deviation, 1e-300)
         start = (self.start[0], self.start[1])
@@ -119,7 +128,7 @@ class Candidate(PlacedGuide):
         )
 
     def at_home(self) -> Candidate:
-        """Return the same candidate in the frame in which its path runs from (0, 0) to (stroke, 0)."""
+        """Move the candidate's path to run from (0, 0) to (stroke, 0)."""
         if self.along == 0 and self.start == [0.0, 0.0]:
             return self
         turn, origin = self.frame.direction.conjugate(), self.frame.origin
@@ -134,7 +143,7 @@ class Candidate(PlacedGuide):
         return replace(self, pivots=pivots, guided=carried(x, y), pole=pole, start=[0.0, 0.0], along=0.0)
 
     def span(self) -> CouplerCurve:
-        """Return the guide ready to be traced from mid-stroke."""
+        """Return the coupler curve of the guided point, from mid-stroke."""
         from ..guidance.coupler_curve import coupler_curve
 
         pole = None if self.pole is None else np.array([complex(*self.pole)])
@@ -148,12 +157,27 @@ class Candidate(PlacedGuide):
         driver: int | None = None,
         whole: bool = False,
     ) -> GuideMotion:
-        """Return the motion over the stroke, from the start of the path to its end; `whole`: over the whole circuit.
+        """Compute the motion over the stroke, from the start of the path to its end.
+
+        Parameters
+        ----------
+        samples : int
+            Number of positions, 2 to 1,000,000; see `PlacedGuide.motion`.
+        points : mapping of str to (x, y), optional
+            Further coupler points by name, in the position of the pivots [length].
+        driver : int, optional
+            Number of the driving crank, 1 or 2; 0: the coupler.
+        whole : bool
+            Compute the motion over the whole circuit instead.
+
+        Returns
+        -------
+        GuideMotion
 
         Raises
         ------
         InvalidRequest
-            As of `PlacedGuide.motion`; and if the guided point returns, over the stroke.
+            As `PlacedGuide.motion`; also over the stroke of a point that returns.
         """
         driver = self.driver if driver is None else driver
         if switch("whole", whole):
@@ -179,14 +203,16 @@ class Candidate(PlacedGuide):
 
     @cached_property
     def _run(self) -> Run:
-        """The run over the stroke, from the start of the path to its end; of a point that returns from one end of its
-        path to its rest and back."""
+        """The run over the stroke.
+
+        Of a point that returns, from one end of its path to its rest and back.
+        """
         from ..guidance.circuit_curve import CircuitCurve
         from ..kinematics.circuits import circuits
 
         here, traced = self.traced
         found = circuits(self.linkage)[:1]
-        if isinstance(here, CircuitCurve):  # from start to end already
+        if isinstance(here, CircuitCurve):  # runs from start to end already
             low, high = (float(here.motion.middle[0] + end[0]) for end in (traced.low, traced.high))
             return Run(self, found, low, high)
         start = found if np.array_equal(here.linkage.pivots, found.linkage.pivots) else circuits(here.linkage)[:1]
@@ -197,13 +223,22 @@ class Candidate(PlacedGuide):
         return Run(self, found, *((high, low) if backward else (low, high)))
 
     def off_nominal(self, z: Complexes) -> Floats:
-        """Return the distances of places of the guided point (m,), from the start to the end of its stroke, from the
-        nominal, positive to the left.
+        """Compute signed distances of the path from the nominal, positive to the left.
+
+        Parameters
+        ----------
+        z : complex ndarray, shape (m,)
+            Positions x + iy of the guided point, from the start to the end of the stroke [length].
+
+        Returns
+        -------
+        ndarray, shape (m,)
+            Distances [length].
 
         Raises
         ------
         InvalidRequest
-            If they are no such row of finite places.
+            If `z` is not a row of finite positions.
         """
         from ..guidance.deviation_curve import from_circle
 
@@ -221,7 +256,7 @@ class Candidate(PlacedGuide):
 
     @cached_property
     def traced(self) -> tuple[CouplerCurve | CircuitCurve, Traced]:
-        """The guide on its motion, and what is traced over the stroke; once for all that is asked of it."""
+        """Coupler curve, and measurements over the stroke; cached."""
         here, traced = self._traced()
         if not np.isfinite(traced.fit.deviation).all():
             raise InvalidRequest(f"the linkage does not lead its guided point over a stroke of {self.stroke:g}")
@@ -242,7 +277,7 @@ class Candidate(PlacedGuide):
         return here, again(here, traced, circle=True, nodes=NODES, held=bend)
 
     def _along_wide_arc(self, radius: float, angle: float) -> tuple[CircuitCurve, Traced]:
-        """Return the guide, in the middle of its arc, on its circuit, and what is traced over that."""
+        """Trace the guide along a wide arc on its circuit, from the middle of the arc."""
         from ..guidance.wide_arc import MOST, SHOWN, along_circuits, traced_about
 
         here = along_circuits(self.linkage, np.array([complex(*self.guided)]))
@@ -251,20 +286,35 @@ class Candidate(PlacedGuide):
         return here, traced_about(here, centre, np.array([radius]), angle, SHOWN, MOST)
 
     def path(self, points: int = 101) -> Floats:
-        """Return points of the guided path over the stroke, shape (points, 2), from 2 to a million; even as the
-        positions of `motion`."""
+        """Compute points of the path over the stroke, spaced like the positions of `motion`.
+
+        Parameters
+        ----------
+        points : int
+            Number of points, 2 to 1,000,000.
+
+        Returns
+        -------
+        ndarray, shape (points, 2)
+            Coordinates x, y [length].
+        """
         points = sampled(points)
         run = self.run()
         z = run.path(run.rows(points))
         return np.stack([z.real, z.imag], axis=-1)
 
     def sensitivity(self) -> Sensitivity:
-        """Return what errors of the pivots and play in the joints do to the path; arrays of one entry.
+        """Compute the first-order effect of pivot errors and joint play on the path.
+
+        Returns
+        -------
+        Sensitivity
+            Arrays with one entry.
 
         Raises
         ------
         InvalidRequest
-            If the guided point returns: at its rest it follows no error to first order.
+            If the guided point returns: at rest the effect is not of first order.
         """
         here, traced = self.traced
         if here.cusp.any():
@@ -273,8 +323,10 @@ class Candidate(PlacedGuide):
 
     @cached_property
     def kept_share(self) -> float | None:
-        """Share of the machines, drawn at the allowance, whose path keeps the deviation asked; None without an
-        allowance, and at a change point.  A thousand finite motions are measured, see `guidance.drawn_machines`."""
+        """Fraction of 1000 simulated machines, scattered by the allowance, that keep the tolerance.
+
+        None without an allowance, and at a change point.  See `guidance.drawn_machines`.
+        """
         if self.allowance is None or self.allowance <= 0 or self.asked_deviation is None or self.fitted is None:
             return None
         from ..guidance.allowance import Zone
@@ -294,9 +346,11 @@ class Candidate(PlacedGuide):
 
     @property
     def drift(self) -> float | None:
-        """Least residual, over the stroke, of the refined linkage in the series of its ancestor: 0 if it still belongs
-        to it.  None if not refined, or where the series has no residual.  Measured for all answers when first asked
-        for, because it takes the plugins."""
+        """Least residual in the series of its start over the stroke: 0 for a member.
+
+        None if not refined, or if the series has no residual.  Computed for all answers on first
+        use, because it loads the plugins.
+        """
         if self._drift is None:
             return None
         drifts, row = self._drift
@@ -304,64 +358,66 @@ class Candidate(PlacedGuide):
 
     @cached_property
     def lift(self) -> float | None:
-        """Largest distance of the coupler curve from the line or circle, the driving crank turning on [length]; None
-        where it does not turn fully."""
+        """Largest distance of the coupler curve from the line or circle over a full turn [length].
+
+        None if the driving crank does not turn fully.
+        """
         if self.driver not in self.rotates:
             return None
         from ..guidance.return_path import distance, peak
 
         run = self.run(whole=True)
-        z = run.path(run.rows(LIFT_POSITIONS))[:-1, None]  # the last place is the first
+        z = run.path(run.rows(LIFT_POSITIONS))[:-1, None]  # the last position is the first
         return float(peak(np.abs(distance(z, self.traced[1].fit)))[0])
 
     @property
     def is_wide(self) -> bool:
-        """Whether the path is an arc near a half circle, or beyond."""
+        """Whether the path is an arc near a half circle or beyond."""
         return self.arc_angle is not None
 
     @property
     def extent(self) -> float:
-        """Largest distance of two places on the nominal: the stroke, beyond a half circle the diameter."""
+        """Extent of the nominal: stroke, beyond a half circle the diameter [length]."""
         return 2 * self.radius if self.radius is not None and (self.arc_angle or 0.0) > 180 else self.stroke
 
     @property
     def run_length(self) -> float:
-        """Length along which the deviation is drawn: the stroke, of an arc near a half circle or beyond its own."""
+        """Length of the deviation's axis in drawings: the stroke; of a wide arc its arc length."""
         if self.radius is None or self.arc_angle is None or not self.is_wide:
             return self.stroke
         return self.radius * math.radians(self.arc_angle)
 
     @property
     def band(self) -> float:
-        """Width of the narrowest strip, twice the deviation."""
+        """Width of the narrowest strip, twice the deviation [length]."""
         return 2 * self.deviation
 
     @property
     def percent(self) -> float:
-        """The band in percent of the stroke."""
+        """Width of the narrowest strip over the stroke [%]."""
         return 100 * self.band / self.stroke
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the candidate as plain Python numbers, lists and strings, what is derived included."""
+        """Convert the candidate to plain numbers, lists and strings, with derived properties."""
         values = {name: getattr(self, name) for name in self.columns()}
         return {name: deepcopy(v) if isinstance(v, list | dict) else v for name, v in values.items()}
 
     @classmethod
     def columns(cls) -> list[str]:
-        """Names of what a candidate is printed as."""
+        """List the names of the printed fields and properties."""
         return [*(f.name for f in fields(cls) if f.repr), *DERIVED]
 
 
 Candidate.__doc__ = f"{Candidate.__doc__}\n{attributes(CANDIDATE, Candidate.columns())}"
-#: What a candidate of a `find` is printed as.
+#: Columns of the candidates of a `find`.
 COLUMNS = tuple(Candidate.columns())
 
 
 def digits(value: float | None, format: str = ".3g") -> str:
-    """Return a number as it is printed, a dash where none was measured."""
+    """Format a number; a dash for None."""
     return "-" if value is None else f"{value:{format}}"
 
 
 def known(value: float) -> float | None:
-    """Return a finite number, None for another."""
+    """Return a finite number, or None."""
     return float(value) if math.isfinite(value) else None

@@ -1,4 +1,4 @@
-"""Count the catalogue: series by family by configuration, what is stored of each, and why a cell is empty."""
+"""Count the stored mechanisms by series, family and configuration; explain empty cells."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from ..series.sampling import in_proportion
 from ..series.series import Member, Series
 from ..store import Batch, Database, Guide, Mechanism, Reach
 
-#: Points of the domain of a member that are looked at.
+#: Sampled points of a member's domain: enough to hit configurations of 0.2 % of it.
 LOOK = 2048
 #: Configurations of a linkage in general position by family (Allievi 1895, sec. 3).
 NORMAL = {
@@ -29,10 +29,12 @@ NORMAL = {
     "elliptic-trammel": ("TT",),
     "oldham": ("CC",),
 }
-#: Four-bar configurations of the series I, II, II*, III and III* as Allievi counts them (sec. 22) and as the letters
-#: of the dyads give them.  Which six he has more cannot be told without his figures: he may count II.yy as the six of
-#: I.yy, three of which are impossible.
-ALLIEVI_COUNT, LETTER_COUNT = 54, 48
+#: Four-bar configurations of the series I, II, II*, III and III* by Allievi's count (sec. 22).  His
+#: six additional ones are unknown without his figures: he may count II.yy as the six of I.yy, three
+#: of which are impossible.
+ALLIEVI_COUNT = 54
+#: These configurations by the letters of the dyads.
+LETTER_COUNT = 48
 
 
 @dataclass(frozen=True)
@@ -42,16 +44,16 @@ class Cell:
     series: str
     family: str
     configuration: str
-    dimension: int  #: free parameters of its largest member, modulo similarity
-    mechanisms: int  #: stored
-    guides: int  #: stored
-    smallest: dict[int, float]  #: by level: least size over stroke of a stored guide
-    remark: str  #: why nothing is stored but named guides; empty if something is
-    named: int = 0  #: named guides, which the other counts leave out
+    dimension: int  #: number of free parameters of its largest member, up to similarity
+    mechanisms: int  #: number of stored mechanisms
+    guides: int  #: number of stored guides
+    smallest: dict[int, float]  #: smallest size over stroke of a stored guide, by level
+    remark: str  #: reason for an empty cell; else empty
+    named: int = 0  #: number of named guides, besides the other counts
 
 
 def census(database: Database, registry: Registry) -> list[Cell]:
-    """Return the cells of all registered series, in their order."""
+    """Count the cells of all registered series, in their order."""
     database.check()
     held = _held(database)
     built = set(database.read(select(Batch.series.label("code")).distinct())["code"])
@@ -85,10 +87,10 @@ def census(database: Database, registry: Registry) -> list[Cell]:
 
 
 def impossible(series: Series, cells: list[Cell]) -> list[tuple[str, str]]:
-    """Return the families and normal configurations that no member of a series reaches."""
+    """List the families and normal configurations that no member of a series covers."""
     there = {(c.family, c.configuration) for c in cells if c.series == series.code}
     special = {c for _, c in there if not any(c in names for names in NORMAL.values())}
-    if special:  # the series has configurations of its own, such as a pivot at the pole
+    if special:  # the series has special configurations, such as a pivot at the pole
         return []
     return [(f, c) for f in series.families for c in NORMAL.get(f, ()) if (f, c) not in there]
 
@@ -104,7 +106,7 @@ def _why(drawn: int, sound: int, guiding: int) -> str:
 
 
 def _configurations(series: Series, member: Member) -> dict[str, Array]:
-    """Return the configurations in the domain of a member: how many were drawn, are in proportion, guide something."""
+    """Count samples of a member by configuration: drawn, well-proportioned, guiding."""
     random = np.random.default_rng(1895)
     free = {p.name: p.spread(random.random(LOOK)) for p in member.parameters}
     linkage, valid = Linkage.valid(member.synthesise(free))

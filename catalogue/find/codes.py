@@ -1,6 +1,6 @@
-"""Codes of answers, and the file that keeps records by them: private to the user, bounded, and ours alone.
+"""Codes of answers, and the private file that stores records by them.
 
-A code is made of a digest of the record, so that the same answer has the same code everywhere.
+A code is derived from a digest of the record, so an answer has one code everywhere.
 """
 
 from __future__ import annotations
@@ -15,23 +15,23 @@ from pathlib import Path
 from ..errors import InvalidRequest
 from ..folders import answers_file, make_folder
 
-#: Records that the file keeps, the last ones: some 40 MB, and two thousand searches.
+#: Number of latest records to keep: about 40 MB, and two thousand searches.
 KEPT = 20_000
-#: Letters of codes: no two look alike.  A code begins with one, so that none is a number.
+#: Letters of codes, no two alike to the eye.  A code begins with a letter, so it is no number.
 LETTERS = "abcdefghjkmnpqrstvwxyz"
 DIGITS = "0123456789"
-#: Letters of a code; one more for as long as another answer has the same.
+#: Length of a code [characters]: 22 * 32^6 codes; on a collision the code is one character longer.
 LENGTH = 7
-#: Seconds to wait for another process that is writing.
+#: Time to wait for another writing process [s].
 PATIENCE = 5.0
-#: What SQLite's header says of a file of answers ("mcan"), by which no other program's is taken for one.
+#: Application id in the SQLite header of a file of answers ("mcan"), to refuse other databases.
 APPLICATION_ID = 0x6D63616E
-#: Columns of the one table of a file of answers, also of files written before they had the number above.
+#: Columns of the only table of a file of answers, to recognise files older than the application id.
 _COLUMNS = ["number", "code", "record"]
 
 
 def code_of(text: str, length: int = LENGTH) -> str:
-    """Return so many letters of the digest of a record."""
+    """Derive a code of some length from the digest of a record."""
     number = int.from_bytes(hashlib.sha256(text.encode()).digest(), "big")
     number, first = divmod(number, len(LETTERS))
     code = LETTERS[first]
@@ -42,23 +42,23 @@ def code_of(text: str, length: int = LENGTH) -> str:
 
 
 def is_code(text: str) -> bool:
-    """Return whether a text may be a code."""
+    """Tell whether a text has the form of a code."""
     return len(text) >= LENGTH and text[0] in LETTERS and set(text) <= {*LETTERS, *DIGITS}
 
 
 def keep(records: Sequence[str]) -> list[str]:
-    """Keep records, and return their codes.
+    """Store records and return their codes.
 
-    A record that is kept already moves to the end of the queue and takes no second place in it.
+    A record stored before moves to the end of the queue.
 
     Raises
     ------
     InvalidRequest
-        If the file of answers cannot be written, or is another program's.
+        If the file of answers cannot be written, or belongs to another program.
     """
     codes = []
     with _opened(write=True) as file:
-        assert file is not None  # what is written is made
+        assert file is not None  # opened for writing
         file.execute("BEGIN IMMEDIATE")
         for text in records:
             code = _free_code(file, text)
@@ -72,12 +72,12 @@ def keep(records: Sequence[str]) -> list[str]:
 
 
 def kept(code: str) -> str | bytes | None:
-    """Return the record that a code stands for, as it is stored; None if none is kept.
+    """Look up the record of a code; None if there is none.
 
     Raises
     ------
     InvalidRequest
-        If the file of answers cannot be read, or is another program's.
+        If the file of answers cannot be read, or belongs to another program.
     """
     with _opened(write=False) as file:
         found = file and file.execute("SELECT record FROM answer WHERE code = ?", (code,)).fetchone()
@@ -85,7 +85,7 @@ def kept(code: str) -> str | bytes | None:
 
 
 def _free_code(file: sqlite3.Connection, text: str) -> str:
-    """Return the shortest code of a record that no other one has."""
+    """Find the shortest code of a record that no other record has."""
     length = LENGTH
     while True:
         code = code_of(text, length)
@@ -97,7 +97,7 @@ def _free_code(file: sqlite3.Connection, text: str) -> str:
 
 @contextmanager
 def _opened(*, write: bool) -> Iterator[sqlite3.Connection | None]:
-    """Open the file of answers; None if it is only to be read and is not there."""
+    """Open the file of answers; None if it is missing and only to be read."""
     path: Path | str = "CATALOGUE_ANSWERS"
     try:
         path = answers_file()
@@ -106,7 +106,7 @@ def _opened(*, write: bool) -> Iterator[sqlite3.Connection | None]:
             return
         if write:
             make_folder(path.parent)
-            with suppress(FileExistsError):  # SQLite would let everybody read it
+            with suppress(FileExistsError):  # SQLite would create it readable by everybody
                 os.close(os.open(path.resolve(), os.O_CREAT | os.O_EXCL | os.O_RDWR, 0o600))
         with closing(sqlite3.connect(path, timeout=PATIENCE, isolation_level=None)) as file:
             if not _is_of_answers(file):
@@ -116,13 +116,13 @@ def _opened(*, write: bool) -> Iterator[sqlite3.Connection | None]:
             if write:
                 _prepare(file)
             yield file
-    except (OSError, sqlite3.Error, UnicodeDecodeError) as error:  # the last: of what SQLite says of the tables
+    except (OSError, sqlite3.Error, UnicodeDecodeError) as error:  # the last from damaged table names
         done = "written" if write else "read"
         raise InvalidRequest(f"the file of answers {path} cannot be {done} ({error}): {_remedy(error)}") from None
 
 
 def _remedy(error: Exception) -> str:
-    """Say what to do about an error of the file of answers."""
+    """Return the remedy for an error of the file of answers."""
     other = "name another with CATALOGUE_ANSWERS"
     if getattr(error, "sqlite_errorcode", 0) & 0xFF == sqlite3.SQLITE_BUSY:  # the low byte is the kind
         return "try again when the other process has finished"

@@ -1,8 +1,8 @@
 """Title, unit and meaning of each column of an answer, for tables, legends and help texts.
 
-`CANDIDATE`, `STRETCH`, `DWELL` describe `Candidate`, `Stretch` and `DwellCandidate` by the names of their
-fields, which JSON and CSV share; `TABLE` describes columns of tables only.  A title may be broken at a soft
-hyphen.
+`CANDIDATE`, `STRETCH`, `DWELL` describe `Candidate`, `Stretch` and `DwellCandidate` by the names of
+their fields, which JSON and CSV share; `TABLE` describes columns of tables only.  A title may be
+broken at a soft hyphen.
 """
 
 from __future__ import annotations

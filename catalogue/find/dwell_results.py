@@ -1,4 +1,4 @@
-"""A rocker that is to stand still, and what is found for it."""
+"""Requests for dwells, and their answers."""
 
 from __future__ import annotations
 
@@ -23,26 +23,33 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class StandStill:
-    """A rocker is to stand still while a crank turns on.
+    """Request for a dwell: a rocker rests while a crank turns on.
 
     Parameters
     ----------
     angle : float
-        By how much the crank turns meanwhile, at least [deg].
+        Minimum rotation of the crank during the dwell [deg].
     residual : float
-        Width of the band of angles in which the rocker may stray meanwhile [deg].
+        Maximum range of the rocker's angle during the dwell [deg].
     swing : float
-        How far the rocker swings over a turn, at least [deg].
+        Minimum swing of the rocker over a turn [deg].
     crank : float
-        Length of the driving crank [`unit`].
+        Length of the driving crank [length].
     unit : str, optional
-        Of the lengths of the answers: mm, cm, m, in or ft.
+        Unit of the lengths: mm, cm, m, in or ft.
 
     Raises
     ------
     InvalidRequest
-        Unless all are positive, the angle below 300, the swing below 180, the residual below a fifth of the swing; or
-        if there is no such unit.
+        Unless all are positive, the angle below 300, the swing below 180 and the residual below a
+        fifth of the swing; or if the unit is unknown.
+
+    Examples
+    --------
+    >>> from catalogue import StandStill
+    >>> dwell = StandStill(angle=90, residual=0.5, swing=30, crank=40, unit="mm")
+    >>> dwell.angle, dwell.unit
+    (90.0, 'mm')
     """
 
     angle: float
@@ -63,61 +70,59 @@ class StandStill:
 
 @dataclass(frozen=True)
 class DwellCandidate(PlacedGuide):
-    """A crank-driven linkage with an output dyad, at a place of the dwell; the driving crank has the length asked for,
-    places are [x, y]."""
+    """A six-bar dwell mechanism in a position of its dwell; positions are [x, y]."""
 
-    id: int  #: of the stored guide that it comes from, like what follows
+    id: int  #: number of the stored guide it comes from; the next fields are of that guide, too
     family: str
     series: str
     configuration: str
     order: int
-    angle: float  #: of the crank during the dwell [deg]; angles are measured in steps of an eighth of a degree
-    residual: float  #: range of the rocker's angles meanwhile [deg]
-    swing: float  #: the same over the full turn [deg]
-    min_transmission: float  #: least angle over the full turn, of the linkage and at the joint of the dyad [deg]
-    #: Diameter of all finite pivots at that place, the joint and the pivot of the output dyad among them,
-    #: together with the guided path over the whole turn [the unit of the crank].
+    angle: float  #: rotation of the crank during the dwell [deg]; measured in steps of an eighth of a degree
+    residual: float  #: range of the rocker's angle during the dwell [deg]
+    swing: float  #: range of the rocker's angle over a turn [deg]
+    min_transmission: float  #: minimum transmission angle over the turn, of linkage and output dyad [deg]
+    #: Overall size: diameter of all finite pivots in this position and of the path over the turn
+    #: [length].
     size: float
-    driver: int  #: number of the crank that turns
+    driver: int  #: number of the driving crank
     pivots: list[list[list[float]]]  #: [[A1, A1*], [A2, A2*]], each [x, y, w]
-    guided: list[float]  #: the coupler point that leads the rod
-    joint: list[float]  #: of rod and rocker
-    pivot: list[float]  #: the fixed pivot of the rocker
-    #: Angles of the driving crank at the beginning and at the end of the dwell, counterclockwise from the line from its
-    #: fixed pivot to that of the rocker [deg]; None if a record does not say them.
+    guided: list[float]  #: coupler point that drives the rod
+    joint: list[float]  #: joint of rod and rocker
+    pivot: list[float]  #: fixed pivot of the rocker
+    #: Angles of the driving crank at start and end of the dwell, counterclockwise from the line
+    #: from its fixed pivot to that of the rocker [deg]; None in older records.
     drive_from: float | None = None
     drive_to: float | None = None
-    #: Standard deviation of every coordinate at which the rocker keeps the residual asked over the dwell asked, in the
-    #: middle of this one, with 95 % probability [the unit of the crank].
+    #: Standard deviation of pivot position at which 95 % of machines keep the requested residual
+    #: over the requested dwell, in the middle of this one [length].
     allowance: float | None = None
-    asked_angle: float | None = None  #: dwell asked [deg]
-    asked_residual: float | None = None  #: residual asked [deg]
-    unit: str | None = None  #: of the lengths; None: not known
+    asked_angle: float | None = None  #: requested dwell [deg]
+    asked_residual: float | None = None  #: requested residual [deg]
+    unit: str | None = None  #: unit of the lengths; None if unknown
 
     meanings = DWELL
-    pole = None  # it is at no change point
+    pole = None  # never at a change point
     __hash__ = PlacedGuide.__hash__
 
     @cached_property
     def lengths(self) -> dict[str, float]:
-        """Lengths of all links, by name: of the linkage, the rod and the rocker, and how far the rocker's pivot is from
-        that of the driving crank."""
+        """Lengths of all links, and distance of the fixed pivots, by name [length]."""
         rod, rocker = math.dist(self.guided, self.joint), math.dist(self.joint, self.pivot)
         home = self.pivots[self.driver - 1][0][:2]
         return {**super().lengths, "rod": rod, "rocker": rocker, "rocker pivot": math.dist(home, self.pivot)}
 
     def joints(self, guided: Complexes) -> Complexes:
-        """Return where the joint of rod and rocker is.
+        """Compute the position of the joint of rod and rocker.
 
         Parameters
         ----------
         guided : complex ndarray, shape (m,)
-            Places of the guided point [length].
+            Positions of the guided point [length].
 
         Returns
         -------
         complex ndarray, shape (m,)
-            Places of the joint [length], NaN where rod and rocker do not reach the point.
+            Positions of the joint [length]; NaN where rod and rocker do not reach the point.
         """
         from ..guidance.dwell import joint_places
 
@@ -125,12 +130,12 @@ class DwellCandidate(PlacedGuide):
         return joint_places(guided, point, joint, pivot)
 
     def scaled(self, crank: float) -> DwellCandidate:
-        """Return the same dwell with a driving crank of this length [its unit].
+        """Scale the dwell to a length of the driving crank [length].
 
         Raises
         ------
         InvalidRequest
-            Unless it is a finite number above zero.
+            Unless the length is finite and positive.
         """
         (ax, ay, _), (bx, by, _) = self.pivots[self.driver - 1]
         times = positive("crank", crank) / math.dist((ax, ay), (bx, by))
@@ -143,8 +148,10 @@ class DwellCandidate(PlacedGuide):
 
     @property
     def _standing(self) -> Standing | None:
-        """The part of the turn over which the rocker is to stand still, in the middle of that over which it does; None
-        where it is not known what was asked."""
+        """Requested dwell as a range of the turn, in the middle of the actual one.
+
+        None if unknown.
+        """
         if self.drive_from is None or self.asked_angle is None:
             return None
         from ..guidance.dwell_scatter import Standing
@@ -155,7 +162,7 @@ class DwellCandidate(PlacedGuide):
         return Standing(self.linkage, point, joint, pivot, self.driver, low, high)
 
     def for_request(self, request: StandStill) -> DwellCandidate:
-        """Return the same dwell with what was asked and its allowance for it."""
+        """Add the request, and the allowance for it."""
         asked = replace(self, asked_angle=request.angle, asked_residual=request.residual)
         standing = asked._standing
         return (
@@ -164,21 +171,23 @@ class DwellCandidate(PlacedGuide):
 
     @cached_property
     def kept_share(self) -> float | None:
-        """Share of a thousand machines, drawn at the allowance, whose rocker keeps the residual asked; None without an
-        allowance."""
+        """Fraction of 1000 simulated machines, scattered by the allowance, that keep the residual.
+
+        Or None.
+        """
         standing = self._standing
         if standing is None or self.asked_residual is None or self.allowance is None or self.allowance <= 0:
             return None
         return standing.kept_share(self.allowance, math.radians(self.asked_residual))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the dwell as plain Python numbers, lists and strings, what is derived included."""
+        """Convert the dwell to plain numbers, lists and strings, with derived properties."""
         return {**asdict(self), "lengths": dict(self.lengths)}
 
 
 @dataclass(frozen=True, eq=False)
 class DwellResults(Results[DwellCandidate]):
-    """Dwells, best first; its explanation says how many guides were looked at, and how near the nearest came."""
+    """Dwells, best first; the explanation has the number of trials and the closest miss."""
 
     @property
     def columns(self) -> list[str]:

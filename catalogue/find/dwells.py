@@ -1,4 +1,4 @@
-"""Find dwells: circular guides on a crank that turns fully, with the output dyad that stands still meanwhile."""
+"""Find dwells: stored circular guides with an output dyad at the centre of the arc."""
 
 from __future__ import annotations
 
@@ -27,31 +27,37 @@ from .dwell_results import DwellCandidate, DwellResults, StandStill
 from .explain import LESS, REMEDIES
 from .names import check_names, eligible_series, option
 
-#: Constraints that go with a dwell.
+#: Constraints available for a dwell.
 GOVERNED = tuple(DwellArguments.__annotations__)
-#: Stored guides that are traced of each series, per unit of effort.
+#: Stored guides to trace per series and unit of effort.
 SHARE = 150
-#: Lengths of rockers over that of the rod, and directions from the joint to their pivots, that are tried.
+#: Trial lengths of the rocker over that of the rod, about a factor of 1.4 apart.
 ROCKERS = np.array([0.35, 0.5, 0.7, 1.0, 1.4, 2.0])
+#: Trial directions from the joint to the pivot of the rocker, 10 degrees apart.
 DIRECTIONS = np.exp(2j * np.pi * np.arange(36) / 36)
-#: Steps by which the pivot of a chosen rocker, in parts of the rod, and its joint, in parts of the rod times the
-#: residual, are moved while that is better, and how often each.
-STEPS, ROUNDS = (0.2, 0.1, 0.05, 0.025), 4
+#: Step sizes of the pattern search: of the pivot [rods], of the joint [rods x residual].
+STEPS = (0.2, 0.1, 0.05, 0.025)
+#: Moves per step size.
+ROUNDS = 4
+#: Moves of the pattern search: none, and to the eight neighbours.
 AROUND = np.array([complex(x, y) for x in (0, -1, 1) for y in (0, -1, 1)])
-#: Steps of the turn when dyads are tried, and when the chosen ones are measured.
-COARSE, FINE = 120, 2880
-#: Points of the path over the turn that count in the size.
+#: Positions per turn to try dyads: every 3 degrees.
+COARSE = 120
+#: Positions per turn to measure the selected ones: every eighth of a degree.
+FINE = 2880
+#: Points of the path over the turn for the size.
 DEGREES = 360
-#: Shares of what was asked that are tried where there is none, by how many things are asked less of.
+#: Fractions of the request to try for advice on an empty result, by the number of requirements
+#: relaxed.
 SHARES = {1: (0.8, 0.5, 0.25), 2: (0.5,), 4: (0.5,)}
-#: Guides whose dyads are tried at once.
+#: Guides per block of trials: bounds the memory.
 BLOCK = 40
 
 
 def find_dwells(
     database: Database, request: StandStill, constraints: Constraints, *, limit: int, effort: int
 ) -> DwellResults:
-    """Return dwells, one for each stored guide; see `catalogue.Catalogue.find_dwells`."""
+    """Find dwells, at most one per stored guide; see `catalogue.Catalogue.find_dwells`."""
     if not isinstance(request, StandStill):
         raise InvalidRequest(f"find_dwells wants a StandStill, not {quoted(request)}")
     limit, effort = whole("limit", limit, 1), whole("effort", effort, 1)
@@ -68,7 +74,7 @@ def find_dwells(
 
 
 def _advice(database: Database, request: StandStill, constraints: Constraints, effort: int) -> str:
-    """Return what to ask for instead, as options of the command: less of one thing, of two, or of all; it was tried."""
+    """Return tested remedies as options: one requirement relaxed, two, or all."""
     asked = {name: getattr(request, name) for name in ("angle", "residual", "swing")}
     if constraints.min_transmission:
         asked["min_transmission"] = constraints.min_transmission
@@ -81,7 +87,7 @@ def _advice(database: Database, request: StandStill, constraints: Constraints, e
                 least = eased.pop("min_transmission", constraints.min_transmission)
                 try:
                     looser = replace(request, **eased)
-                except InvalidRequest:  # so wide a band, or so small a swing, is no standstill
+                except InvalidRequest:  # the residual is too large for the swing
                     break
                 if len(_found(database, looser, replace(constraints, min_transmission=least), 1, effort)):
                     eased |= {"min_transmission": least} if "min_transmission" in names else {}
@@ -94,7 +100,7 @@ def _advice(database: Database, request: StandStill, constraints: Constraints, e
 
 
 def _found(database: Database, request: StandStill, constraints: Constraints, limit: int, effort: int) -> DwellResults:
-    """Return dwells, or why there is none."""
+    """Search dwells; explain an empty result."""
     stored = _turning(database, constraints, request, effort)
     if stored is None:
         return DwellResults([], "no dwell found: no stored arc spans so much of a full turn of its crank")
@@ -124,7 +130,7 @@ def _found(database: Database, request: StandStill, constraints: Constraints, li
 def _turning(
     database: Database, constraints: Constraints, request: StandStill, effort: int
 ) -> tuple[dict[str, Array], CouplerCurve, Array] | None:
-    """Return stored arcs in the middle of their dwells, on cranks that turn fully through the angle that is wanted."""
+    """Retrieve stored arcs at mid-dwell, on turning cranks that cover the requested angle."""
     parts = []
     for code in eligible_series(database, constraints):
         select = joined(*COLUMNS, Reach.rotates).where(
@@ -160,7 +166,7 @@ def _turning(
 
 
 def _blocks(guides: CouplerCurve, driver: Array, joint: Complexes) -> Iterator[tuple[slice, Complexes, Floats, Floats]]:
-    """Yield blocks of guides: which, their paths and input transmission angles over a coarse turn, lengths of rods."""
+    """Yield blocks of guides: indices, coarse paths and transmission angles, rods."""
     for start in range(0, len(guides), BLOCK):
         part = slice(start, start + BLOCK)
         path, input_ = turned(guides[part], driver[part], COARSE)
@@ -168,7 +174,7 @@ def _blocks(guides: CouplerCurve, driver: Array, joint: Complexes) -> Iterator[t
 
 
 def _transmission(found: Dwell, input_: Floats, request: StandStill) -> Floats:
-    """Return the transmission angles of dyads that stand still and swing as is asked, -1 for others."""
+    """Return the transmission angles of dyads that meet the request, -1 for others [deg]."""
     serves = (found.angle >= request.angle) & (found.swing >= request.swing)
     return np.where(serves, np.fmin(found.transmission, input_), -1.0)
 
@@ -176,7 +182,10 @@ def _transmission(found: Dwell, input_: Floats, request: StandStill) -> Floats:
 def _tried(
     rows: dict[str, Array], guides: CouplerCurve, driver: Array, request: StandStill
 ) -> tuple[Complexes, Floats]:
-    """Return the rocker pivot with the best transmission angle for each guide, and that angle; NaN if none serves."""
+    """Find the rocker pivot with the best transmission angle of each guide.
+
+    NaN if none meets the request.
+    """
     pivots, best = np.full(len(guides), complex(np.nan, np.nan)), np.full(len(guides), np.nan)
     for part, path, input_, rod in _blocks(guides, driver, rows["joint"]):
         joint = rows["joint"][part]
@@ -190,7 +199,7 @@ def _tried(
 
 
 def _few_of_each(order: Indices, series: Array, limit: int) -> Indices:
-    """Return `limit` of an order, the first of each series, a third of one at most while there are others."""
+    """Select the first `limit`, at most a third of one series while others remain."""
     late = ranks(series[order].astype(str)) >= -(-limit // 3)
     return np.asarray(order[np.sort(np.argsort(late, kind="stable")[:limit])])
 
@@ -198,7 +207,7 @@ def _few_of_each(order: Indices, series: Array, limit: int) -> Indices:
 def _moved(
     joint: Complexes, pivots: Complexes, guides: CouplerCurve, driver: Array, request: StandStill
 ) -> tuple[Complexes, Complexes]:
-    """Return joints and rocker pivots moved to where the transmission angle is best nearby, the dwell being kept."""
+    """Improve the transmission angle by a pattern search over joints and pivots."""
     joint, pivots = joint.copy(), pivots.copy()
     for part, path, input_, rod in _blocks(guides, driver, joint):
         at = np.arange(len(rod))
@@ -208,13 +217,13 @@ def _moved(
             tried = pivots[part, None] + step * rod[:, None] * AROUND
             found = dwells(path[:, each], joints.ravel(), tried[each], request.residual, request.swing)
             value = _transmission(found, input_[each, None], request).reshape(len(rod), -1)
-            best = np.argmax(value, axis=1)  # the first of all leaves both where they are
+            best = np.argmax(value, axis=1)  # the first move is none
             joint[part], pivots[part] = joints[at, best // len(AROUND)], tried[at, best % len(AROUND)]
     return joint, pivots
 
 
 def diameter(pivots: Complexes, path: Complexes) -> float:
-    """Return the largest distance between pivots, ends of slides and points of a path over a turn, all complex."""
+    """Compute the diameter of pivots, slides and path over a turn, all complex."""
     every = np.concatenate([pivots, path[:: max(1, len(path) // DEGREES)]])
     return float(np.abs(every[:, None] - every).max())
 

@@ -1,4 +1,7 @@
-"""Explain the result of a search; for an empty one compute which constraints to relax, to which values."""
+"""Explain the result of a search.
+
+For an empty one compute which constraints to relax, to which values.
+"""
 
 from __future__ import annotations
 
@@ -65,7 +68,10 @@ REMEDIES = "tested remedies"
 
 @dataclass(frozen=True)
 class Relaxation:
-    """An option of the command with a looser bound; without a `value` the option is to be left out."""
+    """An option of the command with a looser bound.
+
+    Without a `value` the option is to be left out.
+    """
 
     option: str
     value: str = ""
@@ -180,7 +186,9 @@ class Explanation:
         return f"no guide found: none is stored for {' with '.join(names)} and such a path; {remedy}"
 
     def relaxations(self, nearest: CandidateBatch) -> list[tuple[Relaxation, ...]]:
-        """Compute relaxations of single constraints, else of pairs, that give an answer; each is tested.
+        """Compute relaxations of single constraints, else of pairs, that give an answer.
+
+        Each is tested.
 
         An absurdly large relaxation of one constraint is offered only if no pair needs less.
         """
@@ -211,7 +219,10 @@ class Explanation:
 
     @staticmethod
     def _least(broken: Feasibility, names: tuple[str, ...]) -> Floats:
-        """Sum the violations of some constraints, shape (n,); infinite if others are violated too."""
+        """Sum the violations of some constraints, shape (n,).
+
+        Infinite if others are violated too.
+        """
         amount = np.sum([broken.amounts[name] for name in names], axis=0)
         rest = [broken.amounts[name] for name in broken.amounts if name not in names]
         others = np.sum([np.zeros_like(amount), *rest], axis=0)
@@ -220,7 +231,7 @@ class Explanation:
     def _best(
         self, found: CandidateBatch, broken: Feasibility, names: tuple[str, ...], rooms: tuple[float, ...]
     ) -> tuple[Relaxation, ...] | None:
-        """Find the least relaxation of some constraints that admits a candidate, with the first margin that works."""
+        """Find the least relaxation of some constraints that admits a candidate."""
         amount = self._least(broken, names)
         best = int(np.argmin(amount))
         if not np.isfinite(amount[best]):
@@ -323,7 +334,7 @@ class Explanation:
 
 
 def relaxed(problem: Problem, nearest: CandidateBatch, name: str) -> CandidateBatch:
-    """Minimise the violation of one constraint subject to the others, from the best given candidates."""
+    """Minimise the violation of one constraint subject to the others."""
     loose = replace(problem, relaxed=name)
     total = feasibility(loose, nearest).total
     first = np.argsort(np.where(np.isnan(total), np.inf, total), kind="stable")[:STARTS]
@@ -352,8 +363,12 @@ def _widened(problem: Problem, name: str, places: Complexes, room: float) -> Reg
     region: Region = getattr(problem.constraints, name)
     x0, y0, x1, y1 = region.carried(problem.scale, problem.shift).box
     there, room = places * problem.scale + problem.shift, room * problem.stroke
-    sides = (min(x0, np.nanmin(there.real) - room), min(y0, np.nanmin(there.imag) - room),
-             max(x1, np.nanmax(there.real) + room), max(y1, np.nanmax(there.imag) + room))  # fmt: skip
+    sides = (
+        min(x0, np.nanmin(there.real) - room),
+        min(y0, np.nanmin(there.imag) - room),
+        max(x1, np.nanmax(there.real) + room),
+        max(y1, np.nanmax(there.imag) + room),
+    )
     infinite = 0.5 * FAR * problem.stroke  # beyond it a side is at infinity
     return Region.of(name, [float(f"{v:.5g}") if abs(v) < infinite else math.copysign(math.inf, v) for v in sides])
 

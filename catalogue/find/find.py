@@ -1,4 +1,4 @@
-"""From a request to candidates: searched, refined, selected."""
+"""Answer a request: search, refine and select candidates."""
 
 from __future__ import annotations
 
@@ -31,17 +31,17 @@ if TYPE_CHECKING:
     from ..api import Catalogue
 
 
-#: What is not searched along arcs near a half circle, or beyond: stored guides, by what they are stored with, and what
-#: carries points or pivots of these to other places.
+#: Arguments not available for arcs near a half circle or beyond, which are synthesised, not
+#: retrieved.
 NOT_WIDE = ("series", "configurations", "order", "slots", "returns", *PRESCRIBED, "cognates", "round_to")
 
 
 @dataclass(frozen=True)
 class Selection:
-    """Candidates that are given, best first."""
+    """Selected candidates, best first."""
 
     found: CandidateBatch
-    front: Array  #: number of the Pareto front of each, shape (n,); 0 without fronts
+    front: Array  #: number of the Pareto front of each candidate, shape (n,); 0 without fronts
     certificate: Certificate | None = None
 
 
@@ -61,10 +61,9 @@ def find(
     desires: Mapping[str, Any] | None,
     starts: Iterable[Any],
 ) -> Found:
-    """Return the candidates; see `catalogue.Catalogue.find`.
+    """Answer a request; see `catalogue.Catalogue.find`.
 
-    The series that are registered are loaded only where pivots are prescribed, or when somebody asks how far
-    a candidate has drifted.
+    Plugins are loaded only for prescribed pivots, or when the drift of a candidate is read.
     """
     database = catalogue.database
     request = path_request("find", request)
@@ -104,7 +103,7 @@ def find(
 
 
 def _check_wide(constraints: Constraints, *, cognates: bool, round_to: float | None) -> None:
-    """Raise `InvalidRequest` for what is not searched along arcs near a half circle, or beyond."""
+    """Refuse arguments not available for arcs near a half circle or beyond."""
     asked = {*constraints.active(), *["cognates"] * cognates, *["round_to"] * (round_to is not None)}
     if wrong := [option(name) for name in NOT_WIDE if name in asked]:
         raise InvalidRequest(
@@ -123,10 +122,23 @@ def searched(
     round_to: float | None,
     given: CandidateBatch | None,
 ) -> Selection | None:
-    """Return the best candidates for a problem, verified on their finite motion, or None if there is none.
+    """Search, refine and select candidates, verified on their finite motion; None if there is none.
 
-    Those `given` are starts too.  With `round_to` their lengths are made multiples of it, and those that meet the
-    constraints so are kept.  With `cognates` those of all that were found are candidates too.
+    Parameters
+    ----------
+    database : Database
+    problem : Problem
+    report : SearchReport
+        Filled with counts and times.
+    refine : bool
+        Refine candidates; otherwise only retrieve them.
+    cognates : bool
+        Add the cognates of all candidates.
+    round_to : float, optional
+        Round lengths to multiples of this, and keep candidates that still meet the constraints
+        [length].
+    given : CandidateBatch, optional
+        Further starts.
     """
     within, mirrors = problem.tightened(), problem.mirrors
     sought = within.mirrored(*mirrors) if any(mirrors) else within

@@ -1,4 +1,4 @@
-"""The whole store as data: a data frame with one row per guide, or one per reach of a guide."""
+"""The store as a data frame, one row per guide or reach."""
 
 from __future__ import annotations
 
@@ -14,14 +14,14 @@ from .names import SINGULAR, check_kinds, check_names
 if TYPE_CHECKING:
     import pandas as pd
 
-#: What a reach repeats of its guide.
+#: Columns of a guide that a reach repeats.
 _REPEATED = ("kind", "series", "cover")
 
 
 def guides_frame(
     database: Database, constraints: Constraints, kinds: Sequence[str] = (), *, reaches: bool = False
 ) -> pd.DataFrame:
-    """Return stored guides of what is asked for by name, order and joints; see `Catalogue.guides`."""
+    """Return stored guides selected by name, order and joints; see `Catalogue.guides`."""
     import pandas as pd
 
     database.check()

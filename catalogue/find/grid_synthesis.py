@@ -1,9 +1,9 @@
-"""Complete a four-bar of which one crank, or both fixed or both moving pivots, are given: along the whole path.
+"""Complete a four-bar with one prescribed crank, or both fixed or both moving pivots prescribed.
 
-While the guided point stays on the nominal, a crank leaves the coupler no freedom, so that the path of every other
-coupler point is known, and of every fixed point in the inverse motion.  Where such a path is nearly a circle, its
-centre and that point are the second dyad.  Theory has these in closed form for one position only; what is found here
-are starts for the refinement, of no series.
+With the guided point on the nominal, a crank determines the pose of the coupler, hence the path of
+every other coupler point, and of every fixed point in the inverse motion.  Where such a path is
+nearly circular, the point and the centre form the second dyad.  Closed forms exist for one position
+only; the results here are starts of the refinement, of no series.
 """
 
 from __future__ import annotations
@@ -15,23 +15,40 @@ from ..guidance.minimum_zone import grid
 from ..kinematics.types import Complexes, Floats, Indices
 from ..problem.request import Request
 
-#: Stations along the path are the Chebyshev points of so many intervals, of which the middle is mid-stroke.
+#: Intervals of the Chebyshev stations along the path, an even number: the middle station is
+#: mid-stroke.
 INTERVALS = 16
-#: Places that are tried for a missing pivot: a square of so many by so many, and half its side in strokes.
-SIDE, HALF = 61, {"crank": 1.5, "moving": 3.0, "fixed": 4.0}
-#: Shortest and longest crank in strokes; no moving pivot is nearer to the point or the other one than the shortest.
-SHORTEST, LONGEST = 0.04, 10.0
-#: Sine of the angle between crank and arm below which they lie in line.
+#: Grid points per side of the square searched for a missing pivot: a step of a tenth of a stroke or
+#: less resolves the minima of the circularity.
+SIDE = 61
+#: Half the side of this square, by the prescribed pair [strokes].
+HALF = {"crank": 1.5, "moving": 3.0, "fixed": 4.0}
+#: Shortest crank, and shortest distance from a moving pivot to the point or the other one
+#: [strokes].
+SHORTEST = 0.04
+#: Longest crank [strokes].
+LONGEST = 10.0
+#: Sine of the angle between crank and arm below which they are aligned: above rounding.
 IN_LINE = 1e-12
-#: Starts for each pair of given pivots.
+#: Most starts for each prescribed pair.
 STARTS = 40
 
 
 def completed(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, Indices]:
-    """Return pivots of linkages in mid-stroke, shape (n, 2, 2, 3), and which pair each is for, (n,).
+    """Complete prescribed pairs of pivots to linkages at mid-stroke.
 
-    `given` is as in `catalogue.series.posed.Posed`; `pivots`, complex, shape (m, 2), are the given pairs in mid-stroke,
-    in the unit of the path.
+    Parameters
+    ----------
+    given : str
+        Which pair is prescribed, as in `catalogue.series.posed.Posed`.
+    pivots : complex ndarray, shape (m, 2)
+        Prescribed pairs at mid-stroke [unit of the path].
+    nominal : Nominal
+
+    Returns
+    -------
+    ndarray, shape (n, 2, 2, 3), and ndarray of int, shape (n,)
+        Pivots of the linkages, and the number of the pair of each.
     """
     made = [_best(given, pair, nominal) for pair in pivots]
     z = np.concatenate(made)
@@ -40,7 +57,7 @@ def completed(given: str, pivots: Complexes, nominal: Nominal) -> tuple[Floats, 
 
 
 def _best(given: str, pair: Complexes, nominal: Nominal) -> Complexes:
-    """Return the best linkages for one pair, ((A1, A1*), (A2, A2*)) each."""
+    """Find the best linkages for one pair, each ((A1, A1*), (A2, A2*))."""
     from scipy.ndimage import minimum_filter
 
     share = 0.5 * (1 + grid(INTERVALS).nodes)
@@ -50,7 +67,7 @@ def _best(given: str, pair: Complexes, nominal: Nominal) -> Complexes:
     place = (middle + ticks[:, None] + 1j * ticks).ravel()
     one, two = (np.full(place.shape, pivot) for pivot in pair)
     with np.errstate(all="ignore"):
-        if given == "fixed":  # the second pivot runs about its moving one in the inverse motion
+        if given == "fixed":  # in the inverse motion the fixed pivot circles about the moving one
             a, a_, b = one, place, two
             centre, off = circles(turns(a, a_, path).conj() * (b - path[:, None]))
             b_ = middle + centre
@@ -69,7 +86,7 @@ def _best(given: str, pair: Complexes, nominal: Nominal) -> Complexes:
 
 
 def reaches(crank: tuple[tuple[float, float], ...], request: Request) -> bool:
-    """Return whether a crank can follow the whole path of a request, the point being its own."""
+    """Tell whether a crank with its arm reaches the whole path of a request."""
     assert request.radius is not None
     path = Nominal(request.stroke, request.radius).at(0.5 * (1 + grid(INTERVALS).nodes))[0]
     fixed, moving = (np.array([complex(*place)]) for place in crank)
@@ -78,17 +95,17 @@ def reaches(crank: tuple[tuple[float, float], ...], request: Request) -> bool:
 
 
 def turns(fixed: Complexes, moving: Complexes | complex, path: Complexes) -> Complexes:
-    """Return by which unit factors the coupler is turned at each station, shape (k, n).
+    """Compute the rotation of the coupler at each station as unit complex factors, shape (k, n).
 
-    NaN where crank and arm, the line from the moving pivot to the point, do not reach; and everywhere if they lie in
-    line in mid-stroke, where the point may leave to either side.
+    NaN where crank and arm (from the moving pivot to the point) do not reach; NaN everywhere if
+    they are aligned at mid-stroke, a dead point.
 
     Parameters
     ----------
     fixed, moving : complex ndarray, shape (n,)
-        Cranks in mid-stroke.
+        Pivots of the cranks at mid-stroke [length].
     path : complex ndarray, shape (k,)
-        Places of the guided point, k odd, of which the middle one is mid-stroke; lengths in one unit of any kind.
+        Positions of the guided point, k odd, the middle one at mid-stroke [length].
     """
     middle = path[len(path) // 2]
     crank, arm = moving - fixed, moving - middle
@@ -102,10 +119,17 @@ def turns(fixed: Complexes, moving: Complexes | complex, path: Complexes) -> Com
 
 
 def circles(z: Complexes) -> tuple[Complexes, Floats]:
-    """Return centres of the circles nearest to paths z (k, n), and half the widths of the annuli about these centres
-    that hold the stations, each (n,); NaN for points in line.
+    """Fit circles to paths by linear least squares (Kasa 1976).
 
-    Least squares of the power of the stations with respect to the circle (Kasa 1976), which is linear.
+    Parameters
+    ----------
+    z : complex ndarray, shape (k, n)
+        Stations of n paths.
+
+    Returns
+    -------
+    complex ndarray, ndarray, shape (n,) each
+        Centres, and half the widths of the annuli about them; NaN for collinear stations.
     """
     origin = z.mean(axis=0)
     x, y = (z - origin).real, (z - origin).imag

@@ -1,4 +1,4 @@
-"""The motion of a guide over the drive, position by position."""
+"""The motion of a guide over its drive, position by position."""
 
 from __future__ import annotations
 
@@ -23,12 +23,15 @@ if TYPE_CHECKING:
 
     from .placed import PlacedGuide
 
-#: Why a motion has no velocities where two branches cross.
+#: Reason for missing velocities where two branches cross.
 CHANGE_POINT = "change point: two branches cross, the drive alone leads into neither"
-#: How near to the angle of its change point a crank stands at it [rad]; rates are NaN within about 1e-7 of it.
+#: Angle from a change point within which a crank counts as at it [rad]: rates are NaN within about
+#: 1e-7.
 AT_CHANGE = 1e-4
-#: Positions of a motion if it is not said how many, and at most.
-SAMPLES, MOST = 361, 1_000_000
+#: Default number of positions of a motion: one per degree of a full turn.
+SAMPLES = 361
+#: Largest number of positions of a motion: about a gigabyte.
+MOST = 1_000_000
 
 #: Reason for an empty transmission angle and mechanical advantage.
 NO_CRANK_DRIVES = "the coupler drives: no crank has a transmission angle or an advantage"
@@ -38,38 +41,47 @@ NO_CRANK_DRIVES = "the coupler drives: no crank has a transmission angle or an a
 class GuideMotion:
     """The motion of a guide at m positions; arrays of shape (m,), lengths in the unit of the guide.
 
-    Velocities and accelerations are derivatives by the angle of the drive: times the angular velocity of the drive, and
-    its square, they are those of a drive that turns steadily.  They are NaN in a dead point of the drive, where it
-    cannot move the linkage; `reason` says so.
+    Velocities and accelerations are derivatives by the angle of the drive.  Multiplied by the
+    angular velocity of a uniform drive, and by its square, they become those over time.  At a dead
+    point of the drive they are NaN, and `reason` says so.
 
     Attributes
     ----------
     phase : ndarray
-        Of the circuit, see `catalogue.kinematics.circuits` [rad].
+        Phase of the circuit; see `catalogue.kinematics.circuits` [rad].
     drive, coupler : ndarray
-        Angle of the driving crank from the x axis; of the coupler, from the position given [deg].
+        Angle of the driving crank from the x axis; of the coupler from the given position [deg].
     cranks : dict of int to ndarray
         Angles of the cranks from the x axis, by number [deg].
     ratios : dict of str to ndarray
-        Angular velocities over that of the drive: ``coupler``, ``crank 1``, ``crank 2``.
+        Angular velocities of ``coupler``, ``crank 1``, ``crank 2`` over that of the drive.
     angular_accelerations : dict of str to ndarray
-        Their derivatives by the angle of the drive [1/rad].
+        Derivatives of `ratios` by the angle of the drive [1/rad].
     points, velocities, accelerations : dict of str to complex ndarray
-        Of ``guided``, the finite moving pivots ``A1*`` and ``A2*`` and the points asked for: x + iy [length], its
-        derivatives [length/rad, length/rad^2].
+        Positions x + iy [length] and their derivatives [length/rad, length/rad^2] of ``guided``, of
+        the finite moving pivots ``A1*`` and ``A2*`` and of the requested points.
     transmission : ndarray
-        Transmission angle of the crank that drives, without a crank of the better dyad; NaN where the coupler drives
-        although there is a crank [deg].
+        Transmission angle of the driving crank; without a crank that of the better dyad; NaN where
+        the coupler drives although there is a crank [deg].
     advantage : ndarray
-        Mechanical advantage: force of the guided point along its path over force at the pin of the driving crank,
+        Mechanical advantage: force along the path over force at the pin of the driving crank,
         without friction; NaN where the coupler drives.
     deviation : ndarray
-        Distance of the guided point from the nominal, positive to the left, where the motion is that over the stroke;
-        else NaN [length].
+        Signed distance of the guided point from the nominal, positive to the left; NaN except over
+        the stroke [length].
     reason : ndarray of str
-        Why something is NaN; else empty.
+        Reason for NaN; else empty.
     unit : str or None
-        Of the lengths; None if it is not known.
+        Unit of the lengths; None if unknown.
+
+    Examples
+    --------
+    >>> from catalogue import guide
+    >>> links = {"crank": 100, "rocker": 250, "ground": 220, "coupler": 250}
+    >>> mine = guide(links | {"along": 125, "across": 80})
+    >>> motion = mine.motion(samples=73)
+    >>> motion.drive.shape, motion.points["guided"].dtype.name
+    ((73,), 'complex128')
     """
 
     driver: int
@@ -92,7 +104,20 @@ class GuideMotion:
     def of(
         cls, placed: PlacedGuide, found: Circuits, s: Floats, points: Mapping[str, Any] | None, driver: int | None
     ) -> GuideMotion:
-        """Return the motion of a guide at phases (m, 1) of one circuit."""
+        """Compute the motion of a guide on one circuit.
+
+        Parameters
+        ----------
+        placed : PlacedGuide
+        found : Circuits
+            The circuit.
+        s : ndarray, shape (m, 1)
+            Phases [rad].
+        points : mapping of str to (x, y), optional
+            Further coupler points [length].
+        driver : int, optional
+            Number of the driving crank; 0: the coupler.
+        """
         linkage, lead = found.linkage, int(found.lead[0])
         chosen = (lead + 1) % 3 if driver is None else whole("driver", driver, 0)
         kinds = linkage.dyads[0]
@@ -115,25 +140,37 @@ class GuideMotion:
             advantage = reach / np.abs(velocities["guided"])
         name = f"crank {chosen}" if chosen else "coupler"
         dead = np.isnan(moves.omega)
-        pushed = not chosen and bool((kinds == RR).any())  # though a crank could drive
+        pushed = not chosen and bool((kinds == RR).any())  # the coupler drives although a crank could
         usual = NO_CRANK_DRIVES if pushed else ""
         return cls(
-            chosen, s[:, 0], cranks.get(chosen, coupler), coupler, cranks,
+            chosen,
+            s[:, 0],
+            cranks.get(chosen, coupler),
+            coupler,
+            cranks,
             {"coupler": moves.omega} | {k: v[0] for k, v in spins.items()},
             {"coupler": moves.alpha} | {k: v[1] for k, v in spins.items()},
-            at, velocities, {k: moves.acceleration_of(p) for k, p in at.items()},
+            at,
+            velocities,
+            {k: moves.acceleration_of(p) for k, p in at.items()},
             np.full(len(s), np.nan) if pushed else _transmission(here, chosen),
             np.where(np.isfinite(advantage), advantage, np.nan),
             np.full(len(s), np.nan),
             np.where(dead, np.where(_at_change(linkage, chosen, z), CHANGE_POINT, f"dead point of {name}"), usual),
             placed.unit,
-        )  # fmt: skip
+        )
 
     def __len__(self) -> int:
         return len(self.phase)
 
     def between(self, first: int, last: int) -> GuideMotion:
-        """Return the motion from one position to the one before another."""
+        """Return the positions from `first` to `last`, without the last one.
+
+        Parameters
+        ----------
+        first, last : int
+            Numbers of positions, as in a slice.
+        """
         part = slice(first, last)
 
         def taken(value: Any) -> Any:
@@ -144,18 +181,18 @@ class GuideMotion:
         return replace(self, **{f.name: taken(getattr(self, f.name)) for f in fields(self)})
 
     def to_pandas(self, unit: str | None = None) -> pd.DataFrame:
-        """Return one row per position; headings say the units.
+        """Convert to a data frame, one row per position, with units in the headings.
 
         Parameters
         ----------
         unit : str, optional
-            In which lengths are told, converted from that of the guide; where the guide has none, they are taken to be
-            in it.  If neither has one the headings say ``length``.
+            Unit to convert lengths to; lengths of unknown unit are taken to be in it.  Without any
+            unit the headings say ``length``.
 
         Raises
         ------
         InvalidRequest
-            If there is no such unit.
+            If the unit is unknown.
         """
         import pandas as pd
 
@@ -169,7 +206,7 @@ class GuideMotion:
         return pd.DataFrame(columns)
 
     def _columns(self) -> dict[tuple[str, str], Array]:
-        """Return the columns of the table by their names and declared units."""
+        """Return the columns of the table by name and declared unit."""
         columns: dict[tuple[str, str], Array] = {("drive", "deg"): self.drive, ("coupler", "deg"): self.coupler}
         columns |= {(f"crank {i}", "deg"): angle for i, angle in self.cranks.items()}
         for what, every, declared in (
@@ -190,12 +227,15 @@ class GuideMotion:
 
 
 def sampled(samples: Any) -> int:
-    """Return how many positions are asked for; `InvalidRequest` unless from 2 to `MOST`."""
+    """Check a number of positions, 2 to `MOST`."""
     return whole("samples", samples, 2, MOST)
 
 
 def _transmission(linkage: Linkage, driver: int) -> Floats:
-    """Return the transmission angle in each position, the crank of that number driving, 0: the better dyad [deg]."""
+    """Compute the transmission angle in each position, by the driving crank.
+
+    0: the better dyad [deg].
+    """
     from ..guidance.metrics import transmission_sines
 
     x = np.zeros(1, complex)
@@ -205,7 +245,7 @@ def _transmission(linkage: Linkage, driver: int) -> Floats:
 
 
 def _at_change(linkage: Linkage, driver: int, z: Complexes) -> Mask:
-    """Return in which positions, pivots z (m, 2, 2), the crank of that number is at a change point."""
+    """Tell in which positions, pivots z (m, 2, 2), a crank is at a change point."""
     if not driver:
         return np.zeros(len(z), bool)
     closure = Closure.of(linkage, np.array([driver - 1]))

@@ -1,5 +1,4 @@
-"""Linkages of your own improved: refined from where they are, what is held left as it is, beside the best of the
-catalogue under the same conditions."""
+"""Improve a given linkage with held lengths, beside the best of the catalogue."""
 
 from __future__ import annotations
 
@@ -36,43 +35,62 @@ from .starts import laid_guides
 if TYPE_CHECKING:
     from ..api import Catalogue
 
-#: Rounds of refinement, and starts of the catalogue that are made to keep what is held, per unit of effort.
-ROUNDS, STARTS = 20, 24
-#: Copies of each stretch, moved at random, that are refined too, each in all mirrors; and how far they are moved
-#: [strokes].
-COPIES, SCATTER = 6, 0.1
-#: Signs of a move along and across the path, as it is, and in mirrors across it, along it, and in both.
+#: Rounds of refinement per unit of effort.
+ROUNDS = 20
+#: Starts from the catalogue, adapted to the held lengths, per unit of effort.
+STARTS = 24
+#: Randomly displaced copies of each stretch that are refined too, each in all mirror images.
+COPIES = 6
+#: Standard deviation of these displacements [strokes].
+SCATTER = 0.1
+#: Signs of a displacement along and across the path in its four mirror images.
 MIRRORED = np.array([(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (-1.0, -1.0)])
-#: How much larger than the guide, or the stroke, an answer may be if nothing is said.
+#: Default maximum size over that of the guide, or over the stroke.
 LARGEST = 10.0
-#: What stands where the series of an answer stands.
+#: Value of the column series for a given linkage.
 OWN = "own"
-#: Fixed pivots nearer to where they were than this part of the stroke have not moved.
+#: Displacement of a fixed pivot below which it has not moved [strokes]: above rounding.
 SAME = 1e-9
-#: Sine of the angle between two links below which they do not tell a linkage from its mirror image.
+#: Sine of the angle between two links below which they cannot tell a linkage from its mirror image.
 PARALLEL = 1e-9
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Improvement(Results[Candidate]):
-    """A linkage before and after it was improved, and the best of the catalogue; `which` names the candidates:
-    ``before``, ``improved``, ``catalogue``, as far as there is one."""
+    """A linkage before and after its improvement, and the best of the catalogue.
+
+    Attributes
+    ----------
+    which : list of str
+        ``before``, ``improved``, ``catalogue``: the role of each candidate, as far as it exists.
+
+    Examples
+    --------
+    >>> from catalogue import StraightLine
+    >>> watt = cat.guide("watt").at(100.0)
+    >>> found = watt.improve(StraightLine(stroke=100, deviation=0.5), rank_by="size")
+    >>> found.which[0], found.before.stroke
+    ('before', 100.0)
+    """
 
     which: tuple[str, ...] = ()
 
     @property
     def before(self) -> Candidate:
-        """The linkage as it was given."""
+        """The given linkage."""
         return self.candidates[0]
 
     @property
     def improved(self) -> Candidate | None:
-        """What became of it, None if nothing better was found."""
+        """The improved linkage; None if nothing better was found."""
         return self._called("improved")
 
     @property
     def catalogue(self) -> Candidate | None:
-        """The best of the catalogue under the same conditions, None if there is none, or it was not asked for."""
+        """The best of the catalogue under the same conditions.
+
+        None if there is none or none was sought.
+        """
         return self._called("catalogue")
 
     @property
@@ -95,38 +113,53 @@ def improve(
     catalogue: Catalogue | None = None,
     **constraints: Any,
 ) -> Improvement:
-    """Return a guide as it is, refined, and the best of a catalogue, over the same stroke and under the same
-    constraints.
+    """Optimise a linkage from where it is, and search the catalogue under the same conditions.
 
-    Unless it is to stay in place the path may lie anywhere: pivots are where they were as far as they are held, and
-    regions are those of the frame in which the path runs as the request says.
+    Unless it stays in place, the path may lie anywhere; held pivots keep their positions relative
+    to one another, and regions are in the frame of the request.
 
     Parameters
     ----------
+    guide : PlacedGuide
+        Linkage of your own, or an answer.
     request : StraightLine or CircularArc
-        The stroke, and the deviation that is allowed.  Its unit is that of all lengths: the guide is converted to it; a
-        request without one, or a guide, has that of the other.
+        Stroke and tolerance.  Its unit is that of all lengths, to which the guide is converted; if
+        one of the two has no unit, it takes that of the other.
     hold : str or sequence of str
-        What stays: ``fixed-pivots``, or lengths by the names of `PlacedGuide.lengths`: ``crank 1``, ``frame``.
+        What to keep: ``fixed-pivots``, or names of `PlacedGuide.lengths`, such as ``crank 1``,
+        ``frame``.
     in_place : bool
-        The path is the one of the request, where that says; deviations are distances from it.
+        Keep the path where the request puts it; the deviation is the distance from it.
     within : float
-        With `in_place`: how far the fixed pivots may move where they are held.
+        With `in_place`: largest displacement of held fixed pivots [length].
     rank_by : str or mapping
-        What is made best, see `Catalogue.find`.
+        Objective; see `Catalogue.find`.
     effort : int
-        How hard to search.
+        Multiple of the usual search time.
     catalogue : Catalogue, optional
-        Where the best under the same conditions is sought; nowhere if not given.
+        Catalogue to search under the same conditions.
     **constraints
-        See `catalogue.problem.constraints.Constraints`; no given pivots.  `max_size` is ten times that of the guide,
-        or of the stroke, if it is not given.
+        See `catalogue.Constraints`, without prescribed pivots.  Default of `max_size`: ten times
+        the size of the guide, or ten strokes.
+
+    Returns
+    -------
+    Improvement
 
     Raises
     ------
     InvalidRequest
-        If the point of the guide does not run over the stroke, there is no such length, or the request or a constraint
-        is impossible.
+        If the guided point does not cover the stroke, a held length is unknown, or the request or a
+        constraint is impossible.
+
+    Examples
+    --------
+    >>> from catalogue import StraightLine, guide, improve
+    >>> links = {"crank": 100, "rocker": 250, "ground": 220, "coupler": 250}
+    >>> mine = guide(links | {"along": 125, "across": 80})
+    >>> found = improve(mine, StraightLine(stroke=120, deviation=0.3), hold="fixed-pivots")
+    >>> found.improved.deviation <= 0.3 < found.before.deviation
+    True
     """
     if not isinstance(guide, PlacedGuide):
         raise InvalidRequest(f"improve wants a guide, such as catalogue.guide makes, not {quoted(guide)}")
@@ -158,21 +191,28 @@ def improve(
 
 @dataclass(frozen=True)
 class ImprovementTask:
-    """A guide that is to be improved, and how."""
+    """A guide to improve, with its problem and what is held."""
 
     guide: PlacedGuide
     request: Request
     problem: Problem
     held: HeldLengths
-    nominal: Nominal | None  #: of a path that stays in place
+    nominal: Nominal | None  #: nominal of a path that stays in place
     mirrored: bool = False  #: whether the mirror image is searched, so that both have the same answers
 
     @classmethod
     def of(
-        cls, guide: PlacedGuide, request: Request, wanted: Constraints, hold: str | Sequence[str], in_place: bool,
-        within: float, rank_by: Any, effort: int,
-    ) -> ImprovementTask:  # fmt: skip
-        """Return the task that is asked for."""
+        cls,
+        guide: PlacedGuide,
+        request: Request,
+        wanted: Constraints,
+        hold: str | Sequence[str],
+        in_place: bool,
+        within: float,
+        rank_by: Any,
+        effort: int,
+    ) -> ImprovementTask:
+        """Build the task from the arguments of `improve`."""
         problem = Problem.of(request, wanted, Ranking.of(request, rank_by, 0, 0.0, 1), 1, effort)
         if (within and not in_place) or within < 0:
             raise InvalidRequest(
@@ -192,8 +232,11 @@ class ImprovementTask:
         return cls(guide, request, problem, _held(searched, hold, problem, in_place, within), nominal, mirrored)
 
     def start(self) -> CandidateBatch:
-        """Return the stretches of the guide as candidates: that of an answer first, then the straightest; where the
-        path stays, those nearest to it."""
+        """Return the stretches of the guide as candidates.
+
+        That of an answer comes first, then the straightest ones; for a path in place, the nearest
+        ones.
+        """
         problem, arc = self.problem, isinstance(self.request, CircularArc)
         radius = self.request.radius if arc else None
         guide = _mirrored(self.guide) if self.mirrored else self.guide
@@ -224,7 +267,7 @@ class ImprovementTask:
         return found
 
     def _runs_as_asked(self, guide: PlacedGuide) -> TypeGuard[Candidate]:
-        """Return whether a guide is an answer, so that its stretch is known, along such a path as is asked for."""
+        """Tell whether a guide is an answer along a path of the requested kind."""
         if not isinstance(guide, Candidate) or (guide.radius is not None and self.request.kind == "line"):
             return False
         lengths = [(guide.stroke, self.request.stroke)]
@@ -235,7 +278,7 @@ class ImprovementTask:
         return all(abs(one - other) <= SAME * other for one, other in lengths)
 
     def measured(self, origin: Origin, linkage: Linkage, point: Complexes) -> CandidateBatch:
-        """Return guides that stand along the path, measured over exactly the stroke, or where they stand."""
+        """Measure guides along the path, over exactly the stroke or in place."""
         if self.nominal is not None:
             guides = coupler_curve(linkage, point)
             return described(self.problem, origin, guides, traced_in_place(guides, self.nominal, SHOWN))
@@ -243,8 +286,10 @@ class ImprovementTask:
         return measured(self.problem, origin, linkage, point, none)
 
     def scattered(self, start: CandidateBatch) -> CandidateBatch:
-        """Return candidates, each followed by copies that are moved at random, and by the same seen in mirrors along
-        and across the path, so that a guide that is turned, mirrored or run backwards has the same copies."""
+        """Add randomly displaced copies to candidates, in all mirror images.
+
+        So a guide that is turned, mirrored or run backwards has the same copies.
+        """
         random, count = np.random.default_rng(20), COPIES * self.problem.effort
         moves = SCATTER * random.normal(size=(count, 1, 2, 2, 2)) * MIRRORED[:, None, None]
         by = np.concatenate([np.zeros((1, 2, 2, 2)), moves.reshape(-1, 2, 2, 2)])
@@ -259,7 +304,7 @@ class ImprovementTask:
         return self.measured(start[kept].origin, linkage, start.point[kept])
 
     def closed(self, found: CandidateBatch) -> CandidateBatch:
-        """Return candidates whose held lengths have their values to the last digits."""
+        """Restore the held lengths of candidates to the last digits."""
         if not self.held.values or not len(found):
             return found
         linkage, point, good = self.held.closed(found.linkage, found.point, self.held.free.basis(found))
@@ -267,7 +312,7 @@ class ImprovementTask:
         return self.measured(found[kept].origin, linkage, point)
 
     def refined(self, start: CandidateBatch) -> CandidateBatch | None:
-        """Return the best that refinement makes of candidates, one; None if nothing meets the constraints."""
+        """Refine candidates and return the best one; None if none meets the constraints."""
         problem = self.problem
         start = self.closed(start)
         start = start[np.flatnonzero(np.isfinite(start.deviation))]
@@ -281,12 +326,14 @@ class ImprovementTask:
         return found[good[:1]] if len(good) else None
 
     def final(self, found: CandidateBatch) -> CandidateBatch:
-        """Return candidates with what is shown of them: measured on a finer grid, where the path may lie anywhere."""
+        """Measure candidates on a finer grid, for the answer."""
         return final(self.problem, found, rigid=True) if self.nominal is None and len(found) else found
 
     def shown(self, found: CandidateBatch) -> Candidate:
-        """Return a candidate of one in the user's unit, its fixed pivots where those of the guide are, if it is of the
-        same family; where the path stays, as it stands."""
+        """Convert a batch of one to the user's unit, on the fixed pivots of the guide.
+
+        A candidate of another family, or with its path in place, keeps its position.
+        """
         problem, request, goal = self.problem, self.request, self.guide.linkage
         if self.mirrored:
             back = np.ones(len(found), bool), np.zeros(len(found), bool)
@@ -298,18 +345,18 @@ class ImprovementTask:
             problem = replace(problem, scale=request.extent * request.direction, shift=request.origin)
         one = candidates(problem, request, Selection(found, np.zeros(1, int)))[0]
         pivots = [[[*pivot] for pivot in dyad] for dyad in one.pivots]
-        for k in (0, 1):  # what is held is so to the last digit
+        for k in (0, 1):  # held coordinates are exact to the last digit
             if np.abs(np.subtract(pivots[k][0], goal.pivots[0, k, 0])).max() < SAME * problem.stroke:
                 pivots[k][0] = goal.pivots[0, k, 0].tolist()
         return replace(one, pivots=pivots)
 
     def of_catalogue(self, catalogue: Catalogue, constraints: Mapping[str, Any]) -> Candidate | None:
-        """Return the best of a catalogue under the same conditions, None if there is none."""
+        """Find the best of a catalogue under the same conditions; None if there is none."""
         problem, held = self.problem, self.held
         how: dict[str, Any] = {"rank_by": dict(problem.ranking.weights), "effort": problem.effort}
         if self.nominal is not None and (held.frozen is not None or held.places is not None):
             if held.values or (self.guide.linkage.dyads[0] == PR).any():
-                return None  # no series is asked for both
+                return None  # the requested series exclude one another
             pivots = [(x, y) for x, y, _ in (dyad[0] for dyad in self.guide.pivots)]
             found = catalogue.find(
                 self.request, fixed_pivots=pivots, within=held.within * problem.stroke, limit=1, **how, **constraints
@@ -327,7 +374,7 @@ class ImprovementTask:
 
 
 def _is_left_handed(guide: PlacedGuide) -> bool:
-    """Whether the second link that tells a linkage from its mirror image lies to the right of the first."""
+    """Tell a guide from its mirror image, by the first links that are not parallel."""
     one, other = guide.linkage.rays[0]
     to_point = complex(*guide.guided) - guide.linkage.points[0, 0, 1]
     sines = (other / one).imag, (to_point / one).imag / float(guide.linkage.size[0])
@@ -335,7 +382,10 @@ def _is_left_handed(guide: PlacedGuide) -> bool:
 
 
 def _mirrored(guide: PlacedGuide) -> PlacedGuide:
-    """Return a guide mirrored in the x axis; an answer along an arc runs from the other end, its arc to the left."""
+    """Mirror a guide in the x axis.
+
+    An answer along an arc is reversed, to keep its arc on the left.
+    """
     pivots = [[[x, -y, w] for x, y, w in pair] for pair in guide.pivots]
     guided = [guide.guided[0], -guide.guided[1]]
     if not isinstance(guide, Candidate):
@@ -351,7 +401,7 @@ def _mirrored(guide: PlacedGuide) -> PlacedGuide:
 def _held(
     guide: PlacedGuide, hold: str | Sequence[str], problem: Problem, in_place: bool, within: float
 ) -> HeldLengths:
-    """Return the moves that are left."""
+    """Return the held lengths and the moves that remain free."""
     lengths = guide.lengths
     frozen, places = np.zeros(10, bool), None
     values: dict[str, float] = {}
@@ -362,7 +412,7 @@ def _held(
             else:
                 frozen[[0, 1, 4, 5]] = True
             continue
-        if name == "fixed-pivots":  # the path may lie anywhere: only how they stand to each other matters
+        if name == "fixed-pivots":  # the path may lie anywhere: only their relative position matters
             kept = [k for k in lengths if k == "frame" or k.startswith("offset of slider")]
             frozen[[0, 1, 4, 5]] |= bool((guide.linkage.dyads[0] == PR).all())
         else:
@@ -374,8 +424,7 @@ def _held(
 
 
 def _onto(stroke: float, linkage: Linkage, goal: Linkage) -> tuple[complex, complex]:
-    """Return the similarity z -> scale z + shift of that scale that carries the fixed pivots of a linkage to those of
-    another one of the same family, as nearly as can be."""
+    """Fit z -> scale z + shift, of given scale, between the fixed pivots."""
     here, there, finite = linkage.points[0, :, 0], goal.points[0, :, 0], linkage.finite[0, :, 0]
     if (goal.finite[0, :, 0] != finite).any():
         return complex(stroke), 0j

@@ -1,4 +1,4 @@
-"""Linkages of your own measured: where they run straightest over a stroke, or how far they do so within a deviation."""
+"""Find and measure the straightest or longest stretches of given linkages."""
 
 from __future__ import annotations
 
@@ -38,40 +38,54 @@ from .results import Frames, Results, listed, measured_columns
 if TYPE_CHECKING:
     from ..series.series import Series
 
-#: Positions between which a driving crank is followed over a stroke: none turns half round from one to the next.
+#: Positions of a stroke to follow the driving crank: it turns by less than a half turn between two.
 TURNS = 65
-#: Positions of a stroke in which the series are looked at.
+#: Positions of a stroke to classify.
 INSTANTS = 9
-#: Corrections of a stretch until its stroke, as the finer grid has it, is that asked for, and by which part it, and a
-#: deviation, may be off.
-CORRECTIONS, CLOSE = 8, 1e-9
-#: Part of the longest stroke over which a point runs forward that is named as one to ask for.
+#: Most corrections of a stretch to the requested stroke on the finer grid.
+CORRECTIONS = 8
+#: Relative error of stroke or deviation at which corrections stop.
+CLOSE = 1e-9
+#: Fraction of the longest possible stroke to suggest instead of an impossible one.
 SURELY = 0.98
-#: By which part a stroke is made shorter per part that its deviation is above the one allowed, up to `LITTLE` of that.
-SHORTER, LITTLE = 0.5, 1.02
-#: By which part a stroke that is given may be missed.
+#: Relative shortening of a stroke per relative excess of its deviation: half of it, as a deviation
+#: grows at least with the square of the stroke.
+SHORTER = 0.5
+#: Deviation over tolerance up to which a stretch is shortened; beyond it another stretch is sought.
+LITTLE = 1.02
+#: Permitted relative error of a requested stroke.
 MISSED = 1e-6
-#: Parts of the deviation allowed within which stretches are sought anew where the finer grid finds one too large; of
-#: how many on each circuit.
-STRICTER, MORE = (0.995, 0.97), 4
+#: Fractions of the tolerance for another search where the finer grid finds a larger deviation.
+STRICTER = (0.995, 0.97)
+#: Stretches per circuit in that search.
+MORE = 4
 
 
 @dataclass(frozen=True, repr=False)
 class Stretch(Candidate):
-    """A stretch of the motion of a given linkage, in its middle.
+    """A stretch of the motion of a given linkage, in the position at its middle.
 
     Attributes
     ----------
     number : int
-        Which of the linkages that were given, from 1.
+        Number of the given linkage, from 1.
     circuit, given, joined : int, bool, bool
-        Number of the circuit, see `PlacedGuide.circuits`; whether it is that of the position given, and whether the two
-        circuits cross at the change points.  To reach another one that is not joined the linkage has to be taken apart.
+        Number of the circuit, see `PlacedGuide.circuits`; whether it is that of the given position;
+        whether the two circuits cross at change points.  To reach another circuit that is not
+        joined, the linkage must be taken apart.
     drive_from, drive_to : float or None
-        Angle of the driving crank from the x axis at the start of the path, from -180 to 180, and at its end, counted
-        on from there: below `drive_from` where the crank turns clockwise [deg]; None without a crank.
+        Angle of the driving crank from the x axis at the start of the path, -180 to 180, and at its
+        end, counted from the start: less if the crank turns clockwise [deg]; None without a crank.
     nearest_series, residual : str or None, float or None
-        The degenerate series to which the linkage comes nearest on the stretch, and how near, see `Membership`.
+        The nearest degenerate series on the stretch, and its residual; see `Membership`.
+
+    Examples
+    --------
+    >>> from catalogue import guide
+    >>> watt = guide([[[-50, 30], [0, 30]], [[50, -30], [0, -30]]], (0, 0))
+    >>> best = watt.measure(stroke=50)[0]
+    >>> best.given, round(best.deviation, 3)
+    (True, 0.147)
     """
 
     number: int = 1
@@ -87,7 +101,7 @@ class Stretch(Candidate):
     __hash__ = Candidate.__hash__
 
     def _traced(self) -> tuple[CircuitCurve, Traced]:
-        """Return the guide on its circuit, as it stands, and what is traced over the stretch."""
+        """Trace the guide on its circuit over the stretch, in place."""
         if self.is_wide and self.radius is not None and self.arc_angle is not None:
             return self._along_wide_arc(self.radius, self.arc_angle)
         found = circuits(self.linkage)[:1]
@@ -99,7 +113,21 @@ class Stretch(Candidate):
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Measured(Results[Stretch]):
-    """What was measured: stretches, of each linkage the best first; `failed` says by number why one has none."""
+    """Measured stretches, the best of each linkage first.
+
+    Attributes
+    ----------
+    failed : dict of int to str
+        Reason for each linkage without a stretch, by number.
+
+    Examples
+    --------
+    >>> from catalogue import guide
+    >>> watt = guide([[[-50, 30], [0, 30]], [[50, -30], [0, -30]]], (0, 0))
+    >>> found = watt.measure(deviation=0.05, limit=1)
+    >>> len(found), found.failed
+    (1, {})
+    """
 
     failed: Mapping[int, str] | None = None
 
@@ -119,32 +147,46 @@ def measure(
     limit: int = 4,
     series: Callable[[], Mapping[str, Series]] | None = None,
 ) -> Measured:
-    """Return where guides run straightest, or nearest to an arc, on all of their circuits.
+    """Find the straightest, or most circular, stretches of guides on all their circuits.
 
     Parameters
     ----------
-    guides : PlacedGuide or sequence of these
-    stroke, deviation : float
-        One of them: the stroke [the unit of the linkages] over which the deviation is to be least, or the deviation
-        within which the stroke is to be longest.  With both, stretches of the stroke, and the allowance that the
-        deviation leaves.
+    guides : PlacedGuide or sequence of PlacedGuide
+    stroke, deviation : float, optional
+        Stroke, to minimise the deviation; or deviation, to maximise the stroke.  With both:
+        stretches of the stroke, and the allowance within the deviation [length].
     radius : float, optional
-        Of an arc; the deviation is then the largest distance from the best-placed arc of exactly that radius.  How far
-        a point keeps within a deviation is told of arcs below a half circle.
+        Radius of an arc; the deviation is then the largest distance from the best-fitting arc of
+        this radius [length].  The longest stroke within a deviation is found on arcs below a half
+        circle.
     angle : float, optional
-        Of an arc, up to 350 [deg]; with the radius, or with the stroke, it says the other.
+        Angle of an arc, up to 350, with its radius or its stroke [deg].
     arc : bool
-        Seek arcs of whatever radius fits best.
+        Fit arcs of any radius.
     limit : int
-        How many stretches of each linkage at most; with 1 the best only, sought quickly and less thoroughly.
-    series : function, optional
-        That returns the series by code, where the nearest one is to be told.
+        Maximum number of stretches per linkage; 1 searches faster and less thoroughly.
+    series : callable, optional
+        Returns the series by code, such as ``lambda: cat.registry.series``, to name the nearest
+        one.
+
+    Returns
+    -------
+    Measured
 
     Raises
     ------
     InvalidRequest
-        Unless a stroke or a deviation is given, both above zero, and stroke, radius and angle agree; or if the
-        linkages have different units.
+        If neither stroke nor deviation is given or one is not positive, if stroke, radius and angle
+        contradict one another, or if the linkages have different units.
+
+    Examples
+    --------
+    >>> from catalogue import guide, measure
+    >>> links = {"crank": 100, "rocker": 250, "ground": 220, "coupler": 250}
+    >>> mine = guide(links | {"along": 125, "across": 80})
+    >>> best = measure(mine, stroke=120)[0]
+    >>> best.circuit, round(best.deviation, 3)
+    (1, 0.485)
     """
     every = list(guides) if isinstance(guides, Sequence) and not isinstance(guides, str) else [guides]
     if not every:
@@ -171,7 +213,7 @@ def measure(
     length = None if stroke is None else positive("stroke", stroke)
     within = allowed if length is None else np.inf
     if length is not None and radius is not None:
-        length, radius, angle = consistent_arc(length, radius, angle)  # refuses an impossible one
+        length, radius, angle = consistent_arc(length, radius, angle)  # refuses an impossible arc
     wide = angle if is_wide(angle) else None
 
     def seek(some: Indices, count: int, share: float = 1.0) -> Stretches:
@@ -191,7 +233,8 @@ def measure(
         parts.append(part[np.flatnonzero(np.isfinite(part.deviation) & ~over)])
         seen = np.concatenate([found.of[one.circuit] for one in parts])
         missed = np.flatnonzero(np.isin(found.of, np.setdiff1d(np.arange(len(linkage)), seen)))
-        # what looked best cannot be measured, or is not as good on the finer grid: look at more, and stay inside
+        # the best stretch cannot be measured, or is worse on the finer grid: try more, within a
+        # stricter tolerance
         some = np.union1d(missed if length is None or more < MORE else missed[:0], part.circuit[over])
         more = max(limit, MORE)
         if not len(some):
@@ -214,10 +257,16 @@ def measure(
 
 
 def _reason(
-    found: Circuits, point: Complexes, number: int, stroke: float | None, deviation: float, curved: bool,
-    radius: float | None, wide: float | None = None,
-) -> str:  # fmt: skip
-    """Say why a linkage has no stretch, and what to ask for instead."""
+    found: Circuits,
+    point: Complexes,
+    number: int,
+    stroke: float | None,
+    deviation: float,
+    curved: bool,
+    radius: float | None,
+    wide: float | None = None,
+) -> str:
+    """Explain why a linkage has no stretch, with a remedy."""
     its = np.flatnonzero(found.of == number)
     some, at = found[its], point[its]
     if some.is_immobile.any():
@@ -243,7 +292,7 @@ def _reason(
 
 @dataclass(frozen=True)
 class Laid(Columns):
-    """Stretches laid from 0 to 1, with what was traced there and where they stand; arrays of shape (n,)."""
+    """Stretches normalised to 0 to 1, with their traces and frames; arrays of shape (n,)."""
 
     circuit: Indices
     low: Floats
@@ -256,8 +305,11 @@ class Laid(Columns):
     def of(
         cls, found: Circuits, point: Complexes, at: Stretches, curved: bool, radius: float | None, allowed: float
     ) -> Laid:
-        """Return stretches laid along their nominals: over exactly their strokes if any deviation is `allowed`, else as
-        long as they are, made shorter where the deviation turns out to be a little above that."""
+        """Place stretches along their nominals.
+
+        Over exactly their strokes if `allowed` is infinite; else stretches slightly above the
+        permitted deviation are shortened.
+        """
         some, z, low, high = found[at.circuit], point[at.circuit], at.low.copy(), at.high.copy()
         last = np.where(some.kind == OPEN, 2 * np.pi, np.inf)
         fit = fitted(some, z, low, high, circle=curved, radius=radius)
@@ -277,7 +329,7 @@ class Laid(Columns):
             later = np.clip(high[where] + step, low[where] + 0.5 * (high - low)[where], last[where])
             new = fitted(some[where], z[where], low[where], later, circle=curved, radius=radius)
             lost = np.isnan(new.deviation) & np.isfinite(fit.deviation[where])
-            if lost.any():  # the path turns there by as much as it may: it begins earlier instead
+            if lost.any():  # the path turns by the permitted maximum there: extend it at its start instead
                 held = where[lost]
                 with np.errstate(all="ignore"):
                     step = missing[held] / _speed(some[held], z[held], low[held], fit.along[held])
@@ -287,7 +339,7 @@ class Laid(Columns):
                     lost, fitted(some[held], z[held], low[held], high[held], circle=curved, radius=radius)
                 )
             high[where], fit = later, fit.replaced(off, new)
-        if not np.isfinite(allowed):  # at the end of an open circuit there may be no such stroke
+        if not np.isfinite(allowed):  # at the end of an open circuit the stroke may be out of reach
             lost = ~(np.abs(at.stroke - fit.stroke) <= MISSED * at.stroke)
             fit = replace(fit, deviation=np.where(lost, np.nan, fit.deviation))
         frames = Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
@@ -295,13 +347,11 @@ class Laid(Columns):
 
     @classmethod
     def over_wide_arcs(cls, found: Circuits, point: Complexes, radius: float, angle: float, count: int) -> Laid:
-        """Return the stretches along arcs near a half circle, or beyond, laid along these."""
+        """Place stretches along arcs near a half circle or beyond."""
         which, rough = nearest_arcs(found, point, radius, angle, count)
         some, z = found[which], point[which]
         n = len(which)
-        fine = wide_arcs(
-            some, z, rough.middle, rough.centre, np.full(n, radius), angle, nodes=FINE, most=FINEST
-        )  # fmt: skip
+        fine = wide_arcs(some, z, rough.middle, rough.centre, np.full(n, radius), angle, nodes=FINE, most=FINEST)
         good = np.flatnonzero(np.isfinite(fine.fit.deviation))
         which, some, z, fine = which[good], some[good], z[good], fine[good]
         fit = fine.fit
@@ -311,7 +361,7 @@ class Laid(Columns):
 
     @property
     def deviation(self) -> Floats:
-        """Deviations [the user's unit]."""
+        """Deviations [length]."""
         return np.asarray(self.frames.extent * self.traced.fit.deviation)
 
     @property
@@ -321,21 +371,23 @@ class Laid(Columns):
 
 
 def _speed(some: Circuits, point: Complexes, s: Floats, along: Complexes) -> Floats:
-    """Return by how much the stroke grows per phase of its later end."""
+    """Compute the derivative of the stroke by the phase of its end."""
     step = 1e-6
     z = some.pose(np.stack([s - step, s + step])).point(point)
     return np.asarray(np.abs(((z[1] - z[0]) * along.conj()).real) / (2 * step))
 
 
 def _best(found: Circuits, at: Stretches, key: Floats, limit: int) -> Indices:
-    """Return the best stretches of each linkage, at most `limit`, by a key, less is better, infinite for none; of those
-    that overlap by more than half the better one."""
+    """Select at most `limit` stretches of each linkage by ascending key, infinite for none.
+
+    Of stretches that overlap by more than half, the better one is selected.
+    """
     order = np.lexsort((key, found.of[at.circuit]))
     order = order[np.isfinite(key[order])]
     kept: list[int] = []
     of, middle = found.of[at.circuit], 0.5 * (at.low + at.high)
     period, half = found.period[at.circuit], 0.25 * (at.high - at.low)
-    first = 0  # of the present linkage among those that are kept
+    first = 0  # first selected stretch of the present linkage
     for i in order.tolist():
         if kept and of[kept[-1]] != of[i]:
             first = len(kept)
@@ -350,10 +402,16 @@ def _best(found: Circuits, at: Stretches, key: Floats, limit: int) -> Indices:
 
 
 def _rows(
-    at: Laid, found: Circuits, tolerance: float | None, radius: float | None, curved: bool, wide: float | None,
-    series: Callable[[], Mapping[str, Series]] | None, unit: str | None,
-) -> list[Stretch]:  # fmt: skip
-    """Return stretches one by one, in the unit and the frame of the linkages."""
+    at: Laid,
+    found: Circuits,
+    tolerance: float | None,
+    radius: float | None,
+    curved: bool,
+    wide: float | None,
+    series: Callable[[], Mapping[str, Series]] | None,
+    unit: str | None,
+) -> list[Stretch]:
+    """Build the stretches in the unit and frame of the linkages."""
     n, curve, traced = len(at.circuit), at.curve, at.traced
     if not n:
         return []
@@ -394,9 +452,9 @@ def _rows(
 
 
 def driven(curve: CircuitCurve, traced: Traced, driver: Floats, frames: Frames) -> dict[str, Floats]:
-    """Return the angles of the driving cranks at the start and the end of the path, NaN for none, by name [deg].
+    """Compute the angles of the driving cranks at both ends of the path [deg].
 
-    The angle at the end is counted on from that at the start, so that it says which way round the crank turns.
+    The angle at the end is counted from the start, so its difference gives the sense of rotation.
     """
     n, number = len(curve), np.nan_to_num(driver).astype(int)
     steps = traced.parameters(np.linspace(-1, 1, TURNS)).astype(float)
@@ -408,7 +466,7 @@ def driven(curve: CircuitCurve, traced: Traced, driver: Floats, frames: Frames) 
 
 
 def _nearest(at: Laid, series: Callable[[], Mapping[str, Series]] | None) -> tuple[Array, Floats]:
-    """Return the codes of the degenerate series to which linkages come nearest on their stretches, and how near."""
+    """Find the nearest degenerate series of linkages on their stretches, and the residuals."""
     n = len(at.circuit)
     if series is None:
         return np.full(n, None, object), np.full(n, np.nan)

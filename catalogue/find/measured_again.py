@@ -1,9 +1,9 @@
-"""Answers that are read measured again: what a record says of its mechanism and a measurement does not is refused.
+"""Verify restored answers: refuse records that disagree with a measurement of their mechanism.
 
-Measured are the path, all numbers of its table and of its drive; of a dwell all of its numbers.  A record does not say
-whether its deviation is that from the best-placed line or arc or from the one that is named, nor whether its coupler
-carries a slot: it holds if one of these measurements gives all of its numbers.  What depends on a request (scores,
-allowances, gaps) or on where an answer comes from cannot be measured: a code tells of changes of these, see `answers`.
+The path and all numbers of table and drive are measured, and all numbers of a dwell.  A record does
+not say whether its deviation is from the best-fitting or from the prescribed nominal, nor whether
+the guide is a slot: it is accepted if one of these measurements agrees.  Numbers that depend on the
+request (score, allowance, gap) or on the origin are protected by the code; see `answers`.
 """
 
 from __future__ import annotations
@@ -31,16 +31,20 @@ from .results import Frames, measured_columns
 
 Numbers = Mapping[str, Any]
 
-#: By which part a number may be another than that which is measured again, on another grid than in the search.
+#: Relative difference permitted between record and measurement: the search uses another grid.
 PART = 2e-3
-#: The same of numbers near zero: of lengths, in strokes and in parts of the largest coordinate; of others.
-OF_STROKE, OF_PLACES, OF_OTHERS = 1e-11, 1e-14, 1e-6
-#: Angles from the x axis: a full turn is nothing.
+#: Absolute difference permitted of lengths near zero [strokes].
+OF_STROKE = 1e-11
+#: Absolute difference permitted of lengths near zero [largest coordinate].
+OF_PLACES = 1e-14
+#: Absolute difference permitted of other numbers near zero.
+OF_OTHERS = 1e-6
+#: Angles from the x axis, equal modulo a full turn.
 DIRECTIONS = ("along", "drive_from", "drive_to")
 
 
 def check(one: Any) -> None:
-    """Raise `InvalidRequest` if an answer of planar guides says what a measurement of it does not give."""
+    """Refuse an answer of planar guides that disagrees with its measurement."""
     ways: Iterator[Numbers] = iter(())
     if isinstance(one, DwellCandidate):
         ways = _of_dwell(one)
@@ -57,7 +61,10 @@ def check(one: Any) -> None:
 
 
 def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
-    """Return what of an answer is not as it was measured, in words; an empty text if all is."""
+    """Describe the first difference between record and measurement.
+
+    An empty text if there is none.
+    """
     told = vars(one)
     stroke, deviation = told.get("stroke", 1.0), told.get("deviation", 0.0)
     far = max(np.abs(np.ravel(told[name])).max() for name in ("pivots", "guided", "start", "joint") if name in told)
@@ -65,14 +72,14 @@ def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
     for name, value in found.items():
         said = told[name]
         if said is None:
-            continue  # it says nothing
+            continue  # not recorded
         if isinstance(value, str | list):
             good = said == value
         elif name == "start":
             good = abs(complex(*said) - complex(*value)) <= close + deviation
         elif name in DIRECTIONS:
             off, wide = (said - value + 180) % 360 - 180, np.degrees(2 * deviation / stroke)
-            own = isinstance(one, Stretch) and name == "along"  # measured where it stands, no other line in question
+            own = isinstance(one, Stretch) and name == "along"  # measured in place, so the direction is exact
             good = abs(off) <= (OF_OTHERS + PART * wide if own else PART + wide)
         else:
             least = close if (STRETCH.get(name) or DWELL[name]).unit == LENGTH else OF_OTHERS
@@ -84,8 +91,7 @@ def _difference(one: Candidate | DwellCandidate, found: Numbers) -> str:
 
 
 def _of_candidate(one: Candidate) -> Iterator[Numbers]:
-    """Yield what may have been measured of a candidate: of the linkage, or of the machine with a slot of which it is
-    the inversion; the crank drives that the record names."""
+    """Yield measurements of a candidate, as a linkage and as a slot."""
     driver = np.array([one.driver if one.driver in (1, 2) else 0])
     for curve, traced, frames in _of_stretch(one) if isinstance(one, Stretch) else _of_path(one):
         start = float(frames.start[0].real), float(frames.start[0].imag)
@@ -100,7 +106,7 @@ def _of_candidate(one: Candidate) -> Iterator[Numbers]:
 
 
 def _of_path(one: Candidate) -> Iterator[tuple[CouplerCurve | CircuitCurve, Traced, Frames]]:
-    """Yield a candidate laid from 0 to 1, traced along its best-placed line or arc, and along the one that it names."""
+    """Yield a candidate traced along its best-fitting nominal and the recorded one."""
     if one.is_wide:
         yield from _of_wide_arc(one)
         return
@@ -125,7 +131,7 @@ def _of_path(one: Candidate) -> Iterator[tuple[CouplerCurve | CircuitCurve, Trac
 
 
 def _of_wide_arc(one: Candidate) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:
-    """Yield a candidate laid from 0 to 1, traced along its arc near a half circle, or beyond."""
+    """Yield a normalised candidate traced along its arc near a half circle or beyond."""
     curve, traced = one._traced()
     fit = traced.fit
     if not isinstance(curve, CircuitCurve) or not np.isfinite(fit.deviation).all():
@@ -134,15 +140,14 @@ def _of_wide_arc(one: Candidate) -> Iterator[tuple[CircuitCurve, Traced, Frames]
 
 
 def _of_stretch(one: Stretch) -> Iterator[tuple[CircuitCurve, Traced, Frames]]:
-    """Yield a stretch traced where it stands, laid from 0 to 1."""
+    """Yield a normalised stretch traced in place."""
     curve, traced = one._traced()
     fit = traced.fit
     yield *laid(curve, traced), Frames(fit.stroke, fit.start, np.degrees(np.angle(fit.along)), fit.along)
 
 
 def _of_dwell(one: DwellCandidate) -> Iterator[Numbers]:
-    """Yield what is measured of a dwell over the turn of its crank; of the parts of the turn that are as long as the
-    dwell that in which the rocker strays as it says."""
+    """Yield measurements of a dwell, at the recorded length and residual."""
     from .dwells import FINE, diameter
 
     linkage = one.linkage

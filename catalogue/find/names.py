@@ -1,4 +1,4 @@
-"""Names of families, series and configurations that a request gives."""
+"""Check names of families, series and configurations in a request."""
 
 from __future__ import annotations
 
@@ -12,21 +12,21 @@ from ..store import Database
 
 SINGULAR = {"families": "family", "series": "series", "configurations": "configuration"}
 
-#: What is said of a database without guides.
+#: Message for a database without guides.
 EMPTY = "the database holds no guides: `catalogue build` fills it, or name another with --db"
-#: Letters of a name that are shown at most.
+#: Longest quoted name [characters].
 LONGEST = 60
 #: All kinds of guides.
 KINDS = (*POINTS.values(), *SLOTS.values(), *RETURNS.values())
 
 
 def option(name: str) -> str:
-    """Return the option of the command that sets a constraint."""
+    """Return the command-line option of a constraint."""
     return "--" + SINGULAR.get(name, name).replace("_", "-") if " " not in name else name
 
 
 def check_names(database: Database, constraints: Constraints) -> None:
-    """Raise `InvalidRequest` if a family, series or configuration is asked for that the database does not hold."""
+    """Refuse families, series and configurations missing in the database."""
     for name, singular in SINGULAR.items():
         column = {singular: str}
         for code in getattr(constraints, name):
@@ -42,14 +42,14 @@ def check_names(database: Database, constraints: Constraints) -> None:
 
 
 def check_kinds(kinds: Iterable[str]) -> None:
-    """Raise `InvalidRequest` if one is no kind of guide."""
+    """Refuse unknown kinds of guides."""
     for kind in kinds:
         if kind not in KINDS:
             raise InvalidRequest(f"there is no kind {kind!r}; there are {', '.join(KINDS)}{_nearest(kind, KINDS)}")
 
 
 def _nearest(name: str, names: Sequence[str]) -> str:
-    """Say which of some names is the nearest to one, if any is near."""
+    """Suggest the most similar name, if any."""
     from difflib import get_close_matches
 
     plain = {known.casefold(): known for known in names}
@@ -58,8 +58,7 @@ def _nearest(name: str, names: Sequence[str]) -> str:
 
 
 def eligible_series(database: Database, constraints: Constraints) -> list[str]:
-    """Return the codes of the series that a database holds and that are wanted, of a family that is wanted; those of
-    which it holds few guides come first."""
+    """List the permitted series in the database, those with few guides first."""
     from sqlalchemy import func, select
 
     from ..store import Batch
@@ -69,7 +68,7 @@ def eligible_series(database: Database, constraints: Constraints) -> list[str]:
     rows = database.read(members.order_by("number", Batch.series))
     codes = []
     for code, member in zip(rows["code"], rows["member"], strict=True):
-        family = member.split()[0]  # a member is named by its family and a name of its own
+        family = member.split()[0]  # the name of a member begins with its family
         fits = (not constraints.families or family in constraints.families) and not (
             constraints.pins_only and family in SLIDING
         )

@@ -1,4 +1,4 @@
-"""Linkages of your own as guides."""
+"""Guides from linkages of the user."""
 
 from __future__ import annotations
 
@@ -18,7 +18,15 @@ from .placed import PlacedGuide
 
 @dataclass(frozen=True)
 class OwnGuide(PlacedGuide):
-    """A linkage of your own with the point that is to be guided; made by `catalogue.guide`."""
+    """A linkage of your own with its guided point; made by `catalogue.guide`.
+
+    Examples
+    --------
+    >>> from catalogue import guide
+    >>> watt = guide([[[-50, 30], [0, 30]], [[50, -30], [0, -30]]], (0, 0), unit="mm")
+    >>> [round(value, 4) for value in watt.in_unit("in").guided]
+    [0.0, 0.0]
+    """
 
     pivots: list[list[list[float]]]
     guided: list[float]
@@ -28,7 +36,7 @@ class OwnGuide(PlacedGuide):
     __hash__ = PlacedGuide.__hash__
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the linkage as plain Python numbers, lists and strings."""
+        """Convert the linkage to plain numbers, lists and strings."""
         return {
             "family": str(self.linkage.family[0]),
             "name": self.name or None,
@@ -46,25 +54,37 @@ class OwnGuide(PlacedGuide):
 
 
 def guide(linkage: Any, point: Any = None, *, name: str = "", unit: str | None = None) -> OwnGuide:
-    """Return a linkage of your own as a guide that can be measured, moved and improved.
+    """Make a guide of your own linkage, to measure, move, improve, draw and export.
 
     Parameters
     ----------
     linkage : Linkage, array_like or mapping
-        One linkage: its pivots, [[A1, A1*], [A2, A2*]], each (x, y) or (x, y, w); or its link lengths by name, see
-        `catalogue.kinematics.from_lengths`, with the `angle` of the crank and the `branch`, or without if any position
-        will do.
-    point : (x, y)
-        The coupler point, where it is in that position.  Of link lengths it may be given by `along` and `across`
-        instead, from crank 1's moving pivot along and across the line to the other one; see
-        `catalogue.kinematics.link_lengths`.
+        One linkage: pivots [[A1, A1*], [A2, A2*]], each (x, y) or (x, y, w) with w = 0 at infinity;
+        or link lengths by name, see `catalogue.kinematics.from_lengths`, with the `angle` of the
+        crank [deg] and the `branch`, or without for any position [length].
+    point : (x, y), optional
+        Guided point in this position [length].  Link lengths may give it by `along` and `across`
+        instead: from crank 1's moving pivot, along and across the line to the other moving pivot.
+    name : str
+        Name of the guide, for tables and drawings.
     unit : str, optional
-        Of all lengths: mm, cm, m, in or ft.  Of link lengths it may stand among them, by ``unit``.
+        Unit of all lengths: mm, cm, m, in or ft; link lengths may give it as ``unit``.
+
+    Returns
+    -------
+    OwnGuide
 
     Raises
     ------
     InvalidLinkage, InvalidRequest
-        If they form no linkage, there is no point, or no such unit.
+        If the linkage, the point or the unit is invalid.
+
+    Examples
+    --------
+    >>> from catalogue import guide
+    >>> watt = guide([[[-50, 30], [0, 30]], [[50, -30], [0, -30]]], (0, 0), unit="mm")
+    >>> watt.lengths["crank 1"], watt.circuits[0].motion
+    (50.0, 'swings')
     """
     from ..kinematics.from_lengths import guide_from_lengths
 

@@ -1,4 +1,4 @@
-"""Guides that stand somewhere, whatever they came from: their circuits, and their motion over the drive."""
+"""Placed guides of any origin: circuits, motion, drawings and exports."""
 
 from __future__ import annotations
 
@@ -30,31 +30,32 @@ if TYPE_CHECKING:
     from .measure import Measured
 
 
-#: What a chain is told to be that closes in one position only.
+#: Message for a chain that closes in one position only.
 IMMOBILE = (
     "the chain just closes, in one position only: the linkage cannot move; make a link a little longer or shorter"
 )
-#: A length is 0 but for rounding if it is no more than this part of the longest.
+#: Length over the longest length below which it counts as 0: rounding.
 ROUNDING = 1e-12
 
 
 @dataclass(frozen=True)
 class Circuit:
-    """One circuit of a linkage: what it reaches without being taken apart.
+    """One circuit of a linkage: the positions it reaches without disassembly.
 
     Attributes
     ----------
     lead : str
-        What its positions are told by: ``crank 1``, ``crank 2`` or ``coupler``.
+        Link whose angle parametrises the circuit: ``crank 1``, ``crank 2`` or ``coupler``.
     motion : str
-        ``turns`` (fully), ``swings`` (between dead points), ``open`` (from infinity to infinity) or ``stands`` (cannot
-        move).
+        Motion of this link: ``turns`` (fully), ``swings`` (between dead points), ``open`` (from
+        infinity to infinity) or ``stands`` (cannot move).
     low, high : float
-        Range of the lead's angle from the x axis [deg]; of the coupler, from the given position.
+        Range of its angle from the x axis; of the coupler from the given position [deg].
     given : bool
-        Whether the linkage is given in a position of this circuit.
+        Whether the given position is on this circuit.
     joined : bool
-        Whether it crosses the other circuit at the change points: only a guard keeps the linkage from flipping over.
+        Whether it crosses the other circuit at change points: only a guard prevents a change of
+        circuit.
     """
 
     lead: str
@@ -66,16 +67,27 @@ class Circuit:
 
 
 class PlacedGuide:
-    """What all guides have that stand somewhere: a linkage of given pivots with a guided point.
+    """Base of all placed guides: a linkage with a guided point.
 
     Attributes
     ----------
     pivots, guided : list
-        [[A1, A1*], [A2, A2*]], each [x, y, w], and the guided point [x, y], in one position [the user's unit].
+        [[A1, A1*], [A2, A2*]], each [x, y, w] with w = 0 at infinity, and the guided point [x, y],
+        in one position [length].
     pole : list of float or None
-        Where the linkage is at a change point in that position: the pole of the branch on which it moves.
+        Pole of the branch of motion, if this position is a change point [length].
     unit : str or None
-        Of all its lengths: mm, cm, m, in or ft; None if it is not known.
+        Unit of all lengths: mm, cm, m, in or ft; None if unknown.
+
+    Examples
+    --------
+    >>> from catalogue import guide
+    >>> links = {"crank": 100, "rocker": 250, "ground": 220, "coupler": 250}
+    >>> mine = guide(links | {"along": 125, "across": 80})
+    >>> [(one.lead, one.motion) for one in mine.circuits]
+    [('crank 1', 'turns'), ('crank 1', 'turns')]
+    >>> mine.in_unit("mm").in_unit("cm").lengths["frame"]
+    22.0
     """
 
     pivots: list[list[list[float]]]
@@ -88,14 +100,23 @@ class PlacedGuide:
         return hash(tuple(np.ravel(self.pivots).tolist()))
 
     def in_unit(self, unit: str | None) -> Self:
-        """Return the guide with all its lengths in another unit; where none is known, they are taken to be in it.
+        """Convert all lengths of the guide to another unit.
 
-        None leaves it as it is.  Which fields are lengths, and which powers of them, their columns declare.
+        Parameters
+        ----------
+        unit : str or None
+            Unit to convert to: mm, cm, m, in or ft.  Lengths of unknown unit are taken to be in
+            it.  None converts nothing.
+
+        Returns
+        -------
+        PlacedGuide
+            Guide of the same class.
 
         Raises
         ------
         InvalidRequest
-            If there is no such unit.
+            If the unit is unknown.
         """
         if unit_or_none(unit) is None or unit == self.unit:
             return self
@@ -107,13 +128,15 @@ class PlacedGuide:
 
     @property
     def linkage(self) -> Linkage:
-        """The linkage, in the position given."""
+        """The linkage in the given position."""
         return Linkage(self.pivots)
 
     @cached_property
     def lengths(self) -> dict[str, float]:
-        """Lengths of the links and place of the guided point in the coupler, by name; see `kinematics.link_lengths`.
-        What is `ROUNDING` of the longest is 0."""
+        """Link lengths and coordinates of the guided point in the coupler, by name [length, deg].
+
+        See `kinematics.link_lengths`.
+        """
         from ..kinematics.link_lengths import link_lengths
 
         pivots = np.asarray(self.pivots, float)
@@ -128,7 +151,7 @@ class PlacedGuide:
 
     @property
     def circuits(self) -> list[Circuit]:
-        """All circuits; that of the given position first."""
+        """All circuits, that of the given position first."""
         found = circuits(self.linkage)
         axis = np.degrees(np.angle(found.closure.arm))
         stuck, joined = found.is_immobile, found.is_joined
@@ -154,44 +177,47 @@ class PlacedGuide:
 
     @property
     def is_immobile(self) -> bool:
-        """Whether the chain just closes, in one position only."""
+        """Whether the chain closes in one position only."""
         return bool(circuits(self.linkage).is_immobile.any())
 
     @property
     def dead_points(self) -> dict[str, list[float]]:
-        """Angles of each crank from the x axis at which it is at a dead point, where it cannot drive [deg, 0 to
-        360), on all circuits."""
+        """Dead points of each crank: angles from the x axis, 0 to 360 [deg]."""
         return _stops(self.linkage, dead=True)
 
     @property
     def change_points(self) -> dict[str, list[float]]:
-        """Angles of each crank from the x axis at which all pivots lie on one line, and the linkage may change its
-        branch [deg, 0 to 360)."""
+        """Change points of each crank: angles from the x axis, 0 to 360 [deg]."""
         return _stops(self.linkage, dead=False)
 
     def motion(
         self, samples: int = SAMPLES, *, points: Mapping[str, Any] | None = None, driver: int | None = None
     ) -> GuideMotion:
-        """Return the motion over the whole circuit of the given position, beginning and ending there; from infinity to
-        infinity where the coupler leads there.
+        """Compute the motion over the whole circuit, from the given position back to it.
+
+        An open circuit runs from infinity to infinity.
 
         Parameters
         ----------
         samples : int
-            Positions, 2 at least.  They are even in the phase, of a crank that turns fully in its angle, but crowd
-            where something runs more than four times as far from one to the next as it does on average.  So no point
-            runs farther from one to the next than 8/(samples - 1) of its whole way, no link turns farther than that
-            part of its whole turn; than (4 + k)/(samples - 1) where k points and links move.
+            Number of positions, 2 to 1,000,000.  They are uniform in the phase (for a crank that
+            turns fully: in its angle), but denser where a point moves more than four times its
+            average step. So no point moves more than 8/(samples - 1) of its path between two
+            positions, and no link turns more than this fraction of its rotation; (4 + k)/(samples -
+            1) for k points and links.
         points : mapping of str to (x, y), optional
-            Further coupler points by name, where they are in the given position.
+            Further coupler points by name, in the given position [length].
         driver : int, optional
-            Number of the crank that drives, 1 or 2; 0: the coupler.  If not given that which leads, see `circuits`.
+            Number of the driving crank, 1 or 2; 0: the coupler.  Default: the lead of the circuit.
+
+        Returns
+        -------
+        GuideMotion
 
         Raises
         ------
         InvalidRequest
-            If a point is no pair of numbers, there is no such crank, samples are fewer than 2 or more than a
-            million, or the chain cannot move.
+            If a point, the driver or the number of samples is invalid, or the chain cannot move.
         """
         found = circuits(self.linkage)[:1]
         if found.is_immobile.any():
@@ -202,65 +228,91 @@ class PlacedGuide:
     def run(
         self,
         *,
-        whole: bool = False,  # noqa: ARG002  # what has no stroke always runs over its circuit
+        whole: bool = False,  # noqa: ARG002  # a guide without a stroke always covers its circuit
         points: Mapping[str, Any] | None = None,
     ) -> Run:
-        """Return the run that a drawing shows: over the stroke, or where there is none, or the `whole` is asked for,
-        over the circuit; of one that leads to infinity the part that is near.
+        """Return the range of motion to draw: the stroke if there is one, else the circuit.
+
+        Parameters
+        ----------
+        whole : bool
+            Cover the circuit also of a guide with a stroke; of an open circuit its nearby part.
+        points : mapping of str to (x, y), optional
+            Further coupler points by name, in the given position [length].
 
         Raises
         ------
         InvalidRequest
-            As of `motion`.
+            As `motion`.
         """
         return Run.whole(self, circuits(self.linkage)[:1], points).near()
 
     def drawn_motion(
         self, samples: int, *, whole: bool = False, points: Mapping[str, Any] | None = None
     ) -> tuple[GuideMotion, bool]:
-        """Return the motion over the `run` at even rows, see `motion`, and whether it ends where it began.
+        """Compute the motion over the `run`, and whether it is closed.
+
+        Parameters
+        ----------
+        samples : int
+            Number of positions; see `motion`.
+        whole : bool
+            Cover the circuit also of a guide with a stroke.
+        points : mapping of str to (x, y), optional
+            Further coupler points by name, in the given position [length].
+
+        Returns
+        -------
+        GuideMotion, bool
 
         Raises
         ------
         InvalidRequest
-            As of `motion`.
+            As `motion`.
         """
         run = self.run(whole=whole, points=points)
         return run.motion(run.rows(sampled(samples)), getattr(self, "driver", None)), run.closed
 
     def plot(
-        self, file: str | Path | None = None, *, ax: Axes | None = None, moving: bool = False,
-        unit: str | None = None, scale: str | None = None,
-    ) -> Any:  # fmt: skip
-        """Draw the linkage in mid-stroke with ghosts at the ends, its path and the deviation; or let it move.
+        self,
+        file: str | Path | None = None,
+        *,
+        ax: Axes | None = None,
+        moving: bool = False,
+        unit: str | None = None,
+        scale: str | None = None,
+    ) -> Any:
+        """Draw the linkage at mid-stroke with ghosts at the ends, its path and the deviation.
 
-        What has no stroke is drawn in the position given, with the path over its circuit.
+        Or animate it.
+
+        A guide without a stroke is drawn in the given position, with the path over its circuit.
 
         Parameters
         ----------
         file : path, optional
-            PNG, SVG, PDF or GIF by its suffix; a GIF moves.  The same guide gives the same file.
+            PNG, SVG, PDF or animated GIF by suffix.  The file depends on the guide alone.
         ax : matplotlib.axes.Axes, optional
-            Axes into which the linkage and its path are drawn instead, to one scale in both directions.
+            Draw linkage and path into these axes instead, to one scale in both directions.
         moving : bool
-            Whether an SVG moves: it needs no script and no matplotlib, and has check boxes for pole, inflection circle,
-            cubics, centrodes, velocity.
+            Animate an SVG, without script or matplotlib, with check boxes for pole, inflection
+            circle, cubics, centrodes, velocity.
         unit : str, optional
-            To which the guide is converted, as in `export`; where none is known a moving SVG takes its lengths as
-            millimetres and says so, a still names none.
+            Unit to convert to, as in `export`.  An animated SVG of unknown unit is in millimetres,
+            with a note; a still names no unit.
         scale : str, optional
-            Of a moving SVG in true millimetres, as ``1:2``; the largest usual one that fits a sheet if not given.
+            Scale of an animated SVG in true millimetres, such as ``1:2``; default: the largest
+            standard scale that fits a sheet.
 
         Returns
         -------
         matplotlib.figure.Figure or None
-            Of its own: pyplot does not know it, and no display is needed.  None for what moves.
+            Independent of pyplot and of a display; None for an animation.
 
         Raises
         ------
         InvalidRequest
-            If the suffix is none of these, the folder does not exist or cannot be written, there is no such unit or
-            scale, or the linkage does not lead its guided point over the whole stroke.
+            If suffix, folder, unit or scale is invalid, or the linkage does not cover the stroke.
         MissingExtra
             Without matplotlib: ``pip install "mechanism-catalogue[plot]"``.
         """
@@ -269,7 +321,7 @@ class PlacedGuide:
         return draw(self, file, ax=ax, moving=moving, unit=unit, scale=scale, code=self.code)
 
     def _repr_html_(self) -> str | None:
-        """What a notebook shows: the guide moves."""
+        """Return the animated guide for a notebook."""
         from ..draw.cards import guide_html
 
         with suppress(InvalidRequest):
@@ -277,7 +329,7 @@ class PlacedGuide:
         return None
 
     def _repr_svg_(self) -> str | None:
-        """The same for what shows no HTML."""
+        """Return the animated guide for viewers without HTML."""
         from ..draw import moving_svg
 
         with suppress(InvalidRequest):
@@ -285,7 +337,7 @@ class PlacedGuide:
         return None
 
     def _repr_png_(self) -> bytes | None:
-        """A still for what shows neither; None without matplotlib."""
+        """Return a still for viewers without SVG; None without matplotlib."""
         from ..draw.cards import guide_png
 
         with suppress(InvalidRequest):
@@ -293,15 +345,16 @@ class PlacedGuide:
         return None
 
     def plot_curves(self, file: str | Path | None = None, *, unit: str | None = None) -> Figure:
-        """Draw deviation, speed of the guided point, transmission angle and mechanical advantage over the drive; of a
-        dwell the angle of the rocker too.
+        """Plot deviation, speed, transmission angle and mechanical advantage over the drive.
+
+        Of a dwell also the angle of the rocker.
 
         Parameters
         ----------
         file : path, optional
-            PNG, SVG or PDF by its suffix.
+            PNG, SVG or PDF by suffix.
         unit : str, optional
-            To which the guide is converted, as in `plot`.
+            Unit to convert to, as in `plot`.
 
         Returns
         -------
@@ -310,34 +363,37 @@ class PlacedGuide:
         Raises
         ------
         InvalidRequest, MissingExtra
-            As of `plot`.
+            As `plot`.
         """
         from ..draw.curves import draw_curves
 
         return draw_curves(self, file, unit=unit)
 
     def sheet(self, file: str | Path, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> None:
-        """Write a data sheet of one page: the drawing to a stated scale, lengths and pivots with tolerances from the
-        allowance, limits, curves over the drive, theory and provenance.
+        """Write a one-page data sheet for the workshop.
+
+        It has a drawing to scale, lengths and pivots with tolerances from the allowance, limits,
+        curves over the drive, theory and provenance.
 
         Parameters
         ----------
         file : path
-            PDF or HTML by its suffix; in HTML the guide moves, and no matplotlib is needed.
+            PDF or HTML by suffix; HTML is animated and needs no matplotlib.
         paper : str
             ``a4`` or ``letter``.
         unit : str, optional
-            To which the guide is converted, as in `export`; where none is known, lengths are taken as millimetres, and
-            the sheet says so.
+            Unit to convert to, as in `export`; an unknown unit is taken as millimetres, with a
+            note.
         scale : str, optional
-            Of the drawing in true millimetres, as ``1:2``; the largest usual one that fits if not given.
+            Scale of the drawing in true millimetres, such as ``1:2``; default: the largest standard
+            scale that fits.
 
         Raises
         ------
         InvalidRequest
-            If there is no such paper, unit or scale, or as of `plot`.
+            If paper, unit or scale is invalid; see also `plot`.
         MissingExtra
-            For a PDF, as of `plot`.
+            For a PDF without matplotlib.
         """
         from ..draw.datasheet_file import sheet
 
@@ -345,15 +401,23 @@ class PlacedGuide:
 
     @property
     def code(self) -> str:
-        """Letters and digits that tell this guide from all others; by them it is picked up again once it has been
-        remembered, see `Results.remember`."""
+        """Code of this guide, by which `catalogue.recall` restores it once stored.
+
+        See `Results.remember`.
+        """
         from .answers import record, text_of
         from .codes import code_of
 
         return code_of(text_of(record(self)))
 
     def measure(self, **asked: Any) -> Measured:
-        """Return where the guided point runs straightest, or nearest to a circle; see `catalogue.measure`."""
+        """Find the straightest, or most circular, stretches of the guided point.
+
+        Parameters
+        ----------
+        **asked
+            Arguments of `catalogue.measure`.
+        """
         from .measure import measure
 
         return measure(self, **asked)
@@ -370,38 +434,44 @@ class PlacedGuide:
         columns: Sequence[str] = (),
         over: str | None = None,
     ) -> str | bytes:
-        """Return the guide for CAD or another program, and write it to a file if one is named, in place of one there.
+        """Export the guide for CAD or other programs, to a file if one is named.
 
         Parameters
         ----------
         file : path, optional
-            Its suffix names the format, if that is not given: ``.dxf``, ``.json``, ``.csv``, ``.xlsx``, ``.parquet``,
+            Its suffix selects the format: ``.dxf``, ``.json``, ``.csv``, ``.xlsx``, ``.parquet``,
             ``.txt`` (solidworks), ``.FCMacro`` (freecad), ``.step``, ``.py`` (pylinkage).
         format : str, optional
-            ``dxf``: linkage, path, dimensions and parts to cut.  ``json``: all that is known, which the commands read.
-            ``csv``, ``xlsx``, ``parquet``: the motion as a table.  ``solidworks``, ``fusion``: parameters by name.
-            ``step``: the parts as solids.  ``freecad``, ``pylinkage``: scripts.
+            ``dxf``: linkage, path, dimensions and parts to cut.  ``json``: all data, for the
+            commands. ``csv``, ``xlsx``, ``parquet``: the motion table.  ``solidworks``, ``fusion``:
+            named parameters.  ``step``: the parts as solids.  ``freecad``, ``pylinkage``: scripts.
         unit : str, optional
-            To which the guide is converted: mm, cm, m, in or ft; of a guide without a unit, that of its lengths.  If
-            not given that of the guide.  Where neither has one, ``dxf``, ``step``, ``freecad``, ``solidworks`` and
-            ``fusion`` take its lengths as millimetres and say so; the others name no unit.
+            Unit to convert to: mm, cm, m, in or ft; default: that of the guide.  An unknown unit is
+            taken as millimetres, with a note, by ``dxf``, ``step``, ``freecad``, ``solidworks`` and
+            ``fusion``; the other formats name none.
         bar_width, hole : float, optional
-            Width of the bars, diameter of the holes [that unit].
-        positions, columns, over
-            Rows of the table of the motion; its columns by the beginnings of their headings; ``stroke`` or ``circuit``.
+            Width of the bars and diameter of the holes [length].
+        positions : int
+            Rows of the motion table.
+        columns : sequence of str
+            Columns of the motion table, by the start of their headings; all if empty.
+        over : str, optional
+            Range of the motion: ``stroke`` or ``circuit``; default: the stroke, if there is one.
 
         Returns
         -------
         str or bytes
-            What was written; a workbook and Parquet are bytes.
+            Content of the file; bytes for a workbook and Parquet.
 
         Raises
         ------
         InvalidRequest
-            If the format is not known, the file cannot be written, holes meet, or the guide cannot be given so:
-            pylinkage moves four-bars and slider-cranks, away from change points.
+            If the format is unknown, the file cannot be written, holes overlap, or the format
+            cannot represent the guide: pylinkage moves four-bars and slider-cranks, away from
+            change points.
         MissingExtra
-            Without what the format needs: ``pip install "mechanism-catalogue[cad]"``, ``[parquet]`` or ``[step]``.
+            Without a needed package: ``pip install "mechanism-catalogue[cad]"``, ``[parquet]`` or
+            ``[step]``.
         """
         from ..export import export
 
@@ -409,14 +479,22 @@ class PlacedGuide:
         return export(self, file, format, unit=unit, **how)
 
     def improve(self, request: Request, **how: Any) -> Improvement:
-        """Return the guide as it is, refined, and beside the best of a catalogue; see `catalogue.improve`."""
+        """Optimise the guide from where it is, and compare it with the best of a catalogue.
+
+        Parameters
+        ----------
+        request : StraightLine or CircularArc
+            Stroke and tolerance.
+        **how
+            Further arguments of `catalogue.improve`.
+        """
         from .improve import improve
 
         return improve(self, request, **how)
 
 
 def _stops(linkage: Linkage, *, dead: bool) -> dict[str, list[float]]:
-    """Return by crank the angles from the x axis at which it is dead, or at a change point [deg]."""
+    """Compute the dead points, or change points, of each crank [deg]."""
     from ..kinematics.closure import Closure
 
     told = {}

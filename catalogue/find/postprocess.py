@@ -1,4 +1,4 @@
-"""What is made of candidates that were found: cognates, and ones of round lengths."""
+"""Derive candidates from those found: cognates, and linkages of round lengths."""
 
 from __future__ import annotations
 
@@ -23,13 +23,15 @@ from ..kinematics.types import Complexes, Indices
 from ..problem.problem import Problem
 from ..refine.sqp import Refinement
 
-#: Stretches of a rounded linkage that are tried, so that one inside the constraints is among them.
+#: Stretches to try per rounded linkage: the second best may meet the constraints.
 STRETCHES = 2
 
 
 def with_cognates(problem: Problem, found: CandidateBatch, *, refine: bool) -> CandidateBatch:
-    """Return candidates followed by the cognates of those that follow the path, four-bars and slider-cranks: these lead
-    the same path with other pivots, and are refined, if wanted, where they break a constraint."""
+    """Append the cognates of four-bars and slider-cranks.
+
+    Optionally refine those that violate a constraint.
+    """
     followed = found[np.flatnonzero(found.deviation <= problem.deviation)]
     linkage, which, number = cognates(followed.linkage, followed.point)
     if not len(linkage):
@@ -45,14 +47,14 @@ def with_round_lengths(problem: Problem, found: CandidateBatch, step: float) -> 
     """Round the lengths of candidates to multiples of a step [strokes], and place each anew.
 
     Rounding moves the stretch over which a point runs straightest.  Each rounded linkage is placed
-    where it stood and on the best stretches of its circuit; the feasible placement of least deviation
-    is kept.  Linkages without round lengths nearby are left out.
+    where it stood and on the best stretches of its circuit; the feasible placement of least
+    deviation is kept.  Linkages without round lengths nearby are left out.
     """
     linkage, point, made = rounded(found.linkage, found.point, step)
     origin, pole = take(found.origin, made), found.pole[made]
     row = np.arange(len(point))
     placed = _laid_unscaled(problem, origin, coupler_curve(linkage, point, pole=pole))
-    # at a change point the branch is known in this position alone
+    # at a change point the branch is known only in this position
     movable = np.flatnonzero(conditioning(linkage).max(0) >= CHANGE)
     if len(movable) and not problem.constraints.returns:
         curve, of = _best_stretches(problem, linkage[movable], point[movable])

@@ -1,8 +1,8 @@
-"""Answer a request for which pivots are given: closed-form guides of every series, refined where they stand.
+"""Answer a request with prescribed pivots: closed-form guides of every series, refined in place.
 
-The guided point is posed at many places of the path; each series gives the linkages that guide it there, and more are
-completed numerically.  They are traced in place, the straightest are refined with the given pivots held, and what comes
-of them is checked and ranked.
+The design position is posed at many points of the path.  Each series solves for the linkages that
+guide the point there, and more are completed numerically.  They are traced in place; the
+straightest are refined with the prescribed pivots held, then checked and ranked.
 """
 
 from __future__ import annotations
@@ -34,32 +34,39 @@ from ..series.series import Series
 from .find import Selection
 from .grid_synthesis import completed
 
-#: Places of the path, from start to end, at which the point is posed when the fixed pivots are given.
+#: Design positions along the path for prescribed fixed pivots [strokes]: every fiftieth, without
+#: the ends.
 PLACES = np.linspace(0.04, 0.96, 47)
-#: Pairs of pivots tried within a tolerance, per unit of effort.
+#: Pairs of pivots sampled within their tolerance, per unit of effort.
 PAIRS = 24
-#: Guides that are refined per unit of effort; rounds for straightness and for what is ranked, as starts may be far off.
-REFINED, ROUNDS = 60, 12
-#: Which coordinates are held: of A1, A1*, A2, A2*, and of the point, which in mid-stroke may move across only.
+#: Guides to refine per unit of effort.
+REFINED = 60
+#: Rounds of refinement for the deviation, and again for the ranking: starts may be far from an
+#: optimum.
+ROUNDS = 12
+#: Held coordinates of A1, A1*, A2, A2* and the point, which at mid-stroke may move across the path
+#: only.
 HELD = {
     "fixed": np.array([1, 1, 0, 0, 1, 1, 0, 0, 0, 0], bool),
     "moving": np.array([0, 0, 1, 1, 0, 0, 1, 1, 1, 0], bool),
     "crank": np.array([1, 1, 1, 1, 0, 0, 0, 0, 1, 0], bool),
 }
-#: No pivot stands farther from the middle of the path, in strokes: its rounding would move the path by 1e-12 of that.
+#: Largest distance of a pivot from the middle of the path [strokes]: its rounding moves the path by
+#: 1e-12.
 FARTHEST = 1e4
-#: Nor so many times as far as the stroke is long, and the given pivots are off.
+#: Largest distance of a pivot over the stroke and the distance of the prescribed pivots.
 FARTHER = 100.0
-#: Part of the terms of a path below which one is rounding; of what a series gives: how far, in parts of the radius, the
-#: circle may be from the one asked, or in rad the tangent.
-ROUNDED, ASTRAY = 1e-7, 1e-4
-#: Designs whose pivots and points differ by less than this part of the stroke are one.
+#: Relative size of a term of the path below which it is rounding.
+ROUNDED = 1e-7
+#: Largest error of a closed-form solution: of its circle [radii], of its tangent [rad].
+ASTRAY = 1e-4
+#: Difference of pivots and points below which two designs are one [strokes].
 SAME = 1e-3
 
 
 @dataclass(frozen=True)
 class Built:
-    """Guides in the position in which their series gives them, with what is known of them."""
+    """Closed-form guides in their design positions, with their origin."""
 
     linkage: Linkage
     point: Complexes
@@ -71,7 +78,7 @@ class Built:
 
 
 def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, report: SearchReport) -> Selection | None:
-    """Return guides with the prescribed pivots, best first, or None if there is none."""
+    """Find guides with prescribed pivots, best first; None if there is none."""
     wanted = problem.constraints
     assert wanted.given is not None
     with report.timed("solve in closed form"):
@@ -109,7 +116,7 @@ def with_prescribed_pivots(series: Mapping[str, Series], problem: Problem, repor
 
 
 def posed(problem: Problem) -> Posed:
-    """Return the problems that a request with prescribed pivots poses."""
+    """Pose the closed-form problems of a request with prescribed pivots."""
     wanted = problem.constraints
     kind, pivots = wanted.given, np.array([complex(*p) for p in wanted.places])
     assert kind is not None
@@ -140,7 +147,10 @@ def _nominal(problem: Problem) -> Nominal:
 
 
 def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) -> Built:
-    """Return all linkages that the series give and that guide the point, of the families that are wanted."""
+    """Solve the problems by all series, for the permitted families.
+
+    Keep linkages that guide the point.
+    """
     found = [Built(Linkage.trusted(np.zeros((0, 2, 2, 3))), np.zeros(0, complex), np.zeros(0, str), np.zeros(0, bool))]
     exact = (problems.pivots == problems.pivots[:1]).all(1)
     for one in series:
@@ -161,8 +171,7 @@ def solved(series: Iterable[Series], problems: Posed, constraints: Constraints) 
 
 
 def _guides(linkage: Linkage, problems: Posed, of: Indices) -> Mask:
-    """Return which linkages guide the point of their problem along its nominal to third order; where the equations of a
-    series are singular, what it gives is rounding."""
+    """Tell which linkages guide the point to third order; others are rounding."""
     point, centre, across = problems.point[of], problems.centre[of], problems.axis[of]
     circle = problems.path == "circle"
     law = leading_error(linkage, point, circle=circle, tolerance=ROUNDED)
@@ -173,7 +182,7 @@ def _guides(linkage: Linkage, problems: Posed, of: Indices) -> Mask:
 
 
 def _completed(problems: Posed, nominal: Nominal) -> Built:
-    """Return linkages for the given pivots that no series has; they count as general ones."""
+    """Complete prescribed pivots numerically, to linkages of the general series."""
     pairs = problems.pivots[:: len(PLACES)] if problems.given == "fixed" else problems.pivots
     pivots, of = completed(problems.given, pairs, nominal)
     linkage, good = Linkage.valid(pivots)
@@ -183,21 +192,21 @@ def _completed(problems: Posed, nominal: Nominal) -> Built:
 
 
 def _near(linkage: Linkage, constraints: Constraints) -> Mask:
-    """Return which linkages have no pivot much farther off than those that are given, shape (n,)."""
+    """Tell which linkages have all pivots at distances like those prescribed, shape (n,)."""
     given = max(abs(complex(*p) - 0.5) for p in constraints.places)
     off = np.where(linkage.finite, np.abs(linkage.points - 0.5), 0.0)
     return np.asarray((off <= min(FARTHER * max(given, 1.0), FARTHEST)).all(axis=(1, 2)))
 
 
 def _seeds(built: Built, order: Indices, count: int) -> Indices:
-    """Return the first `count` of an order that are unlike each other, of the pivots themselves and of those near."""
+    """Select the first `count` distinct designs of an order."""
     exact = built.exact[order]
     some = [group[distinct(built[group], count)] for group in (order[exact], order[~exact])]
     return np.concatenate(some)
 
 
 def distinct(built: Built | CandidateBatch, count: int) -> Indices:
-    """Return the numbers of the first `count` designs that are unlike those before them."""
+    """Return the indices of the first `count` distinct designs."""
     z = np.concatenate([built.linkage.points.reshape(-1, 4), built.point[:, None]], axis=1)
     kept: list[int] = []
     for i in range(len(z)):
@@ -209,14 +218,18 @@ def distinct(built: Built | CandidateBatch, count: int) -> Indices:
 
 
 def _refined(ancestors: Built, problem: Problem, nominal: Nominal, report: SearchReport) -> CandidateBatch:
-    """Return the refined guides in mid-stroke: first as straight as they become, then for what is ranked."""
+    """Refine guides at mid-stroke: first for the deviation, then for the ranking."""
     law = leading_error(ancestors.linkage, ancestors.point, circle=problem.curved, tolerance=ROUNDED)
     n = len(law.order)
     configuration = Instant(ancestors.linkage).configuration.astype(object)
     origin = Origin(
-        np.full(n, -1), ancestors.linkage.family.astype(object), ancestors.series.astype(object), configuration,
-        law.order, np.zeros(n, int),
-    )  # fmt: skip
+        np.full(n, -1),
+        ancestors.linkage.family.astype(object),
+        ancestors.series.astype(object),
+        configuration,
+        law.order,
+        np.zeros(n, int),
+    )
     assert problem.constraints.given is not None
     start = near_path(problem, origin, coupler_curve(ancestors.linkage, ancestors.point), nominal)
     moves = PivotCoordinates(HELD[problem.constraints.given])

@@ -1,4 +1,4 @@
-"""The answers to a request together, and how they are made of a batch."""
+"""Lists of answers, and their construction from a batch of candidates."""
 
 from __future__ import annotations
 
@@ -37,22 +37,26 @@ if TYPE_CHECKING:
 
 
 class Printable(Protocol):
-    """What is printed as a row of a table."""
+    """An answer that can be printed as a row of a table."""
 
     def to_dict(self) -> dict[str, Any]: ...
 
 
 T = TypeVar("T", bound=Printable)
 
-#: Answers that are shown of results.
+#: Number of answers in the repr: a screen.
 SHOWN = 12
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Results(Sequence[T]):
-    """Answers of one kind, best first; `explanation` is told as its text, made when it is asked for.
+    """A sequence of answers of one kind, best first; subclasses define the printed `columns`.
 
-    The classes made of this one say as what `columns` a candidate is printed.
+    Attributes
+    ----------
+    candidates : list
+    explanation : object
+        Its text explains the result; computed when printed.
     """
 
     candidates: list[T]
@@ -67,7 +71,7 @@ class Results(Sequence[T]):
         return "\n".join([f"<{type(self).__name__} of {len(self)}>", *rows, *more])
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: cards that move, a table behind; of no answers why there are none."""
+        """Return animated cards and a table for a notebook; for an empty result its explanation."""
         from ..draw.cards import cards_html
         from ..markup import element
 
@@ -91,22 +95,25 @@ class Results(Sequence[T]):
 
     @property
     def columns(self) -> list[str]:
-        """Names of what each candidate is printed as."""
+        """Names of the printed fields."""
         raise NotImplementedError
 
     def to_pandas(self) -> pd.DataFrame:
-        """Return one row per candidate."""
+        """Convert to a data frame, one row per candidate."""
         import pandas as pd
 
         return pd.DataFrame([c.to_dict() for c in self.candidates], columns=self.columns)
 
     def to_json(self) -> str:
-        """Return a JSON list of the candidates."""
+        """Convert to a JSON list of candidates."""
         return json.dumps([c.to_dict() for c in self.candidates], indent=1, allow_nan=False)
 
     def remember(self) -> list[str]:
-        """Keep the candidates, and return a short code of each by which `catalogue.recall` finds it again, in another
-        process too.
+        """Store the candidates and return their codes, for `catalogue.recall` and all commands.
+
+        Returns
+        -------
+        list of str
 
         Raises
         ------
@@ -118,28 +125,40 @@ class Results(Sequence[T]):
         return remember(self.candidates)
 
     def save(self, file: str | Path) -> None:
-        """Write the candidates to a JSON file, which `catalogue.load` reads on any machine.
+        """Write the candidates to a JSON file, for `catalogue.load` on any machine.
+
+        Parameters
+        ----------
+        file : path
 
         Raises
         ------
         InvalidRequest
-            If it cannot be written.
+            If the file cannot be written.
         """
         from .answers import save
 
         save(self.candidates, file)
 
     def explain(self) -> str:
-        """Say how the answer came about: what was looked at, how much of it broke which constraint, how long it took.
+        """Explain the result: candidates examined, constraints violated, times.
 
-        For an empty answer: what to relax, and how far.
+        For an empty result: which constraints to relax, to which values.
         """
         return str(self.explanation)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Found(Results[Candidate]):
-    """The answer to a request: candidates, best first."""
+    """Answers to a request, best first.
+
+    Examples
+    --------
+    >>> from catalogue import StraightLine
+    >>> found = cat.find(StraightLine(stroke=150, deviation=0.5), limit=3)
+    >>> len(found), list(found.to_pandas().columns[:3])
+    (3, ['id', 'family', 'series'])
+    """
 
     @property
     def columns(self) -> list[str]:
@@ -148,8 +167,17 @@ class Found(Results[Candidate]):
 
 @dataclass(frozen=True)
 class Frames(Rows):
-    """Where n guides stand in the user's unit and frame: their paths from `start` on, complex, in the direction `along`
-    [deg], and the `extent` in which their lengths are told, that is their stroke or diameter; arrays of shape (n,)."""
+    """Frames of n guides in the user's unit; arrays of shape (n,).
+
+    Attributes
+    ----------
+    start : complex ndarray
+        Start of the path [length].
+    along : ndarray
+        Direction of the path [deg].
+    extent : ndarray
+        Unit of normalised lengths: stroke or diameter [length].
+    """
 
     extent: Floats
     start: Complexes
@@ -158,13 +186,13 @@ class Frames(Rows):
 
     @classmethod
     def of(cls, request: Request, n: int) -> Frames:
-        """Return the frame of a request, n times."""
+        """Repeat the frame of a request n times."""
         place = (float(request.extent), complex(request.origin), float(request.along), complex(request.direction))
         return cls(*(np.full(n, value) for value in place))
 
 
 def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Drifts | None = None) -> list[Candidate]:
-    """Return candidates one by one in the unit and the frame of the user's request, with the drifts of refined ones."""
+    """Build candidates in the unit and frame of the request, with the drifts of refined ones."""
     found, frames = chosen.found, Frames.of(request, len(chosen.found))
     slots = problem.constraints.slots
     found, certificate, n = with_allowance(problem, found), chosen.certificate, len(found)
@@ -197,7 +225,7 @@ def candidates(problem: Problem, request: Request, chosen: Selection, drifts: Dr
 def measured_columns(
     guides: CouplerCurve | CircuitCurve, traced: Traced, measures: Measures, frames: Frames, *, slots: bool = False
 ) -> dict[str, Array]:
-    """Return what is measured of guides laid from 0 to 1, by the names of fields of `Candidate` [the user's unit]."""
+    """Collect measurements of normalised guides by fields of `Candidate` [length]."""
     s = frames.extent
     works = drive_metrics(guides, traced, measures, inverse=slots)
     machines = guides.linkage.inverted() if slots else guides.linkage
@@ -222,17 +250,37 @@ def measured_columns(
     }
 
 
-#: Fields that are whole numbers.
+#: Integer fields.
 WHOLE = ("id", "order", "fitted", "driver", "front", "cognate", "alternations", "circuit", "number")
 C = TypeVar("C", bound=Candidate)
 
 
 def listed(
-    make: type[C], linkage: Linkage, point: Complexes, pole: Complexes, frames: Frames, columns: Mapping[str, Array],
+    make: type[C],
+    linkage: Linkage,
+    point: Complexes,
+    pole: Complexes,
+    frames: Frames,
+    columns: Mapping[str, Array],
     more: Sequence[Mapping[str, Any]] | None = None,
-) -> list[C]:  # fmt: skip
-    """Return candidates one by one: linkages laid from 0 to 1 carried to where they stand, columns (n,), of whose
-    numbers those that are not finite become None, and what else there is of each."""
+) -> list[C]:
+    """Build candidates from normalised linkages and columns.
+
+    Parameters
+    ----------
+    make : type
+        Class of the candidates.
+    linkage : Linkage
+        n linkages with their paths from 0 to 1 [strokes].
+    point, pole : complex ndarray, shape (n,)
+        Guided points and poles [strokes].
+    frames : Frames
+        Frames to move them to.
+    columns : mapping of str to ndarray, shape (n,)
+        Values of fields; None replaces numbers that are not finite.
+    more : sequence of mapping, optional
+        Further fields of each candidate.
+    """
     scale = frames.extent * frames.direction
     pivots = linkage.moved(scale, frames.start).pivots
     z, poles = (scale * part + frames.start for part in (point, pole))
@@ -255,7 +303,7 @@ def listed(
 
 
 def _plain(name: str, values: Array) -> list[Any]:
-    """Return values as plain Python ones; None for numbers that are not finite."""
+    """Convert values to plain Python ones; None for numbers that are not finite."""
     if values.dtype.kind not in "fiu":
         return [str(v) if isinstance(v, str) else v for v in values.tolist()]
     kind = int if name in WHOLE else float

@@ -1,4 +1,4 @@
-"""Choose the positions of a motion that a table, a drawing or a file needs."""
+"""Choose positions of a motion for tables, drawings and files."""
 
 from __future__ import annotations
 
@@ -20,31 +20,31 @@ from .guide_motion import GuideMotion
 if TYPE_CHECKING:
     from .placed import PlacedGuide
 
-#: Least extent of a path to which its error is related [size of the linkage].
+#: Smallest extent of a path for relative errors [size of the linkage].
 LEAST = 1e-3
-#: How far what leads to infinity is drawn [size of the linkage].
+#: Distance up to which a path to infinity is drawn [size of the linkage].
 NEAR = 3.0
-#: Part of the deviation that a spline may add to it: fewer digits of it are printed.
+#: Error of a spline over the deviation: below the printed digits.
 PART = 1e-3
-#: Error of a spline by rounding [size of the linkage].
+#: Smallest error of a spline, by rounding [size of the linkage].
 ROUNDED = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
 class Run:
-    """The motion of a guide from one phase to another.
+    """The motion of a guide between two phases.
 
     Attributes
     ----------
     guide : PlacedGuide
     circuit : Circuits
-        The one of the given position.
+        Circuit of the given position.
     low, high : float
-        Phases of start and end, in this order or the other [rad].
+        Phases of start and end, in either order [rad].
     closed : bool
-        Whether it ends where it began.
+        Whether start and end coincide.
     points : mapping of str to (x, y)
-        Further coupler points, where they are in the given position.
+        Further coupler points by name, in the given position [length].
     """
 
     guide: PlacedGuide
@@ -56,9 +56,9 @@ class Run:
 
     @classmethod
     def whole(cls, guide: PlacedGuide, circuit: Circuits, points: Mapping[str, Any] | None) -> Run:
-        """Return the run round a circuit, from the given position back to it.
+        """Return the run round a circuit from the given position back to it.
 
-        One that leads to infinity runs from there to there.
+        Of an open one from end to end.
         """
         period, start = float(circuit.period[0]), float(circuit.phase[0])
         told = places("points", points)
@@ -68,47 +68,50 @@ class Run:
 
     @cached_property
     def samples(self) -> Samples:
-        """Places of the guided point, the further points and the sliding ones, then directions of the links."""
+        """Positions of the guided, further and sliding points, then directions of the links."""
         extents = 1 + len(self.points) + int((self._kinds != RR).sum()) + self._has_output
         count = self._values(np.array([self.low])).shape[1]
         scale = np.where(np.arange(count) < extents, np.nan, 1.0)
         return resolved(self._values, self.low, self.high, scale, LEAST * float(self.circuit.linkage.size[0]))
 
     def rows(self, count: int) -> Floats:
-        """Return the phases of `count` rows, see `Samples.rows`."""
+        """Return the phases of `count` rows; see `Samples.rows`."""
         return self.samples.rows(np.linspace(0, 1, count))
 
     def polyline(self, error: float = POLYLINE_ERROR) -> Floats:
-        """Return the phases of polylines that the guided and the further points follow, see `Samples.polyline`."""
+        """Return the phases of polylines along guided and further points.
+
+        See `Samples.polyline`.
+        """
         return self.samples.polyline(list(range(1 + len(self.points))), error)
 
     def spline(self) -> tuple[Floats, Floats]:
-        """Place the points of a spline that the guided point follows, see `splines.place_points`.
+        """Place the points of a spline along the guided point; see `splines.place_points`.
 
-        That of an answer keeps its deviation but for `PART` of it.
+        Along an answer its error is at most `PART` of the deviation.
         """
         scale, size = float(self.samples.scale[0]), float(self.circuit.linkage.size[0])
         deviation = getattr(self.guide, "deviation", np.inf)
         return place_points(self.samples, 0, min(SPLINE_ERROR, max(PART * deviation, ROUNDED * size) / scale))
 
     def path(self, phases: Floats) -> Complexes:
-        """Return the guided point at phases (m,)."""
+        """Compute the guided point at phases (m,)."""
         return self.places(complex(*self.guide.guided), phases)
 
     def places(self, point: complex, phases: Floats) -> Complexes:
-        """Return a coupler point, given in the given position, at phases (m,)."""
+        """Compute a coupler point, given in the given position, at phases (m,)."""
         return self.circuit.pose(phases[:, None]).point(np.array([point]))[:, 0]
 
     def motion(self, phases: Floats, driver: int | None = None) -> GuideMotion:
-        """Return the motion at phases (m,)."""
+        """Compute the motion at phases (m,)."""
         return GuideMotion.of(self.guide, self.circuit, phases[:, None], self.points, driver)
 
     def sliding(self, i: int) -> Complexes:
-        """Return the pin of slider i, or the pivot of slide i as the coupler sees it, at the samples, shape (m,)."""
+        """Return the pin of slider i, or pivot of slide i in the coupler, shape (m,)."""
         return self.samples.values[:, self._column(i)]
 
     def travel(self, i: int, along: complex) -> tuple[float, float]:
-        """Return the least and the greatest coordinate of `sliding` in a direction, to rounding [length]."""
+        """Compute the range of the coordinate of `sliding` in a direction [length]."""
 
         def ahead(s: Floats) -> Floats:
             return np.asarray((self._values(s)[:, self._column(i)] * along.conjugate()).real)
@@ -118,14 +121,14 @@ class Run:
         return lowest(ahead, at, here), -lowest(lambda s: -ahead(s), at, -here)
 
     def until(self, tangent: complex, length: float) -> float:
-        """Return a phase just beyond that at which the guided point has run a length along a tangent, or turns."""
+        """Return a phase just after the point has moved a length along a tangent."""
         ahead = ((self.samples.values[:, 0] - self.samples.values[0, 0]) * np.conj(tangent)).real
         ahead = ahead * np.sign(ahead[1])
         beyond = (ahead > length) | (np.diff(ahead, append=-np.inf) <= 0)
         return float(self.samples.at[min(int(beyond.argmax()) + 1, len(ahead) - 1)])
 
     def near(self) -> Run:
-        """Return the part of an open run, about the given position, that is within `NEAR` sizes of it."""
+        """Return the part of an open run within `NEAR` sizes of the given position."""
         if self.circuit.kind[0] != OPEN:
             return self
         home, z = complex(*self.guide.guided), self.samples.values[:, 0]
@@ -136,7 +139,7 @@ class Run:
         return replace(self, low=float(self.samples.at[first]), high=float(self.samples.at[last]))
 
     def _column(self, i: int) -> int:
-        """Return which of the values is where dyad i slides."""
+        """Return the column of the sliding point of dyad i."""
         return 1 + len(self.points) + int((self._kinds[:i] != RR).sum())
 
     @cached_property
@@ -148,14 +151,14 @@ class Run:
         return hasattr(self.guide, "joint")
 
     def _values(self, s: Floats) -> Complexes:
-        """Return places and directions at phases (m,), shape (m, k)."""
+        """Compute positions and directions at phases (m,), shape (m, k)."""
         pose, kinds, z = self.circuit.pose(s[:, None]), self._kinds, self.circuit.linkage.points[0]
         start, turn = complex(*self.guide.guided), 1 + pose.x[:, 0]
         guided = pose.point(np.array([start]))[:, 0]
         there = [guided, *(pose.point(np.array([complex(*at)]))[:, 0] for at in self.points.values())]
         links = [turn]
         for i in (0, 1):
-            if kinds[i] == RP:  # the pivot as the coupler sees it
+            if kinds[i] == RP:  # the pivot in the coupler's frame
                 there.append(start + turn.conj() * (z[i, 0] - guided))
                 continue
             pin = pose.point(z[None, i, 1])[:, 0]

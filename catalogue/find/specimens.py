@@ -1,4 +1,4 @@
-"""Find in a collection: bound and rank by what is stored, verify on the finite motion."""
+"""Search a collection: filter and rank by stored numbers, verify on the finite motion."""
 
 from __future__ import annotations
 
@@ -26,20 +26,22 @@ from ..store import SpecimenRow as Row
 from ..units import converted, factor, unit_or_none
 from .results import Results
 
-#: Specimens that are verified together, and batches of them at most.
-BATCH, BATCHES = 32, 32
-#: A best circle whose stroke over radius is off by d is off the given circle by about d/16 of the stroke, if the ends
-#: may move; more is passed on to be measured.
+#: Specimens to verify at once.
+BATCH = 32
+#: Most batches to verify.
+BATCHES = 32
+#: Deviation from a given circle per error of stroke over radius of the best circle [strokes]: about
+#: 1/16 with free ends; smaller, so that no answer is filtered out before it is measured.
 PER_SWEEP = 1 / 40
-#: Rounding of a given radius, relatively.
+#: Relative difference of two radii within rounding.
 SAME_RADIUS = 1e-9
-#: A stored deviation and that which is measured again agree to this part.
+#: Relative difference permitted between stored and measured deviation.
 SLACK = 1e-3
 
 
 @dataclass(frozen=True, eq=False)
 class CollectionResults(Results[CollectionCandidate]):
-    """The answer of a collection to a request: candidates, best first."""
+    """Answers of a collection to a request, best first."""
 
     collection: Collection = field(kw_only=True)
 
@@ -62,8 +64,10 @@ def find_in(
     refine: bool,
     drawn: Callable[[], None],
 ) -> CollectionResults:
-    """Return the best mechanisms of a collection for a request; see `catalogue.Catalogue.find_in`.  `drawn` is called
-    once it is clear that what is asked can be meant, before anything is read."""
+    """Search a collection; see `catalogue.Catalogue.find_in`.
+
+    `drawn` is called once the request is valid, before the store is read.
+    """
     limit, clock = whole("limit", limit, 1), time.perf_counter()
     criteria = ["deviation", *collection.metrics]
     if not isinstance(rank_by, str) or rank_by not in criteria:
@@ -71,9 +75,11 @@ def find_in(
     if request.is_wide:
         raise InvalidRequest("collections are searched for arcs below a half circle: ask for an angle below 160\u00b0")
     given = bounds(collection, request.stroke, {} if where is None else where)
-    named = {"family": (names("families", families), collection.families),
-             "series": (names("series", series), collection.series),
-             "special": (names("special", special), [*collection.special])}  # fmt: skip
+    named = {
+        "family": (names("families", families), collection.families),
+        "series": (names("series", series), collection.series),
+        "special": (names("special", special), [*collection.special]),
+    }
     allowed = {what: wanted for what, (wanted, _) in named.items()}
     for what, (_, held) in named.items():
         if unknown := [name for name in allowed[what] if name not in held]:
@@ -101,7 +107,7 @@ def find_in(
 
 
 def specimen(database: Database, collection: Collection, id: int, stroke: float) -> CollectionCandidate:
-    """Return a stored specimen by its id, laid along a line or an arc; see `catalogue.Catalogue.specimen`."""
+    """Read a stored specimen and place it along a path; see `catalogue.Catalogue.specimen`."""
     id, stroke = whole("id", id, 1), positive("stroke", stroke)
     of = and_(Row.collection == collection.name, Row.id == id)
     rows = database.read(select(Row.kind, Row.parameters).where(of))
@@ -115,12 +121,14 @@ def specimen(database: Database, collection: Collection, id: int, stroke: float)
 
 
 def in_unit(one: CollectionCandidate, unit: str | None) -> CollectionCandidate:
-    """Return an answer laid and measured anew in another unit; where none is known, its lengths are taken to be in it.
+    """Convert an answer to another unit and measure it again.
+
+    An unknown unit is taken to be this one.
 
     Raises
     ------
     InvalidRequest
-        If there is no such unit, or its mechanism cannot be measured.
+        If the unit is unknown, or the mechanism cannot be measured.
     """
     if unit_or_none(unit) is None or unit == one.unit:
         return one
@@ -135,19 +143,19 @@ def in_unit(one: CollectionCandidate, unit: str | None) -> CollectionCandidate:
 
 
 def _request(stroke: float, radius: float | None, unit: str | None = None) -> Request:
-    """Return the path of an answer, with a tolerance in which it lies."""
+    """Return the path of an answer as a request, with a tolerance that it meets."""
     if radius is None:
         return StraightLine(stroke, 0.1 * stroke, unit=unit)
     return CircularArc(stroke, 0.1 * stroke, radius, unit=unit)
 
 
 def check(one: CollectionCandidate) -> None:
-    """Raise `InvalidRequest` if an answer says what a measurement of its mechanism does not give."""
+    """Refuse an answer that disagrees with the measurement of its mechanism."""
     stroke, _ = positive("stroke", one.stroke), whole("id", one.id, 0)
     try:
         [found] = measured(one.collection, [one.parameters], _request(stroke, one.radius))
         again = one if found.reason else _candidate(one.collection, one.id, stroke, found)
-    except PluginError as error:  # of parameters that are none
+    except PluginError as error:  # invalid parameters
         raise InvalidRequest(str(error)) from None
     told, numbers = ({"deviation": c.deviation, **c.metrics} for c in (one, again))
     tags, known = ((c.family, c.series, c.configuration, c.special) for c in (one, again))
@@ -161,7 +169,7 @@ def check(one: CollectionCandidate) -> None:
 
 @contextmanager
 def asked(collection: Collection, what: str) -> Iterator[None]:
-    """Run a function of a collection; what is wrong with it names the collection and its file."""
+    """Run a function of a collection; its errors name the collection and its file."""
     try:
         with foreign(f"collection {collection.name}"):
             yield
@@ -170,7 +178,7 @@ def asked(collection: Collection, what: str) -> Iterator[None]:
 
 
 def measured(collection: Collection, stored: Sequence[Any], request: Request) -> list[Measured]:
-    """Return what mechanisms, given by their parameters, do on their finite motion."""
+    """Measure mechanisms, given by their parameters, on their finite motion."""
     with asked(collection, "measured"):
         found = list(collection.measure(deepcopy(stored), request))
         for one in found:
@@ -183,27 +191,37 @@ def measured(collection: Collection, stored: Sequence[Any], request: Request) ->
 def _candidate(
     collection: Collection, number: int, stroke: float, m: Measured, unit: str | None = None
 ) -> CollectionCandidate:
-    """Return the answer that a measured mechanism is."""
+    """Build the answer from a measured mechanism."""
     with asked(collection, "classified"):
         tags = collection.classify(deepcopy(m.parameters))
         for tag in (tags.family, tags.series, tags.configuration, *tags.special):
             checked_text("a tag", tag, 100)
     metrics = {name: float(m.metrics[name]) for name in collection.metrics}
     return CollectionCandidate(
-        number, collection, tags.family, tags.series, tags.configuration, tuple(tags.special), stroke,
-        float(m.deviation), m.radius, metrics, m.parameters, unit,
-    )  # fmt: skip
+        number,
+        collection,
+        tags.family,
+        tags.series,
+        tags.configuration,
+        tuple(tags.special),
+        stroke,
+        float(m.deviation),
+        m.radius,
+        metrics,
+        m.parameters,
+        unit,
+    )
 
 
 def _stored(name: str) -> ColumnElement[float]:
-    """Return the column of the deviation or of a metric."""
+    """Return the stored column of the deviation or of a metric."""
     return Row.deviation.expression if name == "deviation" else func.json_extract(Row.metrics, f"$.{name}")
 
 
 def _tests(
     collection: Collection, request: Request, given: list[Bound], allowed: dict[str, tuple[str, ...]]
 ) -> dict[str, ColumnElement[bool]]:
-    """Return what stored specimens must satisfy, by what it is called."""
+    """Return the conditions on stored specimens by name."""
     tests: dict[str, ColumnElement[bool]] = {
         f"deviation {request.deviation:g}": Row.deviation <= request.relative * (1 + SLACK)
     }
@@ -224,29 +242,29 @@ def _tests(
 
 @dataclass
 class _Search:
-    """A search, and what became of the specimens, of which its text tells."""
+    """A search with counts of its specimens; its text is the explanation."""
 
     database: Database
     collection: Collection
     request: Request
     bounds: list[Bound]
-    tests: dict[str, ColumnElement[bool]]  #: what stored specimens must satisfy, by what it is called
-    special: Sequence[str] = ()  #: one of these a specimen must be, if there are any
-    not_special: int = 0  #: specimens looked at whose exact classification is none of the special cases asked for
+    tests: dict[str, ColumnElement[bool]]  #: conditions on stored specimens by name
+    special: Sequence[str] = ()  #: permitted special cases; any if empty
+    not_special: int = 0  #: number of specimens that are none of these
     verified: int = 0
     shown: int = 0
-    moved: int = 0  #: how many of those shown were refined
-    removed: Counter[str] = field(default_factory=Counter)  #: how many of the verified failed each test
-    nearest: dict[str, float] = field(default_factory=dict)  #: the best that one of these has there
+    moved: int = 0  #: number of refined answers
+    removed: Counter[str] = field(default_factory=Counter)  #: number of measured specimens that failed each test
+    nearest: dict[str, float] = field(default_factory=dict)  #: best value among these, by test
     seconds: float = 0.0
 
     @property
     def held(self) -> ColumnElement[bool]:
-        """What is true of all specimens of the collection that guide along such a nominal."""
+        """Condition for specimens of the collection with this kind of path."""
         return and_(Row.collection == self.collection.name, Row.kind == self.request.kind)
 
     def run(self, limit: int, order: ColumnElement[float]) -> Iterator[CollectionCandidate]:
-        """Yield specimens that serve, in batches of those that come first as stored, until there are enough."""
+        """Yield answers in stored order, verified in batches, until there are enough."""
         ranked = (
             select(Row.id, Row.parameters)
             .where(self.held, *self.tests.values())
@@ -267,7 +285,7 @@ class _Search:
                 return
 
     def is_special(self, parameters: Any) -> bool:
-        """Return whether a specimen is one of the well-known cases that are asked for; count those that are not."""
+        """Tell whether a specimen is one of the requested special cases; count the others."""
         if not self.special:
             return True
         with asked(self.collection, "classified"):
@@ -276,14 +294,14 @@ class _Search:
         return good
 
     def measured(self, stored: list[Any]) -> list[Measured]:
-        """Return what a batch of specimens does on its finite motion."""
+        """Measure a batch of specimens on their finite motion."""
         found = measured(self.collection, stored, self.request) if stored else []
         self.verified += len(found)
         return found
 
     def refined(self, found: list[CollectionCandidate]) -> list[CollectionCandidate | None]:
-        """Return answers near those found that deviate less and are what was asked for too; None where none is."""
-        assert self.collection.refine is not None  # who calls has looked
+        """Refine answers within the request to a smaller deviation; None where none is found."""
+        assert self.collection.refine is not None  # checked by the caller
         with asked(self.collection, "refined"):
             moved = list(self.collection.refine([deepcopy(c.parameters) for c in found], self.request))
             if len(moved) != len(found):
@@ -298,7 +316,10 @@ class _Search:
         return out
 
     def serves(self, one: Measured) -> bool:
-        """Return whether a measured specimen is an answer; if not, count it with the first test that it fails."""
+        """Tell whether a measured specimen is an answer.
+
+        Count the others by the first failed test.
+        """
         failed, near = self._failed(one)
         if failed is None:
             return True
@@ -308,7 +329,7 @@ class _Search:
         return False
 
     def _failed(self, one: Measured) -> tuple[str | None, float | None]:
-        """Return the first test that a measured specimen fails, and how near it comes to it."""
+        """Return the first test that a measured specimen fails, and its value there."""
         failed, near = None, None
         if one.reason:
             failed = one.reason
@@ -321,18 +342,18 @@ class _Search:
         return failed, near
 
     def on_radius(self, radius: float | None) -> bool:
-        """Return whether a deviation is from an arc of exactly the radius that is asked for, if one is."""
+        """Tell whether a deviation was measured from an arc of the requested radius, if any."""
         wanted = self.request.radius
         if self.request.kind == "line" or wanted is None:
             return True
         return radius is not None and abs(radius - wanted) <= SAME_RADIUS * wanted
 
     def candidate(self, number: int, m: Measured) -> CollectionCandidate:
-        """Return the answer that a stored specimen is."""
+        """Build the answer from a measured specimen."""
         return _candidate(self.collection, number, float(self.request.stroke), m, self.request.unit)
 
     def __str__(self) -> str:
-        """Return what each bound excludes, what was verified, and for an empty answer the nearest miss."""
+        """Explain the search: specimens excluded by each bound, verified, and the closest miss."""
         columns: list[Any] = [func.count().label("all")]
         for i, name in enumerate(self.tests):
             others = and_(true(), *(t for n, t in self.tests.items() if n != name))
@@ -352,7 +373,10 @@ class _Search:
         return "\n".join([*lines, f"in {1000 * self.seconds:.0f} ms"])
 
     def _advice(self, held: int, useful: dict[str, int]) -> str:
-        """Say what to relax; `useful` are tests without which something is left, with how many each excludes."""
+        """Advise which bound to relax.
+
+        `useful` counts the specimens that each decisive test excludes.
+        """
         name = self.collection.name
         if self.verified:
             [(worst, failed)] = self.removed.most_common(1)

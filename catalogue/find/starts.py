@@ -1,4 +1,4 @@
-"""Placed guides as starts of a search: what was an answer once is none that gets lost."""
+"""Placed guides, such as earlier answers, as starts of a search."""
 
 from __future__ import annotations
 
@@ -18,13 +18,12 @@ from .candidate import Candidate
 
 
 def start_batch(problem: Problem, guides: Iterable[Candidate]) -> CandidateBatch:
-    """Return guides that are of the sorts asked for, and run over the stroke, as candidates.
+    """Convert guides of the requested kinds that cover the stroke to candidates.
 
     Raises
     ------
     InvalidRequest
-        If one is no guide with a path, or pivots are given, which leave nothing to start from, or slots or returning
-        points are asked for.
+        If one has no path, or the request prescribes pivots, slots or returning points.
     """
     every = listed(guides)
     if every is None:
@@ -39,15 +38,17 @@ def start_batch(problem: Problem, guides: Iterable[Candidate]) -> CandidateBatch
 
 
 def _sort_of(one: Candidate, wanted: Constraints) -> bool:
-    """Return whether a guide is of a sort that is asked for."""
+    """Tell whether a guide is of a requested kind."""
     named = ((one.family, wanted.families), (one.series, wanted.series), (one.configuration, wanted.configurations))
     slides = wanted.pins_only and one.family in SLIDING
     return all(not names or name in names for name, names in named) and not slides and (one.order or 2) >= wanted.order
 
 
 def laid_guides(problem: Problem, guides: Sequence[Candidate], series: str = "") -> CandidateBatch:
-    """Return guides laid along the path from 0 to 1, measured over exactly that; as of a `series`, if one
-    is said, instead of where they come from."""
+    """Place guides along the path from 0 to 1 and measure them.
+
+    `series` replaces their own if given.
+    """
     home = [one.at_home() for one in guides]
     stroke = np.array([one.extent if problem.is_wide else one.stroke for one in home], float)
     linkage = Linkage([one.pivots for one in home] or np.zeros((0, 2, 2, 3))).moved(1 / stroke)

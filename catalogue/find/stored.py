@@ -1,4 +1,4 @@
-"""One stored guide as it stands in the database; a named one as published, beside the best of its series."""
+"""Read a stored guide, or a named one as published with the best of its series."""
 
 from __future__ import annotations
 
@@ -31,61 +31,75 @@ from .results import candidates
 if TYPE_CHECKING:
     from ..api import Catalogue
 
-#: A deviation below this part of the stroke is rounding: nothing can be straighter.
+#: Deviation below which a guide is exact [strokes]: rounding.
 ROUNDING_DEVIATION = 1e-14
-#: By which part, and by which part of the stroke, what is measured of a guide may differ from what is stored.
-AGREE, ROUNDING = 0.05, 1e-11
+#: Relative difference permitted between measured and stored numbers: the grids differ.
+AGREE = 0.05
+#: Absolute difference permitted between measured and stored lengths [strokes].
+ROUNDING = 1e-11
 SHOWN = ("level", "stroke", "deviation", "sweep", "size", "max_link", "max_ground", "max_arm", "min_transmission")
 
 
 @dataclass(frozen=True, eq=False)
 class StoredGuide:
-    """A guide in its canonical frame: pole at the origin, rho0 = 1 (parallel cranks: height of crank 1)."""
+    """A guide in its canonical frame: pole at the origin, rho0 or height of crank 1 = 1."""
 
     id: int
-    name: str | None  #: of a named design
+    name: str | None  #: name of a named design
     family: str
     series: str
     member: str
     configuration: str
     kind: str
     label: str
-    order: int  #: of contact; 99 if exact
-    inflections: int  #: merged at the design position, as many as the split guide has; of a design over its stroke
-    parameters: dict[str, float]  #: free ones of the member
-    linkage: Linkage  #: one; of a slot the inverse one, in whose motion the fixed point of the slot is the guided point
-    point: complex  #: guided
-    curvature: float  #: of the nominal, positive to the left of the tangent; 0 for a line
-    rho0: float | None  #: this and the next three are None if the pole is at infinity
+    order: int  #: order of contact; 99 if exact
+    inflections: int  #: coincident inflections at the design position; of a design: inflections over its stroke
+    parameters: dict[str, float]  #: free parameters of the member
+    linkage: Linkage  #: one linkage; of a slot its inversion, which guides the fixed point of the slot
+    point: complex  #: guided point
+    curvature: float  #: curvature of the nominal, positive to the left of the tangent; 0 of a line
+    rho0: float | None  #: with the next three None if the pole is at infinity
     kappa: float | None
     kappa_star: float | None
     s: float | None
-    provenance: dict[str, Any]  #: plugin, version, plan, seed and block; empty for a design entered by hand
-    #: By level: stroke (canonical units), deviation, size, links and arm over stroke, transmission angle [deg].
+    provenance: dict[str, Any]  #: plugin, version, plan, seed and block; empty for a named design
+    #: By level: stroke (canonical), deviation, size, links and arm over stroke, transmission angle
+    #: [deg].
     reaches: dict[str, Array]
     rows: dict[int, dict[str, Array]] = field(repr=False)
 
     @property
     def is_slot(self) -> bool:
-        """Whether the coupler carries a slot over a fixed point, not a point along a path."""
+        """Whether a slot in the coupler is guided over a fixed point."""
         return self.kind in SLOTS.values()
 
     @property
     def returns(self) -> bool:
-        """Whether the point runs to the pole and back along one line or circle."""
+        """Whether the point travels to the pole and back along one line or circle."""
         return self.kind in RETURNS.values()
 
     def at(self, stroke: float, level: int | None = None, *, unit: str | None = None) -> Candidate:
-        """Return the guide laid along a path of this stroke (an arc of that chord), split for the reach of a level: the
-        decimal exponent of the relative deviation, the middle one of those that are stored if not given; lengths in
-        the unit that is named.
+        """Place the guide along a path, with its point offset for the reach of a level.
+
+        Parameters
+        ----------
+        stroke : float
+            Stroke, or chord of an arc [length].
+        level : int, optional
+            Decimal exponent of deviation over stroke; default: the middle one of the stored levels.
+        unit : str, optional
+            Unit of the lengths.
+
+        Returns
+        -------
+        Candidate
 
         Raises
         ------
         InvalidRequest
             If the guide has no reach of that level.
         DatabaseError
-            If its deviation or size is another than is stored.
+            If its measured deviation or size differs from the stored one.
         """
         levels = sorted(self.rows)
         if level is None:
@@ -113,13 +127,13 @@ class StoredGuide:
 
 
 def laid(request: Request, place: Callable[[Problem], CandidateBatch]) -> Candidate:
-    """Return the one guide that `place` lays along the path of a request."""
+    """Return the guide that `place` places along the path of a request."""
     problem = Problem.of(request, Constraints(), Ranking())
     return candidates(problem, request, Selection(place(problem), np.zeros(1, int)))[0]
 
 
 def stored(database: Database, name: int | str) -> StoredGuide:
-    """Return the guide with an id, or the first guide of a named design; see `Catalogue.guide`."""
+    """Read a guide by its id, or the first guide of a named design; see `Catalogue.guide`."""
     database.check()
     if not isinstance(name, str | int) or isinstance(name, bool):
         raise InvalidRequest(f"a guide has a number or a name, not {quoted(name)}")
@@ -127,12 +141,23 @@ def stored(database: Database, name: int | str) -> StoredGuide:
         test = Guide.id == min(max(int(name), 0), LARGEST)
     except ValueError:
         test = Mechanism.name == name
-    # a design entered by hand is of no batch
+    # a named design belongs to no batch
     extra = (
-        Reach.min_transmission, Guide.curvature, Guide.inflections, Mechanism.name, Mechanism.parameters,
-        Mechanism.rho0, Mechanism.kappa, Mechanism.kappa_star, Mechanism.s, Batch.plugin, Batch.plugin_version,
-        Batch.plan, func.coalesce(Batch.seed, 0).label("seed"), func.coalesce(Batch.number, 0).label("number"),
-    )  # fmt: skip
+        Reach.min_transmission,
+        Guide.curvature,
+        Guide.inflections,
+        Mechanism.name,
+        Mechanism.parameters,
+        Mechanism.rho0,
+        Mechanism.kappa,
+        Mechanism.kappa_star,
+        Mechanism.s,
+        Batch.plugin,
+        Batch.plugin_version,
+        Batch.plan,
+        func.coalesce(Batch.seed, 0).label("seed"),
+        func.coalesce(Batch.number, 0).label("number"),
+    )
     every = joined(*COLUMNS, *extra).outerjoin(Batch, Batch.id == Mechanism.batch_id)
     found = database.read(every.where(test).order_by(Guide.id, Reach.level))
     if not len(found["id"]):
@@ -160,7 +185,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
 
 
 def _instead(database: Database, name: str) -> str:
-    """Say what to ask for instead of a name that the database does not hold."""
+    """Suggest a name instead of one missing in the database."""
     if name in named_guides():
         return "`catalogue build` adds the named guides"
     held = [str(n) for n in database.read(select(Mechanism.name).where(Mechanism.batch_id.is_(None)))["name"] if n]
@@ -171,8 +196,7 @@ def _instead(database: Database, name: str) -> str:
 
 
 def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0, *, unit: str | None = None) -> Candidate:
-    """Return a design, of which the database holds `guide`, over its usual stroke, the guided point not split, laid
-    from (0, 0) to (stroke, 0) in a unit."""
+    """Place a named design as published over its usual stroke, from (0, 0) to (stroke, 0)."""
     stroke = positive("stroke", stroke)
     tags = (guide.id, guide.family, guide.series, guide.configuration, guide.order, 0)
     traced = design.traced
@@ -184,16 +208,23 @@ def as_published(design: NamedGuide, guide: StoredGuide, stroke: float = 1.0, *,
 
 
 def best_of_series(catalogue: Catalogue, published: Candidate) -> Candidate | None:
-    """Return the straightest guide held of the series of a design, as long and no larger; None if there is none.
+    """Return the straightest guide held of the series of a design, as long and no larger.
 
-    It is as it was stored, or made to measure: nothing is refined, which takes seconds.  An exact design is compared
-    with nothing.
+    None if there is none.
+
+    It is as it was stored, or made to measure: nothing is refined, which takes seconds.  An exact
+    design is compared with nothing.
     """
     if published.deviation <= ROUNDING_DEVIATION * published.stroke:
         return None
     size = published.size * (1 + 1e-9)
     found = catalogue.find(
-        published.request, series=[published.series], max_size=size, rank_by="deviation", limit=1, per_series=0,
+        published.request,
+        series=[published.series],
+        max_size=size,
+        rank_by="deviation",
+        limit=1,
+        per_series=0,
         refine=False,
-    )  # fmt: skip
+    )
     return found[0] if found and found[0].deviation < published.deviation else None

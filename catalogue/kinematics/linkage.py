@@ -64,6 +64,13 @@ class Linkage:
     InvalidLinkage
         NaN or infinite numbers, lengths beyond 1e-152 ... 1e152, a wrong shape, a dyad with both pivots at infinity, a
         link of length zero, coincident fixed or coincident moving pivots (at infinity: parallel directions).
+
+    Examples
+    --------
+    >>> from catalogue import Linkage
+    >>> slider_crank = Linkage([[[0, 0, 1], [1, 0, 1]], [[0, 1, 0], [3, 0, 1]]])
+    >>> str(slider_crank.family[0]), len(slider_crank)
+    ('slider-crank', 1)
     """
 
     def __init__(self, pivots: npt.ArrayLike) -> None:
@@ -74,8 +81,13 @@ class Linkage:
 
     @classmethod
     def of(cls, given: LinkageLike) -> Linkage:
-        """Return linkages given as such, by their pivots, or by a mapping of link lengths; see
-        `catalogue.kinematics.from_lengths`."""
+        """Convert linkages, pivots or a mapping of link lengths to a `Linkage`.
+
+        Parameters
+        ----------
+        given : Linkage, array_like or mapping
+            See `catalogue.kinematics.from_lengths` for a mapping.
+        """
         if isinstance(given, Linkage):
             return given
         if isinstance(given, Mapping):
@@ -86,14 +98,29 @@ class Linkage:
 
     @classmethod
     def valid(cls, pivots: Floats) -> tuple[Linkage, Mask]:
-        """Return the linkages among `pivots` (n, 2, 2, 3) that are valid, and the mask (n,) that says which."""
+        """Select the valid linkages among some pivots.
+
+        Parameters
+        ----------
+        pivots : ndarray, shape (n, 2, 2, 3)
+
+        Returns
+        -------
+        Linkage, ndarray of bool, shape (n,)
+            The valid linkages, and the mask of them.
+        """
         mask = faults(pivots) == ""
         return cls.trusted(_normalised(pivots[mask])), mask
 
     @classmethod
     def trusted(cls, pivots: Floats) -> Linkage:
-        """Return linkages of pivots (n, 2, 2, 3) that are valid already: w is 0 or 1, directions are unit vectors.
-        Nothing is checked; the array is not copied, and is frozen."""
+        """Make linkages of valid pivots without checks or copies; the array is frozen.
+
+        Parameters
+        ----------
+        pivots : ndarray, shape (n, 2, 2, 3)
+            w is 0 or 1, directions are unit vectors.
+        """
         made = cls.__new__(cls)
         made.pivots = pivots
         made.pivots.setflags(write=False)
@@ -114,7 +141,7 @@ class Linkage:
         return f"<Linkage: {names or 'empty'}>"
 
     def _repr_html_(self) -> str:
-        """What a notebook shows: the pivots as a table."""
+        """Return the pivots as a table for a notebook."""
         from ..html_table import MOST, html_table
 
         def place(x: float, y: float, w: float) -> str:
@@ -166,12 +193,17 @@ class Linkage:
         return np.asarray(np.nanmax(np.abs(z[:, :, None] - z[:, None, :]), axis=(1, 2)))
 
     def inverted(self) -> Linkage:
-        """Return the kinematic inversions: fixed and moving plane exchanged, in the same reference position."""
+        """Return the kinematic inversions: fixed and moving plane exchanged."""
         return self.trusted(np.ascontiguousarray(self.pivots[:, :, ::-1]))
 
     def moved(self, scale: npt.ArrayLike = 1.0, shift: npt.ArrayLike = 0.0, mirror: npt.ArrayLike = False) -> Linkage:
-        """Return the linkages carried by the similarity z -> scale z + shift (mirror: z -> scale conj(z) + shift), each
-        of them of shape () or (n,); ``abs(scale)`` is the magnification, its angle the rotation.
+        """Transform the linkages by z -> scale z + shift; mirrored: z -> scale conj(z) + shift.
+
+        Parameters
+        ----------
+        scale, shift : complex array_like, shape () or (n,)
+            ``abs(scale)`` is the magnification, its angle the rotation; the shift is a length.
+        mirror : bool array_like, shape () or (n,)
 
         Raises
         ------

@@ -219,7 +219,15 @@ class Constraints:
 
     @classmethod
     def of(cls, given: Mapping[str, Any], options: Iterable[str] = ()) -> Constraints:
-        """Build constraints from keywords; suggest the closest name for an unknown one."""
+        """Build constraints from keywords; suggest the closest name for an unknown one.
+
+        Parameters
+        ----------
+        given : mapping of str to object
+            Values of fields by name.
+        options : iterable of str
+            Further names to suggest.
+        """
         known = [field.name for field in fields(cls)]
         if wrong := [name for name in given if name not in known]:
             from difflib import get_close_matches
@@ -245,8 +253,14 @@ class Constraints:
     def carried(self, scale: complex, shift: complex) -> Constraints:
         """Transform the constraints by z -> scale z + shift, into strokes.
 
-        Bounds are rounded to 12 digits and regions to 12 decimals: results do not depend on the
-        unit.
+        Bounds are rounded to 12 digits and regions to 12 decimals: results do not depend on the unit.
+
+        Parameters
+        ----------
+        scale : complex
+            Its magnitude is 1 over the stroke [1/length].
+        shift : complex
+            Displacement [strokes].
         """
         lengths = {name: getattr(self, name) for name in (*LENGTHS, "within", "play")}
         to: dict[str, Any] = {name: digits(value * abs(scale)) for name, value in lengths.items() if value}
@@ -264,7 +278,15 @@ class Constraints:
         return [*(region for name in REGIONS if (region := getattr(self, name)) is not None), *self.keep_out]
 
     def mirrored(self, reverse: bool, over: bool, stroke: float = 1.0) -> Constraints:
-        """Mirror regions and zones at mid-path (`reverse`) and in the line of the path (`over`)."""
+        """Mirror regions and zones of a path that starts at the origin.
+
+        Parameters
+        ----------
+        reverse, over : bool
+            Whether to mirror at mid-path, and in the line of the path.
+        stroke : float
+            Length of the path.
+        """
         image = reverse, over, stroke
         to: dict[str, Any] = {
             name: region.mirrored(*image) for name in REGIONS if (region := getattr(self, name)) is not None

@@ -99,7 +99,10 @@ class Problem:
 
     @cached_property
     def curvature(self) -> float | None:
-        """Curvature of the nominal, negative for a centre below it; 0 of a line, None of any radius."""
+        """Curvature of the nominal, negative for a centre below it.
+
+        0 of a line, None of any radius.
+        """
         radius = self.path.radius
         return None if radius is None else -1 / radius + 0.0
 

@@ -70,7 +70,7 @@ class GuidePage:
 
 
 def pick(name: str) -> tuple[Candidate | OwnGuide, NamedGuide | None]:
-    """Find a guide by the code of an answer, its number in the store, or its name.
+    """Find a guide by code, number or name.
 
     Raises
     ------
@@ -268,7 +268,10 @@ def side_by_side(pages: Sequence[GuidePage]) -> list[tuple[str, list[Row]]]:
 
 
 def best(cells: Sequence[Number | None]) -> frozenset[int]:
-    """Return the indices of the best numbers of a row; none if all look alike or none is comparable."""
+    """Return the indices of the best numbers of a row.
+
+    None if all look alike or none is comparable.
+    """
     known = {k: (cell.value, cell.text) for k, cell in enumerate(cells) if cell and cell.value is not None}
     if len({text for _, text in known.values()}) < 2:
         return frozenset()
