@@ -111,17 +111,16 @@ def test_no_arc_between_others_is_better_than_the_measured_one(family: str, angl
     for i in range(6):
         one = guide(linkage[[i]], (point[i].real, point[i].imag))
         found = measure(one, radius=1.05, angle=angle, limit=1)
-        here = along_circuits(linkage[[i]], point[[i]])
-        some = here.motion.circuits
-        tried: list[float] = []
-        for share in np.linspace(0, 1, 90, endpoint=False):
-            z = some.pose((some.phase + share * some.period)[None]).linkages(some.linkage)
-            at = some.pose((some.phase + share * some.period)[None]).point(point[[i]])[0]
-            fit = traced_about(along_circuits(z, at), np.zeros(1, complex), np.full(1, 1.05), angle).fit
-            tried.append(float(np.nan_to_num(fit.deviation[0], nan=np.inf)))
+        some = along_circuits(linkage[[i]], point[[i]]).motion.circuits
+        poses = [some.pose((some.phase + share * some.period)[None]) for share in np.linspace(0, 1, 90, endpoint=False)]
+        placed = Linkage(np.concatenate([pose.linkages(some.linkage).pivots for pose in poses]))
+        at = np.concatenate([pose.point(point[[i]])[0] for pose in poses])
+        fit = traced_about(along_circuits(placed, at), np.zeros(90, complex), np.full(90, 1.05), angle).fit
+        tried = np.nan_to_num(fit.deviation, nan=np.inf)
+        assert len(tried) == 90
         best = int(np.argmin(tried))
-        if np.isfinite([tried[best - 1], tried[best], tried[(best + 1) % len(tried)]]).all():
-            assert found[0].deviation <= min(tried) * (1 + 1e-4)
+        if np.isfinite([tried[best - 1], tried[best], tried[(best + 1) % 90]]).all():
+            assert found[0].deviation <= tried.min() * (1 + 1e-4)
             assert found[0].arc_angle == angle
 
 
