@@ -1,4 +1,4 @@
-"""Guides in a notebook: a drawing that moves, or many of them as cards before a table."""
+"""Guides in a notebook: one animated drawing, or cards and a table."""
 
 from __future__ import annotations
 
@@ -15,23 +15,40 @@ from .words import described, family
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Width of a drawing by itself and of a card [px], and how many cards there are at most.
-WIDTH, CARD, MOST = 520.0, 250.0, 6
-#: Columns of the table, by what they show, with the format of their numbers, as far as the answers have them.
+#: Width of a single drawing [px].
+WIDTH = 520.0
+#: Width of a card [px].
+CARD = 250.0
+#: Most cards: two rows of a notebook.
+MOST = 6
+#: Columns of the table with the format of their numbers.
 COLUMNS = {
-    "series": "", "family": "", "configuration": "", "order": ">", "stroke": "g", "deviation": ".3g", "radius": ".4g",
-    "arc_angle": ".4g", "angle": ".4g", "residual": ".3g", "swing": ".4g", "allowance": ".3g", "size": ".4g",
-    "min_transmission": ".0f", "score": ".0f", "unit": "",
-}  # fmt: skip
+    "series": "",
+    "family": "",
+    "configuration": "",
+    "order": ">",
+    "stroke": "g",
+    "deviation": ".3g",
+    "radius": ".4g",
+    "arc_angle": ".4g",
+    "angle": ".4g",
+    "residual": ".3g",
+    "swing": ".4g",
+    "allowance": ".3g",
+    "size": ".4g",
+    "min_transmission": ".0f",
+    "score": ".0f",
+    "unit": "",
+}
 
 
 def guide_html(guide: PlacedGuide) -> Markup:
-    """Return a guide that moves, with one line that says what it is."""
+    """Return an animated guide with one line of description."""
     return element("div", moving_svg(guide, width=WIDTH, layers=("names",)), element("p", described(guide)))
 
 
 def guide_png(guide: PlacedGuide) -> bytes | None:
-    """Return a still of a guide as PNG, for what shows no HTML; None where it cannot be drawn."""
+    """Return a still of a guide as PNG, for viewers without HTML; None if it cannot be drawn."""
     from .sheet import sheet
 
     try:
@@ -41,7 +58,7 @@ def guide_png(guide: PlacedGuide) -> bytes | None:
 
 
 def cards_html(answers: Sequence[Any], title: str) -> Markup:
-    """Return the first answers as cards that move, and all of them as a table behind."""
+    """Return the first answers as animated cards, and all as a folded table."""
     cards = [_card(k, one) for k, one in enumerate(answers[:MOST])]
     shown = element("div", *cards, style="display:flex;flex-wrap:wrap;gap:8px") if any(cards) else NOTHING
     told = f"{len(answers)} answers" if len(answers) != 1 else "1 answer"
@@ -51,7 +68,7 @@ def cards_html(answers: Sequence[Any], title: str) -> Markup:
 
 
 def _card(number: int, one: Any) -> Markup:
-    """Return one card; empty of what cannot be drawn so, as answers of collections."""
+    """Return one card; empty for answers of collections, which have no such drawing."""
     if not hasattr(one, "drawn_motion"):
         return NOTHING
     try:
@@ -67,7 +84,7 @@ def _card(number: int, one: Any) -> Markup:
             ("min_transmission", "transmission", ".0f", "°"),
         )
         if getattr(one, field, None) is not None
-    ]  # fmt: skip
+    ]
     words = element("div", element("b", said), element("br"), ", ".join(numbers), style="font-size:smaller")
     return element("div", svg, words, style=f"width:{CARD:.0f}px")
 

@@ -1,4 +1,4 @@
-"""Which linkages a plate shows: of each family and configuration the best-proportioned of a random sample."""
+"""Select the linkages of a plate: the best-proportioned sample of each family and configuration."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from ..kinematics.types import Floats
 from ..series.sampling import BLOCK, draw_at
 from ..series.series import Guided, Member, Series
 
-#: Cells of a plate; members with special conditions take those that the configurations leave.
+#: Most cells of a plate; members with special conditions take what the configurations leave.
 ROOM = 20
-#: Seed of the sample: a series has the same plate every time.
+#: Seed of the sample: a series always has the same plate.
 SEED = 0
-#: Guided points farther from the pole than this are not waited for (units of rho0).
+#: Distance from the pole beyond which a guided point does not extend the drawing [rho0].
 FAR = 3.0
 ORDER = "DVTCPXN"
 
@@ -53,14 +53,24 @@ class _Sampled:
         ]
         free = {name: float(values[i]) for name, values in self.free.items()}
         return Cell(
-            self.member.family, str(self.instant.configuration[i]), self.member.name, free, self.instant.linkage[i],
-            self.instant.curvature[i], guided,
-        )  # fmt: skip
+            self.member.family,
+            str(self.instant.configuration[i]),
+            self.member.name,
+            free,
+            self.instant.linkage[i],
+            self.instant.curvature[i],
+            guided,
+        )
 
 
 def cells(series: Series) -> list[Cell]:
-    """Return a cell for each family and configuration that a sample of the series meets, then for each member with a
-    condition of its own, as far as there is room.  `PluginError` if its formulas raise."""
+    """Sample a cell of each family and configuration of a series, then of special members.
+
+    Raises
+    ------
+    PluginError
+        If its formulas raise.
+    """
     try:
         with foreign(f"series {series.code}"):
             sampled = [one for member in series.members if len((one := _sampled(series, member)).cost)]
@@ -82,7 +92,7 @@ def cells(series: Series) -> list[Cell]:
 
 
 def _best(one: _Sampled, configuration: str | None = None) -> tuple[Cell, float]:
-    """Return the cell of the linkage with the least cost, and that cost."""
+    """Return the cell of least cost, and this cost."""
     cost = one.cost
     if configuration is not None:
         cost = np.where(one.instant.configuration == configuration, cost, np.inf)
@@ -103,7 +113,10 @@ def _sampled(series: Series, member: Member) -> _Sampled:
 
 
 def _finite(pairs: Floats) -> Floats:
-    """Scale homogeneous points to w = 1, at infinity to a unit direction; beyond 1e6 rho0 is at infinity."""
+    """Scale homogeneous points to w = 1, at infinity to a unit direction.
+
+    Beyond 1e6 rho0 is at infinity.
+    """
     length, w = np.hypot(pairs[..., 0], pairs[..., 1]), pairs[..., 2]
     far = np.abs(w) < 1e-6 * length
     scaled = pairs / np.where(far, length, w)[..., None]
@@ -112,7 +125,7 @@ def _finite(pairs: Floats) -> Floats:
 
 
 def _cost(linkage: Linkage, guided: list[Guided]) -> Floats:
-    """Return how ill each linkage would look: large, uneven, crowded, or with guided points far off or imaginary."""
+    """Score the look of each linkage: large, uneven, crowded, distant or imaginary points cost."""
     n = len(linkage)
     pivots = np.where(linkage.finite, linkage.points, np.nan).reshape(n, 4)
     pairs = np.array([g.pairs for g in guided]).reshape(len(guided), n, 2, 3)

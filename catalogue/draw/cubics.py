@@ -1,9 +1,10 @@
-"""Curves of an instant in its canonical frame: pole at the origin, rho0 = 1, inflection pole at (0, 1).
+"""Cubics of an instant in its canonical frame: rho0 = 1, inflection pole at (0, 1).
 
-On the ray phi a point of either cubic of stationary curvature has  1/r = kappa/sin(phi) + s/cos(phi), or as a
-polynomial  (x^2 + y^2)(kappa x + s y) = x y.  With s = 0 it splits into the circle r = sin(phi)/kappa and the pole
-normal, with kappa = 0 into the circle r = cos(phi)/s and the pole tangent, with both into the two axes.  Each part is
-drawn by itself: as a limit of the undivided curve it would have a gap or a spike.
+On the ray phi a point of either cubic of stationary curvature has  1/r = kappa/sin(phi) +
+s/cos(phi), or as a polynomial  (x^2 + y^2)(kappa x + s y) = x y.  With s = 0 it splits into the
+circle r = sin(phi)/kappa and the pole normal, with kappa = 0 into the circle r = cos(phi)/s and the
+pole tangent, with both into the two axes.  Each part is drawn by itself: as a limit of the
+undivided curve it would have a gap or a spike.
 
 Source: Allievi 1895, secs. 6, 17, eqs. (12), (57).
 """
@@ -14,9 +15,9 @@ import numpy as np
 
 from ..kinematics.types import Array, Complexes, Floats
 
-#: Below this, in units of rho0, kappa and s count as zero.
+#: Value of kappa and s below which they count as zero [1/rho0].
 ZERO = 1e-9
-#: Points of a circle, and of half a turn of the ray.
+#: Points of a circle, and of a half turn of the ray: two degrees apart at most.
 ROUND = 361
 
 
@@ -31,12 +32,15 @@ def line(direction: complex, reach: float) -> Array:
 
 
 def cubic(kappa: float, s: float, reach: float) -> list[Array]:
-    """Return the parts, complex, of the curve of stationary curvature; NaN farther than `reach` from the pole.
+    """Return the parts, complex, of the curve of stationary curvature.
+
+    NaN farther than `reach` from the pole.
 
     Parameters
     ----------
     kappa, s : float
-        rho0/R and rho0/S of the centring-point curve; rho0/R* and rho0/S give the circling-point curve.
+        rho0/R and rho0/S of the centring-point curve; rho0/R* and rho0/S give the circling-point
+        curve.
     """
     if not np.isfinite(kappa + s):
         return []
@@ -55,7 +59,7 @@ def cubic(kappa: float, s: float, reach: float) -> list[Array]:
 
 
 def _turns(pole: Array) -> Floats:
-    """Return angles in (0, pi), the closer together the nearer to the asymptote and to the passages of the pole."""
+    """Return angles in (0, pi), denser near the asymptote and the pole."""
     near = np.geomspace(1e-9, 0.3, 240)
     all_of_them = [np.linspace(0, np.pi, 2 * ROUND)[1:-1], near, np.pi - near]
     all_of_them += [at + side * np.append(0.0, near) for at in pole for side in (-1, 1)]

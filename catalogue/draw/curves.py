@@ -1,4 +1,4 @@
-"""What a guide does over its drive, as curves: deviation, speed, transmission angle, mechanical advantage."""
+"""Curves over the drive: deviation, speed, transmission angle, mechanical advantage."""
 
 from __future__ import annotations
 
@@ -19,25 +19,36 @@ if TYPE_CHECKING:
 
     from ..find.placed import PlacedGuide
 
-#: Positions of a curve, and sizes [inch]: width, margins to the left and right, title, a curve, the labels below.
+#: Positions of a curve: every half degree of a full turn.
 SAMPLES = 721
-WIDTH, LEFT, RIGHT, TITLE, HEIGHT, LABELS = 8.0, 0.85, 0.35, 0.75, 1.25, 0.55
-#: What is above so many times the median is cut off: an advantage grows without bounds towards a dead point.
+# Layout of the figure, all in inches.
+WIDTH = 8.0
+LEFT = 0.85
+RIGHT = 0.35
+TITLE = 0.75
+HEIGHT = 1.25
+LABELS = 0.55
+#: Largest drawn value over the median: an advantage is unbounded near a dead point.
 TALLEST = 6.0
 
 
 class Curve(NamedTuple):
     """One quantity over the drive."""
 
-    name: str  #: with its unit
+    name: str  #: name with unit
     values: Floats
     colour: str
     zero: bool  #: whether the axis begins at zero
 
 
 def curves(guide: PlacedGuide) -> tuple[str, Floats, list[Curve]]:
-    """Return what the drive is called, its angles from the start on [deg], and the curves that there are, in the unit
-    of the guide."""
+    """Compute the curves of a guide in its unit.
+
+    Returns
+    -------
+    str, ndarray, list of Curve
+        Name of the drive, its angles from the start [deg], and the curves.
+    """
     moved, _ = guide.drawn_motion(SAMPLES)
     drive = moved.drive - moved.drive[0]
     length = f" [{guide.unit}]" if guide.unit else ""
@@ -81,7 +92,7 @@ def draw_curves(guide: PlacedGuide, file: str | Path | None = None, *, unit: str
 
 
 def panel(axes: Axes, drive: Floats, curve: Curve, *, labelled: bool = True, size: float = 8.0) -> None:
-    """Draw one curve over the drive into axes of its own."""
+    """Draw one curve over the drive into its axes."""
     from matplotlib.ticker import FuncFormatter, MaxNLocator
 
     values = curve.values

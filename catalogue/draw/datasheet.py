@@ -1,4 +1,4 @@
-"""What a data sheet of a guide says: its lengths with tolerances, pivots, limits, theory and provenance."""
+"""Contents of a data sheet: lengths with tolerances, pivots, limits, theory, provenance."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ if TYPE_CHECKING:
 
 #: Width and height of papers [mm].
 PAPERS = {"a4": (210.0, 297.0), "letter": (215.9, 279.4)}
-#: Standard deviations of a tolerance to either side.
+#: Half-width of a tolerance [standard deviations]: 95 % of normal errors are within.
 SIDES = 2
-#: Share of the machines that keep the path at the allowance [per cent].
+#: Share of machines within tolerance at the allowance [%].
 SHARE = round(100 * PROBABILITY)
-#: Order of contact of a guide that is exact.
+#: Order of contact of an exact guide.
 EXACT_ORDER = 99
 
 
 @dataclass(frozen=True)
 class Table:
-    """Rows under a heading; cells after the first are set to the right."""
+    """Rows under a heading; cells after the first are right-aligned."""
 
     heading: str
     columns: tuple[str, ...]
@@ -43,7 +43,7 @@ class Table:
 
 @dataclass(frozen=True)
 class Content:
-    """All words and numbers of a data sheet."""
+    """All texts and numbers of a data sheet."""
 
     series: str
     kind: str
@@ -57,7 +57,7 @@ class Content:
 
 
 def content(guide: PlacedGuide, code: str) -> Content:
-    """Return what a sheet says of a guide, in its unit, and its code; lengths without a unit are taken as `ASSUMED`."""
+    """Collect the contents of a sheet, in the unit of the guide or in `ASSUMED`."""
     unit = guide.unit or ASSUMED
     configuration = getattr(guide, "configuration", "")
     return Content(
@@ -74,34 +74,34 @@ def content(guide: PlacedGuide, code: str) -> Content:
 
 
 def paper_of(name: str) -> tuple[float, float]:
-    """Return width and height of a paper [mm]; `InvalidRequest` if there is none such."""
+    """Return width and height of a paper [mm]; refuse unknown papers."""
     if not isinstance(name, str) or name.lower() not in PAPERS:
-        raise InvalidRequest(f"there is no paper {quoted(name)}; there are {', '.join(PAPERS)}")
+        raise InvalidRequest(f"unknown paper {quoted(name)}; choose from {', '.join(PAPERS)}")
     return PAPERS[name.lower()]
 
 
 def _tolerance(guide: PlacedGuide, share: float) -> str:
-    """Return the tolerance that the allowance gives something whose scatter is so many times that of a coordinate."""
+    """Format the tolerance of a length that scatters `share` times as much as a coordinate."""
     allowance = getattr(guide, "allowance", None)
     return "–" if allowance is None or allowance <= 0 else f"±{_two(SIDES * share * allowance)}"
 
 
 def _two(value: float) -> str:
-    """Return two digits of a number, rounded down: a tolerance must not be wider than what is allowed."""
+    """Format a number with two digits, rounded down: a tolerance must not exceed the allowance."""
     power = math.floor(math.log10(value)) - 1
     told = math.floor(value / 10.0**power * (1 + 1e-12)) * 10.0**power
     return f"{told:.{max(0, -power)}f}"
 
 
 def _lengths(guide: PlacedGuide, unit: str) -> Table:
-    apart = math.sqrt(2)  # the scatter of a distance of two pivots, each coordinate of which scatters by 1
+    apart = math.sqrt(2)  # standard deviation of the distance of two pivots over that of a coordinate
     digits, tolerance = _digits(guide, unit), _tolerance(guide, apart)
     rows: list[tuple[str, ...]] = [(name, fixed(value, digits), tolerance) for name, value in guide.lengths.items()]
     return Table("Lengths", ("", unit, "tolerance"), rows, _note(guide, unit))
 
 
 def _digits(guide: PlacedGuide, unit: str) -> int:
-    """Return the decimals to which lengths are written: to a thousandth of a millimetre, of small guides finer."""
+    """Return the decimals of lengths: a thousandth of a millimetre, finer for small guides."""
     size = max(abs(value) for value in guide.lengths.values())
     return max(decimals(unit), 4 - math.floor(math.log10(size)) - 1)
 
@@ -109,14 +109,14 @@ def _digits(guide: PlacedGuide, unit: str) -> int:
 def _note(guide: PlacedGuide, unit: str) -> str:
     allowance = getattr(guide, "allowance", None)
     if allowance is None:
-        return "tolerances: none is known, as no deviation was asked for"
+        return "tolerances: unknown, as no deviation was requested"
     if allowance <= 0:
-        return "tolerances: none is left, the deviation asked for is used up"
-    told = f"each coordinate of each pivot scattering by {_two(allowance)} {unit}"
-    keep = f"the allowance: {SHARE} % of machines keep the path"
+        return "tolerances: none left, the guide uses up the requested deviation"
+    told = f"standard deviation of pivot position {_two(allowance)} {unit} in x and y"
+    keep = f"the allowance: {SHARE} % of machines within the deviation"
     if (share := getattr(guide, "kept_share", None)) is not None:
-        keep += f"; of a thousand drawn {100 * share:.1f} %"
-    return f"tolerances: {SIDES} standard deviations, {told} ({keep})"
+        keep += f"; {100 * share:.1f} % of 1000 simulated"
+    return f"tolerances: ±{SIDES} standard deviations; {told} ({keep})"
 
 
 def _pivots(guide: PlacedGuide, unit: str) -> Table:
@@ -131,37 +131,42 @@ def _pivots(guide: PlacedGuide, unit: str) -> Table:
             if w:
                 rows.append(place(f"A{'₁₂'[i]}{star}", (x, y), each))
             else:
-                what = "line of slider" if kinds[i] == PR else "line of slide"
+                what = "rail of slider" if kinds[i] == PR else "slot of slide"
                 rows.append((f"{what} {i + 1}", f"{math.degrees(math.atan2(x, -y)) % 180:.4f}°", "", ""))
     rows.append(place("guided point", guide.guided))
     if hasattr(guide, "joint"):
         rows.append(place("joint of the rod", guide.joint))
         rows.append(place("pivot of the rocker", getattr(guide, "pivot", ())))
-    where = "mid-stroke" if hasattr(guide, "stroke") else "the position given"
-    return Table(f"Pivots in {where}", ("", f"x [{unit}]", f"y [{unit}]", "tolerance"), rows)
+    where = "at mid-stroke" if hasattr(guide, "stroke") else "in the given position"
+    return Table(f"Pivots {where}", ("", f"x [{unit}]", f"y [{unit}]", "tolerance"), rows)
 
 
 def _limits(guide: PlacedGuide, unit: str) -> list[tuple[str, ...]]:
-    """Return what bounds the guide's use, as far as it was measured."""
+    """List the measured limits of the guide."""
 
     def known(name: str) -> Any:
         return getattr(guide, name, None)
 
     rows: list[tuple[str, ...]] = []
     for name, said in (
-        ("size", "size, path included"), ("min_link", "shortest link"), ("max_link", "longest link"),
-        ("max_arm", "arm of the guided point"), ("travel", "longest travel of a slide"),
-        ("lift", "lift of the way back"),
-    ):  # fmt: skip
+        ("size", "size, path included"),
+        ("min_link", "shortest link"),
+        ("max_link", "longest link"),
+        ("max_arm", "arm of the guided point"),
+        ("travel", "slider travel"),
+        ("lift", "lift on the return"),
+    ):
         if known(name) is not None:
             rows.append((said, length(known(name), unit)))
     for name, said in (
-        ("min_transmission", "least transmission angle"), ("min_transmission_turn", "the same over a turn"),
-        ("drive_angle", "angle of the drive"), ("rotation", "turn of the coupler"),
-    ):  # fmt: skip
+        ("min_transmission", "min. transmission angle"),
+        ("min_transmission_turn", "over a full turn"),
+        ("drive_angle", "rotation of the drive"),
+        ("rotation", "rotation of the coupler"),
+    ):
         if known(name) is not None:
             rows.append((said, f"{known(name):.1f}°"))
-    for name, said in (("advantage", "least mechanical advantage"), ("uniformity", "least over greatest speed")):
+    for name, said in (("advantage", "min. mechanical advantage"), ("uniformity", "min. over max. speed")):
         if known(name) is not None:
             rows.append((said, f"{known(name):.3g}"))
     turning = known("rotates")
@@ -171,16 +176,17 @@ def _limits(guide: PlacedGuide, unit: str) -> list[tuple[str, ...]]:
 
 
 def _stops(guide: PlacedGuide) -> str:
-    """Return in one line the dead points, from which no crank can drive."""
+    """List the dead points of the cranks in one line."""
     told = [
         f"{crank} at {', '.join(f'{angle:.1f}' for angle in angles)}°"
-        for crank, angles in guide.dead_points.items() if angles
-    ]  # fmt: skip
+        for crank, angles in guide.dead_points.items()
+        if angles
+    ]
     return f"dead points: {'; '.join(told)} from the x axis" if told else "no crank has a dead point"
 
 
 def _theory(guide: PlacedGuide, unit: str) -> list[str]:
-    """Return the theory of the position given in three lines."""
+    """Describe the curvature in the given position in three lines."""
     found = curvature(guide.linkage)
     if found.state[0] != REGULAR or not np.isfinite(found.rho0[0]):
         lines = ["The pole of that position is at infinity: the coupler translates.", ""]
@@ -195,15 +201,15 @@ def _theory(guide: PlacedGuide, unit: str) -> list[str]:
         ]
     series, order = getattr(guide, "series", ""), getattr(guide, "order", None)
     if order is None or series in ("", "own"):
-        lines.append("A linkage of one's own: no series was its start.")
+        lines.append("The user's own linkage, refined from no series.")
     else:
         touch = "exactly" if order >= EXACT_ORDER else f"with contact of order {order}"
-        lines.append(f"Its ancestor in series {series} guides the point {touch} in its design position.")
+        lines.append(f"Refined from series {series}, which guides the point {touch} in its design position.")
     return [line for line in lines if line]
 
 
 def _ratio(value: float) -> str:
-    """Return a number to four digits, rounding as nothing."""
+    """Format a number with four digits, rounding errors as 0."""
     return f"{0.0 if abs(value) < 1e-9 else value:.4g}".replace("-", "−")
 
 

@@ -1,4 +1,4 @@
-"""The data sheet of a guide as a file, PDF or HTML by its suffix."""
+"""Write the data sheet of a guide as PDF or HTML."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .units import Scale
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: What a sheet is written to.
+#: Formats of a sheet.
 KINDS = ("pdf", "html")
 
 

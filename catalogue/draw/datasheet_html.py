@@ -1,4 +1,4 @@
-"""A data sheet as one page of HTML: the guide moves on the screen, and stands to a stated scale on paper."""
+"""A data sheet as a page of HTML: animated on the screen, to scale on paper."""
 
 from __future__ import annotations
 
@@ -22,8 +22,12 @@ from .words import described
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Margin of the paper, room for the drawing beside and above it, and size of a point of its symbols [mm].
-MARGIN, BELOW, POINT = 14.0, 182.0, 0.36
+#: Margin of the paper [mm].
+MARGIN = 14.0
+#: Height of all below the drawing [mm].
+BELOW = 182.0
+#: Size of a point of the symbols [mm].
+POINT = 0.36
 #: Width and height of a curve [mm].
 CURVE = (86.0, 20.0)
 
@@ -70,23 +74,38 @@ footer { border-top: 0.25mm solid var(--guide-faint); margin-top: 2mm; padding-t
 
 
 def sheet_html(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> Markup:
-    """Return the data sheet of a guide as a page that loads nothing; see `catalogue.Candidate.sheet`."""
+    """Return the data sheet of a guide as a self-contained page.
+
+    See `catalogue.Candidate.sheet`.
+    """
     wide, high = paper_of(paper)
     told = content(here := guide.in_unit(unit), guide.code)
     svg = _drawn(here, scale, wide - 2 * MARGIN, high - BELOW)
     name, drive, shown = curves(here)
     return fill(
-        _PAGE, title=described(here, told.code), light=properties(LIGHT), dark=properties(DARK), wide=number(wide),
-        high=number(high), margin=number(MARGIN), series=told.series, kind=told.kind, code=told.code,
-        facts="   ·   ".join(told.facts), drawing=svg, tables=_tables(told),
-        note=told.lengths.note, stops=told.limits.note,
+        _PAGE,
+        title=described(here, told.code),
+        light=properties(LIGHT),
+        dark=properties(DARK),
+        wide=number(wide),
+        high=number(high),
+        margin=number(MARGIN),
+        series=told.series,
+        kind=told.kind,
+        code=told.code,
+        facts="   ·   ".join(told.facts),
+        drawing=svg,
+        tables=_tables(told),
+        note=told.lengths.note,
+        stops=told.limits.note,
         curves=join(_curve(name, drive, one) for one in shown[:4]),
-        theory=join(element("p", line) for line in told.theory), provenance=told.provenance,
-    )  # fmt: skip
+        theory=join(element("p", line) for line in told.theory),
+        provenance=told.provenance,
+    )
 
 
 def _drawn(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> Markup:
-    """Return the moving drawing in true millimetres with a scale bar."""
+    """Return the animated drawing in true millimetres with a scale bar."""
     unit = guide.unit or ASSUMED
     shown, per = poses(guide), millimetres(unit)
     room = high - 7
@@ -98,9 +117,18 @@ def _drawn(guide: PlacedGuide, scale: str | None, wide: float, high: float) -> M
     bar += text(f"{length(step, unit)}   ·   scale {to}", complex(end + 1.5, y), "word")
     clock = Clock(5.0, shown.closed, shown.middle, time=shown.time)
     return drawing(
-        guide, shown, frame, clock, ("names",), (), described(guide), "sheet-", inside=bar,
-        width=f"{number(wide)}mm", height=f"{number(high)}mm",
-    )  # fmt: skip
+        guide,
+        shown,
+        frame,
+        clock,
+        ("names",),
+        (),
+        described(guide),
+        "sheet-",
+        inside=bar,
+        width=f"{number(wide)}mm",
+        height=f"{number(high)}mm",
+    )
 
 
 def _tables(told: Content) -> Markup:
@@ -114,7 +142,7 @@ def _table(table: Table) -> Markup:
 
 
 def _curve(name: str, drive: Floats, curve: Curve) -> Markup:
-    """Return one curve over the drive, with its least and greatest values at its axis."""
+    """Return one curve over the drive, with its range at the axis."""
     wide, high = CURVE
     left, top, bottom = 12.0, 4.5, high - 5.0
     values = curve.values
@@ -142,6 +170,10 @@ def _curve(name: str, drive: Floats, curve: Curve) -> Markup:
         text(f"angle of {name} from the start", complex(0.5 * (left + wide), bottom + 3), "", text_anchor="middle")
     )
     return element(
-        "svg", *parts, xmlns="http://www.w3.org/2000/svg", viewBox=f"0 0 {number(wide)} {number(high)}",
-        role="img", aria_label=curve.name,
-    )  # fmt: skip
+        "svg",
+        *parts,
+        xmlns="http://www.w3.org/2000/svg",
+        viewBox=f"0 0 {number(wide)} {number(high)}",
+        role="img",
+        aria_label=curve.name,
+    )

@@ -1,4 +1,4 @@
-"""A data sheet as one page of PDF, the drawing to a stated scale in true millimetres."""
+"""A data sheet as a page of PDF, the drawing to scale in true millimetres."""
 
 from __future__ import annotations
 
@@ -23,15 +23,28 @@ if TYPE_CHECKING:
 
     from ..find.placed import PlacedGuide
 
-#: All in millimetres: margin, foot of the title, what stands below the drawing, a line of a table, the border within
-#: the drawing, the curves and the gaps between them.
-MARGIN, TITLE, BELOW, LINE, BORDER = 14.0, 31.0, 158.0, 4.1, 9.0
-CURVES, GAP = 20.0, 12.5
+# Layout of the page, all in millimetres.
+MARGIN = 14.0
+#: Foot of the title.
+TITLE = 31.0
+#: Height of all below the drawing.
+BELOW = 158.0
+#: Height of a line of a table.
+LINE = 4.1
+#: Margin within the drawing.
+BORDER = 9.0
+#: Height of a curve.
+CURVES = 20.0
+#: Gap between two curves.
+GAP = 12.5
 INCH = 25.4
 
 
 def sheet_figure(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = None, scale: str | None = None) -> Figure:
-    """Return the data sheet of a guide as a figure of the size of the paper; see `catalogue.Candidate.sheet`."""
+    """Return the data sheet of a guide as a figure of the size of the paper.
+
+    See `catalogue.Candidate.sheet`.
+    """
     width, height = paper_of(paper)
     told = content(here := guide.in_unit(unit), guide.code)
     figure = blank(width / INCH, height / INCH)
@@ -47,7 +60,7 @@ def sheet_figure(guide: PlacedGuide, *, paper: str = "a4", unit: str | None = No
 
 
 class _Page:
-    """A page with places in millimetres from its upper left corner."""
+    """A page with positions in millimetres from its upper left corner."""
 
     def __init__(self, figure: Figure, width: float, height: float) -> None:
         self.figure, self.width, self.height = figure, width, height
@@ -77,7 +90,7 @@ def _head(page: _Page, told: Content) -> None:
 
 
 def _drawing(page: _Page, guide: PlacedGuide, scale: str | None, top: float, deep: float) -> None:
-    """Draw the guide to a scale, with the dimension of its stroke, and a scale bar below."""
+    """Draw the guide to scale, with the dimension of its stroke and a scale bar."""
     candidate, unit = stroked(guide), guide.unit or ASSUMED
     shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
     x0, y0, x1, y1 = shown.box
@@ -106,7 +119,7 @@ def _drawing(page: _Page, guide: PlacedGuide, scale: str | None, top: float, dee
 
 
 def _dimension(pen: Pen, shown: Scene, words: str) -> None:
-    """Draw the dimension line of the stroke, on the side of the path where the fixed pivots are not."""
+    """Draw the dimension line of the stroke, opposite the fixed pivots."""
     start, end = shown.path[0], shown.path[-1]
     along = (end - start) / abs(end - start)
     up = 1j * along
@@ -124,9 +137,20 @@ def _dimension(pen: Pen, shown: Scene, words: str) -> None:
     angle = (np.degrees(np.angle(along)) + 90) % 180 - 90
     at = 0.5 * (a + b)
     pen.axes.text(
-        at.real, at.imag, words, rotation=angle, rotation_mode="anchor", ha="center", va="center", family=SANS,
-        size=7.5, color=INK, gid="stroke", bbox={"facecolor": PAPER, "edgecolor": "none", "pad": 1.2}, zorder=13,
-    )  # fmt: skip
+        at.real,
+        at.imag,
+        words,
+        rotation=angle,
+        rotation_mode="anchor",
+        ha="center",
+        va="center",
+        family=SANS,
+        size=7.5,
+        color=INK,
+        gid="stroke",
+        bbox={"facecolor": PAPER, "edgecolor": "none", "pad": 1.2},
+        zorder=13,
+    )
 
 
 def _tables(page: _Page, told: Content, top: float) -> None:

@@ -1,4 +1,4 @@
-"""The arc with arrow heads that marks the driving crank, in stills and in moving pictures."""
+"""The arc with arrow heads at the driving crank, in stills and animations."""
 
 from __future__ import annotations
 

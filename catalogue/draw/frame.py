@@ -1,4 +1,4 @@
-"""Where a moving drawing stands on paper, and how much room its symbols take."""
+"""Place an animated drawing on paper, with room for its symbols."""
 
 from __future__ import annotations
 
@@ -13,22 +13,28 @@ from .drive_marks import RADIUS
 from .poses import Poses
 from .symbols import BLOCK, LINK
 
-#: Least and greatest height over width of a drawing whose height is not given.
-FLAT, TALL = 0.3, 1.0
-#: Height of a bearing, half its foot and the distance of its hatching [points].
-BEARING, FOOT, HATCHING = 14.0, 13.0, 5.0
+#: Smallest height over width of a drawing.
+FLAT = 0.3
+#: Largest height over width of a drawing, if its height is not given.
+TALL = 1.0
+#: Height of a bearing [points].
+BEARING = 14.0
+#: Half the width of its foot [points].
+FOOT = 13.0
+#: Distance of its hatching lines [points].
+HATCHING = 5.0
 
 
 @dataclass(frozen=True)
 class Frame:
-    """Where things of the plane stand on paper.
+    """The map from the plane to paper.
 
     Attributes
     ----------
     scale : float
         Units of paper per unit of length.
     corner : complex
-        Place in the plane of the paper's upper left corner.
+        Position of the paper's upper left corner in the plane.
     point : float
         Size of a point of the symbols [units of paper].
     width, height : float
@@ -42,15 +48,15 @@ class Frame:
     height: float
 
     def at(self, z: Any) -> Any:
-        """Return where a place in the plane, or an array of such, is on paper."""
+        """Map positions, one or an array, to paper."""
         return np.conj((np.asarray(z) - self.corner) * self.scale)
 
     def along(self, z: Any) -> Any:
-        """Return what a direction or a difference of places is on paper."""
+        """Map directions, or differences of positions, to paper."""
         return np.conj(np.asarray(z) * self.scale)
 
     def near(self, z: Array, times: float = 1.0) -> Array:
-        """Return which places are on paper, or within so many widths of it."""
+        """Tell which positions are within some widths of the paper."""
         at = self.at(z)
         x, y = times * self.width, times * self.height
         with np.errstate(invalid="ignore"):
@@ -60,7 +66,7 @@ class Frame:
 
     @classmethod
     def around(cls, shown: Poses, width: float, height: float | None, point: float) -> Frame:
-        """Return the frame in which everything is as large as a width, and a height if it is given, allow."""
+        """Return the frame of the largest scale that fits a width, and a height if given."""
         scale = largest_scale(shown, width, TALL * width if height is None else height, point)
         if height is None:
             height = max(FLAT * width, size_at(shown, scale, point).imag)
@@ -68,26 +74,26 @@ class Frame:
 
     @classmethod
     def centred(cls, shown: Poses, scale: float, point: float, width: float, height: float, centre: complex) -> Frame:
-        """Return the frame in which everything, drawn to a scale, stands about a place of the paper."""
+        """Return the frame of a scale, centred at a position of the paper."""
         (left, right), (below, above) = _ends(shown, scale, point)
         middle = complex(0.5 * (left + right), 0.5 * (below + above))
         return cls(scale, (middle - centre.conjugate()) / scale, point, width, height)
 
 
 def largest_scale(shown: Poses, width: float, height: float, point: float) -> float:
-    """Return the largest scale at which everything has room in a width and a height."""
+    """Compute the largest scale that fits a width and a height."""
     places, border = room(shown, point)
     return min(_largest(places.real, border[:, :2], width), _largest(places.imag, border[:, 2:], height))
 
 
 def size_at(shown: Poses, scale: float, point: float) -> complex:
-    """Return width and height of everything at a scale."""
+    """Compute width and height of the drawing at a scale."""
     (left, right), (below, above) = _ends(shown, scale, point)
     return complex(right - left, above - below)
 
 
 def _ends(shown: Poses, scale: float, point: float) -> list[tuple[float, float]]:
-    """Return from where to where everything reaches, to the right and upwards [units of paper]."""
+    """Compute the horizontal and vertical range of the drawing [units of paper]."""
     places, border = room(shown, point)
     return [
         (float((scale * x - b[:, 0]).min()), float((scale * x + b[:, 1]).max()))
@@ -96,8 +102,7 @@ def _ends(shown: Poses, scale: float, point: float) -> list[tuple[float, float]]
 
 
 def room(shown: Poses, point: float) -> tuple[Complexes, Floats]:
-    """Return places (k,) and how much room about each the symbols take to the left, right, below and above, (k, 4)
-    [units of paper]."""
+    """Return positions (k,) and the margins of their symbols on four sides, (k, 4)."""
     link, block, foot = LINK + 2, BLOCK[0] + 14, BEARING + HATCHING
     parts: list[tuple[Array, tuple[float, ...]]] = [(shown.extent, (link,) * 4)]
     for i in (0, 1):
@@ -119,7 +124,7 @@ def room(shown: Poses, point: float) -> tuple[Complexes, Floats]:
 
 
 def _largest(x: Floats, border: Floats, room: float) -> float:
-    """Return the largest scale at which places x (k,), with borders below and above (k, 2), have room."""
+    """Compute the largest scale that fits coordinates x (k,) with margins (k, 2)."""
     least = np.inf
     for low, high in ((low, high) for low in np.unique(border[:, 0]) for high in np.unique(border[:, 1])):
         across = float(x[border[:, 1] == high].max() - x[border[:, 0] == low].min())

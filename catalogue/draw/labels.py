@@ -1,4 +1,4 @@
-"""Words beside points of a small figure, where they cover neither parts nor one another."""
+"""Place labels beside points of a small figure, without overlaps."""
 
 from __future__ import annotations
 
@@ -11,10 +11,13 @@ from ..kinematics.types import Array, Floats
 from ..paper import PAPER
 from .symbols import Pen
 
-#: Distances at which a word may stand, and how much worse it is to cover a part of a linkage than to cross a curve.
+#: Trial distances of a label from its point [point].
 STEPS = (7.0, 9.5, 12.5, 16.0, 20.0, 25.0, 31.0)
-SOLID, CURVE = 8.0, 0.35
-#: Room about a word [point].
+#: Cost of covering part of a linkage, or another label.
+SOLID = 8.0
+#: Cost of covering part of a curve.
+CURVE = 0.35
+#: Margin of a label [point].
 SPARE = 2.0
 
 
@@ -54,7 +57,7 @@ class Labels:
         return np.maximum(np.abs(off.real), np.abs(off.imag)) - self.half
 
     def write(self, z: complex, text: str, gid: str, size: float, width: float, **style: Any) -> None:
-        """Write a word, `width` times its size wide, beside the point z, as near as there is room."""
+        """Write a label, `width` times its size wide, close to the point z."""
         from matplotlib.patheffects import withStroke
 
         a, b = 0.5 * width * size + SPARE, 0.45 * size + SPARE
@@ -69,15 +72,24 @@ class Labels:
                 off = way * (far + min(a / max(abs(way.real), 1e-9), b / max(abs(way.imag), 1e-9)) - b)
                 at = z + off * self.point
                 covered = weight @ ((np.abs(x - off.real) < a) & (np.abs(y - off.imag) < b))
-                edge = np.maximum(np.abs((at - self.centre).real) + a * self.point,
-                                  np.abs((at - self.centre).imag) + b * self.point)  # fmt: skip
+                edge = np.maximum(
+                    np.abs((at - self.centre).real) + a * self.point, np.abs((at - self.centre).imag) + b * self.point
+                )
                 cost = covered + 0.16 * far + (1e6 if edge > self.half else 0)
                 if cost < least:
                     least, best = cost, at
         halo = [withStroke(linewidth=2.2, foreground=PAPER)]
         self.pen.axes.text(
-            best.real, best.imag, text, gid=gid, size=size, ha="center", va="center", zorder=14, path_effects=halo,
+            best.real,
+            best.imag,
+            text,
+            gid=gid,
+            size=size,
+            ha="center",
+            va="center",
+            zorder=14,
+            path_effects=halo,
             **style,
-        )  # fmt: skip
+        )
         box = np.linspace(-1, 1, 9)
         self._add((best + self.point * (a * box[:, None] + 1j * b * box)).ravel(), SOLID)

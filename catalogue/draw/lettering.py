@@ -1,4 +1,4 @@
-"""Words and rules of a plate: title, captions, legend, the frame about the sheet."""
+"""Title, captions, legend and frame of a plate."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ ANGLES = ("phi", "psi", "chi", "alpha")
 
 
 def title(figure: Figure, series: Series, width: float, height: float) -> None:
-    """Write code, title, inverse, dimension and source at the head of a sheet, its size in inches."""
+    """Write code, title, inverse, dimension and source at the head of a sheet."""
     from matplotlib.patches import Polygon
 
     line = height - MARGIN
@@ -76,8 +76,17 @@ def caption(figure: Figure, cell: Cell, number: int, box: tuple[float, float, fl
         _fit(text, (left + wide - x) * figure.get_figwidth())
         x = text.get_window_extent().x1 / figure.bbox.width + 0.07 / figure.get_figwidth()
     for line, (words, what) in enumerate(((_numbers(cell), "parameters"), (_orders(cell), "orders"))):
-        text = figure.text(left, bottom - (0.345 + 0.16 * line) * inch, words, gid=gid + what, family=SANS, size=6.8,
-                           math_fontfamily="dejavusans", va="center", color=GREY)  # fmt: skip
+        text = figure.text(
+            left,
+            bottom - (0.345 + 0.16 * line) * inch,
+            words,
+            gid=gid + what,
+            family=SANS,
+            size=6.8,
+            math_fontfamily="dejavusans",
+            va="center",
+            color=GREY,
+        )
         _fit(text, wide * figure.get_figwidth())
 
 
@@ -89,7 +98,7 @@ def _fit(text: Text, width: float) -> None:
 
 
 def _numbers(cell: Cell) -> str:
-    """Return the free parameters and those of the cubics, which go before a free one of the same name."""
+    """Format the free parameters, and those of the cubics in place of namesakes."""
     at = cell.curvature
     if at.state[0] == PARALLEL:
         more = {"k": at.k[0], "k_star": at.k_star[0]}
@@ -135,9 +144,18 @@ def frame(figure: Figure, width: float, height: float) -> None:
     for inset, weight, gid in ((0.3, 1.6, "rule-outer"), (0.37, 0.5, "rule-inner")):
         corner = (inset / width, inset / height)
         figure.add_artist(
-            Rectangle(corner, 1 - 2 * corner[0], 1 - 2 * corner[1], fill=False, edgecolor=INK, linewidth=weight,
-                      joinstyle="miter", gid=gid, transform=figure.transFigure)
-        )  # fmt: skip
+            Rectangle(
+                corner,
+                1 - 2 * corner[0],
+                1 - 2 * corner[1],
+                fill=False,
+                edgecolor=INK,
+                linewidth=weight,
+                joinstyle="miter",
+                gid=gid,
+                transform=figure.transFigure,
+            )
+        )
 
 
 def legend(figure: Figure, shown: list[Cell], width: float, height: float) -> None:

@@ -1,4 +1,4 @@
-"""The machine itself in a moving drawing: what holds it, its path, its links."""
+"""The linkage in an animated drawing: bearings, rails, path and links."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .symbols import BLOCK, LINK, PIVOT, ROD
 
 
 def machine(shown: Poses, frame: Frame, clock: Clock) -> tuple[Markup, Markup]:
-    """Return what stands below and above: frame and path; links and joints."""
+    """Return the lower and upper part of the drawing: frame and path; links and joints."""
     path = element("path", class_="path", d=polyline(frame.at(shown.path)))
     traces = [element("path", class_="path second", d=polyline(frame.at(z))) for z in shown.traces.values()]
     held = [_held(shown, frame, i) for i in (0, 1)]
@@ -31,7 +31,7 @@ def machine(shown: Poses, frame: Frame, clock: Clock) -> tuple[Markup, Markup]:
 
 
 def _coupler(shown: Poses, frame: Frame, clock: Clock) -> Markup:
-    """Return the coupler with its pins and the guided point, carried by one of its points and turned about it."""
+    """Return the coupler with pins and guided point, moving as a rigid body."""
     point, origin = frame.point, shown.home[shown.origin]
     rods = [
         element(
@@ -54,7 +54,7 @@ def _coupler(shown: Poses, frame: Frame, clock: Clock) -> Markup:
 
 
 def _spared(ends: Complexes, foot: complex, frame: Frame) -> Array:
-    """Return the ends of a coupler line, with a little to spare at those that run through the block."""
+    """Return the ends of a coupler line, extended where they run through the block."""
     along = ends[1] - ends[0]
     if along == 0:
         return ends
@@ -114,7 +114,7 @@ def _pin(z: complex, frame: Frame) -> Markup:
 
 
 def _held(shown: Poses, frame: Frame, i: int) -> Markup:
-    """Return what holds a dyad: a bearing, its foot below, or the line of a slider."""
+    """Return the support of a dyad: a bearing, or the rail of a slider."""
     if shown.kinds[i] == PR:
         return _track(shown, frame, i)
     return bearing(complex(frame.at(shown.fixed[i])), frame)
@@ -131,7 +131,7 @@ def bearing(z: complex, frame: Frame) -> Markup:
 
 
 def _track(shown: Poses, frame: Frame, i: int) -> Markup:
-    """Return the line of a slider, on the side where the rest of the linkage is not."""
+    """Return the rail of a slider, hatched on the side away from the linkage."""
     normal, p = complex(np.conj(shown.fixed[i])), frame.point
     at = frame.at(shown.moving[:, i])
     others = np.concatenate(
@@ -156,7 +156,7 @@ def _hatched(a: complex, b: complex, towards: complex, frame: Frame) -> Markup:
 
 
 def _drive(shown: Poses, frame: Frame) -> Markup:
-    """Return the arc with arrow heads that marks the driving crank, over the angles through which it drives."""
+    """Return the arc with arrow heads at the driving crank, over its range of angles."""
     if not shown.driver:
         return NOTHING
     centre = frame.at(shown.fixed[shown.driver - 1])

@@ -16,7 +16,7 @@ DOWN = -1j
 
 
 def drawn(pen: Pen, shown: Scene) -> None:
-    """Draw the scene: the linkage in mid-stroke with its names, ghosts at the ends of the stroke, and the path."""
+    """Draw the scene: linkage at mid-stroke with names, ghosts at the ends, path."""
     dotted = {"color": CRANK, "alpha": 0.45, "linewidth": 0.8, "linestyle": (0, (1, 2)), "zorder": 2}
     for i in (0, 1):
         if shown.kinds[i] == RR:
@@ -34,7 +34,7 @@ def drawn(pen: Pen, shown: Scene) -> None:
 
 
 def links(pen: Pen, shown: Scene, pose: int, prefix: str = "", *, ghost: bool = False) -> None:
-    """Draw what moves, in one pose."""
+    """Draw the moving parts in one pose."""
     corners = shown.coupler[pose]
     if shown.joint is not None:
         for ends, gid in (((shown.pivot, shown.joint[pose]), "rocker"), ((corners[-1], shown.joint[pose]), "rod")):
@@ -49,7 +49,7 @@ def links(pen: Pen, shown: Scene, pose: int, prefix: str = "", *, ghost: bool = 
 
 
 def ground(pen: Pen, shown: Scene) -> None:
-    """Draw what stands: bearings, lines of sliders, the path."""
+    """Draw the fixed parts: bearings, rails, the path."""
     for i in (0, 1):
         _frame(pen, shown, i)
     if shown.joint is not None:
@@ -64,7 +64,7 @@ def ground(pen: Pen, shown: Scene) -> None:
 
 
 def _drive(pen: Pen, shown: Scene) -> None:
-    """Draw the arc with arrow heads that marks the driving crank."""
+    """Draw the arc with arrow heads at the driving crank."""
     if not shown.driver:
         return
     i = shown.driver - 1
@@ -85,10 +85,11 @@ def dyad(
     *,
     ghost: bool = False,
 ) -> None:
-    """Draw what moves of a dyad of a kind `RR`, `PR` or `RP`, but for the coupler.
+    """Draw the moving parts of a dyad of kind `RR`, `PR` or `RP`, without coupler.
 
-    In place of a pivot at infinity stands its unit normal; `rod` are the ends of the coupler line of a slide, shape
-    (2,); `gid` names the elements, with %s for the part; `colour` is that of a crank.
+    In place of a pivot at infinity stands its unit normal; `rod` are the ends of the coupler line
+    of a slide, shape (2,); `gid` names the elements, with %s for the part; `colour` is that of a
+    crank.
     """
     back = 1.0 if ghost else 4.0
     if kind == RR:
@@ -104,7 +105,7 @@ def dyad(
 
 
 def _rod(pen: Pen, shown: Scene, i: int, pose: int) -> Complexes:
-    """Return the ends of a coupler line, with a little to spare at those that run through the block."""
+    """Return the ends of a coupler line, extended where they run through the block."""
     ends = shown.rods[i][pose]
     along = 1j * shown.moving[pose, i]
     spare = (BLOCK[0] + 8) * pen.point * np.array([-1, 1])
@@ -113,7 +114,7 @@ def _rod(pen: Pen, shown: Scene, i: int, pose: int) -> Complexes:
 
 
 def _frame(pen: Pen, shown: Scene, i: int) -> None:
-    """Draw what holds the dyad: a bracket, or the line of a slider."""
+    """Draw the support of the dyad: a bracket, or the rail of a slider."""
     fixed, number = shown.fixed[i], f"{i + 1}"
     if shown.kinds[i] == PR:
         track = shown.moving[:, i]

@@ -1,7 +1,7 @@
-"""A guide that moves, as SVG without a script, to stand in a page or in a file; no matplotlib is needed.
+"""Animated guides as SVG without a script, for pages and files; no matplotlib is needed.
 
-Links are turned and carried, never redrawn, so that none can stretch; each moves through the poses by itself, and they
-meet in every pose because the poses were measured together.
+Links are rotated and translated, never redrawn, so none can stretch; they meet in every pose
+because all poses were measured together.
 """
 
 from __future__ import annotations
@@ -33,51 +33,59 @@ _numbers = count(1)
 
 
 def moving_svg(
-    guide: PlacedGuide, *, width: float = 360.0, height: float | None = None, layers: Collection[str] = (),
-    hidden: Collection[str] = (), points: Mapping[str, Any] | None = None, turn: bool = False, still: bool = False,
-    seconds: float = 5.0, count: int | None = None, title: str | None = None, prefix: str | None = None,
+    guide: PlacedGuide,
+    *,
+    width: float = 360.0,
+    height: float | None = None,
+    layers: Collection[str] = (),
+    hidden: Collection[str] = (),
+    points: Mapping[str, Any] | None = None,
+    turn: bool = False,
+    still: bool = False,
+    seconds: float = 5.0,
+    count: int | None = None,
+    title: str | None = None,
+    prefix: str | None = None,
     style: bool = True,
-) -> Markup:  # fmt: skip
-    """Return a guide that moves, as one self-contained ``<svg>`` element: a card of a page, or a file.
+) -> Markup:
+    """Draw an animated guide as one self-contained ``<svg>`` element, for a page or a file.
 
-    It moves without a script (SMIL), over its stroke to and fro, or round and round.  In a page
-    ``svg.setCurrentTime(t)`` scrubs it, ``svg.pauseAnimations()`` and ``svg.unpauseAnimations()`` hold it and let it go
-    on: over a stroke t = 0 is the start of the path, ``seconds`` / 2 its end; over a turn the position given is at 0
-    and at ``seconds``.
+    It moves without a script (SMIL), over its stroke to and fro, or round and round.  In a page,
+    ``svg.setCurrentTime(t)`` scrubs it, ``svg.pauseAnimations()`` and ``svg.unpauseAnimations()``
+    pause and resume it.  Over a stroke t = 0 is the start of the path, ``seconds`` / 2 its end;
+    over a turn the given position is at 0 and ``seconds``.
 
     Parameters
     ----------
     guide : PlacedGuide
-        A candidate, a guide of your own, a dwell: whatever stands somewhere.  Own guides and dwells have no stroke,
-        they run over their circuit.
+        A candidate, a guide of your own or a dwell; the last two have no stroke and run over their
+        circuit.
     width, height : float
-        Size [px].  The height, if not given, is what the drawing needs, from 0.3 to 1 of the width; if given, the
-        drawing stands in the middle.
+        Size [px].  Default height: as needed, 0.3 to 1 of the width; the drawing is centred.
     layers : collection of str
-        What is drawn besides the linkage and its path, of `LAYERS`: ``pole``, ``circle`` (inflection circle),
-        ``cubics`` (circling-point curve on the coupler, centring-point curve on the ground, both of the position
-        given), ``centrodes``, ``velocity`` (of the guided point), ``turn`` (its path over the whole circuit), ``names``
-        (of the pivots).
+        Layers besides the linkage and its path, of `LAYERS`: ``pole``, ``circle`` (inflection
+        circle), ``cubics`` (circling-point curve on the coupler, centring-point curve on the
+        ground, both of the given position), ``centrodes``, ``velocity`` (of the guided point),
+        ``turn`` (path over the whole circuit), ``names`` (of the pivots).
     hidden : collection of str
-        Those of them that are not shown at first: the class ``hide-NAME`` of the root hides a layer, so
-        ``svg.classList.toggle("hide-pole")`` is a check box.
+        Layers hidden at first: the class ``hide-NAME`` of the root hides a layer, so
+        ``svg.classList.toggle("hide-pole")`` acts as a check box.
     points : mapping of str to (x, y), optional
-        Further coupler points whose paths are drawn, where they are in the position given.
+        Further coupler points with paths to draw, in the given position [length].
     turn : bool
-        Round and round over the whole circuit, not over the stroke.
+        Cover the whole circuit instead of the stroke.
     still : bool
-        Without motion, in the position given.
+        Draw the given position without motion.
     seconds : float
-        Of a period.
+        Period [s].
     count : int, optional
-        Of poses, see `poses.poses`.
+        Number of poses; see `poses.poses`.
     title : str, optional
-        What the drawing says it shows (``<title>``, read aloud and shown under the pointer); what the guide is by
-        default.
+        Title of the drawing (``<title>``, for screen readers and tooltips); default: a description.
     prefix : str, optional
-        What names of elements begin with, so that a page can hold many; one of its own if not given.
+        Prefix of element names, so that a page can hold several drawings; default: a unique one.
     style : bool
-        Whether the style sheet `STYLE` is in the drawing; a page of many may hold it once.
+        Include the style sheet `STYLE`; a page of several drawings needs it once.
 
     Returns
     -------
@@ -107,12 +115,25 @@ def moving_svg(
 
 
 def drawing(
-    guide: PlacedGuide, shown: Poses, frame: Frame, clock: Clock, layers: Collection[str], hidden: Collection[str],
-    title: str, prefix: str, *, style: bool = True, clip: tuple[float, float] | None = None, inside: Markup = NOTHING,
+    guide: PlacedGuide,
+    shown: Poses,
+    frame: Frame,
+    clock: Clock,
+    layers: Collection[str],
+    hidden: Collection[str],
+    title: str,
+    prefix: str,
+    *,
+    style: bool = True,
+    clip: tuple[float, float] | None = None,
+    inside: Markup = NOTHING,
     **root: str,
-) -> Markup:  # fmt: skip
-    """Return the drawing of poses in a frame, `inside` on top; the theory is clipped between two heights of the paper,
-    and `root` are further attributes of the root."""
+) -> Markup:
+    """Draw poses in a frame, with `inside` on top.
+
+    The theory is clipped between two heights of the paper; `root` holds further attributes of the
+    root.
+    """
     wanted = [name for name in LAYERS if name in layers]
     every = Layers(guide, shown, frame, clock)
     drawn = {name: every.drawn(name) for name in wanted}

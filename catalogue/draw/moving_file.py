@@ -1,6 +1,6 @@
-"""A moving drawing as a file of its own: to a stated scale in true millimetres, dimensioned, with check boxes.
+"""An animated drawing as a file: to scale in true millimetres, dimensioned, with check boxes.
 
-Without a script all that is shown moves as well; the script only puts layers on and off, and holds the motion.
+It moves without its script, which only toggles layers and pauses the motion.
 """
 
 from __future__ import annotations
@@ -25,20 +25,39 @@ from .words import described, facts, family, places
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Size of a point of the symbols, margin, least width, and the largest width and height of the drawing itself [mm].
-POINT, MARGIN, NARROW, WIDEST, TALLEST = 0.38, 8.0, 130.0, 240.0, 200.0
-#: Heights of the title, of a line of text, and of the scale and the controls [mm].
-HEAD, LINE, FEET, CONTROLS = 19.0, 4.6, 11.0, 8.0
+#: Size of a point of the symbols [mm].
+POINT = 0.38
+#: Margin [mm].
+MARGIN = 8.0
+#: Smallest width of the sheet, for its texts [mm].
+NARROW = 130.0
+#: Largest width of the drawing [mm].
+WIDEST = 240.0
+#: Largest height of the drawing [mm].
+TALLEST = 200.0
+#: Height of the title [mm].
+HEAD = 19.0
+#: Height of a line of text [mm].
+LINE = 4.6
+#: Height of the scale bar [mm].
+FEET = 11.0
+#: Height of a row of controls [mm].
+CONTROLS = 8.0
 #: Room for the dimension of the stroke on both sides of the drawing [mm].
 DIMENSION = 16.0
-#: Width of a check box with its words [mm].
+#: Width of a check box with its label [mm].
 BOX = 37.0
-#: What check boxes call the layers.
+#: Labels of the layers.
 WORDS = {
-    "turn": "whole path", "circle": "inflection circle", "cubics": "cubics", "centrodes": "centrodes",
-    "pole": "pole", "velocity": "velocity", "names": "names",
-}  # fmt: skip
-#: Layers that are shown at first.
+    "turn": "whole path",
+    "circle": "inflection circle",
+    "cubics": "cubics",
+    "centrodes": "centrodes",
+    "pole": "pole",
+    "velocity": "velocity",
+    "names": "names",
+}
+#: Layers shown at first.
 SHOWN = ("names",)
 
 #: Puts layers on and off, holds the motion and leads it by hand.
@@ -86,23 +105,23 @@ _STYLE = f"""
 
 
 def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | None = None, code: str = "") -> Markup:
-    """Return a guide that moves as an SVG file, in true millimetres at a scale that it states.
+    """Draw an animated guide as an SVG file, to scale in true millimetres.
 
     Parameters
     ----------
     guide : PlacedGuide
     unit : str, optional
-        To which the guide is converted, that of the guide if not given; lengths of which none is known are taken as
-        millimetres, and the drawing says so.
+        Unit to convert to; default: that of the guide.  An unknown unit is taken as millimetres,
+        with a note.
     scale : str, optional
-        As ``1:2`` or ``5:1``; the largest of the usual ones at which the drawing has room on a sheet if not given.
+        Scale such as ``1:2`` or ``5:1``; default: the largest standard scale that fits a sheet.
     code : str
-        Of the guide, to be picked up again by.
+        Code of the guide, for the title.
 
     Raises
     ------
     InvalidRequest
-        If there is no such unit or scale, or as of `poses.poses`.
+        If unit or scale is invalid; see also `poses.poses`.
     """
     guide = guide.in_unit(unit)
     unit = guide.unit or ASSUMED
@@ -128,20 +147,33 @@ def moving_file(guide: PlacedGuide, *, unit: str | None = None, scale: str | Non
         for k, words in enumerate(told)
     ]
     inside = [
-        element("style", _STYLE), _title(guide, code, unit), _dimension(guide, frame, unit),
-        _bar(frame, drawn, unit, top), *listed, _controls(layers, clock, frame, top + FEET + rows * LINE + 2),
+        element("style", _STYLE),
+        _title(guide, code, unit),
+        _dimension(guide, frame, unit),
+        _bar(frame, drawn, unit, top),
+        *listed,
+        _controls(layers, clock, frame, top + FEET + rows * LINE + 2),
         element("script", _SCRIPT),
-    ]  # fmt: skip
+    ]
     hidden = [name for name in layers if name not in SHOWN]
     return drawing(
-        guide, shown, frame, clock, layers, hidden, described(guide, code), "guide-", clip=(HEAD - 1, top),
+        guide,
+        shown,
+        frame,
+        clock,
+        layers,
+        hidden,
+        described(guide, code),
+        "guide-",
+        clip=(HEAD - 1, top),
         inside=join(inside),
-        width=f"{number(width)}mm", height=f"{number(height)}mm",
-    )  # fmt: skip
+        width=f"{number(width)}mm",
+        height=f"{number(height)}mm",
+    )
 
 
 def _across(width: float) -> int:
-    """Return how many check boxes stand side by side."""
+    """Return the number of check boxes per row."""
     return max(1, int((width - 2 * MARGIN) // BOX))
 
 
@@ -154,7 +186,7 @@ def _title(guide: PlacedGuide, code: str, unit: str) -> Markup:
 
 
 def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> Markup:
-    """Return the dimension line of the stroke, on the side of the path where less of the linkage is."""
+    """Return the dimension line of the stroke, on the emptier side of the path."""
     stroke = getattr(guide, "stroke", None)
     if stroke is None:
         return NOTHING
@@ -173,9 +205,14 @@ def _dimension(guide: PlacedGuide, frame: Frame, unit: str) -> Markup:
     angle = math.degrees(math.atan2(along.imag, along.real))
     angle = (angle + 90) % 180 - 90  # never upside down
     words = element(
-        "text", length(stroke, unit), class_="halo", text_anchor="middle", x="0", y=number(-1.0),
+        "text",
+        length(stroke, unit),
+        class_="halo",
+        text_anchor="middle",
+        x="0",
+        y=number(-1.0),
         transform=f"translate({pair(middle)}) rotate({number(angle)})",
-    )  # fmt: skip
+    )
     return element("path", class_="dimension", d="".join(parts)) + words
 
 
@@ -190,7 +227,7 @@ def _bar(frame: Frame, scale: Scale, unit: str, top: float) -> Markup:
 
 
 def _controls(layers: Sequence[str], clock: Clock, frame: Frame, top: float) -> Markup:
-    """Return the check boxes of the layers, and the bar that holds the motion and leads it by hand."""
+    """Return the check boxes of the layers, and the bar to pause and scrub the motion."""
     parts, across = [], _across(frame.width)
     for k, name in enumerate(layers):
         at = complex(MARGIN + BOX * (k % across), top + CONTROLS * (k // across))
@@ -198,17 +235,29 @@ def _controls(layers: Sequence[str], clock: Clock, frame: Frame, top: float) -> 
     below = top + CONTROLS * math.ceil(len(layers) / across)
     parts.append(_box(complex(MARGIN, below), "motion", True, play=" play"))
     bar = element(
-        "rect", class_="bar", x=number(MARGIN + BOX), y=number(below + 0.4), height="2.4", rx="1.2",
-        width=number(frame.width - 2 * MARGIN - BOX), data_span=number(clock.seconds * (1 if clock.closed else 0.5)),
-    )  # fmt: skip
+        "rect",
+        class_="bar",
+        x=number(MARGIN + BOX),
+        y=number(below + 0.4),
+        height="2.4",
+        rx="1.2",
+        width=number(frame.width - 2 * MARGIN - BOX),
+        data_span=number(clock.seconds * (1 if clock.closed else 0.5)),
+    )
     return group("controls", *parts, bar)
 
 
 def _box(at: complex, words: str, ticked: bool, play: str = "", **data: str) -> Markup:
     tick = f"M{pair(at + 0.7 + 1.7j)}L{pair(at + 1.4 + 2.4j)}L{pair(at + 2.6 + 0.7j)}"
     return element(
-        "g", element("rect", class_="box", x=number(at.real), y=number(at.imag), width="3.2", height="3.2", rx="0.6"),
-        element("path", class_="tick", d=tick), text(words, at + 4.8 + 2.7j, "word"),
-        class_=f"control{play}", role="checkbox", tabindex="0", aria_checked="true" if ticked else "false",
-        aria_label=words, **data,
-    )  # fmt: skip
+        "g",
+        element("rect", class_="box", x=number(at.real), y=number(at.imag), width="3.2", height="3.2", rx="0.6"),
+        element("path", class_="tick", d=tick),
+        text(words, at + 4.8 + 2.7j, "word"),
+        class_=f"control{play}",
+        role="checkbox",
+        tabindex="0",
+        aria_checked="true" if ticked else "false",
+        aria_label=words,
+        **data,
+    )

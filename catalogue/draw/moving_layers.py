@@ -1,4 +1,4 @@
-"""What a moving drawing may show besides the machine: its theory, its velocity, the names of its pivots."""
+"""Layers of an animated drawing: theory, velocity, names of pivots."""
 
 from __future__ import annotations
 
@@ -45,9 +45,14 @@ class Layers:
     def drawn(self, name: str) -> Markup:
         """Return a layer by its name."""
         draw = {
-            "turn": self._turn, "circle": self._circle, "cubics": self._cubics, "centrodes": self._centrodes,
-            "pole": self._pole, "velocity": self._velocity, "names": self._names,
-        }[name]  # fmt: skip
+            "turn": self._turn,
+            "circle": self._circle,
+            "cubics": self._cubics,
+            "centrodes": self._centrodes,
+            "pole": self._pole,
+            "velocity": self._velocity,
+            "names": self._names,
+        }[name]
         return group(f"layer {name}", draw())
 
     def _pole(self) -> Markup:
@@ -96,8 +101,7 @@ class Layers:
         return fixed + self._carried(element("path", class_="theory dashed", d=polyline(drawn[:, 1])))
 
     def _cubics(self) -> Markup:
-        """Return the circling-point curve, which the coupler carries, and the centring-point curve, of the position
-        given."""
+        """Return the circling-point curve on the coupler, and the centring-point curve."""
         found = curvature(self.guide.linkage)
         rho0 = float(found.rho0[0])
         if not np.isfinite(rho0):
@@ -116,7 +120,7 @@ class Layers:
         return centring + self._carried(element("path", class_="theory dashed", d=polyline(circling, 1)))
 
     def _velocity(self) -> Markup:
-        """Return the velocity of the guided point at a steady drive, the longest arrow of one length."""
+        """Return the velocity of the guided point at constant drive speed, as a scaled arrow."""
         speed = np.abs(self.shown.velocity)
         seen = np.isfinite(speed)
         if not seen.any() or np.nanmax(speed) == 0:
@@ -167,7 +171,7 @@ class Layers:
 
     @cached_property
     def _instants(self) -> tuple[Complexes, Complexes]:
-        """Return in each pose the pole and the diameter of the inflection circle from there; NaN where infinite."""
+        """Compute pole and diameter of the inflection circle in each pose; NaN where infinite."""
         with np.errstate(all="ignore"):
             found = finite_pole(self._linkages())
             diameter = found["rho0"] * (found["axes"][:, 1] @ np.array([1, 1j]))
@@ -176,11 +180,11 @@ class Layers:
         return np.where(finite, pole, np.nan), np.where(finite, diameter, np.nan)
 
     def _seen(self, seen: Mask) -> dict[str, str]:
-        """Return the opacity of what is seen in some poses only, where nothing moves."""
+        """Return the opacity of an element visible in some poses only, in a still."""
         return {} if seen.all() else {"opacity": "1" if seen[self.clock.middle] else "0"}
 
     def _blinking(self, seen: Mask) -> Markup:
-        """Return what hides an element in the poses in which it is not seen."""
+        """Return the animation that hides an element in poses without it."""
         return self.clock.animate("opacity", ["1" if one else "0" for one in seen], calcMode="discrete")
 
     def _carried(self, *content: str) -> Markup:
@@ -189,7 +193,7 @@ class Layers:
         return self.clock.moved(self.frame.at(carrier), "carried", self.clock.turned(self.shown.turn, None, *content))
 
     def _thinned(self, z: Array) -> Array:
-        """Return a curve without what is far off the paper, and without points that are very near to the last one."""
+        """Drop points of a curve far off the paper, or very close to the previous one."""
         z = np.where(self.frame.near(z, 1.5), z, np.nan)
         kept, last = [], complex(np.nan)
         step = 3 * self.frame.point / self.frame.scale
@@ -202,6 +206,6 @@ class Layers:
 
 
 def _held(z: Array, seen: Mask) -> Array:
-    """Return values with those that are not seen replaced by the nearest that is."""
+    """Replace invisible values by the nearest visible ones."""
     at = np.flatnonzero(seen)
     return np.asarray(z[at[np.abs(np.arange(len(z))[:, None] - at).argmin(1)]])

@@ -4,19 +4,37 @@ from __future__ import annotations
 
 #: Colours on light and on dark paper, by property; distinct to colour-blind eyes (Okabe and Ito).
 LIGHT = {
-    "paper": "#fdfcf9", "ink": "#26323d", "grey": "#75808a", "faint": "#c9ced2",
-    "coupler": "#0072b2", "coupler-face": "#d6e6ef", "crank": "#4d5a66", "crank-face": "#e0e2e3",
-    "driver": "#00795a", "driver-face": "#d3e8e0", "path": "#d55e00", "theory": "#8a4f8f",
-}  # fmt: skip
+    "paper": "#fdfcf9",
+    "ink": "#26323d",
+    "grey": "#75808a",
+    "faint": "#c9ced2",
+    "coupler": "#0072b2",
+    "coupler-face": "#d6e6ef",
+    "crank": "#4d5a66",
+    "crank-face": "#e0e2e3",
+    "driver": "#00795a",
+    "driver-face": "#d3e8e0",
+    "path": "#d55e00",
+    "theory": "#8a4f8f",
+}
 DARK = {
-    "paper": "#171b1f", "ink": "#e4e8eb", "grey": "#929ca5", "faint": "#444c53",
-    "coupler": "#56b4e9", "coupler-face": "#203947", "crank": "#a9b3bb", "crank-face": "#333a40",
-    "driver": "#3cc79e", "driver-face": "#1d3c33", "path": "#ff8c42", "theory": "#d3a0d8",
-}  # fmt: skip
+    "paper": "#171b1f",
+    "ink": "#e4e8eb",
+    "grey": "#929ca5",
+    "faint": "#444c53",
+    "coupler": "#56b4e9",
+    "coupler-face": "#203947",
+    "crank": "#a9b3bb",
+    "crank-face": "#333a40",
+    "driver": "#3cc79e",
+    "driver-face": "#1d3c33",
+    "path": "#ff8c42",
+    "theory": "#d3a0d8",
+}
 
 
 def colour(name: str) -> str:
-    """Return the colour of a property, as a page sets it or else that on light paper."""
+    """Return the colour of a property: that of the page, or the one on light paper."""
     return f"var(--guide-{name},{LIGHT[name]})"
 
 

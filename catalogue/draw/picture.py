@@ -1,4 +1,4 @@
-"""One guide as a picture or a film, to a file of the kind that its suffix names, or into axes."""
+"""Draw a guide as a picture or a film, to a file or into axes."""
 
 from __future__ import annotations
 
@@ -18,23 +18,29 @@ if TYPE_CHECKING:
 
     from ..find.placed import PlacedGuide
 
-#: What a guide can be drawn to; a GIF always moves.
+#: Formats of a drawing; a GIF is always animated.
 KINDS = (*FORMATS, "gif")
-#: Width of a film and greatest height over width [inch], its resolution [dots per inch].
-WIDTH, TALL, DPI = 6.0, 1.0, 100
-#: Time of a pose [ms]; of one between two others where parts run fast, at least: viewers show no shorter ones.
-PACE, SHORTEST = 80, 20
-#: Largest distance of a part from a straight way between two pictures [extent of its motion, rad]: no part jumps.
+#: Width of a film [inch].
+WIDTH = 6.0
+#: Largest height over width of a film.
+TALL = 1.0
+#: Resolution of a film [dots per inch].
+DPI = 100
+#: Time of a pose [ms].
+PACE = 80
+#: Shortest time of an intermediate pose [ms]: viewers show no shorter ones.
+SHORTEST = 20
+#: Largest error of linear motion between two pictures [extent of its motion, rad]: no part jumps.
 FILM_ERROR = 0.02
 
 
 def check(file: str | Path, *, moving: bool = False) -> str:
-    """Return the kind of a file that a guide is to be drawn to, before any work is done for it.
+    """Check the file of a drawing before any work, and return its format.
 
     Raises
     ------
     InvalidRequest
-        If its suffix names none, what it names cannot move, or the folder does not exist.
+        If the format is unknown or cannot be animated, or the folder does not exist.
     """
     kind = kind_of(file, KINDS)
     if moving and kind not in ("svg", "gif"):
@@ -43,9 +49,15 @@ def check(file: str | Path, *, moving: bool = False) -> str:
 
 
 def draw(
-    guide: PlacedGuide, file: str | Path | None = None, *, ax: Axes | None = None, moving: bool = False,
-    unit: str | None = None, scale: str | None = None, code: str = "",
-) -> Any:  # fmt: skip
+    guide: PlacedGuide,
+    file: str | Path | None = None,
+    *,
+    ax: Axes | None = None,
+    moving: bool = False,
+    unit: str | None = None,
+    scale: str | None = None,
+    code: str = "",
+) -> Any:
     """Draw a guide; see `catalogue.Candidate.plot`."""
     moving, guide = switch("moving", moving), guide.in_unit(unit)
     if ax is not None:
@@ -77,7 +89,7 @@ def draw(
 
 
 def film(guide: PlacedGuide) -> bytes:
-    """Return a GIF of a guide that moves over its stroke to and fro, or round and round."""
+    """Draw an animated GIF of a guide, to and fro or round and round."""
     from ..paper import blank
     from .mechanism import ground, links
     from .poses import poses

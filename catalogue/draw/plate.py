@@ -1,4 +1,4 @@
-"""The plate of a series: a cell for each family and configuration, after the manner of an engraved one."""
+"""The plate of a series, like an engraving: a cell per family and configuration."""
 
 from __future__ import annotations
 
@@ -15,16 +15,23 @@ from .vignette import Vignette
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-# All in inches: height of title and legend, gap between cells, height of a caption, and the side of a cell where there
-# are few, and where there are many of them.
-TITLE, LEGEND, GAP, CAPTION = 1.25, 0.3, 0.3, 0.66
-LARGE, USUAL, FEW = 3.6, 3.1, 4
-#: Least width of the sheet, for the title's sake.
+# Layout of the plate, all in inches.
+TITLE = 1.25
+LEGEND = 0.3
+GAP = 0.3
+CAPTION = 0.66
+#: Side of a cell among few.
+LARGE = 3.6
+#: Side of a cell among many.
+USUAL = 3.1
+#: Most cells of a plate that count as few.
+FEW = 4
+#: Smallest width of the sheet, for its title.
 NARROWEST = 8.4
 
 
 def plate(series: Series, file: str | Path | None = None) -> Figure:
-    """Draw a series: pole axes, circles, cubics, linkage and guided pairs of each family and configuration.
+    """Draw a series: axes, circles, cubics, linkage and guided pairs of each cell.
 
     The file, what is returned and what is raised are as for `catalogue.Candidate.plot`.
     """

@@ -1,6 +1,6 @@
-"""The poses of a guide that a moving drawing runs through, as coordinates: nothing here knows of paper or time.
+"""Poses of a guide for an animated drawing, as coordinates, independent of paper.
 
-Every pose is measured on the guide's own motion; between the poses nothing is drawn that was not measured at both ends.
+Every pose is measured on the finite motion; a drawing interpolates only between measured poses.
 """
 
 from __future__ import annotations
@@ -18,9 +18,14 @@ from ..kinematics.types import Array, Complexes, Floats
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Poses over a stroke, and over a whole turn, if it is not said how many; the most that may be asked for.
-STROKE, TURN, MOST = 33, 73, 361
-#: Largest error of a part half way between two poses [extent of its motion, rad]: a pixel of a card.
+#: Default number of poses over a stroke.
+STROKE = 33
+#: Default number of poses over a turn: every five degrees.
+TURN = 73
+#: Largest number of poses: every degree of a turn.
+MOST = 361
+#: Largest error of a part half way between two poses [extent of its motion, rad]: a pixel of a
+#: card.
 POSE_ERROR = 5e-3
 
 
@@ -39,8 +44,8 @@ class Poses:
     )
     normals: dict[int, complex]  #: of each slide's coupler line, in the position given
     rods: dict[int, Complexes]  #: of each slide, in the position given, the ends of its coupler line, shape (2,)
-    #: Of the guided point per radian of the drive, on the way through the poses, shape (m,); NaN where the drive is
-    #: in a dead point.
+    #: Of the guided point per radian of the drive, on the way through the poses, shape (m,); NaN
+    #: where the drive is in a dead point.
     velocity: Complexes
     time: Floats  #: when the poses are passed, from 0 to 1, shape (m,)
     path: Complexes  #: of the guided point, shape (p,), within `POLYLINE_ERROR`
@@ -59,11 +64,11 @@ class Poses:
 
     @property
     def origin(self) -> int:
-        """Which of `home` the coupler is carried by: a moving pivot if one is finite, else the guided point."""
+        """Index in `home` of the coupler's origin: a finite moving pivot, else the guided point."""
         return next((i for i in (0, 1) if self.kinds[i] != RP), 2)
 
     def carried(self, z: Array) -> Complexes:
-        """Return where coupler points, given in the position given, shape (k,), are in the poses, shape (m, k)."""
+        """Move coupler points of the given position, shape (k,), to the poses, (m, k)."""
         return np.asarray(self.guided[:, None] + np.exp(1j * self.turn[:, None]) * (np.ravel(z) - self.home[2]))
 
     def at_home(self, z: Complexes) -> Complexes:
@@ -82,31 +87,34 @@ class Poses:
 
 
 def poses(
-    guide: PlacedGuide, count: int | None = None, *, turn: bool = False, points: Mapping[str, Any] | None = None,
+    guide: PlacedGuide,
+    count: int | None = None,
+    *,
+    turn: bool = False,
+    points: Mapping[str, Any] | None = None,
     error: float = POSE_ERROR,
-) -> Poses:  # fmt: skip
-    """Return the poses of a guide over its stroke; where it has none, or if the whole turn is asked for, over its
-    circuit.
+) -> Poses:
+    """Compute poses of a guide over its stroke, or over its circuit if it has none.
 
     Parameters
     ----------
     guide : PlacedGuide
     count : int, optional
-        Of the poses, from 3 to 361; 33 over a stroke, 73 over a circuit, and as many more as the error needs.  Over a
-        stroke they lie the closer together the nearer to its ends: a motion to and fro that takes equal times from one
-        to the next is gentle there.
+        Number of poses, 3 to 361; default: 33 over a stroke, 73 over a circuit, and as many more as
+        the error needs.  Over a stroke they are denser near its ends, so that equal times give a
+        gentle reversal.
     turn : bool
-        Whether the motion over the whole circuit is wanted, beginning and ending in the position given; of a linkage
-        that leads to infinity, to and fro over what is near.
+        Cover the whole circuit, from the given position back to it; of an open circuit its nearby
+        part.
     points : mapping of str to (x, y), optional
-        Further coupler points, where they are in the position given.
+        Further coupler points, in the given position [length].
     error : float
-        How far a part may be half way between two poses from where it belongs [extent of its motion, rad].
+        Largest error of a part half way between two poses [extent of its motion, rad].
 
     Raises
     ------
     InvalidRequest
-        If the count is out of bounds, or the linkage does not lead its guided point over the whole stroke.
+        If the count is out of range, or the linkage does not cover the stroke.
     """
     run = guide.run(whole=turn, points=points)
     told = (TURN if run.closed else STROKE) if count is None else count
@@ -153,8 +161,10 @@ def poses(
 def _slides(
     kinds: Array, z: Array, start: complex, fixed: Mapping[int, Complexes]
 ) -> tuple[dict[int, complex], dict[int, Complexes]]:
-    """Return for each slide, in the position given, the foot on its coupler line of the nearest coupler point, and the
-    ends of that line; `fixed` are the fixed pivots of slides as the coupler sees them, shape (m,)."""
+    """Return for each slide the nearest foot on its slot, and the ends of the slot.
+
+    `fixed` are the fixed pivots of slides in the coupler's frame, shape (m,).
+    """
     feet: dict[int, complex] = {}
     rods: dict[int, Complexes] = {}
     points = [*(z[i, 1] for i in (0, 1) if kinds[i] != RP), start]
@@ -169,8 +179,10 @@ def _slides(
 
 
 def output(guide: PlacedGuide, guided: Complexes) -> tuple[Complexes | None, complex]:
-    """Return the joints of a dwell's rod and rocker (m,) for guided points (m,), and the rocker's pivot; None and NaN
-    of another guide."""
+    """Return the joints (m,) of a dwell for guided points (m,), and the rocker's pivot.
+
+    None and NaN for another guide.
+    """
     dwell: Any = guide  # a `DwellCandidate`, which is above, if it has a joint
     if not hasattr(dwell, "joint"):
         return None, complex("nan")

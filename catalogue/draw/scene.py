@@ -1,4 +1,4 @@
-"""What a drawing of a candidate shows, as coordinates: nothing here knows of paper or ink."""
+"""Contents of a drawing as coordinates, independent of paper and colours."""
 
 from __future__ import annotations
 
@@ -32,13 +32,16 @@ NODES = 128
 
 @dataclass(frozen=True)
 class Scene:
-    """A candidate over its stroke, where it stands; points are complex numbers, positions run from 0 to the stroke."""
+    """A candidate over its stroke.
+
+    Points are complex, positions run from 0 to the stroke [length].
+    """
 
     kinds: Array  #: of the dyads, shape (2,): `RR`, `PR`, `RP`
     fixed: Complexes  #: fixed pivots, shape (2,); for a slider the unit normal of its line
     moving: Complexes  #: moving pivots, shape (POSES, 2); for a slide the unit normal of its coupler line
-    #: Corners of the coupler, shape (POSES, 3): its finite moving pivots, the foot on its slide's line, last the guided
-    #: point.
+    #: Corners of the coupler, shape (POSES, 3): its finite moving pivots, the foot on its slide's
+    #: line, last the guided point.
     coupler: Complexes
     rods: dict[int, Complexes]  #: of each slide, 0 or 1, ends of its coupler line over the stroke, shape (POSES, 2)
     path: Complexes  #: shape (p,), within `POLYLINE_ERROR`
@@ -51,7 +54,8 @@ class Scene:
     pivot: complex = complex("nan")  #: and the fixed pivot of its rocker
     ghosts: tuple[int, ...] = (0, -1)  #: poses that are drawn faintly
     driver: int = 0  #: number of the driving crank; 0: none
-    #: Way of the guided point over the turn of a driving crank that turns fully, shape (r,); else empty.
+    #: Way of the guided point over the turn of a driving crank that turns fully, shape (r,); else
+    #: empty.
     turn: Complexes = field(default_factory=lambda: np.empty(0, complex))
     middle: int = POSES // 2  #: index of the pose in mid-stroke, or in the position given
 
@@ -69,10 +73,22 @@ def scene_of(shown: Poses) -> Scene:
     """Return the scene of poses, without what only a stroke has."""
     none = np.empty(0)
     return Scene(
-        shown.kinds, shown.fixed, shown.moving, shown.carried(shown.home),
-        {i: shown.carried(ends) for i, ends in shown.rods.items()}, shown.path, none.astype(complex),
-        none.astype(complex), none, none, shown.joint, shown.pivot, (), shown.driver, middle=shown.middle,
-    )  # fmt: skip
+        shown.kinds,
+        shown.fixed,
+        shown.moving,
+        shown.carried(shown.home),
+        {i: shown.carried(ends) for i, ends in shown.rods.items()},
+        shown.path,
+        none.astype(complex),
+        none.astype(complex),
+        none,
+        none,
+        shown.joint,
+        shown.pivot,
+        (),
+        shown.driver,
+        middle=shown.middle,
+    )
 
 
 def scene(candidate: Candidate) -> Scene:
@@ -106,14 +122,24 @@ def scene(candidate: Candidate) -> Scene:
     before, after = _beyond(run, complex(here.tangent[0]), BEYOND * candidate.stroke, complex(bent))
     position, error = _deviation(candidate, here, traced)
     shown = Scene(
-        kinds, z[:, 0], moving, np.stack([*corners, guided], 1), rods, path, before, after, position, error,
-        driver=candidate.driver or 0, turn=turn,
-    )  # fmt: skip
+        kinds,
+        z[:, 0],
+        moving,
+        np.stack([*corners, guided], 1),
+        rods,
+        path,
+        before,
+        after,
+        position,
+        error,
+        driver=candidate.driver or 0,
+        turn=turn,
+    )
     return _carried(shown, complex(way.origin), complex(way.direction))
 
 
 def _carried(shown: Scene, origin: complex, direction: complex) -> Scene:
-    """Return the scene where the user has it: the path starts at the origin and runs in the direction."""
+    """Move the scene to the user's frame: the path starts at `origin` in this direction."""
     if origin == 0 and direction == 1:
         return shown
 
@@ -136,7 +162,7 @@ def _carried(shown: Scene, origin: complex, direction: complex) -> Scene:
 def _slides(
     kinds: Array, fixed: Complexes, moving: Complexes, guided: Complexes
 ) -> tuple[dict[int, Complexes], dict[int, Complexes]]:
-    """Return for each slide the foot on its coupler line of the nearest coupler point, and the ends of that line."""
+    """Return for each slide the nearest foot on its slot, and the ends of the slot."""
     feet: dict[int, Complexes] = {}
     rods: dict[int, Complexes] = {}
     points = np.stack([moving[:, i] for i in (0, 1) if kinds[i] != RP] + [guided], 1)
@@ -153,8 +179,11 @@ def _slides(
 
 
 def _beyond(run: Run, middle: complex, more: float, bent: complex = 1.0) -> list[Complexes]:
-    """Return the path beyond the start and the end of a run, outwards, for a length of at most `more` along the tangent
-    in mid-stroke, turned by `bent` at the start and as far the other way at the end, until it turns."""
+    """Extend the path beyond both ends of a run by at most `more`, until it turns.
+
+    The length counts along the tangent at mid-stroke, turned by `bent` at the start and back at the
+    end.
+    """
     tails, half = [], 0.5 * float(run.circuit.period[0]) * np.sign(run.high - run.low)
     tangents = middle * bent, middle * bent.conjugate()
     for end, far, tangent in zip((run.low, run.high), (run.low - half, run.high + half), tangents, strict=True):
@@ -175,7 +204,7 @@ def _beyond(run: Run, middle: complex, more: float, bent: complex = 1.0) -> list
 
 
 def _deviation(candidate: Candidate, here: CouplerCurve | CircuitCurve, traced: Traced) -> tuple[Floats, Floats]:
-    """Return the distance from the nominal along the stroke, measured as finely as the deviation itself."""
+    """Compute the deviation along the stroke, on the grid of the measurement."""
     fine = isinstance(here, CouplerCurve) and bool(traced.relative[0] < FINE)
     guides = extended(here) if isinstance(here, CouplerCurve) and fine else here
     real: Any = np.longdouble if fine else float

@@ -22,15 +22,28 @@ if TYPE_CHECKING:
     from ..find.candidate import Candidate
     from ..find.placed import PlacedGuide
 
-# All in inches: the width of the sheet, its margin, the drawing's least and greatest height and its border, and the
-# heights of the title, the scale under the drawing, the deviation (of an exact guide) and its labels.
-WIDTH, MARGIN, LOW, HIGH, BORDER = 8.0, 0.6, 2.2, 6.4, 0.45
-TITLE, SCALE, DEVIATION, EXACTLY, LABELS = 1.1, 0.62, 1.2, 0.4, 0.65
+# Layout of the sheet, all in inches.
+WIDTH = 8.0
+MARGIN = 0.6
+#: Smallest height of the drawing.
+LOW = 2.2
+#: Largest height of the drawing.
+HIGH = 6.4
+#: Margin within the drawing.
+BORDER = 0.45
+#: Heights of the title, the scale bar, the deviation plot (of an exact guide) and its labels.
+TITLE = 1.1
+SCALE = 0.62
+DEVIATION = 1.2
+EXACTLY = 0.4
+LABELS = 0.65
 
 
 def sheet(guide: PlacedGuide) -> Figure:
-    """Draw a guide in mid-stroke with ghosts at the ends of the stroke, its path and its deviation; one that has no
-    stroke in the position given, with its path over the circuit."""
+    """Draw a guide at mid-stroke with ghosts at the ends, its path and its deviation.
+
+    A guide without a stroke is drawn in its given position, with its path over the circuit.
+    """
     candidate = stroked(guide)
     shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
     x0, y0, x1, y1 = shown.box
@@ -61,7 +74,7 @@ def sheet(guide: PlacedGuide) -> Figure:
 
 
 def onto(axes: Axes, guide: PlacedGuide) -> None:
-    """Draw a guide into axes, which are given one scale for both directions and room for it."""
+    """Draw a guide into axes, with equal scales and fitting limits."""
     candidate = stroked(guide)
     shown = scene(candidate) if candidate is not None else scene_of(poses(guide))
     x0, y0, x1, y1 = shown.box
@@ -77,17 +90,25 @@ def onto(axes: Axes, guide: PlacedGuide) -> None:
 
 
 def stroked(guide: PlacedGuide) -> Candidate | None:
-    """Return a guide that has a stroke as what it is, None for another."""
+    """Return a guide with a stroke; None for another."""
     return cast("Candidate", guide) if hasattr(guide, "stroke") else None
 
 
 def _title(figure: Figure, guide: PlacedGuide, total: float) -> None:
-    """Say which guide it is, and what it does."""
+    """Write the title: name and main numbers of the guide."""
     left, line = MARGIN / WIDTH, 1 - 0.58 / total
     series, configuration = getattr(guide, "series", getattr(guide, "name", "")), getattr(guide, "configuration", "")
     head = figure.text(
-        left, line, series, gid="series", family=SERIF, weight="bold", size=23, color=INK, parse_math=False,
-    )  # fmt: skip
+        left,
+        line,
+        series,
+        gid="series",
+        family=SERIF,
+        weight="bold",
+        size=23,
+        color=INK,
+        parse_math=False,
+    )
     width = head.get_window_extent().width / figure.bbox.width + 0.017 if series else 0.0
     kind = family(guide) + (f", configuration {configuration}" if configuration else "")
     figure.text(
@@ -95,13 +116,17 @@ def _title(figure: Figure, guide: PlacedGuide, total: float) -> None:
     )
     candidate = stroked(guide)
     unit = f" {guide.unit}" if guide.unit else ""
-    told = facts(guide, guide.unit or "") if candidate is None else [
-        f"stroke {candidate.stroke:g}{unit}",
-        *([] if candidate.radius is None else [f"radius {candidate.radius:.4g}{unit}"]),
-        *([f"{candidate.arc_angle:.4g}°"] if candidate.is_wide else []),
-        "exact" if _exact(candidate) else f"deviation {plain(candidate.deviation)}{unit}",
-        f"least transmission angle {candidate.min_transmission:.0f}°",
-    ]  # fmt: skip
+    told = (
+        facts(guide, guide.unit or "")
+        if candidate is None
+        else [
+            f"stroke {candidate.stroke:g}{unit}",
+            *([] if candidate.radius is None else [f"radius {candidate.radius:.4g}{unit}"]),
+            *([f"{candidate.arc_angle:.4g}°"] if candidate.is_wide else []),
+            "exact" if _exact(candidate) else f"deviation {plain(candidate.deviation)}{unit}",
+            f"minimum transmission angle {candidate.min_transmission:.0f}°",
+        ]
+    )
     figure.text(left, 1 - 0.85 / total, "   ·   ".join(told), gid="facts", family=SANS, size=8.8, color=GREY)
 
 
@@ -110,7 +135,7 @@ def _exact(candidate: Candidate) -> bool:
 
 
 def _scale(pen: Pen, unit: str | None) -> None:
-    """Draw a scale of a round length under the linkage."""
+    """Draw a scale bar of a round length under the linkage."""
     x, y = pen.axes.get_xlim()[0], pen.axes.get_ylim()[0] + 30 * pen.point
     length = rounded(110 * pen.point)
     tick = 3j * pen.point
@@ -123,8 +148,7 @@ def _scale(pen: Pen, unit: str | None) -> None:
 
 
 def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
-    """Draw the distance from the nominal along the stroke, so many times as large as the stroke is drawn, in the band
-    that holds it."""
+    """Plot the magnified deviation along the stroke, within its band."""
     from matplotlib.ticker import MaxNLocator
 
     nominal = "straight line" if candidate.radius is None else "circular arc"
@@ -169,7 +193,7 @@ def _deviation(axes: Axes, candidate: Candidate, shown: Scene) -> None:
 
 
 def _times(value: float) -> str:
-    """Return a magnification; large ones as a multiple of a power of ten."""
+    """Format a magnification, large ones with a power of ten."""
     if value < 1e5:
         return f"{value:g}"
     power = math.floor(math.log10(value) + 1e-9)

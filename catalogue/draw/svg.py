@@ -1,4 +1,4 @@
-"""Elements of an SVG, places and angles as they stand there: y downwards, angles clockwise in degrees."""
+"""Elements of SVG, in its coordinates: y downwards, angles clockwise in degrees."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def polyline(z: Array, digits: int = 2) -> str:
 
 
 def plate(z: Array, radius: float) -> str:
-    """Return the data of the border of what is within a radius of the convex polygon with the corners z."""
+    """Return the outline at a distance `radius` about the convex hull of z."""
     corner = _hull(np.asarray(z), 1e-6 * radius)
     r = number(radius)
     if len(corner) == 1:
@@ -64,7 +64,7 @@ def plate(z: Array, radius: float) -> str:
 
 
 def _hull(z: Complexes, near: float) -> Complexes:
-    """Return the corners of the convex hull of up to three points, with growing angle; nearer points are one."""
+    """Return the convex hull of up to three points by ascending angle; close points are one."""
     corner = [z[0]]
     for point in z[1:]:
         if min(abs(point - other) for other in corner) > near:
@@ -82,20 +82,22 @@ def _hull(z: Complexes, near: float) -> Complexes:
 
 @dataclass(frozen=True)
 class Clock:
-    """Makes parts of a drawing run through poses for ever, all in the same time.
+    """Animates parts of a drawing through poses in a common period, endlessly.
 
     Attributes
     ----------
     seconds : float
         Of a period.
     closed : bool
-        Whether the poses are run through round and round, the last being the first again; else to and fro.
+        Whether the poses are run through round and round, the last being the first again; else to
+        and fro.
     middle : int
         The pose in which parts stand where nothing moves.
     still : bool
         Whether nothing moves.
     time : ndarray, shape (m,), optional
-        When the poses are passed, from 0 to 1 of a period or of the way forth; in equal times if it is not given.
+        When the poses are passed, from 0 to 1 of a period or of the way forth; in equal times if it
+        is not given.
     """
 
     seconds: float
@@ -105,21 +107,26 @@ class Clock:
     time: Floats | None = None
 
     def order(self, values: list[str]) -> str:
-        """Return the values of all poses as they follow one another over a period."""
+        """Arrange the values of all poses in the order of a period."""
         return ";".join(values if self.closed else values + values[-2::-1])
 
     def animate(self, attribute: str, values: list[str], **attributes: object) -> Markup:
-        """Return what changes an attribute of the element it is in; empty if nothing moves or changes."""
+        """Return the animation of an attribute; empty if nothing changes."""
         if self.still or len(set(values)) == 1:
             return NOTHING
         return element(
-            "animate", attributeName=attribute, values=self.order(values), dur=f"{number(self.seconds)}s",
-            repeatCount="indefinite", keyTimes=self._key_times, **attributes,
-        )  # fmt: skip
+            "animate",
+            attributeName=attribute,
+            values=self.order(values),
+            dur=f"{number(self.seconds)}s",
+            repeatCount="indefinite",
+            keyTimes=self._key_times,
+            **attributes,
+        )
 
     @cached_property
     def _key_times(self) -> str | None:
-        """When the values of a period are passed; None where that is in equal times."""
+        """Return the times of the values of a period; None for equal times."""
         if self.time is None or np.ptp(np.diff(self.time)) < EQUAL:
             return None
         time = self.time if self.closed else 0.5 * np.append(self.time, 2 - self.time[-2::-1])
@@ -129,18 +136,23 @@ class Clock:
         if self.still or len(set(values)) == 1:
             return NOTHING
         return element(
-            "animateTransform", attributeName="transform", type=kind, values=self.order(values),
-            dur=f"{number(self.seconds)}s", repeatCount="indefinite", keyTimes=self._key_times,
-        )  # fmt: skip
+            "animateTransform",
+            attributeName="transform",
+            type=kind,
+            values=self.order(values),
+            dur=f"{number(self.seconds)}s",
+            repeatCount="indefinite",
+            keyTimes=self._key_times,
+        )
 
     def moved(self, at: Complexes, kind: str, *content: str) -> Markup:
-        """Return a group that is carried to places, shape (m,)."""
+        """Return a group translated to positions, shape (m,)."""
         values = [pair(z) for z in at.tolist()]
         start = f"translate({values[self.middle]})"
         return group(kind, self._transform("translate", values), *content, transform=start)
 
     def turned(self, angle: Floats, kind: str | None, *content: str) -> Markup:
-        """Return a group that is turned about its origin by angles, shape (m,) [rad, against the clock as seen]."""
+        """Return a group rotated about its origin by angles, shape (m,) [rad, counterclockwise]."""
         values = [number(-a, 3) for a in np.degrees(angle).tolist()]
         inner = (self._transform("rotate", values), *content)
         return element("g", *inner, class_=kind, transform=f"rotate({values[self.middle]})")

@@ -1,4 +1,4 @@
-"""Symbols of links, pivots, sliders and slides; their sizes are of paper, their places of the drawing."""
+"""Symbols of links, pivots and sliders: sizes in points of paper, positions in the drawing."""
 
 from __future__ import annotations
 
@@ -13,9 +13,13 @@ from ..paper import GREY, INK, PAPER
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Half the width of a link, of a coupler line and radius of a pivot [point].
-LINK, ROD, PIVOT = 5.2, 2.4, 3.1
-#: What is drawn above this is solid: a name must not cover it.
+#: Half the width of a link [point].
+LINK = 5.2
+#: Half the width of a coupler line [point].
+ROD = 2.4
+#: Radius of a pivot [point].
+PIVOT = 3.1
+#: Layer above which symbols are solid: a name must not cover them.
 SOLID = 3.0
 #: Half the length and half the width of a block [point].
 BLOCK = (13.0, 7.5)
@@ -40,15 +44,24 @@ class Pen:
     def _plate(
         self, z: Complexes, radius: float, gid: str, face: object, edge: object, width: float, zorder: float
     ) -> None:
-        """Fill what is within a radius [point] of the convex polygon with the corners z, with a border so wide."""
+        """Fill the outline at a radius [point] about the convex hull of z, with a border."""
         from matplotlib.patches import Polygon
 
         z = rounded(z, radius * self.point)
         self._taken(np.append(z, z[0]), zorder)
         self.axes.add_patch(
-            Polygon(np.stack([z.real, z.imag], 1), closed=True, gid=gid, clip_on=False, joinstyle="round",
-                    facecolor=face, edgecolor=edge, linewidth=width, zorder=zorder)
-        )  # fmt: skip
+            Polygon(
+                np.stack([z.real, z.imag], 1),
+                closed=True,
+                gid=gid,
+                clip_on=False,
+                joinstyle="round",
+                facecolor=face,
+                edgecolor=edge,
+                linewidth=width,
+                zorder=zorder,
+            )
+        )
 
     def _taken(self, z: Array, zorder: float) -> None:
         if zorder >= SOLID:
@@ -69,9 +82,17 @@ class Pen:
 
         at = max((z + far * self.point * way for far in (14, 18, 22, 27, 33) for way in ways), key=room)
         self.axes.text(
-            at.real, at.imag, text, gid=gid, size=11, math_fontfamily="stix", color=colour, ha="center", va="center",
+            at.real,
+            at.imag,
+            text,
+            gid=gid,
+            size=11,
+            math_fontfamily="stix",
+            color=colour,
+            ha="center",
+            va="center",
             zorder=12,
-        )  # fmt: skip
+        )
         self.taken.append(at + extent)
 
     def link(
@@ -110,8 +131,7 @@ class Pen:
         self.line(np.array([a, b]), gid + "-line", color=GREY, linewidth=1.3, zorder=3)
 
     def track(self, at: complex, normal: complex, run: tuple[float, float], others: Complexes, gid: str) -> None:
-        """Draw the line of a slider at a point, from one place of its `run` to the other, on the side where the rest
-        of the linkage, `others`, is not."""
+        """Draw the rail of a slider over its `run`, away from the linkage, `others`."""
         side = -1.0 if ((others - at) * normal.conjugate()).real.sum() > 0 else 1.0
         foot, along = at + side * BLOCK[1] * self.point * normal, 1j * normal
         self.hatched(foot + run[0] * along, foot + run[1] * along, side * normal, gid)
@@ -125,7 +145,7 @@ class Pen:
 
 
 def rounded(z: Complexes, radius: float) -> Complexes:
-    """Return the border, at the distance `radius`, of the convex polygon with the corners z; one or two will do."""
+    """Return the outline at a distance `radius` about the convex hull of z."""
     corner = [z[0]]
     for c in z[1:]:
         if min(abs(c - other) for other in corner) > 1e-6 * radius:

@@ -1,4 +1,4 @@
-"""Lengths as they are written on drawings, and the scales of drawings in true millimetres."""
+"""Format lengths on drawings, and choose scales of drawings in true millimetres."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from ..units import millimetres
 
 
 def decimals(unit: str) -> int:
-    """Return the decimals of a thousandth of a millimetre in a unit."""
+    """Return the decimals needed for a thousandth of a millimetre in a unit."""
     return math.ceil(math.log10(millimetres(unit))) + 3
 
 
@@ -22,15 +22,14 @@ def fixed(value: float, digits: int) -> str:
 
 
 def length(value: float, unit: str) -> str:
-    """Return a length with its unit, to four or five digits and no finer than a thousandth of a millimetre; without a
-    unit, an empty text, to these digits."""
+    """Format a length with its unit, to four or five digits."""
     digits = max(0, min(6, 4 - math.floor(math.log10(abs(value))))) if value else 0
     told = fixed(value, min(digits, decimals(unit)) if unit else digits)
     return f"{told.rstrip('0').rstrip('.') if '.' in told else told} {unit}".rstrip()
 
 
 def rounded(value: float, steps: tuple[float, ...] = (1, 2, 5)) -> float:
-    """Return the greatest of the steps times a power of ten that is not above a value."""
+    """Round a value down to a step times a power of ten."""
     power = 10.0 ** math.floor(math.log10(value))
     return max(m * power for m in steps if m * power <= value * (1 + 1e-12) or m == 1)
 
@@ -52,7 +51,7 @@ class Scale:
 
     @classmethod
     def named(cls, text: str) -> Scale:
-        """Return the scale that is written, as ``1:2``; `InvalidRequest` if there is none such."""
+        """Parse a scale such as ``1:2``."""
         parts = re.fullmatch(r"\s*([0-9.]+)\s*:\s*([0-9.]+)\s*", text) if isinstance(text, str) else None
         try:
             drawn, real = (float(part) for part in parts.groups()) if parts else (0.0, 0.0)
@@ -64,11 +63,10 @@ class Scale:
 
     @classmethod
     def fitting(cls, largest: float) -> Scale:
-        """Return the largest of the usual scales that is not above a ratio: 1, 2, 2.5 or 5 times a power of ten to 1,
-        or 1 to that."""
+        """Return the largest standard scale up to a ratio."""
         ratio = rounded(largest, (1, 2, 2.5, 5) if largest >= 1 else (1, 2, 4, 5))
         return cls(float(f"{ratio:g}"), 1.0) if ratio >= 1 else cls(1.0, float(f"{1 / ratio:g}"))
 
     def bar(self, unit: str, longest: float) -> float:
-        """Return a round length in a unit that is drawn no longer than so many millimetres."""
+        """Return a round length in a unit, drawn up to `longest` millimetres."""
         return rounded(longest / (self.ratio * millimetres(unit)))

@@ -1,4 +1,4 @@
-"""One cell of a plate: axes, circles, cubics, the linkage and what it guides, clipped to a square."""
+"""One cell of a plate: axes, circles, cubics, linkage and guided points, clipped to a square."""
 
 from __future__ import annotations
 
@@ -19,20 +19,24 @@ from .symbols import BLOCK, Pen
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-#: Ways in which a bearing may point, the usual one first.
+#: Directions of a bearing, the usual one first.
 WAYS = (-1j, 1j, 1 + 0j, -1 + 0j)
 #: What belongs to the fixed plane; the colour of the coupler is that of the moving one.
 FIXED = "#00805e"
 #: Symbols are smaller than on a sheet of their own.
 SMALL = 0.62
-#: Room about the figure, and half the length of a guided path [point].
-BORDER, PATH_LENGTH = 19.0, 17.0
+#: Margin of the figure [point].
+BORDER = 19.0
+#: Half the length of a guided path [point].
+PATH_LENGTH = 17.0
 DASHED = (0, (4, 2.6))
 
 
 class Vignette:
-    """Draws a cell in square axes of its own, their sides so many points long on paper; `prefix` is that of the names
-    of all elements."""
+    """Draws a cell in square axes with a side in points.
+
+    `prefix` begins the names of all elements.
+    """
 
     def __init__(self, axes: Axes, cell: Cell, points: float, prefix: str) -> None:
         self.cell, self.prefix = cell, prefix
@@ -49,7 +53,7 @@ class Vignette:
         axes.set_ylim(self.centre.imag - self.half, self.centre.imag + self.half)
 
     def _joints(self) -> Complexes:
-        """Return the two ends of the coupler: moving pivots, and the feet on the lines of slides."""
+        """Return the ends of the coupler: moving pivots, or feet on the slots."""
         z, kinds = self.z, self.kinds
         ends = z[:, 1].copy()
         if (kinds == RP).all():  # where the two lines meet
@@ -60,7 +64,7 @@ class Vignette:
         return np.asarray(ends)
 
     def _square(self) -> tuple[complex, float]:
-        """Return the middle and half the side of the least square that holds circles, linkage and near guides."""
+        """Return centre and half side of the least square about circles and linkage."""
         guided = np.concatenate([g.pairs[0] for g in self.cell.guided] or [np.zeros((0, 3))])
         guided = (guided[:, 0] + 1j * guided[:, 1])[guided[:, 2] != 0]
         held = [self.z[self.cell.linkage.finite[0]], self.joint, guided[np.abs(guided) <= FAR], np.zeros(1)]
@@ -106,12 +110,15 @@ class Vignette:
             along = (b - a) / abs(b - a)
             self._line(np.array([a, b]), gid, GREY, 0.5, 0.5)
             self.pen.line(
-                b + tip * np.array([-along + 0.3j * along, 0, -along - 0.3j * along]), self.prefix + gid + "-tip",
-                color=GREY, linewidth=0.6, zorder=0.5,
-            )  # fmt: skip
+                b + tip * np.array([-along + 0.3j * along, 0, -along - 0.3j * along]),
+                self.prefix + gid + "-tip",
+                color=GREY,
+                linewidth=0.6,
+                zorder=0.5,
+            )
 
     def _loci(self) -> None:
-        """Draw the two circles and the two cubics; what is of the fixed plane lies under what is of the moving one."""
+        """Draw the two circles and the two cubics, those of the fixed plane below."""
         at = self.cell.curvature
         reach = 2 * (abs(self.centre) + 2 * self.half)
         if self.parallel:
@@ -157,7 +164,7 @@ class Vignette:
             dyad(pen, kind, fixed, moving, rod, name)
 
     def _down(self, i: int) -> complex:
-        """Return the way for a bracket to point in which the least of the linkage lies."""
+        """Return the direction of a bracket with the least of the linkage in it."""
         fixed, share = self.z[i, 0], np.linspace(0, 1, 101)
         links = [self.joint, *(self.z[j] for j in (0, 1) if self.kinds[j] == RR)]
         parts = np.concatenate([a + share * (b - a) for a, b in links]) - fixed
@@ -172,7 +179,10 @@ class Vignette:
         return min(WAYS, key=hidden)
 
     def _guided(self, number: int) -> tuple[complex, str, str]:
-        """Draw a guided pair; return where its name belongs, the name and what the element is called."""
+        """Draw a guided pair.
+
+        Return where its name belongs, the name and what the element is called.
+        """
         guided = self.cell.guided[number]
         gid = f"guided-{number + 1}"
         pair, finite = guided.pairs[0, :, 0] + 1j * guided.pairs[0, :, 1], guided.pairs[0, :, 2] != 0

@@ -1,4 +1,4 @@
-"""What drawings and sheets say of a guide."""
+"""Texts on drawings and sheets."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from .units import length
 if TYPE_CHECKING:
     from ..find.placed import PlacedGuide
 
-#: Deviations below this part of the stroke are rounding: the guide is exact.
+#: Deviation below which a guide is exact [strokes]: rounding.
 EXACT_DEVIATION = 1e-12
-#: Names of families as they stand in a title.
+#: Names of families in titles.
 FAMILIES = {
     "four-bar": "four-bar linkage",
     "inverted-slider-crank": "inverted slider-crank",
@@ -23,13 +23,13 @@ FAMILIES = {
 
 
 def family(guide: PlacedGuide) -> str:
-    """Return the family of a guide as it stands in a title."""
+    """Return the name of a guide's family for a title."""
     name = str(guide.linkage.family[0])
     return FAMILIES.get(name, name)
 
 
 def asked(guide: PlacedGuide) -> str:
-    """Return what a guide is for: its line or arc, or its dwell; empty if it has none."""
+    """Describe the path or dwell of a guide; an empty text if it has none."""
     if (stroke := getattr(guide, "stroke", None)) is not None:
         radius = guide.radius  # type: ignore[attr-defined]  # what has a stroke has a radius or None
         unit = f" {guide.unit}" if guide.unit else ""
@@ -45,7 +45,7 @@ def asked(guide: PlacedGuide) -> str:
 
 
 def described(guide: PlacedGuide, code: str = "") -> str:
-    """Return one line that says which guide it is and what it does."""
+    """Describe a guide in one line: code, number, name, kind and path."""
     number = getattr(guide, "id", None)
     name = getattr(guide, "name", "")
     series = getattr(guide, "series", "")
@@ -55,7 +55,7 @@ def described(guide: PlacedGuide, code: str = "") -> str:
 
 
 def facts(guide: PlacedGuide, unit: str) -> list[str]:
-    """Return what a guide does, in short: stroke, radius, deviation, transmission angle, as far as it has them."""
+    """List the main numbers of a guide: stroke, radius, deviation, transmission angle."""
     told = []
     if (stroke := getattr(guide, "stroke", None)) is not None:
         told.append(f"stroke {length(stroke, unit)}")
@@ -69,12 +69,12 @@ def facts(guide: PlacedGuide, unit: str) -> list[str]:
         residual, swing = guide.residual, guide.swing  # type: ignore[attr-defined]
         told.append(f"dwell of {angle:.4g}° of the crank within {residual:.3g}°, swing {swing:.4g}°")
     if (least := getattr(guide, "min_transmission", None)) is not None:
-        told.append(f"least transmission angle {least:.0f}°")
+        told.append(f"minimum transmission angle {least:.0f}°")
     return told or [f"{name} {value:.4g} {unit}".rstrip() for name, value in guide.lengths.items()]
 
 
 def places(guide: PlacedGuide, unit: str) -> list[str]:
-    """Return where the fixed pivots stand; of a slider the direction of its line."""
+    """Describe the positions of the fixed pivots; of a slider the direction of its rail."""
     told = []
     for i, dyad in enumerate(guide.pivots):
         x, y, w = dyad[0]
@@ -86,7 +86,7 @@ def places(guide: PlacedGuide, unit: str) -> list[str]:
 
 
 def plain(value: float) -> str:
-    """Return a number with three digits, small ones as a multiple of a power of ten in matplotlib's notation."""
+    """Format a number with three digits, small ones as a power of ten in matplotlib's notation."""
     size = abs(value)
     if size >= 1e-4 or not size:
         return f"{value:.3g}".replace("-", "−")

@@ -114,7 +114,7 @@ def test_numbers_are_those_of_the_guide(made: PlacedGuide) -> None:
         assert name == known
         assert number(said) == pytest.approx(value, abs=6e-4)
     finite = [point[:2] for dyad in made.pivots for point in dyad if point[2]] + [made.guided]
-    rows = [row for row in told.pivots.rows if not row[0].startswith(("line", "joint", "pivot"))]
+    rows = [row for row in told.pivots.rows if not row[0].startswith(("rail", "slot", "joint", "pivot"))]
     for row, (x, y) in zip(rows, finite, strict=True):
         np.testing.assert_allclose([number(row[1]), number(row[2])], [x, y], atol=6e-4)
     assert made.code in told.provenance
@@ -126,7 +126,9 @@ def test_lines_of_sliders_and_slides_are_told_by_their_directions(name: str) -> 
     """Against the x axis: that of the pin of a slider as it moves; of a slide in the position that is listed."""
     made = MADE[name]
     told = {
-        row[0]: float(row[1].rstrip("°")) for row in content(made, made.code).pivots.rows if row[0].startswith("line")
+        row[0]: float(row[1].rstrip("°"))
+        for row in content(made, made.code).pivots.rows
+        if row[0].startswith(("rail", "slot"))
     }
     ends = made.motion(2).points
     assert told
@@ -146,17 +148,17 @@ def test_tolerances_come_from_the_allowance() -> None:
     z = np.array(FORGIVING.pivots)[..., :2] + 0.0237 * rng.standard_normal((20_000, 2, 2, 2))
     crank = np.hypot(*(z[:, 0, 1] - z[:, 0, 0]).T)
     assert np.mean(np.abs(crank - FORGIVING.lengths["crank 1"]) < 0.067) == pytest.approx(0.954, abs=0.01)
-    assert "scattering by 0.023 mm" in told.lengths.note
+    assert "standard deviation of pivot position 0.023 mm" in told.lengths.note
     none = content(replace(FORGIVING, allowance=-1.0), "")
     assert {row[2] for row in none.lengths.rows} == {"–"}
-    assert "none is left" in none.lengths.note
+    assert "none left" in none.lengths.note
 
 
 def test_limits_are_named() -> None:
     limits = {name: said for name, said in content(FORGIVING.in_unit("in"), "").limits.rows}  # noqa: C416  # mypy needs the pair
-    assert limits["angle of the drive"] == "31.4°"
+    assert limits["rotation of the drive"] == "31.4°"
     assert limits["turns fully"] == "crank 1"
-    assert limits["least transmission angle"] == f"{FORGIVING.min_transmission:.1f}°"
+    assert limits["min. transmission angle"] == f"{FORGIVING.min_transmission:.1f}°"
     stops = content(OWN, OWN.code).limits.note
     for angle in OWN.dead_points["crank 2"]:
         assert f"{angle:.1f}" in stops
@@ -219,7 +221,7 @@ def test_same_guide_gives_the_same_file(name: str, tmp_path: Path) -> None:
     ("file", "given", "said"),
     [
         ("a.png", {}, r"choose \.pdf or \.html"),
-        ("a.pdf", {"paper": "a5"}, "no paper 'a5'; there are a4, letter"),
+        ("a.pdf", {"paper": "a5"}, "unknown paper 'a5'; choose from a4, letter"),
         ("a.pdf", {"unit": "yd"}, "no unit 'yd'"),
         ("a.html", {"scale": "2"}, "a scale is written as"),
         ("no/a.pdf", {}, "there is no folder"),

@@ -230,7 +230,7 @@ def test_title_says_what_the_candidate_is() -> None:
     said = " ".join(text.get_text() for text in draw(ARC).texts)
     for part in ("general", "inverted slider-crank", "configuration made", "stroke 100", "radius ", "deviation 0.2"):
         assert part in said
-    assert f"least transmission angle {ARC.min_transmission:.0f}°" in said
+    assert f"minimum transmission angle {ARC.min_transmission:.0f}°" in said
     assert "exact" in " ".join(text.get_text() for text in draw(EXACT).texts)
     tiny = replace(MADE["four-bar"], deviation=3.2e-7)
     assert r"$3.20\times 10^{-7}$" in " ".join(text.get_text() for text in draw(tiny).texts)
