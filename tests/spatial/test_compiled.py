@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
 from typing import Any, ClassVar
@@ -164,6 +165,19 @@ def test_the_equations_are_the_same(name: str) -> None:
 
 
 @needs_numba
+@pytest.mark.parametrize("name", EXAMPLES)
+def test_rates_and_twists_are_the_same(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    elements, drive, hold, values = EXAMPLES[name]
+    one, other = both(monkeypatch, lambda: Mechanism(elements).sweep(drive, values, hold))
+    plain = replace(other, states=one.states, _cache={})
+    assert plain.curve.system.fast is None
+    np.testing.assert_allclose(one.poses()[0], plain.poses()[0], atol=1e-13)
+    steep = 1 + np.abs(plain.basis()).max((1, 2), keepdims=True)  # near dead points
+    assert np.nanmax(np.abs(one.basis() - plain.basis()) / steep**2) < 1e-12
+    assert np.nanmax(np.abs(one.twists() - plain.twists()) / steep[..., None] ** 2) < 1e-12
+
+
+@needs_numba
 @pytest.mark.slow
 def test_random_mechanisms_move_the_same(monkeypatch: pytest.MonkeyPatch) -> None:
     """150 five links, RSCR and RSSR, most of which do not get as far as asked."""
@@ -238,7 +252,7 @@ def test_what_numba_has_kept_of_another_version_is_not_taken(tmp_path: Path) -> 
 
     versions = {guided: version(str(guided.__file__), repr([*KINDS])), jointed: version(str(jointed.__file__))}
     kept = [(room, value) for room in versions for value in vars(room).values() if hasattr(value, "py_func")]
-    assert len(kept) == 6
+    assert len(kept) == 7
     for room, function in kept:
         assert list(inspect.signature(function.py_func).parameters.values())[-1].default == versions[room]
         assert all("omitted" in str(types[-1]) for types in function.signatures)
@@ -282,12 +296,12 @@ def test_who_waits_for_the_compiler_is_told(capsys: pytest.CaptureFixture[str]) 
     class Waiting:
         """As a function of numba, which is compiled when it is called first."""
 
-        signatures: ClassVar[list[str]] = []
+        overloads: ClassVar[list[str]] = []
 
         def __call__(self, number: float) -> float:
-            if not self.signatures:
+            if not self.overloads:
                 time.sleep(1.2 * PATIENCE)
-                self.signatures.append("float64")
+                self.overloads.append("float64")
             return 2 * number
 
     function = Waiting()

@@ -103,6 +103,19 @@ def evaluate(fast: Fast, y: Array) -> tuple[Array, Array]:
     return value, jacobian
 
 
+def rated(fast: Fast, held: Array, y: Array) -> tuple[Array, Array, Array, Array]:
+    """Return rotations (n, b, 3, 3), translations (n, b, 3), and per unit of each freedom rates and twists.
+
+    Rates of the unknowns are of shape (n, m, f), twists of the bodies (n, b, 6, f).
+    """
+    k, plan, geometry, work = fast
+    n, bodies = len(y), len(plan.joints) + 1
+    rotation, shift = np.empty((n, bodies, 3, 3)), np.empty((n, bodies, 3))
+    basis, twist = np.empty((n, plan.moves.shape[1], len(plan.stated))), np.zeros((n, bodies, 6, len(plan.stated)))
+    call(k.rated, plan, geometry, work, plain(held), plain(y), rotation, shift, basis, twist)
+    return rotation, shift, basis, twist
+
+
 def solved(fast: Fast, held: Array, y: Array, target: Array, accuracy: Numbers) -> tuple[Array, Array, Array]:
     """Correct states (n, numbers); return them, where that was possible, and where a matrix was singular."""
     k, plan, geometry, work = fast

@@ -34,6 +34,10 @@ class Curve:
         jacobian = self._every(y)[1][:, : self.system.rows]
         return Curve(self.system, self.held, pivots(jacobian, len(self.system.use)))
 
+    def jacobian(self, y: Array) -> Array:
+        """Return the Jacobian of all conditions and scalars, (n, c + k, m)."""
+        return self._every(y)[1]
+
     def _every(self, y: Array) -> tuple[Array, Array]:
         """Return what all conditions lack and values of scalars (n, c + k), and the Jacobian of both."""
         if self.system.fast:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from .motion import Motion
@@ -16,11 +17,8 @@ def framed(motion: Motion, columns: Mapping[str, Any], index: str = "") -> pd.Da
     Of several drives the frame is indexed by all of them.
     """
     n, s = motion.states.shape[:2]
-    if motion.others:
-        return pd.DataFrame(dict(columns), index=motion.index)
-    drive = f"drive [{motion.drive_unit}]"
-    if index:
-        return pd.DataFrame(dict(columns), index=motion.index)
-    each = {drive: [*motion.drive_shown] * n, **columns}
-    pose = pd.MultiIndex.from_product([range(n), range(s)], names=["mechanism", "pose"]) if n > 1 else None
-    return pd.DataFrame(each, index=pose)
+    index_, named = motion.index if motion.others or index else None, dict(columns)
+    if index_ is None:
+        named = {f"drive [{motion.drive_unit}]": np.tile(motion.drive_shown, n), **named}
+        index_ = pd.MultiIndex.from_product([range(n), range(s)], names=["mechanism", "pose"]) if n > 1 else None
+    return pd.DataFrame(np.stack(list(named.values()), axis=1), columns=list(named), index=index_, copy=False)

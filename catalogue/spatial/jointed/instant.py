@@ -13,15 +13,16 @@ import numpy as np
 
 from ...errors import InvalidRequest
 from ...kinematics.types import Array
-from .drives import scalar_function
+from .curve import pivots
 from .elements import GuideCoordinate, Length, Scalar, identity, title
 from .hard_points import HardPoints
 from .motion import Motion
-from .scalars import ScalarFunction
 from .vectors import cross
 
 #: Singular values, and residuals, below this part of the largest are rounding: rates have about 12 digits.
 RANK = 1e-8
+#: Determinants of unit rows above this leave rates nearly all their digits, without singular values.
+REGULAR = 1e-3
 
 
 class Instant(NamedTuple):
@@ -61,73 +62,74 @@ def instant(
     -------
     Instant
     """
-    basis, system = motion.basis(), motion.curve.system
-    twists = _twists(motion, basis, motion.body_number(body))
-    rows = np.stack([gradient(motion, s, basis) for s in (moving, *still)], axis=1)
-    size = np.sqrt((rows * rows).sum(2, keepdims=True))
-    good = np.isfinite(rows).all((1, 2)) & np.isfinite(twists).all((1, 2))
-    rate, stray = np.full((len(rows), basis.shape[2]), np.nan), np.zeros(len(rows), bool)
-    moves = good & (size[:, 0, 0] > RANK)
-    scaled = rows[moves] / np.where(size[moves] > RANK, size[moves], 1)
-    rate[moves], can, free = _chosen(scaled, 1 / size[moves, 0, 0])
-    reach = np.sqrt((twists[moves] ** 2).sum((1, 2)))
-    stray[moves] = np.sqrt(((twists[moves] @ free) ** 2).sum((1, 2))) > RANK * reach
-    possible = moves.copy()
-    possible[moves] = can
-    rate[~possible | stray] = np.nan
+    system, twists = motion.curve.system, motion.twists()[:, motion.body_number(body)]
+    rows = np.stack([gradient(motion, s) for s in (moving, *still)], axis=1)
+    size = np.sqrt(np.einsum("nkf,nkf->nk", rows, rows))
+    rate, stray = np.full((len(rows), rows.shape[2]), np.nan), np.zeros(len(rows), bool)
+    known = np.isfinite(size).all(1)
+    moves = known & (size[:, 0] > RANK)
+    if moves.any():
+        some = slice(None) if moves.all() else np.flatnonzero(moves)
+        scaled = rows[some] / np.where(size[some] > RANK, size[some], 1)[..., None]
+        rate[some], moves[some], free = _chosen(scaled, 1 / size[some, 0])
+        if free is not None:
+            strays = np.sqrt(((twists[some] @ free) ** 2).sum((1, 2)))
+            stray[some] = strays > RANK * np.sqrt((twists[some] ** 2).sum((1, 2)))
+    rate[~moves | stray] = np.nan
     twist = (twists @ rate[..., None])[..., 0]
-    unit = system.unit / _function(motion, moving)[0].unit
+    unit = system.unit / motion.mechanism.scalar_function(moving, motion.scalars)[0].unit
     local = (at - system.centre) / system.unit
     velocity, spin = (twist[:, :3] + cross(twist[:, 3:], local)) * unit, twist[:, 3:] * (unit / system.unit)
     told = ", ".join(title(s) for s in still) or "nothing"
     reason = ""
-    if (good & ~possible).any():
+    if (known & ~moves).any():
         reason = f"{title(moving)} cannot move while {told} stands still"
-    elif (possible & stray).any():
+    elif (moves & stray).any():
         reason = f"{what} is still free while {title(moving)} moves and {told} stands still: hold more"
     return Instant(velocity, spin, reason)
 
 
-def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array]:
-    """Return rates (n, f) at which the first of unit rows (n, k, f) moves, which can, and what they leave free."""
+def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
+    """Return rates (n, f) at which the first of unit rows (n, k, f) moves, which can, and what they leave free.
+
+    Nothing is left free, None, where the first row and others of the middle pose are far from singular in every pose.
+    """
+    n, k, f = rows.shape
+    goal = np.zeros((n, k))
+    goal[:, 0] = first
+    if k >= f:
+        best = pivots(rows[n // 2 : n // 2 + 1, 1:], f - 1)[0] + 1
+        own = rows if k == f else rows[:, [0, *best]]
+        if (np.abs(np.linalg.det(own)) > REGULAR).all():
+            rate = np.linalg.inv(own)[:, :, 0] * first[:, None]
+            return rate, _meets(rows, rate, goal), None
     u, s, v = np.linalg.svd(rows, full_matrices=False)
     keep = s > RANK
     share = np.where(keep, u[:, 0] / np.where(keep, s, 1), 0.0)
     rate = (share[:, None] @ v)[:, 0] * first[:, None]
-    goal = np.zeros(rows.shape[:2])
-    goal[:, 0] = first
-    missed = np.abs((rows @ rate[..., None])[..., 0] - goal).max(1)
-    free = np.eye(rows.shape[2]) - np.swapaxes(v, 1, 2) @ (keep[..., None] * v)
-    return rate, missed <= RANK * first, free
+    free = np.eye(f) - np.swapaxes(v, 1, 2) @ (keep[..., None] * v)
+    return rate, _meets(rows, rate, goal), free
 
 
-def _twists(motion: Motion, basis: Array, b: int) -> Array:
-    """Return twists (n s, 6, f) of a body, velocity of the origin first, per unit of each freedom."""
-    carried = motion.carries(b)[:, None] * basis
-    return np.asarray(np.swapaxes(motion.screws(), 1, 2) @ carried)
+def _meets(rows: Array, rate: Array, goal: Array) -> Array:
+    """Return where rates meet what all rows are to be."""
+    return np.asarray(np.abs((rows @ rate[..., None])[..., 0] - goal).max(1) <= RANK * goal[:, 0])
 
 
-def gradient(motion: Motion, scalar: Scalar, basis: Array) -> Array:
+def gradient(motion: Motion, scalar: Scalar) -> Array:
     """Return rates (n s, f) of a scalar per unit of each freedom, without dimensions."""
-    stated = [identity(s) for s in motion.scalars]
-    if identity(scalar) in stated:
-        row = np.eye(len(stated))[stated.index(identity(scalar))]
-        return np.where(np.isfinite(basis).all(1), row, np.nan)
+    stated, one = motion.stated, identity(scalar)
+    if one in stated:
+        row = np.eye(len(stated))[stated.index(one)]
+        return np.where(np.isfinite(motion.basis()[:, 0]), row, np.nan)
     if isinstance(scalar, GuideCoordinate) or (isinstance(scalar, Length) and scalar.link):
         raise InvalidRequest(f"{title(scalar)} is neither driven nor held in this motion: give two points instead")
-    function, points = _function(motion, scalar)
+    function, points = motion.mechanism.scalar_function(scalar, motion.scalars)
     if function.unknown is not None:
-        return np.asarray(basis[:, function.unknown])
-    first, second = (_twists(motion, basis, b) for b in function.bodies)
+        return np.asarray(motion.basis()[:, function.unknown])
+    first, second = (motion.twists()[:, b] for b in function.bodies)
     wrench = function.wrench(*_attached(motion, points))
     return np.asarray((wrench[:, None] @ (second - first))[:, 0])
-
-
-def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoints]:
-    """Return a scalar as a function of the pose, and the points and directions on which it is."""
-    made = motion.formulation()
-    made.points = HardPoints()
-    return scalar_function(scalar, made), made.points
 
 
 def _attached(motion: Motion, points: HardPoints) -> tuple[Array, Array]:

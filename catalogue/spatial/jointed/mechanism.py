@@ -17,11 +17,14 @@ from . import several_drives
 from .assemblies import FoundAssemblies, search
 from .circuit import Circuit, circuits
 from .curve import Curve, tangents
+from .drives import scalar_function
 from .elements import Cylindrical, Element, Prismatic, Revolute, Scalar, identity
 from .formulation import Formulation
+from .hard_points import HardPoints
 from .motion import Motion
 from .rank import RANK, SINGULAR, UNMET, missed_by, rank_of, without_missed
 from .request import Drives
+from .scalars import ScalarFunction
 from .sweeping import swept
 from .system import System
 from .tracing import March
@@ -87,6 +90,7 @@ class Mechanism:
     def __init__(self, elements: Sequence[Element], unit: str = "mm") -> None:
         self.elements, self.unit = several("elements", elements, Element), text("unit", unit)
         self._systems: dict[Any, System] = {}
+        self._functions: dict[Any, tuple[ScalarFunction, HardPoints]] = {}
         self.system()
 
     def system(self, *scalars: Scalar) -> System:
@@ -98,6 +102,16 @@ class Mechanism:
             plain = len(rank.use) == made.rows and not rank.singular
             self._systems[key] = made if plain else replace(made, use=rank.use, singular=rank.singular)
         return self._systems[key]
+
+    def scalar_function(self, scalar: Scalar, stated: Sequence[Scalar]) -> tuple[ScalarFunction, HardPoints]:
+        """Return a scalar as a function of the pose, in a motion of other scalars, and the points on which it is."""
+        key = identity(scalar), *map(identity, stated)
+        if key not in self._functions:
+            made = Formulation(self.elements, stated)
+            made.place()
+            made.points = HardPoints()
+            self._functions[key] = scalar_function(scalar, made), made.points
+        return self._functions[key]
 
     def carriers(self) -> list[Revolute | Prismatic | Cylindrical]:
         """Return the joints on which bodies hang, those whose coordinates `Joint` names."""

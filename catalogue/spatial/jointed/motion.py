@@ -13,9 +13,9 @@ import numpy as np
 from ...errors import CatalogueError, InvalidRequest, one_line, quoted
 from ...given import array, instance, pair, switch, text, whole
 from ...kinematics.types import Array
+from . import compiled
 from .curve import Curve
 from .elements import Scalar, identity, title
-from .formulation import Formulation
 from .hard_points import numbers
 from .tree import PRISMATIC, UNKNOWNS
 from .vectors import series
@@ -101,7 +101,7 @@ class Motion:
         InvalidRequest
             If it neither drives nor is held.
         """
-        names = [identity(s) for s in self.scalars]
+        names = self.stated
         if identity(scalar) not in names:
             raise InvalidRequest(f"{title(scalar)} neither drives nor is held in this motion")
         k = names.index(identity(scalar))
@@ -132,9 +132,13 @@ class Motion:
         law = np.tile(law / units, (1, len(self.states) if given.shape[0] > 1 else 1, 1))
         return replace(self, law=(law, 1.0), _cache=self._still())
 
+    @property
+    def _fast(self) -> bool:
+        return self.curve.system.fast is not None
+
     def _still(self) -> dict[Any, Any]:
         """Return what is cached of the poses alone."""
-        return {k: v for k, v in self._cache.items() if k in ("inverse", "screws", "formulation", ("poses", 0))}
+        return {k: v for k, v in self._cache.items() if k in ("inverse", "basis", "twists", "stated", ("poses", 0))}
 
     def _law(self) -> tuple[Array, float]:
         """Return coefficients of the scalars (order, n s or 1, f) by the parameter of derivatives, and its unit."""
@@ -191,9 +195,11 @@ class Motion:
             curve, y = self.flat()
             system = curve.system
             width = system.rows + len(system.scalars)
-            inverse, (law, _) = self.inverse(), self._law() if order else (np.zeros(0), 1.0)
             x = np.zeros((order + 1, len(y), system.unknowns))
-            for k in range(1, order + 1):
+            if order:
+                law = self._law()[0]
+                x[1] = (self.basis() @ law[0][..., None])[..., 0]
+            for k in range(2, order + 1):
                 rotation, shift = system.poses(y, x[: k + 1])
                 ends, vectors = system.attached(rotation, shift)
                 f = np.zeros((len(y), width))
@@ -203,7 +209,7 @@ class Motion:
                     f[:, c] = scalar.value(ends, vectors, every)[k]
                 if k <= len(law):
                     f[:, system.rows :] -= law[k - 1]
-                x[k] = -(inverse @ f[..., None])[..., 0]
+                x[k] = -(self.inverse() @ f[..., None])[..., 0]
             self._cache[order] = x
         return np.asarray(self._cache[order])
 
@@ -214,8 +220,7 @@ class Motion:
         """
         if "inverse" not in self._cache:
             curve, y = self.flat()
-            system = curve.system
-            _, _, jacobian = system.evaluate(y)
+            jacobian = curve.jacobian(y)
             good = np.isfinite(jacobian).all((1, 2))
             inverse = np.full_like(np.swapaxes(jacobian, 1, 2), np.nan)
             square = jacobian.shape[1] == jacobian.shape[2] and _regular(jacobian[good])
@@ -248,6 +253,8 @@ class Motion:
 
     def poses(self, order: int = 0) -> tuple[Array, Array]:
         """Return rotations (order + 1, n s, b, 3, 3) and translations of all bodies, without dimensions."""
+        if not order and self._fast and ("poses", 0) not in self._cache:
+            self._rate()
         if ("poses", order) not in self._cache:
             curve, y = self.flat()
             self._cache["poses", order] = curve.system.poses(y, self.series(order) if order else None)
@@ -298,24 +305,36 @@ class Motion:
         """The held scalars, and the driving one last: as many as there are freedoms."""
         return (*self.held, *self.others, self.driven)
 
-    def formulation(self) -> Formulation:
-        """Return bodies, joints and scalars of the motion, placed."""
-        if "formulation" not in self._cache:
-            made = self._cache["formulation"] = Formulation(self.mechanism.elements, self.scalars)
-            made.place()
-        placed: Formulation = self._cache["formulation"]
-        return placed
-
     def basis(self) -> Array:
         """Return rates (n s, unknowns, f) of the unknowns, one for each of `scalars`, the others standing still."""
-        return self.inverse()[:, :, self.curve.system.rows :]
+        if "basis" not in self._cache:
+            self._rate()
+        return np.asarray(self._cache["basis"])
 
-    def screws(self) -> Array:
-        """Return the screw of every unknown, (n s, unknowns, 6): velocity of the centre, and rotation."""
-        if "screws" not in self._cache:
-            curve, y = self.flat()
-            self._cache["screws"] = curve.system.screws(y, *self.poses())
-        return np.asarray(self._cache["screws"])
+    @property
+    def stated(self) -> list[tuple[Any, ...]]:
+        """What tells each of `scalars` from others."""
+        if "stated" not in self._cache:
+            self._cache["stated"] = [identity(s) for s in self.scalars]
+        return list(self._cache["stated"])
+
+    def twists(self) -> Array:
+        """Return twists (n s, b, 6, f) of bodies per unit of each of `scalars`: velocity of the centre, and spin."""
+        if "twists" not in self._cache:
+            self._rate()
+        return np.asarray(self._cache["twists"])
+
+    def _rate(self) -> None:
+        """Compute poses and twists of all bodies."""
+        curve, y = self.flat()
+        if curve.system.fast:
+            rotation, shift, basis, twists = compiled.rated(curve.system.fast, curve.held, y)
+            self._cache.update({("poses", 0): (rotation[None], shift[None]), "basis": basis, "twists": twists})
+            return
+        basis = self._cache["basis"] = self.inverse()[:, :, curve.system.rows :]
+        screws = np.swapaxes(curve.system.screws(y, *self.poses()), 1, 2)
+        carried = [self.carries(b)[:, None] for b in range(len(curve.system.bodies))]
+        self._cache["twists"] = np.stack([screws @ (own * basis) for own in carried], axis=1)
 
     def carries(self, b: int) -> Array:
         """Return whether each unknown moves a body, shape (unknowns,)."""

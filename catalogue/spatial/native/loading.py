@@ -32,7 +32,7 @@ def load(name: str) -> ModuleType | None:
 
 def call(function: Any, *given: Any) -> Any:
     """Call a compiled function; where numba takes its time to compile it, say so."""
-    if function.signatures:
+    if function.overloads:
         return function(*given)
     with busy("compiling sweeps in space, for this and later processes"):
         return function(*given)

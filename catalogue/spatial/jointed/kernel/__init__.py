@@ -9,9 +9,9 @@ The formulas, tests and constants are theirs, the division into functions is not
 from .curve import SINGULAR, Limits, Nodes, nodes
 from .newton import Accuracy
 from .pose import CYLINDRICAL, FREE, PRISMATIC, REVOLUTE, Geometry, Plan, work
-from .sweep import Sweep, evaluated, solved, steps, swept
+from .sweep import Sweep, evaluated, rated, solved, steps, swept
 
 __all__ = [
     "CYLINDRICAL", "FREE", "PRISMATIC", "REVOLUTE", "SINGULAR", "Accuracy", "Geometry", "Limits", "Nodes", "Plan",
-    "Sweep", "evaluated", "nodes", "solved", "steps", "swept", "work",
+    "Sweep", "evaluated", "nodes", "rated", "solved", "steps", "swept", "work",
 ]  # fmt: skip

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from ...native.compiling import compiled, kept, version
+from ...native.elimination import substitute
 from .curve import TURNING, Nodes, cubic, step, toward, up_to_dead_point
-from .newton import corrected
-from .pose import evaluate
+from .newton import corrected, factored, select
+from .pose import CYLINDRICAL, FREE, PRISMATIC, REVOLUTE, evaluate
 
 #: How far beyond an end of its way a value of the drive still counts as reached.
 BESIDE = 1e-12
@@ -56,6 +59,57 @@ def evaluated(plan, geometry, w, y, value, jacobian, version=VERSION):  # noqa: 
             value[i, r] = w.value[r]
             for c in range(w.jacobian.shape[1]):
                 jacobian[i, r, c] = w.jacobian[r, c]
+
+
+@kept
+def rated(plan, geometry, w, held, y, rotation, shift, basis, twist, version=VERSION):  # noqa: ARG001  # part of its types
+    """Find where bodies are in many states, and per unit of each freedom the rates of unknowns and the twists."""
+    m, free = plan.moves.shape[1], len(plan.keep) - held.shape[1]
+    for i in range(len(y)):
+        g = 0 if len(geometry.points) == 1 else i
+        evaluate(plan, geometry, g, y[i], w, True)
+        for b in range(len(w.rotation)):
+            for j in range(3):
+                shift[i, b, j] = w.shift[b, j]
+                for k in range(3):
+                    rotation[i, b, j, k] = w.rotation[b, j, k]
+        if plan.redundant:
+            select(plan, held[i], w)
+        regular = factored(w.jacobian[plan.stated[-1]], w) != 0
+        for k in range(len(plan.stated)):
+            for j in range(m):
+                w.along[j] = 0.0
+            w.along[free + k] = 1.0
+            substitute(w.matrix, m, w.interchanged, w.along)
+            for j in range(m):
+                basis[i, j, k] = w.along[j] if regular else np.nan
+                w.along[j] = basis[i, j, k]
+            carried(plan, w, twist[i, :, :, k])
+
+
+@compiled
+def carried(plan, w, twist):
+    """Find the twists (bodies, 6) of all bodies, velocity of the centre first, at rates `w.along` of the unknowns."""
+    for j in range(len(plan.joints)):
+        joint_kind, b, on, u = plan.joints[j, 0], plan.joints[j, 1], plan.joints[j, 2], plan.joints[j, 3]
+        for i in range(6):
+            twist[b, i] = twist[on, i]
+        if joint_kind == FREE:
+            rx, ry, rz = w.along[u], w.along[u + 1], w.along[u + 2]
+            px, py, pz = w.arm[j, 0], w.arm[j, 1], w.arm[j, 2]
+            twist[b, 0] += py * rz - pz * ry + w.along[u + 3]
+            twist[b, 1] += pz * rx - px * rz + w.along[u + 4]
+            twist[b, 2] += px * ry - py * rx + w.along[u + 5]
+            twist[b, 3] += rx
+            twist[b, 4] += ry
+            twist[b, 5] += rz
+            continue
+        for i in range(3):
+            if joint_kind != PRISMATIC:
+                twist[b, i] += w.along[u] * w.arm[j, i]
+                twist[b, 3 + i] += w.along[u] * w.axis[j, i]
+            if joint_kind != REVOLUTE:
+                twist[b, i] += w.along[u + (joint_kind == CYLINDRICAL)] * w.axis[j, i]
 
 
 @kept
