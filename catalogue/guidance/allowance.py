@@ -1,19 +1,22 @@
-"""The allowance: the standard deviation of every pivot coordinate that leaves a path within its tolerance in 95 of 100.
+"""The allowance: the scatter of the pivots at which 95 % of paths stay within tolerance.
 
-Where the coordinates of the finite pivots and of the guided point are off by s c, c (10,) independent standard normal
-numbers, the distance from the nominal at a station becomes e + s G c to first order (`pose_jacobian`).  The nominal is
-placed anew, as for the deviation.  By de la Vallee-Poussin the half width of the zone is then
+Where the coordinates of the finite pivots and of the guided point are off by s c, c (10,)
+independent standard normal numbers, the distance from the nominal at a station becomes e + s G c to
+first order (`pose_jacobian`).  The nominal is placed anew, as for the deviation.  By de la
+Vallee-Poussin the half width of the zone is then
 
     max over references of  |L . (e + s G c)|,   sum |L| = 1,
 
-where a reference is as many stations as the nominal has coordinates, and one more, and its weights L are orthogonal to
-what moves of the nominal do there.  So along a direction c = r u the path stays within a tolerance A while
+where a reference is as many stations as the nominal has coordinates, and one more, and its weights
+L are orthogonal to what moves of the nominal do there.  So along a direction c = r u the path stays
+within a tolerance A while
 
     s r <= R(u),   1 / R(u) = max over references and signs of  L . G u / (A - L . e).
 
-With r chi distributed the allowance is the s at which the mean over directions u of P(r > R(u) / s) is 5 per cent.
-Paths answer in two or three directions, nearly all in four: there r has four degrees of freedom, P(r > y) = exp(-x) (1
-+ x), x = y^2 / 2, and the directions are the 120 vertices of the 600-cell, which integrate polynomials to degree 11.
+With r chi distributed the allowance is the s at which the mean over directions u of P(r > R(u) / s)
+is 5 per cent. Paths answer in two or three directions, nearly all in four: there r has four degrees
+of freedom, P(r > y) = exp(-x) (1 + x), x = y^2 / 2, and the directions are the 120 vertices of the
+600-cell, which integrate polynomials to degree 11.
 """
 
 from __future__ import annotations
@@ -37,60 +40,66 @@ from .sensitivity import COUNT, displaced, pose_jacobian, ways
 from .trace import Traced
 from .wide_arc import along_circuits
 
-#: Probability with which a path stays within its tolerance over the whole stroke, at pivots that scatter by the
-#: allowance: two standard deviations of a normal number.
+#: Probability with which a path stays within its tolerance over the whole stroke, at pivots that
+#: scatter by the allowance: two standard deviations of a normal number.
 PROBABILITY = 0.95
-#: Intervals between the Chebyshev points of the stroke in a search: they leave the probability open by 3 per cent.
+#: Intervals between the Chebyshev points of the stroke in a search: they leave the probability open
+#: by 3 per cent.
 ROUGH = 8
 #: Intervals for what is shown and bounded: they leave it open by 1 per cent.
 FINE = 20
-#: The same where the radius is sought too: references are four stations then, and many more; 1 per cent again.
+#: The same where the radius is sought too: references are four stations then, and many more; 1 per
+#: cent again.
 FINE_OF_ARC = 16
-#: References that are looked at in all directions in a search, those which alone forgive least.  For what is shown all
-#: are: where the deviation nearly fills the tolerance hundreds are as strict, and 64 left 2.5 per cent open.
+#: References that are looked at in all directions in a search, those which alone forgive least.
+#: For what is shown all are: where the deviation nearly fills the tolerance hundreds are as strict,
+#: and 64 left 2.5 per cent open.
 ROUGH_REFERENCES = 24
-#: Numbers of one guide's references in all directions are 1.5 MB: as many guides at once fill a core's memory.
+#: Numbers of one guide's references in all directions are 1.5 MB: as many guides at once fill a
+#: core's memory.
 TOGETHER = 4
-#: Machines that are drawn to first order along wide arcs in a search: the probability is known to 1 per cent.
+#: Simulated machines, to first order, along wide arcs in a search: the probability is known to 1 %.
 ROUGH_DRAWS = 500
-#: The same for what is shown: to 0.3 per cent.
+#: Simulated machines for an answer: the probability is known to 0.3 %.
 DRAWS = 4000
-#: References that are looked at in these in a search.
+#: References evaluated for these in a search.
 ROUGH_DRAWN = 64
-#: The same for what is shown: more change the probability by less than 0.1 per cent.
+#: References evaluated for an answer: more change the probability by less than 0.1 %.
 DRAWN = 512
-#: Part of the deviation by which a tolerance exceeds it at least; below that the allowance is proportional to what is
-#: left, and negative where nothing is.
+#: Part of the deviation by which a tolerance exceeds it at least; below that the allowance is
+#: proportional to what is left, and negative where nothing is.
 LEAST_LEFT = 1e-3
 #: Newton steps to the standard deviation, which leave 1e-9 of it open.
 STEPS = 12
 #: Fixed-point steps from the standard deviation to the tolerance.
 TOLERANCE_STEPS = 8
-#: Largest allowance, over the shortest link: beyond it distances do not change in proportion to the scatter, and
-#: linkages that no longer close become frequent.  There the path keeps its tolerance with a higher probability.
+#: Largest allowance, over the shortest link: beyond it distances do not change in proportion to the
+#: scatter, and linkages that no longer close become frequent.  There the path keeps its tolerance
+#: with a higher probability.
 LARGEST = 0.01
 #: x at which exp(-x) (1 + x) is 5 per cent.
 TAIL = 4.743864518
 #: Dimensions of the directions.
 DIMENSIONS = 4
-#: Step of the differences of derivatives by the pivots, and of the parameter as a part of its window [strokes].
+#: Step of the differences of derivatives by the pivots, and of the parameter as a part of its
+#: window [strokes].
 PIVOT_STEP = 1e-5
 
 
 class Zone(NamedTuple):
-    """What holds a path: about a line or a circle whose place, and maybe radius, is free."""
+    """Type of the zone about a path: line or circle, and its fitted coordinates."""
 
     circle: bool
     free: int  #: coordinates of the nominal that are sought: 0 in a fixed place, 2 of a line or given radius, else 3
 
     def intervals(self, rough: bool) -> int:
-        """Return how many intervals there are between stations, in a search or for what is shown."""
+        """Return the number of intervals between stations, for a search or an answer."""
         return ROUGH if rough else FINE_OF_ARC if self.free == 3 else FINE
 
 
 @dataclass(frozen=True)
 class Response:
-    """Distances from the nominals of n guides at m stations, and how they change with the pivots, to first order."""
+    """Deviations of n guides at m stations, and their first derivatives by the pivots."""
 
     error: Floats  #: (n, m), distances from the nominal [length]
     place: Floats  #: (n, m), along the nominal, as a polynomial knows it
@@ -103,8 +112,11 @@ class Response:
 
 
 def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, intervals: int) -> Response:
-    """Return the linear response of traced guides at the ends of the stroke and where, between two Chebyshev points
-    each, the distance from the nominal is largest; that is read on twice as many, as it oscillates more."""
+    """Compute the linear response of traced guides at ends and extreme deviations.
+
+    An extreme is taken between each two Chebyshev points, read on twice as many, as it oscillates
+    more.
+    """
     few, many, fit = grid(intervals), grid(2 * intervals), traced.fit
     across = pose_jacobian(
         guides.motion, guides.point, traced.parameters(few.nodes), ways(guides, traced, few.nodes)
@@ -136,7 +148,7 @@ def response(guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, in
 
 @lru_cache
 def _carrying(intervals: int) -> Floats:
-    """Return the matrix that carries values at the nodes of a grid to the fine points of that with twice as many."""
+    """Return the interpolation matrix from nodes to the fine points of the next grid."""
     angle = np.pi * (1 - np.arange(8 * intervals + 1) / (8 * intervals))
     return np.asarray(np.cos(angle[:, None] * np.arange(intervals + 1)) @ grid(intervals).coefficients)
 
@@ -149,7 +161,7 @@ def scattered(linkage: Linkage) -> Mask:
 
 @dataclass(frozen=True)
 class References(Rows):
-    """Sets of stations whose distances from the nominal no move of it changes, l for each of n guides."""
+    """References: sets of stations whose weighted deviations bound the minimum zone, l per guide."""
 
     stations: Indices  #: (n, l, k)
     weights: Floats  #: (n, l, k), of the distances, their absolute values add up to 1
@@ -188,9 +200,13 @@ class References(Rows):
         which = np.argpartition(-np.nan_to_num(strength, nan=-1.0), count, axis=1)[:, :count]
         row = np.arange(len(which))[:, None]
         return References(
-            self.stations[row, which], self.weights[row, which], self.error[row, which], self.across[row, which],
-            self.missed, self.wide,
-        )  # fmt: skip
+            self.stations[row, which],
+            self.weights[row, which],
+            self.error[row, which],
+            self.across[row, which],
+            self.missed,
+            self.wide,
+        )
 
     def margins(self, asked: Floats) -> tuple[Floats, Floats]:
         """Return how much farther the distances may grow upward and downward, (n, l) each."""
@@ -200,7 +216,7 @@ class References(Rows):
 
 @dataclass(frozen=True)
 class Reach(Rows):
-    """How far n paths may be carried off along each direction of the scatter until they leave their tolerance."""
+    """Distance of n guides from their tolerance along each direction of the scatter."""
 
     nearness: Floats  #: (n, 120), one over how far [1/length]
     reference: Indices  #: (n, 120), number of the reference that ends it
@@ -234,7 +250,7 @@ class Reach(Rows):
         return cls(nearness, first_out % count, both, margin)
 
     def scatter(self) -> Floats:
-        """Return the standard deviation at which paths stay within their tolerances with `PROBABILITY`, (n,)."""
+        """Compute the scatter at which paths stay within tolerance with `PROBABILITY`, (n,)."""
         with np.errstate(all="ignore"):
             square = 0.5 / self.nearness**2
             rate = TAIL / square.min(1)  # 1 / variance; Newton on the logarithms, from above
@@ -247,7 +263,7 @@ class Reach(Rows):
             return np.asarray(1 / np.sqrt(rate))
 
     def shares(self, scatter: Floats) -> Floats:
-        """Return the part that each direction has in the logarithm of the scatter, (n, 120), 1 together."""
+        """Compute the share of each direction in the log scatter, (n, 120), sum 1."""
         with np.errstate(all="ignore"):
             x = 0.5 / (self.nearness * scatter[:, None]) ** 2
             part = np.nan_to_num(np.exp(-x) * x * x)
@@ -255,10 +271,10 @@ class Reach(Rows):
 
 
 def drawn_scatter(found: References, asked: Floats, *, rough: bool) -> Floats:
-    """Return the standard deviations at which paths within tolerances (n,) keep them with `PROBABILITY`.
+    """Compute the scatter at which paths keep tolerances (n,) with `PROBABILITY`, by simulation.
 
-    The scatter is drawn, in all ten coordinates: over an arc near a full circle paths answer in more than four
-    directions.
+    The scatter is drawn, in all ten coordinates: over an arc near a full circle paths answer in
+    more than four directions.
     """
     draws, count = (ROUGH_DRAWS, ROUGH_DRAWN) if rough else (DRAWS, DRAWN)
     found = found.strongest(asked, count)
@@ -283,7 +299,8 @@ def allowances(
 ) -> Floats:
     """Return the allowances of traced guides for a tolerance, to first order, shape (n,) [length].
 
-    Negative where the deviation is larger than the tolerance, NaN where the point returns or nothing was traced.
+    Negative where the deviation is larger than the tolerance, NaN where the point returns or
+    nothing was traced.
 
     Parameters
     ----------
@@ -309,8 +326,10 @@ def shortest(linkage: Linkage) -> Floats:
 def expected_deviation(
     scatter: float, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone, *, rough: bool = False
 ) -> Floats:
-    """Return the deviations that traced guides keep with `PROBABILITY` where every coordinate of the pivots scatters by
-    a standard deviation, shape (n,) [length]: the tolerances of which that is the allowance."""
+    """Compute the tolerances that guides keep with `PROBABILITY` at a scatter, shape (n,) [length].
+
+    It is the inverse of `allowances`: the scatter is the allowance of these tolerances.
+    """
     found, deviation = references(guides, traced, zone, rough)
     if not scatter:
         return deviation
@@ -358,8 +377,15 @@ def slopes(
 def _influence(
     here: Response, found: References, reach: Reach, asked: Floats, shares: Floats
 ) -> tuple[Floats, Floats, Floats]:
-    """Return the derivatives of the logarithm of the allowance by the sensitivities at the stations, (n, m, 10), by the
-    deviation, all distances growing with it, and by the tolerance, (n,)."""
+    """Differentiate the logarithm of the allowance.
+
+    Returns
+    -------
+    ndarray, shape (n, m, 10)
+        Derivatives by the sensitivities at the stations.
+    ndarray, ndarray, shape (n,) each
+        Derivatives by the deviation, all distances scaling with it, and by the tolerance.
+    """
     row = np.arange(len(asked))[:, None]
     weights = np.zeros((*reach.reference.shape, here.error.shape[1]))
     np.put_along_axis(weights, found.stations[row, reach.reference], found.weights[row, reach.reference], axis=2)
@@ -371,8 +397,10 @@ def _influence(
 
 
 def _second_differences(guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: Floats, here: Floats) -> Floats:
-    """Return the derivatives of `PoseJacobian.across` at nodes by each coordinate, (10, m, n, 10), NaN where there are
-    none: differences at the same places along the nominals, whose directions are held."""
+    """Difference `PoseJacobian.across` at nodes by each coordinate, (10, m, n, 10), NaN if impossible.
+
+    The stations and the directions of the nominals are held.
+    """
     n, t, tangent = len(guides), traced.parameters(nodes), ways(guides, traced, nodes)
     each = np.tile(np.arange(n), COUNT)
     linkage, point, good = displaced(

@@ -1,4 +1,4 @@
-"""Trace circular guides over the windows whose arcs are as wide as is asked for."""
+"""Trace circular guides over windows of a requested chord over radius."""
 
 from __future__ import annotations
 
@@ -9,21 +9,24 @@ from .coupler_curve import CouplerCurve
 from .reach import NODES
 from .trace import Traced, trace
 
-#: Windows that are tried at first, in parts of that which would do if the sweep grew in proportion.
+#: First trial windows over the one by proportion.
 TRIED = np.array([0.75, 0.9, 1.0, 1.1])
-#: Further windows, one by one, and when to stop: no sweep is off by more than this part then.
-ROUNDS, REACHED = 6, 1e-6
+#: Most further windows.
+ROUNDS = 6
+#: Relative error of the sweep at which the iteration stops.
+REACHED = 1e-6
 
 
 def at_sweep(guides: CouplerCurve, half: Floats, centre: Floats, known: Floats, sweep: float) -> tuple[Floats, Traced]:
-    """Return half windows (n,) [length] whose chords are `sweep` (below 2) times the radius, and what is traced there.
+    """Find half windows (n,) [length] of a chord over radius, `sweep` below 2, and trace them.
 
-    The sweep does not grow in proportion to the window, since the circle changes with it and the point is moved for
-    each anew; of windows nearby that have it the widest is taken, NaN where there is none.  Where `ROUNDS` do not
-    suffice, near a jump, the sweep is off by more than `REACHED`.
+    The sweep does not grow in proportion to the window, since the circle changes with it and the
+    point is moved for each anew; of windows nearby that have it the widest is taken, NaN where
+    there is none.  Where `ROUNDS` do not suffice, near a jump, the sweep is off by more than
+    `REACHED`.
 
-    To begin with, half windows (n,) [length] are given with the sweeps that are known of them, and their middles, in
-    half windows from the reference position.
+    To begin with, half windows (n,) [length] are given with the sweeps that are known of them, and
+    their middles, in half windows from the reference position.
     """
     n = len(guides)
     guess = sweep / known
@@ -63,8 +66,10 @@ def _excess(traced: Traced, sweep: float) -> Floats:
 
 
 def _between(x: Floats, y: Floats) -> Floats:
-    """Return where y is likely to be 0: between the first point, where it is not above, and the second, where it is
-    not below; a parabola in y through them and the third if it keeps within, else a line."""
+    """Interpolate the zero of y between the first point, y <= 0, and the second, y >= 0.
+
+    By a parabola in y through three points if its zero is between them, else by a line.
+    """
     (a, b, c), (p, q, r) = x, y
     line = np.where(q > p, (a * q - b * p) / (q - p), 0.5 * (a + b))
     bent = a * q * r / ((p - q) * (p - r)) + b * p * r / ((q - p) * (q - r)) + c * p * q / ((r - p) * (r - q))

@@ -1,8 +1,8 @@
-"""Circles of given radii about paths: placed best for the largest distance, and for the mean square distance.
+"""Best-fitting circles of given radii, for the largest or the mean square distance.
 
-A move of the centre changes the distance at a place by the cosine and the sine of its direction from there.  Beyond
-half a turn these are no Haar system: two opposite places may decide alone, and then the best centre is one of many.
-The mean circle is unique, and moves smoothly with the path.
+A move of the centre changes the distance at a place by the cosine and the sine of its direction
+from there.  Beyond half a turn these are no Haar system: two opposite places may decide alone, and
+then the best centre is one of many. The mean circle is unique, and moves smoothly with the path.
 """
 
 from __future__ import annotations
@@ -72,7 +72,8 @@ def best_placed(z: Complexes, radius: Floats, centre: Complexes, points: Grid) -
     fine, n = times(points.fine, z), len(centre)
     with np.errstate(all="ignore"):
         centre, least, stations = _descended(fine, radius, centre)
-        # where two opposite places within the circle decide, the linear model sees no gain in a move across them
+        # where two opposite places within the circle decide, the linear model sees no gain in a
+        # move across them
         spoke = fine[stations, np.arange(n)] - centre
         opposite = np.flatnonzero(np.abs(spoke + spoke[NEXT]).min(0) < NEARLY_OPPOSITE * radius)
         if len(opposite):
@@ -151,7 +152,7 @@ def _between(fine: Complexes, centre: Complexes, radius: Floats, places: Floats)
 
 
 def squared_centre(z: Complexes) -> Complexes:
-    """Fit circles of any radius to places (m, ...) by their squared radii, and return the centres."""
+    """Fit circles of any radius to positions (m, ...) by squared radii; return the centres."""
     home = z.mean(0)
     w = z - home
     square = np.abs(w) ** 2
@@ -180,7 +181,7 @@ def mean_centre(
 
 
 def _moved(x: Floats, y: Floats, values: Floats, weight: Floats | float) -> Complexes:
-    """Solve a x + b y = values (m, ...) by least squares for a + i b."""
+    """Solve a x + b y = values by least squares for a + i b."""
     xx, xy, yy = ((weight * part).sum(0) for part in (x * x, x * y, y * y))
     a, b = (weight * values * x).sum(0), (weight * values * y).sum(0)
     return np.asarray((a * yy - b * xy + 1j * (b * xx - a * xy)) / (xx * yy - xy * xy))

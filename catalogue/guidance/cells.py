@@ -1,10 +1,11 @@
-"""Cells of coupler curves: pieces on which windows of a stroke may begin, each with a bound below their deviations.
+"""Cells of coupler curves: pieces for the begin of a window, with lower bounds of its deviation.
 
-A coupler curve is cut into pieces of equal length.  A window is no shorter than its chord, so that all windows that
-begin on one piece hold the path from the next cut on, for the stroke less one piece: their common core.  The narrowest
-strip of a window is no narrower than that of points of its core, and what these are off their best line in the mean
-square is less.  So no window is straighter than the bound of its cell says, and only cells whose bounds are below the
-best deviation that is known have to be looked into.  Of circles that holds to first order, and at a corner of a path
+A coupler curve is cut into pieces of equal length.  A window is no shorter than its chord, so that
+all windows that begin on one piece hold the path from the next cut on, for the stroke less one
+piece: their common core.  The narrowest strip of a window is no narrower than that of points of its
+core, and what these are off their best line in the mean square is less.  So no window is straighter
+than the bound of its cell says, and only cells whose bounds are below the best deviation that is
+known have to be looked into.  Of circles that holds to first order, and at a corner of a path
 within what its pieces are unequal.
 """
 
@@ -20,8 +21,8 @@ from ..kinematics.types import Array, Complexes, Floats, Indices, Mask
 
 #: Phases at which a coupler curve is read to be cut.
 PHASES = 192
-#: Pieces of a window at least: the bound of a smooth path, which grows like the fourth power of the stroke, loses a
-#: third by the piece that a core is shorter.
+#: Pieces of a window at least: the bound of a smooth path, which grows like the fourth power of the
+#: stroke, loses a third by the piece that a core is shorter.
 PIECES = 10
 #: Pieces of a circuit at least: with fewer a corner of it hides between two cuts.
 FEWEST = 160
@@ -29,12 +30,14 @@ FEWEST = 160
 MOST = 5120
 #: Points of a core that are read: nine follow the eight extremes of most paths.
 POINTS = 9
-#: Chord of a core over what it has of a window, and the other way round, at most: a path within 84 degrees of its
-#: middle that is longer than that is no guidance.
+#: Chord of a core over what it has of a window, and the other way round, at most: a path within 84
+#: degrees of its middle that is longer than that is no guidance.
 NEARLY = 1.5
-#: Part of the bound that holds for circles: their distances are linear in centre and radius to first order only.
+#: Part of the bound that holds for circles: their distances are linear in centre and radius to
+#: first order only.
 BENT = 0.9
-#: Part of a step between points of a core by which it may run back: its chord is not quite that of the window.
+#: Part of a step between points of a core by which it may run back: its chord is not quite that of
+#: the window.
 SLACK = 0.25
 
 
@@ -49,7 +52,8 @@ class Cells(Rows):
     piece, low, high : ndarray
         Length of the piece; phases of its begin, and about of the end of a window from there [rad].
     stroke, least : ndarray
-        Distance of the ends; a bound below the deviations of all windows that begin on the piece [length].
+        Distance of the ends; a bound below the deviations of all windows that begin on the piece
+        [length].
     peak : ndarray of bool
         Whether that is less than on both pieces beside it.
     """
@@ -66,8 +70,17 @@ class Cells(Rows):
 
 @dataclass(frozen=True)
 class Curves(Columns):
-    """Coupler curves of k circuits, cut: phases s and the parts of their lengths up to there, (PHASES + 1, k); their
-    lengths and the largest distances on them, (k,); `number` says which circuits they are."""
+    """Coupler curves of k circuits, tabulated by length.
+
+    Attributes
+    ----------
+    number : ndarray of int, shape (k,)
+        Numbers of the circuits.
+    s, run : ndarray, shape (PHASES + 1, k)
+        Phases [rad], and the fraction of the length up to them.
+    length, across : ndarray, shape (k,)
+        Lengths and diameters of the curves [length].
+    """
 
     circuits: Circuits
     point: Complexes
@@ -103,14 +116,14 @@ class Curves(Columns):
         return np.asarray(PIECES / MOST * self.length)
 
     def cut(self, pieces: int) -> tuple[Floats, Complexes]:
-        """Return the phases (pieces + 1, k) that cut the curves into pieces about equally long, and the points."""
+        """Cut the curves into pieces of about equal length: phases (pieces + 1, k), and points."""
         s = _interpolated(np.linspace(0, 1, pieces + 1)[:, None], self.run, self.s)
         with np.errstate(all="ignore"):
             return s, self.circuits.pose(s).point(self.point)
 
 
 def _interpolated(x: Floats, table: Floats, values: Floats) -> Floats:
-    """Return values (m, k) at x (p, 1), from 0 to 1, in tables (m, k) of which each begins with 0 and ends with 1."""
+    """Interpolate values (m, k) at x (p, 1) in tables (m, k) from 0 to 1."""
     apart = 2 * np.arange(table.shape[1])
     return np.interp((x + apart).T.ravel(), (table + apart).T.ravel(), values.T.ravel()).reshape(len(apart), -1).T
 
@@ -169,8 +182,10 @@ def _cells(curves: Curves, which: Indices, stroke: Floats, pieces: int, circle: 
 
 
 def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
-    """Return the mean square distances of points w (POINTS, m, k) from their best lines or circles, (m, k); infinite
-    where the points do not run forward."""
+    """Compute mean square distances of points from best lines or circles, (m, k).
+
+    Infinite where the points do not run forward.
+    """
     seen, half = from_chord(w)
     u, v = seen.real, seen.imag
     back = -SLACK * np.abs(np.diff(seen, axis=0))
@@ -184,7 +199,8 @@ def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
     k = bent(v[POINTS // 2], half, radius)
     v = v + k / (1 + np.sqrt(np.maximum(1 - k * k, 0.0)))
     v = (2 * v - k * (u * u + v * v)) / (1 + np.sqrt((k * u) ** 2 + (1 - k * v) ** 2))
-    # a circle that is moved changes distances by sine and cosine of the angle about its centre, its radius by 1
+    # a circle that is moved changes distances by sine and cosine of the angle about its centre, its
+    # radius by 1
     cosine = np.sqrt(np.maximum(1 - (k * u) ** 2, 0.0))
     moves = [u, cosine] if radius is not None else [np.ones_like(u), u, u * u / (1 + cosine)]
     for n, move in enumerate(moves):
@@ -197,14 +213,18 @@ def _off(w: Complexes, circle: bool, radius: float | None) -> Floats:
 
 
 def bent(sagitta: Floats, half: Floats, radius: float | None) -> Floats:
-    """Return curvatures of circles through the ends and the middle of paths, or of those with a `radius` on that side,
-    positive to the left [1/half the chord]."""
+    """Compute curvatures of circles through ends and middle of paths, positive to the left.
+
+    In units of 1/half the chord; with a `radius`, of circles of this radius on that side.
+    """
     bend = -2 * sagitta / (sagitta**2 + 1)
     return bend if radius is None else np.copysign(half / radius, bend)
 
 
 def from_chord(w: Complexes) -> tuple[Complexes, Floats]:
-    """Return points (p, ...), first to last, as they lie about the middle of their ends, these in -1 and 1; and half
-    the distance of the ends."""
+    """Normalise points (p, ...) with their ends at -1 and 1.
+
+    Also return half the distance of the ends.
+    """
     half = 0.5 * (w[-1] - w[0])
     return (w - 0.5 * (w[0] + w[-1])) * (1 / half), np.abs(half)

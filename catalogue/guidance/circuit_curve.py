@@ -1,4 +1,4 @@
-"""Guides on their circuits, laid along a path: what measures are read from where no chart of `motion` is known."""
+"""Guides on their circuits along a path: the coupler curves of measures without a chart of `motion`."""
 
 from __future__ import annotations
 
@@ -18,19 +18,24 @@ from .trace import LEAST_SURE, Traced
 
 #: Intervals between the Chebyshev points at which the deviation is measured.
 NODES = 128
-#: What stands for the chart of a motion whose parameter is the phase of its circuit, see `catalogue.kinematics.motion`.
+#: What stands for the chart of a motion whose parameter is the phase of its circuit, see
+#: `catalogue.kinematics.motion`.
 CIRCUIT = 3
 #: Part of half a stroke to which its middle is known.
 MIDDLE = 1e-14
-#: Cosine of the angle to its middle at which a path no longer runs forward; on so many intervals.
-TURNING, STEPS = 0.1, 16
+#: Cosine of the angle to its middle direction below which a path no longer runs forward.
+TURNING = 0.1
+#: Intervals of this test.
+STEPS = 16
 
 
 @dataclass(frozen=True)
 class CircuitMotion(Columns):
-    """Motion of k linkages along their circuits, carried by similarities z -> scale z + shift: as a
-    `catalogue.kinematics.motion.Motion`, its parameter the phase from that of mid-stroke, `middle`; arrays of shape
-    (k,)."""
+    """Motion of k linkages along their circuits, transformed by z -> scale z + shift.
+
+    It replaces a `catalogue.kinematics.motion.Motion`; its parameter is the phase relative to mid-stroke,
+    `middle`.  Arrays of shape (k,).
+    """
 
     circuits: Circuits
     middle: Floats
@@ -64,7 +69,7 @@ class CircuitMotion(Columns):
 
 @dataclass(frozen=True)
 class CircuitCurve(Columns):
-    """k guides on their circuits: as a `catalogue.guidance.coupler_curve.CouplerCurve`, but nothing is sought on it."""
+    """k guides on their circuits; replaces a `coupler_curve.CouplerCurve` over a known window."""
 
     motion: CircuitMotion
     point: Complexes  # guided, in mid-stroke
@@ -93,16 +98,18 @@ class CircuitCurve(Columns):
         return self
 
     def window(self, low: Array, high: Array, nodes: Array) -> tuple[Floats, Floats]:
-        """Return the displacement (u, v), each (m, k), at the `nodes` (m,) of [-1, 1] carried to [low, high], (k,)."""
+        """Compute displacements (u, v), (m, k) each, at `nodes` (m,) of windows."""
         t = 0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None]
         z = self.motion.pose(t).point(self.point) - self.point
         return z.real, z.imag
 
 
 def runs_forward(seen: Complexes, turning: float = TURNING) -> Mask:
-    """Return which paths (m, k), seen at Chebyshev points with their chords along the real axis, run forward along
-    these, and with a cosine above `turning` to their direction in the middle; the latter on `STEPS` intervals, so that
-    it does not depend on the grid."""
+    """Tell which paths (m, k), with chords along the real axis, run forward.
+
+    Also relative to their middle direction, with a cosine above `turning`: tested on `STEPS`
+    intervals, independent of the grid.
+    """
     steps = np.diff(seen[:: (len(seen) - 1) // STEPS], axis=0)
     k = np.clip((seen[:: (len(seen) - 1) // STEPS].real < seen[[0, -1]].real.mean(0)).sum(0) - 1, 1, STEPS - 2)
     tangent = sum(steps[k + i, np.arange(len(k))] for i in (-1, 0, 1))
@@ -113,11 +120,10 @@ def runs_forward(seen: Complexes, turning: float = TURNING) -> Mask:
 def fitted(
     circuits: Circuits, point: Complexes, low: Floats, high: Floats, *, circle: bool, radius: float | None
 ) -> Fit:
-    """Return the best lines or circles of coupler points (k,) of circuits, given with the linkages, over windows of
-    phases (k,), either end first.
+    """Fit lines or circles to coupler points (k,) of circuits over windows of phases (k,).
 
-    Straight paths run to the right, or upwards; arcs bulge to the left of their way.  NaN where the path turns back,
-    or the finest grid leaves a hundredth of the deviation open.
+    Straight paths run to the right, or upwards; arcs bulge to the left of their way.  NaN where the
+    path turns back, or the finest grid leaves a hundredth of the deviation open.
 
     Parameters
     ----------
@@ -138,14 +144,22 @@ def fitted(
         fit = minimum_zone(seen.real, np.where(runs_forward(seen), seen.imag, np.nan), circle, points, held)
         deviation = np.where(resolved(fit, *LEAST_SURE), fit.deviation, np.nan)
         return Fit(
-            length * deviation, length * fit.stroke, first + chord * fit.start, chord / length * fit.along,
-            fit.curvature / length, length * fit.rise, length * fit.unresolved,
-        )  # fmt: skip
+            length * deviation,
+            length * fit.stroke,
+            first + chord * fit.start,
+            chord / length * fit.along,
+            fit.curvature / length,
+            length * fit.rise,
+            length * fit.unresolved,
+        )
 
 
 def on_path(circuits: Circuits, point: Complexes, low: Floats, high: Floats, fit: Fit) -> tuple[CircuitCurve, Traced]:
-    """Return the points as guides in mid-stroke where they stand, and what is traced there, over windows that were
-    fitted; in the direction of the path, against the phase where `low` of `Traced` is above `high`."""
+    """Convert fitted windows to guides at mid-stroke, in place, with their traces.
+
+    They run in the direction of the path, against the phase where `low` of `Traced` is above
+    `high`.
+    """
     middle = fit.start + 0.5 * fit.stroke * fit.along
 
     def off(s: Floats) -> Floats:
@@ -163,13 +177,18 @@ def on_path(circuits: Circuits, point: Complexes, low: Floats, high: Floats, fit
 
 
 def laid(curve: CircuitCurve, traced: Traced) -> tuple[CircuitCurve, Traced]:
-    """Return guides that stand where they stand carried so that their paths run from 0 to 1, and what is traced."""
+    """Move guides so that their paths run from 0 to 1, with their traces."""
     fit, n = traced.fit, len(curve)
     scale: Complexes = fit.stroke * fit.along
     with np.errstate(all="ignore"):
         moving = replace(curve.motion, scale=1 / scale, shift=-fit.start / scale)
         carried = Fit(
-            fit.deviation / fit.stroke, np.ones(n), np.zeros(n, complex), np.ones(n, complex),
-            fit.curvature * fit.stroke, fit.rise / fit.stroke, fit.unresolved / fit.stroke,
-        )  # fmt: skip
+            fit.deviation / fit.stroke,
+            np.ones(n),
+            np.zeros(n, complex),
+            np.ones(n, complex),
+            fit.curvature * fit.stroke,
+            fit.rise / fit.stroke,
+            fit.unresolved / fit.stroke,
+        )
         return CircuitCurve(moving, (curve.point - fit.start) / scale), replace(traced, fit=carried)

@@ -1,10 +1,11 @@
-"""How far a coupler point runs to and fro from the reference position, and the inverse problem.
+"""The path of a coupler point about its reference position, and its inverse.
 
-A coupler curve holds, per guide, the motion in the chart that carries the point farthest, and a table of the point's
-displacement u along its tangent.  A window of u then gives the window of the parameter that covers it.
+A coupler curve holds, per guide, the motion in the chart that carries the point farthest, and a
+table of the point's displacement u along its tangent.  A window of u then gives the window of the
+parameter that covers it.
 
-The path of a point at the pole has a cusp: it runs in along a tangent, rests, and runs out along it again.  There u is
-counted negative before the reference position.
+The path of a point at the pole has a cusp: it runs in along a tangent, rests, and runs out along it
+again.  There u is counted negative before the reference position.
 """
 
 from __future__ import annotations
@@ -28,17 +29,22 @@ STEPS = 16
 FARTHEST = 8.0
 #: Part of the extent to which windows are solved.
 WINDOW_TOLERANCE = 1e-13
-#: Steps in which nearly all ends of windows are found, and those at which the others are given up.
-FEW, MANY = 12, 40
-#: Factor of the score of a chart that holds what is needed: more than the root of any two conditionings differ by.
+#: Iterations that find nearly all ends of windows.
+FEW = 12
+#: Iterations after which the others are given up.
+MANY = 40
+#: Factor of the score of a chart that holds what is needed: more than the root of any two
+#: conditionings differ by.
 FIRST = 1e3
-#: Parabolas by which the place is found where a path turns: 98 of 100 paths then end within 1e-4 of their extent.
+#: Parabolas by which the place is found where a path turns: 98 of 100 paths then end within 1e-4 of
+#: their extent.
 TURNINGS = 5
 #: Worst conditioning of a chart that is still used.
 SINGULAR = 1e-4
 #: A point slower than this, per turn of its linkage's size, is at rest.
 AT_REST = 1e-9
-#: No point is followed farther than so many sizes of its linkage: coupler points of slides and sliders run to infinity.
+#: No point is followed farther than so many sizes of its linkage: coupler points of slides and
+#: sliders run to infinity.
 FAR = 100.0
 
 
@@ -51,8 +57,8 @@ class CouplerCurve(Columns):
     point : complex ndarray, shape (n,)
         Guided point in the reference position.
     tangent : complex ndarray, shape (n,)
-        Unit vector of the point's velocity there, at a cusp of its acceleration; u runs along it and increases with the
-        parameter.
+        Unit vector of the point's velocity there, at a cusp of its acceleration; u runs along it
+        and increases with the parameter.
     t, u : ndarray, shape (2 STEPS + 1, n)
         Table over the part of the path on which u increases; infinite outside it.
     limit : ndarray of str, shape (2, n)
@@ -94,10 +100,10 @@ class CouplerCurve(Columns):
         return np.stack([-u.min(0), u.max(0)])
 
     def window(self, low: Array, high: Array) -> tuple[Array, Array]:
-        """Return the parameters at which u is `low` and `high`, each (n,) -> (n,), NaN beyond the extent.
+        """Solve for the parameters where u is `low` and `high`, (n,) each; NaN beyond the extent.
 
-        Bracketed in the table, then solved to `WINDOW_TOLERANCE` of the extent: in few steps, in more where the path
-        turns nearby.
+        Bracketed in the table, then solved to `WINDOW_TOLERANCE` of the extent: in few steps, in
+        more where the path turns nearby.
         """
         t, near = self._solved(np.stack([low, high]), FEW)
         far = np.flatnonzero(~near)
@@ -106,7 +112,7 @@ class CouplerCurve(Columns):
         return t[0], t[1]
 
     def _solved(self, wanted: Array, steps: int) -> tuple[Array, Mask]:
-        """Return the parameters (2, n) at which u has values (2, n), and where so many steps were enough."""
+        """Solve for the parameters (2, n) of values u (2, n); tell which converged."""
         k = np.clip((self.u[:, None] < wanted).sum(0), 1, len(self.u) - 1)
         t0, t1 = (np.take_along_axis(self.t, k + j, 0) for j in (-1, 0))
         extent = self.extent
@@ -115,8 +121,13 @@ class CouplerCurve(Columns):
             f0, f1 = (np.take_along_axis(self.u, k + j, 0) - wanted for j in (-1, 0))
             t, off = false_position(
                 lambda t: np.where(self.cusp & (t < 0), -1, 1) * self.path(t)[0] - wanted,
-                t0, t1, f0, f1, WINDOW_TOLERANCE * extent.sum(0), steps,
-            )  # fmt: skip
+                t0,
+                t1,
+                f0,
+                f1,
+                WINDOW_TOLERANCE * extent.sum(0),
+                steps,
+            )
         near = outside | ~(np.abs(off) > WINDOW_TOLERANCE * extent.sum(0))
         return np.where(outside | ~np.isfinite(t), np.nan, t), np.asarray(near.all(0))
 
@@ -124,8 +135,10 @@ class CouplerCurve(Columns):
 def false_position(
     function: Callable[[Array], Array], t0: Array, t1: Array, f0: Array, f1: Array, close: Array, steps: int
 ) -> tuple[Array, Array]:
-    """Return where functions vanish between t0 and t1, where they are f0 and f1, and what they are there: by regula
-    falsi (Illinois), until all are within `close` of 0."""
+    """Solve for zeros of functions in brackets t0, t1 by regula falsi (Illinois).
+
+    Returns the zeros and the values there; stops when all are within `close` of 0.
+    """
     for _ in range(steps):
         t = t1 - f1 * (t1 - t0) / np.where(f1 == f0, 1, f1 - f0)
         f = function(t)
@@ -145,10 +158,10 @@ def coupler_curve(
     chart: Array | None = None,
     least: float = 0.0,
 ) -> CouplerCurve:
-    """Return the coupler curves of points, each in the chart in which it runs farthest to both sides.
+    """Build the coupler curves of points, each in the chart of the largest extent.
 
-    What counts is the smaller of the two extents times the root of the conditioning; charts that hold `least` to both
-    sides come first.
+    What counts is the smaller of the two extents times the root of the conditioning; charts that
+    hold `least` to both sides come first.
 
     Parameters
     ----------
@@ -195,7 +208,8 @@ def _in_charts(linkage: Linkage, point: Complexes, chart: Array, dtype: Any, pol
         still = ~(speed > AT_REST * moving.linkage.size)
         tangent = np.where(still, 1.0, velocity / speed)
         angle = np.arctan(np.clip(moving.interval, -FARTHEST, FARTHEST))
-        # nodes crowd where the chart ends, because the path runs into a turning point like a square root
+        # nodes crowd where the chart ends, because the path runs into a turning point like a square
+        # root
         share = np.sin(0.5 * np.pi * np.arange(STEPS + 1) / STEPS)[:, None]
         t = np.tan(np.concatenate([angle[:1] * share[:0:-1], angle[1:] * share]))
         u, _ = moving.point(point, tangent)(t)
@@ -214,7 +228,8 @@ def _in_charts(linkage: Linkage, point: Complexes, chart: Array, dtype: Any, pol
 def _to_turnings(guides: CouplerCurve) -> CouplerCurve:
     """Extend the tables to the places where paths turn.
 
-    A path turns between the neighbours of the last place inside, up to a step of the table beyond it.
+    A path turns between the neighbours of the last place inside, up to a step of the table beyond
+    it.
     """
     t, u = guides.t.copy(), guides.u.copy()
     for side in (-1, 1):

@@ -1,10 +1,11 @@
-"""Strips and annuli that hold a path which runs to a cusp and back along nearly the same line or circle.
+"""Minimum zones of paths with a cusp, which return along nearly the same line or circle.
 
-Both branches count.  Far from the cusp they part, and where that decides the width of an annulus its radius is free
-within bounds: an exchange over all three parameters of a circle has no reference there.  So the radius is sought by
-golden section, from the circle of least squares over both branches, and for each radius the narrowest annulus by
-exchange as in `minimum_zone`; the best strip likewise.  The width is read at the fine points of the grid, among them
-the ends, where it is largest as a rule; a grid four times as fine as for other paths keeps what is missed between them
+Both branches count.  Far from the cusp they part, and where that decides the width of an annulus
+its radius is free within bounds: an exchange over all three parameters of a circle has no reference
+there.  So the radius is sought by golden section, from the circle of least squares over both
+branches, and for each radius the narrowest annulus by exchange as in `minimum_zone`; the best strip
+likewise.  The width is read at the fine points of the grid, among them the ends, where it is
+largest as a rule; a grid four times as fine as for other paths keeps what is missed between them
 below 5e-4 of it.
 """
 
@@ -15,27 +16,32 @@ import numpy as np
 from ..kinematics.types import Array
 from .minimum_zone import Fit, Grid, exchange, polar, rise_over, seen, shifted
 
-#: Most least squares steps to the radius, most exchanges at that radius, and what counts as no step (of the stroke).
-STEPS, EXCHANGES, AT_REST = 12, 8, 1e-12
+#: Most least squares steps to the radius.
+STEPS = 12
+#: Most exchanges at a radius.
+EXCHANGES = 8
+#: Step length at which the iteration has converged [strokes].
+AT_REST = 1e-12
 #: How much farther than in the last exchange the farthest point may be, for the circle to be given.
 SETTLED = 1.001
 #: What keeps points of two branches apart where they are equally far from the cusp, in strokes.
 APART = 1e-11
-#: Change of the curvature that is tried, in deviations over the square of the stroke: it moves the middle of the arc by
-#: twice the deviation, more than the narrowest annulus can.
+#: Change of the curvature that is tried, in deviations over the square of the stroke: it moves the
+#: middle of the arc by twice the deviation, more than the narrowest annulus can.
 BRACKET = 16.0
-#: Steps of the golden section: they leave 4e-4 of that change, and so less than 1e-3 of the deviation, open.
+#: Steps of the golden section: they leave 4e-4 of that change, and so less than 1e-3 of the
+#: deviation, open.
 SECTIONS = 17
 GOLDEN = 0.5 * (5**0.5 - 1)
 
 
 def cusped_zone(u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None) -> Fit:
-    """Return the strips (`circle` false) or annuli of paths (u, v), each (m, n), at the nodes of a grid, that have a
-    cusp in (0, 0) and leave it towards u > 0.
+    """Fit strips (`circle` false) or annuli to paths from a cusp at (0, 0).
 
-    The first end of the path is the cusp, the last the middle between its two ends.  NaN where a branch turns back, and
-    where no circle of less than half a turn is found.  With `held`, curvatures (n,) positive to the left of the way
-    from the cusp, only the place of the circle is sought.
+    The first end of the path is the cusp, the last the middle between its two ends.  NaN where a
+    branch turns back, and where no circle of less than half a turn is found.  With `held`,
+    curvatures (n,) positive to the left of the way from the cusp, only the place of the circle is
+    sought.
     """
     last_nodes = nodes.coefficients[-2:]
     unresolved = np.abs(last_nodes @ v).sum(0) + np.abs(last_nodes @ u).sum(0)
@@ -78,7 +84,8 @@ def _of_radius(
     Returns
     -------
     deviation, centre, heading : ndarray, shape (n,)
-        Half widths, NaN where the exchange does not settle or the arc is half a circle; points and directions.
+        Half widths, NaN where the exchange does not settle or the arc is half a circle; points and
+        directions.
     """
     deviation, centre, heading = stroke.copy(), centre.copy(), heading.copy()
     apart = APART * stroke * np.arange(len(x))[:, None]
@@ -111,7 +118,8 @@ def _narrowest(
 ) -> tuple[Array, Array]:
     """Find the curvature of the narrowest annulus by golden section about one whose deviation is known.
 
-    The half width is a convex function of the curvature, as far as the circle moves by a few deviations.
+    The half width is a convex function of the curvature, as far as the circle moves by a few
+    deviations.
     """
     reach = BRACKET * deviation / stroke**2
     low, high = curvature - reach, curvature + reach
@@ -134,8 +142,7 @@ def _narrowest(
 
 
 def _mean_circle(x: Array, y: Array, stroke: Array) -> tuple[Array, Array, Array]:
-    """Return a point of the circle nearest to the points in the sense of least squares, the direction there, and its
-    curvature, each (n,), by Gauss and Newton from the circle through the ends and a point between."""
+    """Fit circles by least squares (Gauss-Newton): a point, its direction and the curvature, (n,) each."""
     half = np.argmin(np.abs(x - 0.5 * stroke), axis=0)[None]
     at_x, at_y = (np.take_along_axis(a, half, 0)[0] for a in (x, y))
     curvature = -2 * at_y / (at_y**2 + at_x * (stroke - at_x))
@@ -162,7 +169,10 @@ def _mean_circle(x: Array, y: Array, stroke: Array) -> tuple[Array, Array, Array
 
 
 def _unfolded(u: Array, v: Array) -> tuple[Array, Array]:
-    """Return the cusp and the points of both branches in the order of u; NaN where a branch turns back."""
+    """Return the cusp and the points of both branches in the order of u.
+
+    NaN where a branch turns back.
+    """
     falling = np.diff(u, axis=0) < 0
     turns = (falling[1:] & ~falling[:-1]).any(0)
     order = np.argsort(u, axis=0)

@@ -1,4 +1,4 @@
-"""How far a path is off its best circle, point by point, as drawings and tables of motions show it."""
+"""Deviations of a path from its best circle, point by point, for drawings and tables."""
 
 from __future__ import annotations
 
@@ -9,20 +9,25 @@ import numpy as np
 from ..kinematics.types import Array
 from .uniform_fit import uniform_fit
 
-#: Shifts of the centre at most, and the part of the deviation below which one is small enough to be the last.
-ROUNDS, STILL = 6, 1e-3
+#: Most shifts of the centre.
+ROUNDS = 6
+#: Length of the last shift [deviations].
+STILL = 1e-3
 
 
 def from_circle(z: Array, ends: tuple[Any, Any], radius: float, deviation: float) -> Array:
-    """Return the signed distances of an arc's points (m,) from the best-placed circle of a radius; `ends` are those
-    of the arc, and `deviation` about the largest distance.  Positive to the left of the way between the ends."""
+    """Return the signed distances of an arc's points (m,) from the best-placed circle of a radius.
+
+    `ends` are those of the arc, and `deviation` about the largest distance.  Positive to the
+    left of the way between the ends.
+    """
     half = 0.5 * np.abs(ends[1] - ends[0])
     along = 0.5 * (ends[1] - ends[0]) / half
     w = (z - 0.5 * (ends[0] + ends[1])) * along.conj()
     top = w.imag[np.argmin(np.abs(w.real))]
     side, depth = -np.sign(top), np.sqrt(np.maximum(radius**2 - half**2, 0.0))
-    # the circle through the ends of the path, seen from the top of its arc; the distance as in `minimum_zone`, which
-    # loses no digits on a flat arc
+    # the circle through the ends of the path, seen from the top of its arc; the distance as in
+    # `minimum_zone`, which loses no digits on a flat arc
     rise = half**2 / (radius + depth) if np.abs(top) <= half else radius + depth
     x, y, c = w.real, w.imag + side * rise, side / radius
     for _ in range(ROUNDS):

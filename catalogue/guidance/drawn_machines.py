@@ -1,4 +1,4 @@
-"""Draw machines whose pivots scatter, and count those whose path keeps its tolerance.
+"""Simulate machines with scattered pivots, and count those within tolerance.
 
 The allowance is of first order in the scatter; here the finite motion of every machine is measured.
 """
@@ -19,15 +19,19 @@ from .sensitivity import COUNT, displaced
 from .trace import Traced, over
 from .wide_arc import along_circuits, traced_about
 
-#: Machines that are drawn: a share of 95 per cent is then known to 0.7 per cent, one standard deviation.
+#: Machines that are drawn: a share of 95 per cent is then known to 0.7 per cent, one standard
+#: deviation.
 DRAWS = 1000
 #: Seed of the draws: an answer is told the same share every time.
 SEED = 0
 #: Intervals between the Chebyshev points of a path.
 NODES = 32
-#: Newton steps to the ends of a window, the part of it by which speeds are differenced, and the part of the stroke
-#: within which an end is reached.
-ROUNDS, STEP, REACHED = 10, 1e-6, 1e-7
+#: Most Newton steps to the ends of a window.
+ROUNDS = 10
+#: Step of the difference quotient of a speed [windows].
+STEP = 1e-6
+#: Error of an end at which it is reached [strokes].
+REACHED = 1e-7
 
 
 def kept_share(
@@ -44,7 +48,8 @@ def kept_share(
     Parameters
     ----------
     guides : CouplerCurve
-        One, whose point does not return, in whose frame the nominal runs from (0, 0) to (stroke, 0).
+        One, whose point does not return, in whose frame the nominal runs from (0, 0) to (stroke,
+        0).
     traced : Traced
         The same over its stroke.
     nominal : Nominal
@@ -107,8 +112,10 @@ def _drawn(guides: CouplerCurve | CircuitCurve, scatter: float, draws: int) -> t
 
 
 def _window(guides: CouplerCurve, nominal: Nominal, low: float, high: float) -> tuple[Floats, Floats]:
-    """Return the parameters at which the feet of paths are the ends of a nominal, (n,) each, found from those of one
-    path; NaN where they are not reached."""
+    """Solve for the parameters of paths at the ends of a nominal, (n,) each.
+
+    From those of one path; NaN where they are not reached.
+    """
     n = len(guides)
 
     def along(t: Floats) -> Floats:

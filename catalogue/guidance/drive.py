@@ -1,4 +1,4 @@
-"""What a practitioner asks of a guide besides its straightness: how it is driven, how it turns, what room it takes."""
+"""Measures of the drive of a guide: rotation, uniformity, mechanical advantage, positions."""
 
 from __future__ import annotations
 
@@ -22,31 +22,38 @@ from .trace import Traced
 if TYPE_CHECKING:
     from .circuit_curve import CircuitCurve
 
-#: Intervals between the Chebyshev points of the stroke at which motions are read and differentiated; most of them where
-#: fewer miss more than such a part of the speed of a crank, as near a dead point.
-NODES, MOST, MISSED = 32, 256, 1e-4
+#: Intervals between the Chebyshev points of the stroke to evaluate and differentiate a motion.
+NODES = 32
+#: Most intervals, near a dead point.
+MOST = 256
+#: Relative error of a crank speed above which the grid is refined.
+MISSED = 1e-4
 
 
 @dataclass(frozen=True)
 class DriveMetrics(Rows):
-    """How n guides work over their strokes; those whose points return from end to end, to the point of rest and back.
+    """How n guides work over their strokes.
+
+    Those whose points return from end to end, to the point of rest and back.
 
     Attributes
     ----------
     driver : ndarray of int, shape (n,)
-        Number of the crank that drives, 0 where there is none: that of the measures, whose transmission angle
-        `Measures.min_transmission` is.
+        Number of the crank that drives, 0 where there is none: that of the measures, whose
+        transmission angle `Measures.min_transmission` is.
     drive_angle : ndarray, shape (n,)
-        By how much it turns over the stroke [deg]; NaN without a crank, and where it turns back on the way.
+        By how much it turns over the stroke [deg]; NaN without a crank, and where it turns back on
+        the way.
     time_ratio : ndarray, shape (n,)
         Of the rest of its turn to that, if it turns fully and steadily; NaN otherwise.
     uniformity : ndarray, shape (n,)
-        Least over largest speed of the guided point along the path, the driver turning steadily: 0 ... 1.  Of a point
-        that returns 0, because it rests on the way.
+        Least over largest speed of the guided point along the path, the driver turning steadily: 0
+        ... 1.  Of a point that returns 0, because it rests on the way.
     advantage : ndarray, shape (n,)
-        Mechanical advantage, the least over the stroke: force of the point along its path over force at the driving
-        crank pin, without friction; their speeds the other way round.  It grows beyond all bounds where a point rests,
-        so that of one that returns it is the least of what it has on the way there and back.
+        Mechanical advantage, the least over the stroke: force of the point along its path over
+        force at the driving crank pin, without friction; their speeds the other way round.  It
+        grows beyond all bounds where a point rests, so that of one that returns it is the least of
+        what it has on the way there and back.
     rotation : ndarray, shape (n,)
         Range of angles that the coupler takes over the stroke [deg].
     """
@@ -67,10 +74,13 @@ def drive_metrics(
     inverse: bool = False,
     nodes: int = NODES,
 ) -> DriveMetrics:
-    """Return how traced guides, their points as they are, work over the stroke; the measures tell the driver.
+    """Return how traced guides, their points as they are, work over the stroke.
 
-    `inverse`: the guides are inversions of machines with a slot, as in `catalogue.guidance.metrics.measure`, and the
-    measures are those of the machines.  `nodes`: intervals between the positions that are read at first.
+    The measures tell the driver.
+
+    `inverse`: the guides are inversions of machines with a slot, as in
+    `catalogue.guidance.metrics.measure`, and the measures are those of the machines.  `nodes`:
+    intervals between the positions that are read at first.
     """
     moves = SampledPoses.of(guides, traced, nodes, inverse=inverse)
     driver, turns = measures.driver, measures.rotates
@@ -102,10 +112,12 @@ def drive_metrics(
 
 @dataclass(frozen=True)
 class SampledPoses:
-    """Positions of n guides over the stroke, at the f fine points of a grid; each is read when it is asked for.
+    """Positions of n guides over the stroke, at the f fine points of a grid.
 
-    Of machines with a slot everything but the guided point, which moves in their inversions, is in the plane of their
-    frame, which is that of the reference position.
+    Each is read when it is asked for.
+
+    Of machines with a slot everything but the guided point, which moves in their inversions, is in
+    the plane of their frame, which is that of the reference position.
     """
 
     linkage: Linkage
@@ -117,8 +129,11 @@ class SampledPoses:
     def of(
         cls, guides: CouplerCurve | CircuitCurve, traced: Traced, nodes: int = NODES, *, inverse: bool = False
     ) -> SampledPoses:
-        """Return the positions of traced guides; `inverse`: the guides are inversions of machines with a slot, and the
-        positions are those of the machines."""
+        """Return the positions of traced guides.
+
+        `inverse`: the guides are inversions of machines with a slot, and the positions are
+        those of the machines.
+        """
         linkage = guides.linkage
         with np.errstate(all="ignore"):
             pose = guides.motion.pose(traced.parameters(grid(nodes).nodes))
@@ -141,12 +156,15 @@ class SampledPoses:
 
     @cached_property
     def pins(self) -> Complexes:
-        """Moving pivots, shape (f, n, 2); of one at infinity the point of its slide nearest to the fixed one."""
+        """Moving pivots, shape (f, n, 2).
+
+        Of one at infinity the point of its slide nearest to the fixed one.
+        """
         return self._fine(np.where(self.linkage.finite[:, :, 1], self._moved, self._fixed))
 
     @cached_property
     def slides(self) -> Complexes:
-        """Ends of rails and slots by dyad, shape (f, n, 2, 2), slots carried by the coupler; NaN of cranks."""
+        """Ends of rails and slots by dyad, shape (f, n, 2, 2); NaN of cranks."""
         ends = slide_ends(self.linkage, slide_runs(self.linkage, self.pose))
         moved = np.stack([self._fine(self.pose.point(z)) for z in ends.reshape(-1, 4).T], axis=-1)
         slot = (self.linkage.dyads == RP)[..., None]
@@ -164,24 +182,26 @@ class SampledPoses:
 
     @cached_property
     def lever(self) -> Floats:
-        """By how much the cranks turn per length of the guided path, shape (f, n, 2) [rad/length], infinite where the
-        point is at rest: a quotient of two polynomials, not the polynomial of it, which would have a pole there."""
+        """Rotation of the cranks per length of path, shape (f, n, 2) [rad/length].
+
+        Infinite at rest.
+
+        A quotient of two polynomials: it has a pole where the point is at rest.
+        """
         with np.errstate(all="ignore"):
             speed = np.abs(self._fine(times(differentiation(len(self.path) - 1), self.path)))
             return np.asarray(self._fine(self._turning) / speed[..., None])
 
     @cached_property
     def missed(self) -> Floats:
-        """What the speeds of the cranks miss, as parts of the largest, by the last two Chebyshev coefficients, shape
-        (n, 2)."""
+        """Relative error of the crank speeds by the last two Chebyshev coefficients, shape (n, 2)."""
         with np.errstate(all="ignore"):
             last = np.abs(times(self._grid.coefficients[-2:], self._crank)).sum(0)
             return np.asarray((len(self.path) - 1) ** 2 * last / np.abs(self._turning).max(0))
 
     @property
     def unresolved(self) -> Floats:
-        """What the nodes miss of pivots, guided point and slides, by the last two Chebyshev coefficients, shape (n,)
-        [length]."""
+        """Error of the positions by the last two Chebyshev coefficients, shape (n,) [length]."""
         last = self._grid.coefficients[-2:]
         moved = np.where(self.linkage.finite[:, :, 1], self._moved, 0.0)
         with np.errstate(all="ignore"):
@@ -219,7 +239,7 @@ class SampledPoses:
 
 @lru_cache
 def differentiation(count: int) -> Floats:
-    """Return the matrix (m, m) that differentiates values at the nodes of a grid by the parameter in [-1, 1]."""
+    """Return the differentiation matrix (m, m) of a grid, by the parameter in [-1, 1]."""
     points = grid(count)
     chebyshev = np.polynomial.chebyshev
     # the derivative's coefficients, one less, evaluated at the nodes

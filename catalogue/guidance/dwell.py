@@ -1,9 +1,9 @@
-"""Dwells: while a coupler point runs along a circular arc, a dyad hinged to it and to the arc's centre stands still.
+"""Dwells: a dyad between a coupler point on an arc and the arc's centre rests.
 
-The crank turns fully and steadily.  The output dyad is a rod as long as the arc's radius, from the guided point P to a
-joint D, which stands at the centre of the arc during the dwell, and a rocker from D to a fixed pivot E.  Everything is
-read on the full turn of the crank: the rocker's swing, how long it stands still within a given angle, and the least
-transmission angle at D.
+The crank turns fully and steadily.  The output dyad is a rod as long as the arc's radius, from the
+guided point P to a joint D, which stands at the centre of the arc during the dwell, and a rocker
+from D to a fixed pivot E.  Everything is read on the full turn of the crank: the rocker's swing,
+how long it stands still within a given angle, and the least transmission angle at D.
 """
 
 from __future__ import annotations
@@ -20,7 +20,8 @@ from .metrics import min_transmission_turn
 from .minimum_zone import grid
 from .slides import slide_ends, slide_runs
 
-#: Offsets of the band in which a rocker stands still from its angle in the reference position, in half bands.
+#: Offsets of the band in which a rocker stands still from its angle in the reference position, in
+#: half bands.
 OFFSETS = np.linspace(-1, 1, 21)
 #: Intervals between the Chebyshev points of the turn at which slides are read.
 NODES = 96
@@ -33,13 +34,15 @@ class Dwell(Rows):
     Attributes
     ----------
     angle : ndarray
-        By how much the crank turns while the rocker keeps within the band about its reference position.
+        By how much the crank turns while the rocker keeps within the band about its reference
+        position.
     begin : ndarray
         By how much the crank has turned from the reference position when that begins, not above 0.
     residual : ndarray
         Range of the rocker's angles meanwhile.
     swing : ndarray
-        Range of the rocker's angles over the turn; NaN if rod and rocker do not reach all the way round.
+        Range of the rocker's angles over the turn; NaN if rod and rocker do not reach all the way
+        round.
     transmission : ndarray
         Least angle between rod and rocker over the turn, 0 ... 90.
     """
@@ -52,8 +55,10 @@ class Dwell(Rows):
 
 
 def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Complexes, Floats]:
-    """Return the guided points at `count` even steps over a full turn of the cranks with numbers 1 or 2, (count, n),
-    the reference position between the two middle ones; and the least transmission angle meanwhile [deg].
+    """Compute guided points at `count` uniform steps of a full crank turn, (count, n).
+
+    The reference position is between the two middle steps.  Also returns the minimum transmission
+    angle over the turn [deg].
 
     NaN for cranks that do not turn fully.
     """
@@ -67,7 +72,10 @@ def turned(guides: CouplerCurve, crank: Array, count: int) -> tuple[Complexes, F
 
 
 def slides_over_turn(guides: CouplerCurve, crank: Array) -> Complexes:
-    """Return the ends of rails and slots over a full turn of cranks, see `slides.slide_ends`, shape (n, 2, 2)."""
+    """Compute the ends of rails and slots over a full turn, shape (n, 2, 2).
+
+    See `slides.slide_ends`.
+    """
     with np.errstate(all="ignore"):
         pose = _over_turn(_driven(guides, crank), len(guides))
         return slide_ends(guides.linkage, slide_runs(guides.linkage, pose))
@@ -84,12 +92,14 @@ def _over_turn(moving: Motion, n: int) -> Pose:
 
 
 def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing: float = 0.0) -> Dwell:
-    """Return what rockers do whose rods follow a path, arrays (n, m); NaN where rod and rocker do not reach all the way
-    round, or the rocker turns fully.
+    """Measure rockers driven by rods along a path, arrays (n, m).
 
-    The path, (f, n), is that of guided points over a full turn in even steps, the dwell in its middle; there the joint
-    D stands at `centre`, (n,).  Tried are rockers about fixed pivots E, (n, m).  They are said to stand still within a
-    band of the width `residual`; those that do not swing by `swing` are of no interest [deg].
+    NaN where rod and rocker do not reach over the whole turn, or the rocker turns fully.
+
+    The path, (f, n), is that of guided points over a full turn in even steps, the dwell in its
+    middle; there the joint D stands at `centre`, (n,).  Tried are rockers about fixed pivots E, (n,
+    m).  They are said to stand still within a band of the width `residual`; those that do not swing
+    by `swing` are of no interest [deg].
     """
     transmission, which, angle = _rocking(path, centre, pivot)
     found = np.full((4, *pivot.shape), np.nan)
@@ -104,9 +114,12 @@ def dwells(path: Array, centre: Complexes, pivot: Array, residual: float, swing:
 
 
 def strays(path: Array, centre: Complexes, pivot: Complexes, angle: float, begin: float | None = None) -> Floats:
-    """Return the ranges [deg] of the angles of one rocker, arrays as of `dwells` with n = 1 and pivot (1,), over the
-    part of the turn that is so long and begins where it is said [deg, as in `Dwell`]; if that is not said over each
-    that begins, ends or goes on about the reference position.  NaN if there is none."""
+    """Compute the ranges of one rocker's angle over parts of the turn [deg].
+
+    Arrays as in `dwells` with n = 1 and pivot (1,).  The part begins at `begin` [deg, as in
+    `Dwell`]; if None, all parts that contain the reference position are measured.  NaN if there is
+    none.
+    """
     _, _, angles = _rocking(path, centre, pivot[:, None])
     count, middle = len(path), len(path) // 2
     steps = round(count * angle / 360)
@@ -122,8 +135,7 @@ def strays(path: Array, centre: Complexes, pivot: Complexes, angle: float, begin
 
 
 def _rocking(path: Array, centre: Complexes, pivot: Array) -> tuple[Floats, tuple[Array, ...], Floats]:
-    """Return the least transmission angles (n, m), which rockers reach all the way round, and the angles (f, k) of
-    these; see `dwells`."""
+    """Compute minimum transmission angles (n, m), indices of rockers that reach, and their angles (f, k)."""
     middle = len(path) // 2
     start = 0.5 * (path[middle - 1] + path[middle])
     rod, rocker = np.abs(start - centre)[:, None], np.abs(centre[:, None] - pivot)
@@ -142,8 +154,10 @@ def _rocking(path: Array, centre: Complexes, pivot: Array) -> tuple[Floats, tupl
 
 
 def _apex(square: Floats, rod: Floats, rocker: Floats, side: Floats) -> Complexes:
-    """Return where the joint of rod and rocker is as seen from the rocker's pivot, in parts of the arm from there to
-    the guided point, of which the square of the length is given; NaN where they do not reach."""
+    """Compute the joint of rod and rocker relative to the arm from the rocker's pivot.
+
+    `square` is the squared length of the arm; NaN where they do not reach.
+    """
     foot = 0.5 * (square + rocker**2 - rod**2)
     return np.asarray((foot + 1j * side * np.sqrt(square * rocker**2 - foot**2)) / square)
 
@@ -171,8 +185,7 @@ def joint_places(path: Complexes, point: Complexes, joint: Complexes, pivot: Com
 
 
 def _standing(angle: Floats, residual: float) -> tuple[Floats, Floats, Floats]:
-    """Return for how many degrees of the turn rockers stay in the best band of that width, where that begins, and the
-    range meanwhile."""
+    """Find the longest dwell within a band: its length, its begin and the range [deg]."""
     count, middle = len(angle), len(angle) // 2
     step = 360.0 / count
     best, begin, held = (np.full(angle.shape[1:], value) for value in (-1.0, np.nan, np.nan))

@@ -1,8 +1,9 @@
 """What a scatter of the pivots does to a dwell: its allowance, and machines that are drawn at it.
 
-The crank turns between the same directions whatever the pivots are.  Over that part of its turn the angle of the rocker
-is, to first order, linear in the errors of all coordinates; half its range is the distance from the best-placed angle,
-so that the allowance of a path serves for it, with one free coordinate.
+The crank turns between the same directions whatever the pivots are.  Over that part of its turn the
+angle of the rocker is, to first order, linear in the errors of all coordinates; half its range is
+the distance from the best-placed angle, so that the allowance of a path serves for it, with one
+free coordinate.
 """
 
 from __future__ import annotations
@@ -20,8 +21,10 @@ from .dwell import joint_places
 from .minimum_zone import grid
 from .sensitivity import COUNT, displaced
 
-#: Intervals between the Chebyshev points of the dwell, and those of a machine that is drawn.
-STATIONS, DRAWN = 32, 64
+#: Intervals between the Chebyshev points of the dwell.
+STATIONS = 32
+#: Intervals for a simulated machine.
+DRAWN = 64
 #: Step of the differences [length of the driving crank].
 STEP = 1e-5
 #: Coordinates of the output dyad, joint and pivot of the rocker.
@@ -65,7 +68,8 @@ class Standing:
         Returns
         -------
         float
-            At most `LARGEST` of the shortest link; negative where the rocker strays farther as it is [length].
+            At most `LARGEST` of the shortest link; negative where the rocker strays farther as it
+            is [length].
         """
         nodes = grid(STATIONS)
         steps = STEP * np.concatenate([np.eye(ALL), -np.eye(ALL), np.zeros((1, ALL))])
@@ -82,8 +86,10 @@ class Standing:
         return float(min(allowed(found, deviation, np.array([0.5 * band]))[0], LARGEST * min(links)))
 
     def kept_share(self, scatter: float, band: float, draws: int = DRAWS) -> float:
-        """Return the share of machines, their coordinates off by a standard deviation [length], whose rocker keeps a
-        band [rad]; those that do not run through the dwell do not."""
+        """Compute the fraction of simulated machines within a band [rad], at a scatter [length].
+
+        Machines that do not run through the dwell are outside.
+        """
         steps = scatter * np.random.default_rng(SEED).normal(size=(draws, ALL)) * self._scattered
         with np.errstate(all="ignore"):
             ranges = np.ptp(self._angles(steps, grid(DRAWN).nodes), axis=0)
@@ -94,7 +100,7 @@ class Standing:
         return np.concatenate([scattered(self.linkage)[0], np.ones(OUTPUT, bool)])
 
     def _angles(self, steps: Floats, nodes: Floats) -> Floats:
-        """Return the angles of rockers [rad] of machines off by steps (n, 14), at nodes (m,) of the dwell, (m, n)."""
+        """Compute the rocker angles (m, n) [rad] of machines displaced by steps (n, 14)."""
         each = np.zeros(len(steps), int)
         linkage, point, good = displaced(self.linkage[each], np.full(len(each), self.point), steps[:, :COUNT])
         more = steps[good, COUNT:]

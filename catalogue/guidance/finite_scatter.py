@@ -1,10 +1,11 @@
 """Allowances along arcs of any radius, on the finite motion of displaced machines.
 
-A circle whose radius is sought too moves far where its arc is shallow, and not in proportion to the scatter.  By the
-theory of `allowance` a path leaves its tolerance A at a displacement R u of the coordinates, along each direction u,
-and its deviation grows there by m / R per unit.  The machine displaced so has the deviation A + d instead: it leaves at
-R / (1 + d / m).  The logarithm of the allowance changes by the mean of -ln(1 + d / m) over the directions, each with
-its share in the tail of the scatter; the deviation kept at a given scatter by the mean of d, with these shares over m.
+A circle whose radius is sought too moves far where its arc is shallow, and not in proportion to the
+scatter.  By the theory of `allowance` a path leaves its tolerance A at a displacement R u of the
+coordinates, along each direction u, and its deviation grows there by m / R per unit.  The machine
+displaced so has the deviation A + d instead: it leaves at R / (1 + d / m).  The logarithm of the
+allowance changes by the mean of -ln(1 + d / m) over the directions, each with its share in the tail
+of the scatter; the deviation kept at a given scatter by the mean of d, with these shares over m.
 Machines are displaced in the directions of the largest shares.
 """
 
@@ -22,10 +23,11 @@ from .minimum_zone import Fit, concentric, seen
 from .sensitivity import displaced
 from .trace import Traced, over
 
-#: Free coordinates of an arc of any radius; lines and arcs of a given radius keep 95 +- 1 per cent without displaced
-#: machines, see tests/benchmarks/allowance.py.
+#: Free coordinates of an arc of any radius; lines and arcs of a given radius keep 95 +- 1 per cent
+#: without displaced machines, see tests/benchmarks/allowance.py.
 FREE = 3
-#: Directions in which machines are displaced, of 120; half as many leave the probability open by 2 per cent.
+#: Directions in which machines are displaced, of 120; half as many leave the probability open by 2
+#: per cent.
 DISPLACED = 32
 #: Intervals between the Chebyshev points of a path.
 NODES = 32
@@ -35,7 +37,8 @@ ROUNDS = 6
 STEP = 1e-6
 #: Part of the stroke within which an end is reached.
 REACHED = 1e-7
-#: Part of the way to the tolerance that is left along a direction in which a displaced machine does not run.
+#: Part of the way to the tolerance that is left along a direction in which a displaced machine does
+#: not run.
 BROKEN = 0.5
 #: Least part of the tolerance that must be left for a path to be displaced [tolerances].
 LEFT = 0.02
@@ -49,7 +52,7 @@ class Remainder(NamedTuple):
 
 
 def finite_allowances(asked: float | Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Floats:
-    """Return the allowances of traced guides as they are shown, at most `LARGEST`, shape (n,) [length].
+    """Compute the allowances of traced guides for an answer, at most `LARGEST`, (n,) [length].
 
     Parameters
     ----------
@@ -62,7 +65,7 @@ def finite_allowances(asked: float | Floats, guides: CouplerCurve | CircuitCurve
 
 
 def finite_expected(scatter: float, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Floats:
-    """Return the deviations that guides keep with `PROBABILITY`, as they are shown, shape (n,) [length].
+    """Compute the deviations that guides keep with `PROBABILITY`, for an answer, (n,) [length].
 
     Parameters
     ----------
@@ -74,7 +77,7 @@ def finite_expected(scatter: float, guides: CouplerCurve | CircuitCurve, traced:
 
 
 def remainder(tolerance: Floats, guides: CouplerCurve | CircuitCurve, traced: Traced, zone: Zone) -> Remainder:
-    """Return what the finite motion adds to the allowances of guides for tolerances (n,) [length]."""
+    """Compute the correction of allowances by the finite motion, (n,) [length]."""
     n = len(guides)
     found = Remainder(np.zeros(n), np.zeros(n))
     if isinstance(guides, CircuitCurve) or zone.free < FREE:
@@ -101,8 +104,11 @@ def remainder(tolerance: Floats, guides: CouplerCurve | CircuitCurve, traced: Tr
 
 
 def _deviations(guides: CouplerCurve, traced: Traced, zone: Zone, steps: Floats) -> Floats:
-    """Return the deviations of machines, several of each guide, off by steps (k, 10), between the same places along
-    the nominals, shape (k,) [length]; NaN where they do not run from one to the other."""
+    """Compute the deviations of machines displaced by steps (k, 10), shape (k,) [length].
+
+    They are measured between fixed positions along the nominals; NaN where a machine does not cover
+    them.
+    """
     each = np.repeat(np.arange(len(guides)), len(steps) // len(guides))
     linkage, point, valid = displaced(guides.linkage[each], guides.point[each], steps)
     each = each[valid]
@@ -116,8 +122,10 @@ def _deviations(guides: CouplerCurve, traced: Traced, zone: Zone, steps: Floats)
 
 
 def _window(guides: CouplerCurve, traced: Traced) -> tuple[Floats, Floats]:
-    """Return the parameters at which the feet of paths are the ends of nominals, (n,) each, by Newton's steps from
-    windows nearby; NaN where they are not reached."""
+    """Solve for the parameters where the feet of paths are the ends of nominals, (n,) each.
+
+    By Newton's method from nearby windows; NaN where they are not reached.
+    """
     fit = traced.fit
     low, high = traced.low.astype(float), traced.high.astype(float)
     ends = np.stack([fit.start, fit.start + fit.stroke * fit.along])

@@ -1,4 +1,4 @@
-"""Measure guides where they stand, against a nominal that does not move: it runs from (0, 0) to (stroke, 0)."""
+"""Measure guides in place against a fixed nominal from (0, 0) to (stroke, 0)."""
 
 from __future__ import annotations
 
@@ -15,7 +15,8 @@ from .trace import Traced
 ROUNDS = 5
 #: Part of the stroke up to which they are.
 ENDS = 1e-9
-#: Part of the deviation that the nodes may leave open; else it is measured again with twice and four times as many.
+#: Part of the deviation that the nodes may leave open; else it is measured again with twice and
+#: four times as many.
 RESOLVED = 1e-4
 #: A path that leaves the nominal farther than this part of the stroke is not followed.
 AWAY = 0.1
@@ -23,8 +24,7 @@ AWAY = 0.1
 
 @dataclass(frozen=True)
 class Nominal:
-    """A line from (0, 0) to (stroke, 0), or, of finite radius, an arc between them that bulges to +y; the stroke is the
-    length of the line or chord."""
+    """A line from (0, 0) to (stroke, 0), or an arc between them above."""
 
     stroke: float
     radius: float = np.inf
@@ -37,14 +37,14 @@ class Nominal:
         return complex(0.5 * self.stroke, -np.sqrt(self.radius**2 - 0.25 * self.stroke**2))
 
     def at(self, share: Floats) -> tuple[Array, Complexes]:
-        """Return points from 0 (start) to 1 (end), and unit vectors across there, outward from the centre."""
+        """Return points from 0 (start) to 1 (end), and their outward unit normals."""
         if not np.isfinite(self.radius):
             return share * self.stroke + 0j, np.full(share.shape, 1j)
         turn = np.exp(1j * np.arcsin(0.5 * self.stroke / self.radius) * (1 - 2 * share))
         return self.centre + 1j * self.radius * turn, 1j * turn
 
     def along(self, z: Array) -> tuple[Floats, Complexes]:
-        """Return how far along it the feet of points are, from its middle, and its direction there."""
+        """Project points: position of the foot from the middle, and direction there."""
         if not np.isfinite(self.radius):
             return z.real - 0.5 * self.stroke, np.ones_like(z, complex)
         spoke = -1j * (z - self.centre)  # 1 in the middle
@@ -58,12 +58,13 @@ class Nominal:
 
 
 def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
-    """Return guides traced over the nominal itself, in whose frame they are and near which they stand in the reference
-    position; `nodes` are intervals between Chebyshev points.
+    """Trace guides over the nominal itself, in its frame and close to it.
 
-    The deviation is the largest distance of the path from that line or arc, over the part of the path whose feet on it
-    run from one end to the other; NaN where the point does not run so far, or runs backwards, or leaves the nominal by
-    a tenth of the stroke.
+    `nodes` are intervals between Chebyshev points.
+
+    The deviation is the largest distance of the path from that line or arc, over the part of the
+    path whose feet on it run from one end to the other; NaN where the point does not run so far, or
+    runs backwards, or leaves the nominal by a tenth of the stroke.
     """
     stroke = nominal.stroke
     onward = guides.tangent.real >= 0
@@ -96,7 +97,7 @@ def in_place(guides: CouplerCurve, nominal: Nominal, nodes: int = 32) -> Traced:
 def _measured(
     guides: CouplerCurve, t: Floats, nominal: Nominal, onward: Mask, nodes: int
 ) -> tuple[Floats, Floats, Mask]:
-    """Return the largest distances from the nominal, what the nodes leave open of them, and which paths run forward."""
+    """Compute the largest distances from the nominal, their errors, and which paths run forward."""
     points = grid(nodes)
     with np.errstate(all="ignore"):
         u, v = guides.path.window(t[0], t[1], points.nodes)

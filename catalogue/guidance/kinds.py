@@ -1,4 +1,4 @@
-"""Kinds of guides, by what is guided (a point, a slot, a point that returns) and by the nominal (line, circle)."""
+"""Kinds of guides by element (point, slot, returning point) and nominal (line, circle)."""
 
 from __future__ import annotations
 

@@ -1,29 +1,33 @@
-"""What a guide costs: size, link lengths, transmission angle, which cranks turn fully and how well they drive.
+"""Measures of a guide: size, link lengths, transmission angles, rotation of the cranks.
 
-Over the stroke it is measured on the finite motion.  One crank drives: the one with the better least transmission
-angle; where a crank must turn fully, the better of those that do.  Everything that depends on the drive is of this
-crank: `Measures.min_transmission` and `drive_angle` here, and all of `catalogue.guidance.drive`.
+Over the stroke it is measured on the finite motion.  One crank drives: the one with the better
+least transmission angle; where a crank must turn fully, the better of those that do.  Everything
+that depends on the drive is of this crank: `Measures.min_transmission` and `drive_angle` here, and
+all of `catalogue.guidance.drive`.
 
-Over the whole turn it is in closed form.  With a the crank, g the frame, b the coupler, c the other crank, e the
-distance of the crank's fixed pivot from the line of the slider's pivot, and h the distance of the crank's moving pivot
-from the coupler line of a slide:
+Over the whole turn it is in closed form.  With a the crank, g the frame, b the coupler, c the other
+crank, e the distance of the crank's fixed pivot from the line of the slider's pivot, and h the
+distance of the crank's moving pivot from the coupler line of a slide:
 
-====================  ====================================  ============================================
-linkage               margin                                cosine of the extreme transmission angles
-====================  ====================================  ============================================
-four-bar              min(b + c - g - a, |g - a| - |b - c|)  (b^2 + c^2 - (g -+ a)^2) / (2 b c)
-slider-crank          b - a - |e|                           (a + |e|) / b
-inverted              |g - a| - h                           h / |g - a|
-====================  ====================================  ============================================
+====================  ====================================
+============================================ linkage               margin
+cosine of the extreme transmission angles ====================  ====================================
+============================================ four-bar              min(b + c - g - a, |g - a| - |b -
+c|)  (b^2 + c^2 - (g -+ a)^2) / (2 b c) slider-crank          b - a - |e|
+(a + |e|) / b inverted              |g - a| - h                           h / |g - a|
+====================  ====================================
+============================================
 
-A crank turns fully exactly if its margin is not negative.  At a margin of 0 the linkage has a *change point*: on its
-turn the crank comes to where all pivots lie on one line.  It passes there, into either of two motions, so it is said
-to turn fully (Grashof's condition with its equality, as textbooks count such linkages), and the least transmission
-angle over the turn is 0, which says that something must lead it across.  What is 0 is decided by `CHANGE_POINT`, above
-the rounding of the pivots and far below what can be made.  The extremes of the transmission angle lie where crank and
+A crank turns fully exactly if its margin is not negative.  At a margin of 0 the linkage has a
+*change point*: on its turn the crank comes to where all pivots lie on one line.  It passes there,
+into either of two motions, so it is said to turn fully (Grashof's condition with its equality, as
+textbooks count such linkages), and the least transmission angle over the turn is 0, which says that
+something must lead it across.  What is 0 is decided by `CHANGE_POINT`, above the rounding of the
+pivots and far below what can be made.  The extremes of the transmission angle lie where crank and
 frame are in line, with a slider where the crank is normal to its line.
 
-Source: Grashof, Theoretische Maschinenlehre 2, 1883, for the four-bar; Alt, Der Uebertragungswinkel, 1932.
+Source: Grashof, Theoretische Maschinenlehre 2, 1883, for the four-bar; Alt, Der
+Uebertragungswinkel, 1932.
 """
 
 from __future__ import annotations
@@ -46,17 +50,18 @@ from .trace import Traced
 if TYPE_CHECKING:
     from .circuit_curve import CircuitCurve
 
-#: Margins up to this part of the longest of the lengths that they are made of count as 0: the residual up to which a
-#: linkage belongs to a series.  Stored members of the series with change points stay below 4e-16.
+#: Margins up to this part of the longest of the lengths that they are made of count as 0: the
+#: residual up to which a linkage belongs to a series.  Stored members of the series with change
+#: points stay below 4e-16.
 CHANGE_POINT = 1e-9
 
 
 def rotation_margin(linkage: Linkage) -> Floats:
     """Return by how much each crank turns fully, or fails to, shape (n, 2) [length].
 
-    The least length by which the links that must reach a position of the turn are longer than needed: positive if the
-    crank turns fully, 0 at a change point (to the rounding of the pivots, cut off at `CHANGE_POINT`), negative if it
-    swings; NaN for a dyad that is no crank.
+    The least length by which the links that must reach a position of the turn are longer than
+    needed: positive if the crank turns fully, 0 at a change point (to the rounding of the pivots,
+    cut off at `CHANGE_POINT`), negative if it swings; NaN for a dyad that is no crank.
     """
     a, g, b, c, e, h = _lengths(linkage)
     kind = linkage.dyads[:, ::-1]
@@ -77,16 +82,17 @@ def rotates(linkage: Linkage) -> Array:
 
 
 def transmission_turn(linkage: Linkage) -> Floats:
-    """Return the least transmission angle over the whole turn of either crank, this crank driving, shape (n, 2) [deg].
+    """Compute the minimum transmission angle over the full turn of either crank, (n, 2) [deg].
 
-    The angle is that of `transmissions`, 0 ... 90; 0 at a change point, NaN where the crank does not turn fully.
+    The angle is that of `transmissions`, 0 ... 90; 0 at a change point, NaN where the crank does
+    not turn fully.
     """
     a, g, b, c, e, h = _lengths(linkage)
     margin = rotation_margin(linkage)
     near, far = np.abs(g - a), g + a
     with np.errstate(all="ignore"):
-        # tangents of half an angle and of an angle, from factors each of which is a difference of lengths: no digits
-        # are lost where the angle is small
+        # tangents of half an angle and of an angle, from factors each of which is a difference of
+        # lengths: no digits are lost where the angle is small
         inner = 2 * np.arctan2(np.sqrt((near - (b - c)) * (near + (b - c))), np.sqrt((b + c - near) * (b + c + near)))
         outer = 2 * np.arctan2(np.sqrt((b + c - far) * (b + c + far)), np.sqrt((far - (b - c)) * (far + (b - c))))
         four_bar = np.fmin(inner, np.pi - inner)
@@ -99,10 +105,10 @@ def transmission_turn(linkage: Linkage) -> Floats:
 
 
 def min_transmission_turn(linkage: Linkage, driver: Array | None = None) -> Floats:
-    """Return the least transmission angle over the whole turn of the driving crank, shape (n,) [deg].
+    """Compute the minimum transmission angle over the full turn of the driving crank, (n,) [deg].
 
-    `driver` is its number, as in `Measures.driver`; if not given, of the cranks that turn fully the one that drives
-    better.  NaN where no crank turns fully, or not the one that is given.
+    `driver` is its number, as in `Measures.driver`; if not given, of the cranks that turn fully the
+    one that drives better.  NaN where no crank turns fully, or not the one that is given.
     """
     each = transmission_turn(linkage)
     if driver is None:
@@ -112,7 +118,10 @@ def min_transmission_turn(linkage: Linkage, driver: Array | None = None) -> Floa
 
 
 def _lengths(linkage: Linkage) -> tuple[Floats, ...]:
-    """Return a, g, b, c, e and h of either crank, shape (n, 2) each; those that the family lacks mean nothing."""
+    """Return a, g, b, c, e and h of either crank, shape (n, 2) each.
+
+    Those that the family lacks mean nothing.
+    """
     z = linkage.points
     pivot, pin, far_pivot, far_pin = z[:, :, 0], z[:, :, 1], z[:, ::-1, 0], z[:, ::-1, 1]
     return (
@@ -130,22 +139,29 @@ def _of_kind(kind: Array, four_bar: Array, slider: Array, slide: Array) -> Array
     return np.where(kind == RR, four_bar, np.where(kind == PR, slider, slide))
 
 
-#: Positions at which the transmission angle and the path are read; four times as many, up to so many, where the sine of
-#: the angle, or the path as part of the size, misses more.
-POSES, MOST, MISSED = 17, 257, 1e-4
-#: A guided point nearer to a moving pivot than this part of the stroke is that pivot, which needs no guide.
+#: Positions to evaluate transmission angle and path; four times as many where the error is too
+#: large.
+POSES = 17
+#: Most positions.
+MOST = 257
+#: Error above which the grid is refined: of the sine of the angle, and of the path over the size.
+MISSED = 1e-4
+#: A guided point nearer to a moving pivot than this part of the stroke is that pivot, which needs
+#: no guide.
 LEAST_ARM = 0.05
 
 
 @dataclass(frozen=True)
 class Measures(Rows):
-    """Measures of n guides over their strokes, in the length unit of the linkage; arrays of shape (n,) unless said.
+    """Measures of n guides over their strokes, in the length unit of the linkage.
+
+    Arrays of shape (n,) unless said.
 
     Attributes
     ----------
     size : ndarray
-        Diameter of the finite pivots, of rails and slots, in mid-stroke, together with the guided path, read between
-        `POSES` points of it.
+        Diameter of the finite pivots, of rails and slots, in mid-stroke, together with the guided
+        path, read between `POSES` points of it.
     max_link, min_link : ndarray
         Longest and shortest of the cranks and the coupler; NaN where there is none.
     max_ground : ndarray
@@ -153,20 +169,25 @@ class Measures(Rows):
     max_arm : ndarray
         Distance of the guided point from the nearer moving pivot; NaN if both are at infinity.
     min_transmission : ndarray
-        Least transmission angle over the stroke when that crank drives [deg]: the angle between the ray of the driven
-        dyad and the line that joins the driving moving pivot to it, 0 ... 90.  Without a crank: the better dyad.
+        Least transmission angle over the stroke when that crank drives [deg]: the angle between the
+        ray of the driven dyad and the line that joins the driving moving pivot to it, 0 ... 90.
+        Without a crank: the better dyad.
     driver : ndarray of int
-        Number of the crank that drives, 1 or 2 (the rule: see the module); 0 where there is no crank.
+        Number of the crank that drives, 1 or 2 (the rule: see the module); 0 where there is no
+        crank.
     drive_angle, rotation : ndarray
-        By how much that crank turns from end to end, NaN without one; range of the coupler's angles, as far as `POSES`
-        positions show it [deg].  More exactly: `catalogue.guidance.drive`.
+        By how much that crank turns from end to end, NaN without one; range of the coupler's
+        angles, as far as `POSES` positions show it [deg].  More exactly:
+        `catalogue.guidance.drive`.
     rotates : ndarray of int
         Bit i: the crank of dyad i turns fully.
     fixed_box, box : ndarray, shape (n, 4)
-        x0, y0, x1, y1 of the finite fixed pivots and rails (of all finite pivots, rails and slots, in mid-stroke) in
-        the frame whose origin is the middle of the stroke and whose x axis runs along it; NaN where there is none.
+        x0, y0, x1, y1 of the finite fixed pivots and rails (of all finite pivots, rails and slots,
+        in mid-stroke) in the frame whose origin is the middle of the stroke and whose x axis runs
+        along it; NaN where there is none.
     travel : ndarray
-        Longest travel of a slide over the stroke, see `catalogue.guidance.slides`; NaN with cranks only.
+        Longest travel of a slide over the stroke, see `catalogue.guidance.slides`; NaN with cranks
+        only.
     slides : complex ndarray, shape (n, 2, 2)
         By dyad, ends of its rail or slot in mid-stroke, as the guides are traced; NaN of a crank.
     """
@@ -199,12 +220,13 @@ def measure(
 ) -> Measures:
     """Return the measures of traced guides.
 
-    `in_middle`: the reference position is that of mid-stroke; else the pivots are interpolated there between the poses,
-    which leaves a few thousandths of the size open.  `turning`: a crank must turn fully; it is the driver, where there
-    is one.  `driver`: numbers of the cranks that drive, 0 where the better one does.  `inverse`: the guides are
-    inversions of machines whose coupler carries a slot over a fixed point; everything is that of these machines, along
-    the same motion.  `max_arm` is then the distance of the middle of the slot from the nearer moving pivot, and the
-    boxes are those of the frame in which the slot stands in mid-stroke.
+    `in_middle`: the reference position is that of mid-stroke; else the pivots are interpolated
+    there between the poses, which leaves a few thousandths of the size open.  `turning`: a crank
+    must turn fully; it is the driver, where there is one.  `driver`: numbers of the cranks that
+    drive, 0 where the better one does.  `inverse`: the guides are inversions of machines whose
+    coupler carries a slot over a fixed point; everything is that of these machines, along the same
+    motion.  `max_arm` is then the distance of the middle of the slot from the nearer moving pivot,
+    and the boxes are those of the frame in which the slot stands in mid-stroke.
     """
     linkage, moving = guides.linkage, guides.motion
     point = guides.point + traced.shift
@@ -251,23 +273,39 @@ def measure(
         now = np.concatenate([now, *np.moveaxis(slot, 1, 0)], axis=1)
         fixed, now = ((p - centre[:, None]) * traced.fit.along.conj()[:, None] for p in (fixed, now))
     found = Measures(
-        size, np.fmax.reduce(links), np.fmin.reduce(links), ground, arm, angle, drives, drive_angle, rotation,
-        turns, _box(fixed), _box(np.concatenate([fixed, now], axis=1)), travels(slides), slides,
-    )  # fmt: skip
+        size,
+        np.fmax.reduce(links),
+        np.fmin.reduce(links),
+        ground,
+        arm,
+        angle,
+        drives,
+        drive_angle,
+        rotation,
+        turns,
+        _box(fixed),
+        _box(np.concatenate([fixed, now], axis=1)),
+        travels(slides),
+        slides,
+    )
     rough = np.flatnonzero(missed > MISSED)
     if not len(rough) or poses >= MOST:
         return found
     more = 4 * (poses - 1) + 1
     finer = measure(
-        guides[rough], traced[rough], more, in_middle=in_middle, turning=turning, inverse=inverse,
+        guides[rough],
+        traced[rough],
+        more,
+        in_middle=in_middle,
+        turning=turning,
+        inverse=inverse,
         driver=None if driver is None else driver[rough],
-    )  # fmt: skip
+    )
     return put(found, rough, finer)
 
 
 def _in_middle(linkage: Linkage, pose: Pose, ends: Complexes, middle: tuple[Indices, Floats], still: Mask) -> Complexes:
-    """Return the ends of rails and slots (n, 2, 2) carried from the reference position to mid-stroke, but for guides
-    that are there already (`still`)."""
+    """Move the ends of rails and slots (n, 2, 2) to mid-stroke, unless `still`."""
     ends = ends.copy()
     for i in (0, 1):
         some = np.flatnonzero((linkage.dyads[:, i] == RP) & ~still)
@@ -280,7 +318,7 @@ def _in_middle(linkage: Linkage, pose: Pose, ends: Complexes, middle: tuple[Indi
 
 
 def _size(path: Complexes, pivots: Complexes, slides: Complexes) -> Floats:
-    """Return the diameter of a path (m, n), pivots (n, k), NaN where there is none, and slides (n, 2, 2), (n,)."""
+    """Compute the diameter of paths, pivots (n, k) and slides, shape (n,)."""
     between = np.fmax.reduce(np.abs(pivots[:, :, None] - pivots[:, None, :]), axis=(1, 2))
     size = np.maximum(between, _reach(path, pivots))
     some = np.flatnonzero(np.isfinite(slides).any(axis=(1, 2)))
@@ -293,7 +331,7 @@ def _size(path: Complexes, pivots: Complexes, slides: Complexes) -> Floats:
 
 
 def _across(path: Complexes) -> Floats:
-    """Return the largest distance of two places on paths (m, n), between the points too, shape (n,)."""
+    """Compute the diameter of paths (m, n), interpolated between points, shape (n,)."""
     fine = times(grid(len(path) - 1).fine, path)
     most = np.zeros(path.shape[1])
     for apart in range(len(fine) // 4, len(fine)):  # of places nearer along the path none are far apart
@@ -302,8 +340,10 @@ def _across(path: Complexes) -> Floats:
 
 
 def _reach(path: Complexes, pivots: Complexes) -> Floats:
-    """Return the largest distance of paths (m, n), at Chebyshev points of the stroke, from pivots (n, k), which may be
-    NaN, and from their own ends, shape (n,); between the points paths are interpolated."""
+    """Compute the largest distance of paths from pivots and from their own ends, (n,).
+
+    Paths are given at Chebyshev points and interpolated; pivots may be NaN.
+    """
     fine = times(grid(len(path) - 1).fine, path)
     places = np.concatenate([path[[0, -1]].T, pivots], axis=1)
     return np.asarray(np.fmax.reduce(largest(np.abs(fine[:, :, None] - places)), axis=1))
@@ -312,11 +352,12 @@ def _reach(path: Complexes, pivots: Complexes) -> Floats:
 def transmission(
     linkage: Linkage, at: list[Complexes], x: Complexes, turns: Array | None = None
 ) -> tuple[Floats, Array, Floats]:
-    """Return the least transmission angle over the poses with the driving crank, shape (n,) [deg]; its number; and by
-    how much the sine between the poses may be another.
+    """Return the least transmission angle over the poses with the driving crank, shape (n,) [deg].
 
-    `turns` says which cranks turn fully, bit i for dyad i: of these the better one drives, where there are any; of both
-    if not given.  The rest is as of `transmissions`.
+    Its number; and by how much the sine between the poses may be another.
+
+    `turns` says which cranks turn fully, bit i for dyad i: of these the better one drives, where
+    there are any; of both if not given.  The rest is as of `transmissions`.
     """
     (least, missed), may = transmissions(linkage, at, x), linkage.dyads.T == RR
     if turns is not None:
@@ -330,12 +371,24 @@ def transmission(
 
 
 def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> tuple[Floats, Floats]:
-    """Return the least transmission angle over the poses with either dyad driving, shape (2, n) [deg]; -1 for one that
-    is no crank, if the other is.  And what the interpolated sine misses, by its last two Chebyshev coefficients.
+    """Compute the minimum transmission angle over the poses with either dyad driving.
 
-    From the moving pivots (for a slide: anything finite) `at`, (m, n) each, and exp(i theta) - 1 of the coupler, (m,
-    n), at Chebyshev points of the stroke, between which the sine of the angle is interpolated, its least value by a
-    parabola.
+    The sine of the angle is interpolated between the poses, its minimum by a parabola.
+
+    Parameters
+    ----------
+    linkage : Linkage
+    at : list of complex ndarray, shape (m, n) each
+        Moving pivots (of a slide: any finite point) at Chebyshev points of the stroke [length].
+    x : complex ndarray, shape (m, n)
+        exp(i theta) - 1 of the coupler's angles there.
+
+    Returns
+    -------
+    ndarray, shape (2, n)
+        Angles [deg]; -1 for a dyad that is no crank, if the other is one.
+    ndarray
+        Error of the interpolated sine, by its last two Chebyshev coefficients.
     """
     kind = linkage.dyads
     points = grid(len(x) - 1)
@@ -352,8 +405,7 @@ def transmissions(linkage: Linkage, at: list[Complexes], x: Complexes) -> tuple[
 
 
 def transmission_sines(linkage: Linkage, at: list[Complexes], x: Complexes) -> Floats:
-    """Return the sines of the transmission angles in the poses with either dyad driving, shape (2, m, n), from the
-    same as `transmissions`."""
+    """Compute the sines of the transmission angles with either dyad driving, shape (2, m, n)."""
     z, kind = linkage.points, linkage.dyads
     sines = []
     for driver in (0, 1):
@@ -372,8 +424,10 @@ def _finite(linkage: Linkage, plane: int) -> Complexes:
 
 
 def _turned(linkage: Linkage, at: list[Complexes], x: Complexes, driver: Array) -> tuple[Floats, Floats]:
-    """Return by how much the driving crank turns from the first pose to the last, and the range of the coupler's
-    angles [deg]; from step to step, so that turns beyond 180 degrees are counted."""
+    """Compute the rotation of the driving crank, and the range of the coupler's angle [deg].
+
+    Accumulated from pose to pose, so rotations beyond 180 degrees are counted.
+    """
     second = driver == 2
     spoke = np.where(second, at[1], at[0]) - np.where(second, linkage.points[:, 1, 0], linkage.points[:, 0, 0])
     crank = np.abs(np.angle(spoke[1:] * spoke[:-1].conj()).sum(0))
@@ -383,7 +437,7 @@ def _turned(linkage: Linkage, at: list[Complexes], x: Complexes, driver: Array) 
 
 
 def middle_of_stroke(moving: Motion, point: Array, traced: Traced, cusp: Mask) -> Array:
-    """Return the parameter at which the guided point is in the middle of its stroke, or at its cusp, shape (n,)."""
+    """Solve for the parameter of mid-stroke, or of the cusp, shape (n,)."""
     start, end = traced.low, traced.high
     middle = traced.fit.start + 0.5 * traced.fit.stroke * traced.fit.along
     path = moving.point(point, traced.fit.along)

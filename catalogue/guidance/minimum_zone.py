@@ -1,20 +1,22 @@
 """Narrowest strip and narrowest annulus that hold a path: the deviation of a guide.
 
-The path is a polynomial interpolant in its parameter at Chebyshev points (`Grid`), so that its extremes between the
-nodes are known, not sampled.  The best line or circle is found by a Gauss-Newton iteration whose linear step is a
-Remez exchange over all paths at once; the signed distance from a circle of curvature c,
+The path is a polynomial interpolant in its parameter at Chebyshev points (`Grid`), so that its
+extremes between the nodes are known, not sampled.  The best line or circle is found by a
+Gauss-Newton iteration whose linear step is a Remez exchange over all paths at once; the signed
+distance from a circle of curvature c,
 
     (2 v - c (u^2 + v^2)) / (1 + |(c u, 1 - c v)|),
 
-is the distance from a line for c = 0 and loses no digits on the way there.  To first order a change of the circle
-adds to it  p(X) / (1 + (c X / 2)^2):  p a polynomial of degree 2 in X = 2 tan(theta/2) / c, theta the angle about its
-centre.
+is the distance from a line for c = 0 and loses no digits on the way there.  To first order a change
+of the circle adds to it  p(X) / (1 + (c X / 2)^2):  p a polynomial of degree 2 in X = 2
+tan(theta/2) / c, theta the angle about its centre.
 
-How the accuracy is known: (1) `Fit.unresolved` bounds the part of the path that the interpolant misses by its last two
-Chebyshev coefficients; (2) the extremes are read on four points per node and corrected by a parabola, an error below
-1e-4 of the deviation for up to eight oscillations per path; (3) the line or circle alternates on the extremes, so no
-other one can do better by more than the spread between them.  Rounding of the path itself is about 4e-16 of the stroke
-in double precision; use extended precision below a deviation of 1e-12 of the stroke.
+How the accuracy is known: (1) `Fit.unresolved` bounds the part of the path that the interpolant
+misses by its last two Chebyshev coefficients; (2) the extremes are read on four points per node and
+corrected by a parabola, an error below 1e-4 of the deviation for up to eight oscillations per path;
+(3) the line or circle alternates on the extremes, so no other one can do better by more than the
+spread between them.  Rounding of the path itself is about 4e-16 of the stroke in double precision;
+use extended precision below a deviation of 1e-12 of the stroke.
 """
 
 from __future__ import annotations
@@ -29,17 +31,28 @@ import numpy as np
 from ..kinematics.batch import Columns
 from ..kinematics.types import Array, Indices, Mask
 
-#: Most exchanges to the best polynomial; how often a circle is found anew from the last one at most.
-EXCHANGES, PASSES = 12, 5
-#: Rise of an arc over half its chord, tan(angle / 4), from which other places than its ends may be farthest apart.
+#: Most exchanges to the best polynomial.
+EXCHANGES = 12
+#: Most linearisations of a circle.
+PASSES = 5
+#: Rise of an arc over half its chord, tan(angle / 4), from which other places than its ends may be
+#: farthest apart.
 WIDE = 0.86
 
 
 @dataclass(frozen=True)
 class Grid:
-    """Chebyshev points of a window and the matrices that belong to them: the nodes (m,), Chebyshev-Lobatto points from
-    -1 to 1; `fine` (f, m) carries values at the nodes to the fine points cos(pi j/(f-1)) from -1 to 1, f = 4 (m - 1) +
-    1; `coefficients` (m, m) carries them to Chebyshev coefficients."""
+    """Chebyshev points of a window with their interpolation matrices.
+
+    Attributes
+    ----------
+    nodes : ndarray, shape (m,)
+        Chebyshev-Lobatto points from -1 to 1.
+    fine : ndarray, shape (f, m)
+        Interpolation from the nodes to cos(pi j / (f - 1)), from -1 to 1, f = 4 (m - 1) + 1.
+    coefficients : ndarray, shape (m, m)
+        Transformation of values at the nodes to Chebyshev coefficients.
+    """
 
     nodes: Array
     fine: Array
@@ -47,8 +60,10 @@ class Grid:
 
 
 def times(matrix: Array, values: Array) -> Array:
-    """Return a real matrix (f, m) times values (m, ...), complex ones as pairs of real ones: NumPy would make the
-    matrix complex, which takes several times as long."""
+    """Multiply a real matrix (f, m) by real or complex values (m, ...).
+
+    NumPy would make the matrix complex, which takes several times as long.
+    """
     shape = values.shape[1:]
     columns = np.ascontiguousarray(values).reshape(len(values), math.prod(shape))
     if np.iscomplexobj(columns):
@@ -60,7 +75,7 @@ def times(matrix: Array, values: Array) -> Array:
 
 @lru_cache
 def grid(count: int, kind: Any = float) -> Grid:
-    """Return the grid of `count` + 1 nodes, in the precision of the paths that it is for."""
+    """Return the grid of `count` + 1 nodes, in the precision of its paths."""
     pi = 4 * np.arctan(np.longdouble(1))
     j = np.arange(count + 1)
     weight = np.where((j == 0) | (j == count), 0.5, 1.0)
@@ -91,7 +106,8 @@ class Fit(Columns):
     curvature : ndarray
         Of the best circle, positive to the left of `along` [1/length]; 0 for a line.
     rise : ndarray
-        Height of the middle of the nominal over its chord, positive to the left of `along`; 0 for a line [length].
+        Height of the middle of the nominal over its chord, positive to the left of `along`; 0 for a
+        line [length].
     unresolved : ndarray
         Bound on what the interpolant misses [length].
     """
@@ -118,25 +134,26 @@ class Fit(Columns):
 
 
 def rise_over(stroke: Array, curvature: Array) -> Array:
-    """Return the heights of arcs up to a half circle over their chords, positive to the left."""
+    """Compute the sagitta of arcs up to a half circle, positive to the left."""
     half = 0.5 * stroke
     return np.asarray(-curvature * half**2 / (1 + np.sqrt(np.maximum(1 - (curvature * half) ** 2, 0.0))))
 
 
 def reference(size: int, last: int) -> Indices:
-    """Return where, of places 0 to `last`, the error of a best approximation alternates about, shape (size,)."""
+    """Estimate the alternation points of a best approximation among 0 to `last`, shape (size,)."""
     return np.rint(last / 2 * (1 - np.cos(np.pi * np.arange(size) / (size - 1)))).astype(int)
 
 
 def minimum_zone(
     u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None = None, *, between: bool = False
 ) -> Fit:
-    """Return the narrowest strips (`circle` false) or annuli of the paths (u, v), each (m, n), at the nodes of a grid.
+    """Fit the narrowest strips (`circle` false) or annuli to paths (u, v), (m, n) each.
 
-    NaN paths give NaN.  An annulus is sought near the circle through the ends and the middle of the path; the arc must
-    stay below a half circle, else NaN.  With `held`, curvatures (n,) positive to the left of the way from the first end
-    to the last, only the place of the circle is sought: the deviation is then the largest distance from the best-placed
-    arc of exactly that radius, whatever the radius (a straight line is the case 0).  `between`: see `exchange`.
+    NaN paths give NaN.  An annulus is sought near the circle through the ends and the middle of the
+    path; the arc must stay below a half circle, else NaN.  With `held`, curvatures (n,) positive to
+    the left of the way from the first end to the last, only the place of the circle is sought: the
+    deviation is then the largest distance from the best-placed arc of exactly that radius, whatever
+    the radius (a straight line is the case 0).  `between`: see `exchange`.
     """
     size = 4 if circle and held is None else 3
     index = np.repeat(reference(size, len(nodes.fine) - 1)[:, None], u.shape[1], axis=1)
@@ -146,8 +163,10 @@ def minimum_zone(
 def alternating(
     u: Array, v: Array, circle: bool, nodes: Grid, held: Array | None, index: Indices, *, between: bool = False
 ) -> tuple[Fit, Indices]:
-    """The same with the fine points on which the error alternates, (4, n), of lines and circles held (3, n); `index`
-    says about where."""
+    """Fit minimum zones, and return their alternation points (4, n), of held ones (3, n).
+
+    `index` is a guess of these points.
+    """
     ends = nodes.coefficients[-2:]
     unresolved = np.abs(ends @ v).sum(0) + (np.abs(ends @ u).sum(0) if circle else 0)
     middle = len(u) // 2
@@ -194,11 +213,10 @@ def alternating(
 
 
 def _across(slope: Array, error: Array, x: Array) -> Array:
-    """Return half the widths across themselves of strips that are narrowest across the x axis, their extremes at x
-    (3, n).
+    """Compute half widths of strips narrowest across the x axis, extremes at x (3, n).
 
-    They are so across themselves too: turned either way a strip grows by half a gap between its extremes per slope.
-    NaN where that is less than what its tilt takes off.
+    They are so across themselves too: turned either way a strip grows by half a gap between its
+    extremes per slope. NaN where that is less than what its tilt takes off.
     """
     grows = 0.5 * np.abs(np.diff(x, axis=0)).min(0) * (1 + slope**2) >= error * np.abs(slope)
     return np.where(grows, error / np.hypot(1, slope), np.nan)
@@ -216,16 +234,20 @@ def shifted(origin: Array, along: Array, offset: Array, slope: Array) -> tuple[A
 
 
 def polar(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
-    """Return the signed distance from the circle, X, and 1 + (c X / 2)^2; see the head of the module."""
+    """Return the signed distance from the circle, X, and 1 + (c X / 2)^2.
+
+    See the head of the module.
+    """
     root = np.sqrt((curvature * x) ** 2 + (1 - curvature * y) ** 2)
     at = 2 * x / (root + 1 - curvature * y)
     return (2 * y - curvature * (x * x + y * y)) / (1 + root), at, 1 + (0.5 * curvature * at) ** 2
 
 
 def concentric(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Array]:
-    """Return the signed distance from the circle, tan(theta) / c and 1 / cos(theta), theta the angle about its centre.
+    """Compute the distance from the circle, tan(theta) / c and 1 / cos(theta), at angles theta.
 
-    A circle that is moved but keeps its radius changes the distance by (c0 + c1 tan(theta) / c) cos(theta).
+    A circle that is moved but keeps its radius changes the distance by (c0 + c1 tan(theta) / c)
+    cos(theta).
     """
     down = 1 - curvature * y
     root = np.hypot(curvature * x, down)
@@ -235,12 +257,13 @@ def concentric(x: Array, y: Array, curvature: Array) -> tuple[Array, Array, Arra
 def exchange(
     x: Array, g: Array, index: Indices, by: Array | None = None, peaks: bool = True, between: bool = False
 ) -> tuple[Array, Array, Indices]:
-    """Best uniform approximation of g by a polynomial in x of degree len(index) - 2, over `by`, by Remez exchange.
+    """Approximate g uniformly by a polynomial in x of degree len(index) - 2, over `by` (Remez).
 
-    With `peaks`, extremes of the reference between the points are read off parabolas; with `between` those of the whole
-    path are exchanged so, too: none is larger than the error by more than 1e-6 of it.  Returns the coefficients (k - 1,
-    n), the largest error (n,), and the reference (indices of the alternating extremes, (k, n)).  A path leaves the
-    exchange as soon as its reference stands, so that none costs more than it needs nor depends on its neighbours.
+    With `peaks`, extremes of the reference between the points are read off parabolas; with
+    `between` those of the whole path are exchanged so, too: none is larger than the error by more
+    than 1e-6 of it.  Returns the coefficients (k - 1, n), the largest error (n,), and the reference
+    (indices of the alternating extremes, (k, n)).  A path leaves the exchange as soon as its
+    reference stands, so that none costs more than it needs nor depends on its neighbours.
     """
     size, n = index.shape
     sign = np.where(np.arange(size) % 2 == 0, 1.0, -1.0)[:, None].astype(g.dtype)
@@ -285,7 +308,7 @@ def _at(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Array
 
 
 def _level(x: Array, gs: Array, index: Indices, sign: Array, by: Array | None) -> tuple[Array, Array]:
-    """Polynomial (over `by`) whose errors at the reference are equal but for their alternating sign, and that error."""
+    """Solve for the polynomial (over `by`) with alternating errors at the reference, and the error."""
     column = np.arange(index.shape[1])
     xs, both = x[index, column], np.empty((2, *gs.shape), gs.dtype)
     far = xs[-1] - xs[0]  # as unit, so that no cube of it leaves the range of numbers
@@ -305,10 +328,14 @@ def _level(x: Array, gs: Array, index: Indices, sign: Array, by: Array | None) -
 
 
 def _replace(index: Indices, new: Indices, like_first: Mask, last: int) -> Indices:
-    """Put `new` into the alternating reference; `like_first`: its residual has the sign of the first point's."""
+    """Put `new` into the alternating reference.
+
+    `like_first`: its residual has the sign of the first point's.
+    """
     size = len(index)
     below = (index < new).sum(0)  # how many points lie before it
-    # the sign of point k is that of the first times (-1)^k; of the two neighbours the one of equal sign goes
+    # the sign of point k is that of the first times (-1)^k; of the two neighbours the one of equal
+    # sign goes
     parity = np.where(like_first, 0, 1)
     left = below - 1
     target = np.where((left >= 0) & (left % 2 == parity), left, below)
@@ -327,7 +354,7 @@ def _replace(index: Indices, new: Indices, like_first: Mask, last: int) -> Indic
 
 
 def _peaks(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Array:
-    """Residuals at the reference, those at inner extremes read off a parabola through three fine points, (k, n)."""
+    """Evaluate residuals at the reference, (k, n), inner extremes by parabolas."""
     inner = np.clip(index, 1, len(x) - 2)
     at, low, high = (_at(c, x, g, inner + k, by) for k in (0, -1, 1))
     bend = low - 2 * at + high
@@ -337,13 +364,12 @@ def _peaks(c: Array, x: Array, g: Array, index: Indices, by: Array | None) -> Ar
 
 
 def largest(values: Array) -> Array:
-    """Return the largest of values (m, n) along paths, each maximum between three places read off a parabola; NaN where
-    one is, shape (n,)."""
+    """Compute the maximum of values (m, n) along paths, refined by parabolas, shape (n,)."""
     return np.asarray((values if len(values) < 3 else raised(values)).max(0))
 
 
 def raised(values: Array) -> Array:
-    """Return values (m, n) along paths, maxima of three raised to that of a parabola through them."""
+    """Raise local maxima of values (m, n) to those of parabolas."""
     low, at, high = values[:-2], values[1:-1], values[2:]
     bend = low - 2 * at + high
     peak = (at >= low) & (at >= high) & (bend < 0)

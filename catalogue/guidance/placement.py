@@ -1,4 +1,4 @@
-"""Carry traced guides to where their path is wanted, and measure them there at exactly the stroke asked for."""
+"""Place traced guides along a requested path, and measure them at exactly its stroke."""
 
 from __future__ import annotations
 
@@ -15,24 +15,29 @@ from .trace import Traced, extended, trace
 
 #: Below this deviation over stroke a guide is measured again in extended precision.
 FINE = 1e-11
-#: Corrections of a window until its chord, or its stroke from a cusp, is the one asked for; the chord from a cusp turns
-#: as it grows.
-ROUNDS, ROUNDS_AT_CUSP = 3, 10
-#: Most corrections until the ends of a path are equally far from its guided point: near a half circle each leaves up to
-#: a third of the last.
+#: Corrections of a window to the requested chord.
+ROUNDS = 3
+#: Corrections of a window from a cusp: its chord turns as it grows.
+ROUNDS_AT_CUSP = 10
+#: Most corrections until the ends of a path are equally far from its guided point: near a half
+#: circle each leaves up to a third of the last.
 ROUNDS_ABOUT_POINT = 30
-#: Correction of an end below which it stays [half windows]: answers that are read again keep 11 digits of their stroke.
+#: Correction of an end below which it stays [half windows]: answers that are read again keep 11
+#: digits of their stroke.
 STILL = 1e-12
-#: No correction is made by less than this part.
-REACHED, CORRECTIONS = 1e-11, 2
+#: Smallest relative correction of a stroke.
+REACHED = 1e-11
+#: Most corrections of a stroke.
+CORRECTIONS = 2
 
 
 def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tuple[Linkage, Array, Traced]:
-    """Return the linkages in mid-stroke, laid so that their paths run from (0, 0) to (stroke, 0), float or (n,), which
-    sets the scale; the guided points (n,) there; and the same traces, in the same charts.
+    """Scale and move linkages so that their paths run from 0 to `stroke`.
 
-    Guides whose paths have a cusp are given as they stand there, at (0, 0), those at a change point as they stand at
-    it, wherever that is on the stroke.  One that was not traced stays where it is.
+    Returns the linkages at mid-stroke, the guided points (n,), and the traces in unchanged charts.
+
+    Guides whose paths have a cusp are given as they stand there, at (0, 0), those at a change point
+    as they stand at it, wherever that is on the stroke.  One that was not traced stays where it is.
     """
     there = _there(traced)
     now, here, seen = mid_stroke(guides, traced)
@@ -41,15 +46,22 @@ def placed(guides: CouplerCurve, traced: Traced, stroke: Floats | float) -> tupl
         shift = np.where(there, -scale * traced.fit.start, 0.0)
         size, fit = np.abs(scale), traced.fit
         fit = Fit(
-            size * fit.deviation, size * fit.stroke, scale * fit.start + shift, scale / size * fit.along,
-            fit.curvature / size, rise_over(size * fit.stroke, fit.curvature / size), size * fit.unresolved,
-        )  # fmt: skip
+            size * fit.deviation,
+            size * fit.stroke,
+            scale * fit.start + shift,
+            scale / size * fit.along,
+            fit.curvature / size,
+            rise_over(size * fit.stroke, fit.curvature / size),
+            size * fit.unresolved,
+        )
     return now.moved(scale, shift), scale * here + shift, replace(seen, fit=fit)
 
 
 def mid_stroke(guides: CouplerCurve, traced: Traced) -> tuple[Linkage, Array, Traced]:
-    """Return the linkages and guided points in mid-stroke (at a cusp or a change point: there), where they stand, and
-    their traces with the parameters counted from there, in the same charts."""
+    """Move linkages and guided points along their motion to mid-stroke, a cusp or a change point.
+
+    Returns them in place, and their traces with parameters relative to this position, in their charts.
+    """
     there = _there(traced)
     moving, linkage = guides.motion, guides.linkage
     point = np.where(there, guides.point + traced.shift, guides.point)
@@ -66,7 +78,7 @@ def _there(traced: Traced) -> Mask:
 
 
 def mirrored(linkage: Linkage, point: Complexes, stroke: float, reverse: Mask, over: Mask) -> tuple[Linkage, Complexes]:
-    """Return placed guides laid the other way (`reverse`) or mirrored in the line of the path (`over`)."""
+    """Reverse placed guides (`reverse`), or mirror them in the line of the path (`over`)."""
     # both together are a half turn about the middle of the path; each alone is a reflection
     factor = np.where(reverse, -1.0, 1.0)
     shift = np.where(reverse, stroke, 0.0)
@@ -89,11 +101,11 @@ def at_stroke(
     extend: bool = True,
     curvature: Floats | None = None,
 ) -> Traced:
-    """Trace each guide, its point as it is, over the window about its reference position that has exactly this stroke.
+    """Trace guides, points unchanged, over windows of exactly this stroke.
 
-    NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended precision if `extend`.
-    With the `curvature` of arcs that run from (0, 0) to (stroke, 0), positive for a centre above, that is the one of
-    the nominal.
+    NaN where the guide does not reach so far.  Deviations below `FINE` are measured in extended
+    precision if `extend`. With the `curvature` of arcs that run from (0, 0) to (stroke, 0),
+    positive for a centre above, that is the one of the nominal.
     """
     held = None if curvature is None else along_path(guides, curvature)
     stroke = np.broadcast_to(np.asarray(stroke, dtype=float), len(guides))
@@ -108,9 +120,14 @@ def at_stroke(
     fine = (found.relative < FINE) & extend
     if fine.any() and np.finfo(np.longdouble).eps < np.finfo(float).eps:
         again = trace(
-            extended(guides[fine]), half[fine].astype(np.longdouble), circle=circle, split=False, centre=centre[fine],
-            nodes=nodes, held=None if held is None else held[fine].astype(np.longdouble),
-        )  # fmt: skip
+            extended(guides[fine]),
+            half[fine].astype(np.longdouble),
+            circle=circle,
+            split=False,
+            centre=centre[fine],
+            nodes=nodes,
+            held=None if held is None else held[fine].astype(np.longdouble),
+        )
         found = found.replaced(fine, again)
     return found
 
@@ -124,7 +141,7 @@ def _from_cusp(guides: CouplerCurve, half: Floats, circle: bool, nodes: int) -> 
 
 
 def _about_point(guides: CouplerCurve, stroke: Floats) -> tuple[Floats, Floats]:
-    """Solve for half and centre of the windows whose ends are `stroke` apart, equally far from the guided points.
+    """Solve for half length and centre of windows of a stroke, centred at the guided points.
 
     Each round takes the ends from the circles through the last ones and the guided points.
     """
@@ -144,9 +161,10 @@ def _about_point(guides: CouplerCurve, stroke: Floats) -> tuple[Floats, Floats]:
 
 
 def _ends_on_circle(ends: Complexes, stroke: Floats) -> tuple[Floats, Floats]:
-    """Return the displacements of the ends of arcs, `stroke` apart, about the middle 0 of circles through 0 and `ends`.
+    """Compute the ends of arcs of chord `stroke` on circles through 0 and `ends`.
 
-    Inverted in 0 the circle is a straight line, so that no digits are lost where it is nearly one itself.
+    Inverted in 0 the circle is a straight line, so that no digits are lost where it is nearly one
+    itself.
 
     Parameters
     ----------
@@ -164,16 +182,17 @@ def _ends_on_circle(ends: Complexes, stroke: Floats) -> tuple[Floats, Floats]:
 
 
 def along_path(guides: CouplerCurve, curvature: Floats | float) -> Floats:
-    """Return curvatures that are positive for a centre above as seen along the paths, positive for one to the left."""
+    """Convert curvatures, positive for a centre above, to positive for a centre on the left."""
     return np.asarray(np.where(guides.tangent.real < 0, -1.0, 1.0) * curvature)
 
 
 def near_stroke(guides: CouplerCurve, stroke: float, *, circle: bool, curvature: float | None = None) -> Traced:
-    """Trace each of n guides, its point as it is, over the window about its reference position whose ends are so far
-    apart [length of the guides]; NaN where it does not reach so far.
+    """Trace guides, points unchanged, over windows with ends `stroke` apart [length].
 
-    The stroke along a line is off by a few deviations squared.  With a `curvature`, positive for a centre above, the
-    nominal has exactly that, and the stroke is the one asked for.
+    NaN out of reach.
+
+    The stroke along a line is off by a few deviations squared.  With a `curvature`, positive for a
+    centre above, the nominal has exactly that, and the stroke is the one asked for.
     """
     held = None if curvature is None else along_path(guides, curvature)
     half, centre = np.where(guides.cusp, stroke, 0.5 * stroke), np.zeros(len(guides))
@@ -195,10 +214,12 @@ def _corrected(
     nodes: int = 32,
     held: Floats | None = None,
 ) -> tuple[Traced, Floats, Floats]:
-    """Trace guides again until their strokes are those asked for, and return half and centre of their windows too.
+    """Trace guides until their strokes are exact.
 
-    The chord of a path is longer than its run along the best line, and its middle lies elsewhere: along that line the
-    guided point, unless it returns, is to be halfway.
+    Also return half length and centre of the windows.
+
+    The chord of a path is longer than its run along the best line, and its middle lies elsewhere:
+    along that line the guided point, unless it returns, is to be halfway.
     """
     stroke, half, centre = np.broadcast_to(stroke, half.shape), half.copy(), centre.copy()
     for _ in range(CORRECTIONS):
@@ -221,7 +242,10 @@ def _corrected(
 
 
 def _of_chord(guides: CouplerCurve, half: Floats, centre: Floats, chord: Floats) -> Floats:
-    """Return half windows whose ends are as far apart as `chord` says, beginning with `half`; nothing is fitted."""
+    """Return half windows whose ends are as far apart as `chord` says, beginning with `half`.
+
+    Nothing is fitted.
+    """
     for _ in range(ROUNDS):
         low, high = guides.window((centre - 1) * half, (centre + 1) * half)
         u, v = guides.path(np.stack([low, high]))

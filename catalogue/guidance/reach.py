@@ -13,8 +13,10 @@ from .trace import OFF_CENTRE, Traced, trace
 
 #: Ladder of relative deviations, as decimal exponents.
 LEVELS = (-2, -3, -4, -5, -6, -7, -8, -9)
-#: Strokes tried: a geometric sequence down from the longest.
-STROKES, RATIO = 10, 0.62
+#: Trial strokes: a geometric sequence down from the longest.
+STROKES = 10
+#: Ratio of two successive trial strokes.
+RATIO = 0.62
 #: Corrections of a window about a change point: they leave less than 1e-4 of the half window open.
 ROUNDS = 4
 #: Intervals between the Chebyshev points of a window.
@@ -25,10 +27,12 @@ USABLE = 0.95
 
 @dataclass(frozen=True)
 class Ladder(Columns):
-    """Half strokes of n guides against relative deviation, longest first; each column is a scan of one guide.
+    """Half strokes of n guides against relative deviation, longest first.
 
-    The half strokes that were tried, (STROKES, n) [length]; what was traced there, (STROKES, n); the middle of the
-    window, in half strokes, (n,).
+    Each column is a scan of one guide.
+
+    The half strokes that were tried, (STROKES, n) [length]; what was traced there, (STROKES, n);
+    the middle of the window, in half strokes, (n,).
     """
 
     half: Array
@@ -37,8 +41,11 @@ class Ladder(Columns):
 
 
 def scan(guides: CouplerCurve, *, circle: bool, three: Mask) -> Ladder:
-    """Trace each guide over a sequence of strokes; where a point has `three` merged inflections, (n,), a stroke is also
-    tried off centre, to either side, and the best of these centres is taken."""
+    """Trace each guide over a sequence of strokes.
+
+    Where a point has `three` merged inflections, (n,), a stroke is also tried off centre, to
+    either side, and the best of these centres is taken.
+    """
     n = len(guides)
     centre = np.zeros(n)
     if three.any():
@@ -57,11 +64,12 @@ def scan(guides: CouplerCurve, *, circle: bool, three: Mask) -> Ladder:
 def reach(
     guides: CouplerCurve, ladder: Ladder, tolerance: Floats | float, *, circle: bool, steps: int = 2
 ) -> tuple[Array, Traced]:
-    """Return the longest half strokes within a relative deviation, float or (n,), NaN where there is none, and what is
-    traced there.
+    """Find the longest half strokes within a relative deviation, float or (n,), and trace them.
 
-    Between the last stroke that fails and the first that holds `steps` secant steps are made, in logarithms.  Every
-    stroke that is returned was itself traced and holds.
+    NaN where there is none.
+
+    Between the last stroke that fails and the first that holds `steps` secant steps are made, in
+    logarithms.  Every stroke that is returned was itself traced and holds.
     """
     tolerance = np.broadcast_to(np.asarray(tolerance, dtype=float), len(guides))
     column = np.arange(len(guides))
@@ -101,7 +109,8 @@ def about_change_points(
 ) -> tuple[Floats, Floats, Traced]:
     """Move the windows of guides at change points until the linkages stand there in mid-stroke.
 
-    A guide is given as it stands in mid-stroke, and next to a change point its branch cannot be told.
+    A guide is given as it stands in mid-stroke, and next to a change point its branch cannot be
+    told.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""The way back of a guided point while its driving crank turns on: how far it lifts off the nominal."""
+"""The return of a guided point over the turn of its driving crank, and its lift off the nominal."""
 
 from __future__ import annotations
 
@@ -16,7 +16,8 @@ from .trace import Traced
 if TYPE_CHECKING:
     from .circuit_curve import CircuitCurve
 
-#: Positions over the turn; a parabola through three of them leaves 1e-6 of the lift of a crank-rocker open.
+#: Positions over the turn; a parabola through three of them leaves 1e-6 of the lift of a
+#: crank-rocker open.
 POSITIONS = 360
 
 
@@ -59,7 +60,7 @@ def lift(
 
 
 def distance(z: Complexes, nominal: Fit) -> Floats:
-    """Return the signed distances of places (m, n) from lines and circles (n,), positive to the left."""
+    """Compute signed distances of points (m, n) from lines and circles (n,), positive to the left."""
     w = (z - nominal.start) * nominal.along.conj() - 0.5 * nominal.stroke
     with np.errstate(all="ignore"):  # a place opposite the top of the arc, from which it is seen, is nowhere along it
         return polar(w.real, w.imag - nominal.rise, nominal.curvature)[0]

@@ -1,20 +1,19 @@
-"""How the path of a guided point changes with the pivots, and what errors of the pivots, or play in their joints, do
-to it.
+"""First-order effect of pivot errors and joint play on the path of a guided point.
 
-In the pose z -> z + D + x z, x = exp(i theta) - 1, all coordinates counted from an origin near the linkage, each dyad
-(A, w), (A*, w*) demands (see `motion`)
+In the pose z -> z + D + x z, x = exp(i theta) - 1, all coordinates counted from an origin near the
+linkage, each dyad (A, w), (A*, w*) demands (see `motion`)
 
     w w* |D|^2 + 2 Re(conj(w (1 + x) A* - w* A) D) - 2 Re(conj(A) A* x) = 0
 
-for whatever pivots stand in the reference position.  A change of the pivots therefore changes D and theta by a linear
-equation of each dyad; the third one keeps the guided point from running along its nominal, so that what is left is its
-displacement across, at the same place of the stroke.  No chart enters, and nothing is singular but cusps of the path
-and change points.
+for whatever pivots stand in the reference position.  A change of the pivots therefore changes D and
+theta by a linear equation of each dyad; the third one keeps the guided point from running along its
+nominal, so that what is left is its displacement across, at the same place of the stroke.  No chart
+enters, and nothing is singular but cusps of the path and change points.
 
-To first order, where a pivot is off by a small vector e_i, the point is displaced across its nominal by the sum of
-g_i . e_i.  The largest sum over vectors of length 1 is the sum of |g_i|; over vectors whose coordinates are independent
-with standard deviation 1 its standard deviation is the root of the sum of |g_i|^2.  Both are taken where on the stroke
-they are largest.
+To first order, where a pivot is off by a small vector e_i, the point is displaced across its
+nominal by the sum of g_i . e_i.  The largest sum over vectors of length 1 is the sum of |g_i|; over
+vectors whose coordinates are independent with standard deviation 1 its standard deviation is the
+root of the sum of |g_i|^2.  Both are taken where on the stroke they are largest.
 """
 
 from __future__ import annotations
@@ -41,10 +40,11 @@ COUNT = 10
 
 @dataclass(frozen=True)
 class PoseJacobian(Rows):
-    """How the poses of n guides at m fixed places along their nominals change with the pivots, to first order.
+    """Derivatives of the poses of n guides at m stations of their nominals by the pivots.
 
-    The last axis holds the derivatives by x and y of A1, A1*, A2, A2*, and the guided point, in the reference position;
-    by a pivot at infinity, which turns only, the derivative along its direction is 0.
+    The last axis holds the derivatives by x and y of A1, A1*, A2, A2*, and the guided point, in the
+    reference position; by a pivot at infinity, which turns only, the derivative along its direction
+    is 0.
 
     Attributes
     ----------
@@ -62,17 +62,18 @@ class PoseJacobian(Rows):
 
 
 def pose_jacobian(moving: Motion | CircuitMotion, point: Complexes, t: Floats, tangent: Complexes) -> PoseJacobian:
-    """Return the derivatives of the poses in which guided points (n,), given in the reference position, are at fixed
-    places along their nominals: at the parameters t (m, n), where unit vectors along the nominal are `tangent`, (n,) or
-    (m, n)."""
+    """Differentiate the poses with guided points (n,) at fixed stations of their nominals.
+
+    At parameters t (m, n); unit vectors along the nominals are `tangent`, (n,) or (m, n).
+    """
     return jacobian_at(moving.linkage, point, moving.pose(t), tangent)
 
 
 def jacobian_at(linkage: Linkage, point: Complexes, pose: Pose, tangent: Complexes) -> PoseJacobian:
     """Return the derivatives of `pose_jacobian` in poses (m, n) that are known.
 
-    Carried by its guided point, a coupler at a fixed place along the nominal has two freedoms: the distance of
-    the point from the nominal and the angle of the coupler.  Two dyads determine them.
+    Carried by its guided point, a coupler at a fixed place along the nominal has two freedoms: the
+    distance of the point from the nominal and the angle of the coupler.  Two dyads determine them.
     """
     d, x, origin = pose
     turn = 1 + x
@@ -80,7 +81,8 @@ def jacobian_at(linkage: Linkage, point: Complexes, pose: Pose, tangent: Complex
     across_way = 1j * tangent
     d = d + x * (point - origin)  # of the guided point
     z = np.where(linkage.finite, linkage.points - point[:, None, None], linkage.points)
-    # an angle is counted as an arc about as long as the linkage is large: products of lengths stay numbers
+    # an angle is counted as an arc about as long as the linkage is large: products of lengths stay
+    # numbers
     unit = np.ldexp(1.0, np.frexp(linkage.size)[1])
     by = np.zeros((2, *d.shape, COUNT))  # of the two equations, by the coordinates, at a fixed pose
     by_across, by_angle = np.empty((2, *d.shape)), np.empty((2, *d.shape))
@@ -115,7 +117,7 @@ def jacobian_at(linkage: Linkage, point: Complexes, pose: Pose, tangent: Complex
 
 
 def _turn_only(linkage: Linkage, by: Floats) -> None:
-    """Take away from derivatives (m, n, 10), in place, the part along the directions of pivots at infinity."""
+    """Remove the part of derivatives along the directions of pivots at infinity, in place."""
     for i in (0, 1):
         for j in (0, 1):
             far = ~linkage.finite[:, i, j]
@@ -127,32 +129,39 @@ def _turn_only(linkage: Linkage, by: Floats) -> None:
 
 
 def displaced(linkage: Linkage, point: Complexes, step: Floats) -> tuple[Linkage, Complexes, Mask]:
-    """Return linkages and guided points moved by steps (n, 10), those that are valid, and the mask (n,) of them."""
+    """Displace linkages and guided points by steps (n, 10).
+
+    Return the valid ones and their mask.
+    """
     pivots = linkage.pivots.copy()
     pivots[..., :2] += step[:, :8].reshape(-1, 2, 2, 2)
     made, good = Linkage.valid(pivots)
     return made, (point + step[:, 8] + 1j * step[:, 9])[good], good
 
 
-#: Intervals between the positions that are looked at, most of them where fewer miss more than such a part of the
-#: largest sum of squares.
-NODES, MOST, MISSED = 32, 512, 1e-3
+#: Intervals between the evaluated positions.
+NODES = 32
+#: Most intervals.
+MOST = 512
+#: Relative error of the sum of squares above which the grid is refined.
+MISSED = 1e-3
 
 
 @dataclass(frozen=True)
 class Sensitivity:
-    """Displacements of the guided points of n guides across their nominal, per unit of error of the pivots.
+    """Displacements of n guided points across their nominals, per unit error of the pivots.
 
     Attributes
     ----------
     pivots : ndarray, shape (n, 2, 2)
-        Largest over the stroke, by dyad and pivot (fixed, moving), for an error of 1 in the worst direction; of a pivot
-        at infinity for an angle of 1 rad [length].
+        Largest over the stroke, by dyad and pivot (fixed, moving), for an error of 1 in the worst
+        direction; of a pivot at infinity for an angle of 1 rad [length].
     point : ndarray, shape (n,)
         The same for an error of the guided point in its coupler.
     worst, rms : ndarray, shape (n,)
-        For errors of all finite pivots and the guided point at once: of 1, each in its worst direction; standard
-        deviation for errors whose coordinates are independent, with standard deviation 1.
+        For errors of all finite pivots and the guided point at once: of 1, each in its worst
+        direction; standard deviation for errors whose coordinates are independent, with standard
+        deviation 1.
     """
 
     pivots: Floats
@@ -164,10 +173,11 @@ class Sensitivity:
 def sensitivity(
     guides: CouplerCurve | CircuitCurve, traced: Traced, stations: int = NODES, most: int = MOST
 ) -> Sensitivity:
-    """Return the sensitivities of traced guides whose points do not return and are as they were given.
+    """Compute the sensitivities of traced guides with unchanged points that do not return.
 
-    The positions that are looked at have `stations` intervals between them, twice as many and so on, at `most` so many,
-    where these do not resolve the sum of squares, by its last two Chebyshev coefficients.
+    The positions that are looked at have `stations` intervals between them, twice as many and so
+    on, at `most` so many, where these do not resolve the sum of squares, by its last two Chebyshev
+    coefficients.
     """
     points = grid(stations)
     t, tangent = traced.parameters(points.nodes), ways(guides, traced, points.nodes)
@@ -189,7 +199,7 @@ def sensitivity(
 
 
 def _largest(squares: Floats, stations: int) -> Floats:
-    """Return the largest root of the sum of squares (m, n, k), read between the positions too, shape (n,)."""
+    """Compute the largest root of the sum of squares (m, n, k), interpolated, shape (n,)."""
     return np.asarray(np.sqrt((grid(stations).fine @ squares.sum(-1)).max(0)))
 
 

@@ -1,9 +1,10 @@
-"""Rails and slots: the segments of their lines that the slides of a linkage run over during a stroke.
+"""Rails and slots: the segments that sliders cover during a stroke.
 
-A slider (PR) runs along a line of the frame: its *rail* is the segment of this line between the extreme places of the
-moving pivot.  A slide (RP) is a line of the coupler that passes through a fixed pivot: its *slot* is the segment of
-this line between the extreme places of the fixed pivot, as the coupler sees it, and moves with the coupler.  The length
-of either is its *travel*.  An inversion turns rails into slots of the same travel.
+A slider (PR) runs along a line of the frame: its *rail* is the segment of this line between the
+extreme places of the moving pivot.  A slide (RP) is a line of the coupler that passes through a
+fixed pivot: its *slot* is the segment of this line between the extreme places of the fixed pivot,
+as the coupler sees it, and moves with the coupler.  The length of either is its *travel*.  An
+inversion turns rails into slots of the same travel.
 """
 
 from __future__ import annotations
@@ -18,8 +19,9 @@ from .minimum_zone import grid, largest, times
 #: Where a rail or a slot ends that is none.
 NOWHERE = complex(np.nan, np.nan)
 
-#: Part of the travel: a slide that ends its stroke nearer to an end of its rail than this is told beside what stands
-#: there.  A step of the refinement may exchange the two, as in symmetric guides, whose slides end where they began.
+#: Part of the travel: a slide that ends its stroke nearer to an end of its rail than this is told
+#: beside what stands there.  A step of the refinement may exchange the two, as in symmetric guides,
+#: whose slides end where they began.
 TIED = 0.1
 
 
@@ -72,13 +74,13 @@ def slide_ends(linkage: Linkage, run: Floats) -> Complexes:
 
 
 def extremes(run: Floats) -> Floats:
-    """Return the weights with which values at Chebyshev points (m, n) make up those that can be extreme.
+    """Compute the weights of values at Chebyshev points (m, n) in their possible extremes.
 
     Returns
     -------
     ndarray, shape (4, n, m)
-        Of the first and the last value, and of the highest and the lowest between them; NaN where it is no extreme, nor
-        nearly.
+        Of the first and the last value, and of the highest and the lowest between them; NaN where
+        it is no extreme, nor nearly.
     """
     at_ends = run[[0, -1]]
     low, high = (run - at_ends.min(0)).min(0), (run - at_ends.max(0)).max(0)  # how far it overshoots its ends
@@ -89,8 +91,10 @@ def extremes(run: Floats) -> Floats:
 
 
 def _peak(values: Floats) -> Floats:
-    """Return the weights (n, m) of the highest value between the first and the last of values (m, n), by a parabola
-    through three places, as `largest` finds it; NaN where one of these is the highest."""
+    """Compute the weights (n, m) of the inner maximum of values (m, n), by a parabola.
+
+    As in `largest`; NaN where the first or last value is the maximum.
+    """
     fine = grid(len(values) - 1).fine
     every = times(fine, values)
     peak = np.argmax(np.where(np.isnan(every), -np.inf, every), axis=0)
@@ -105,14 +109,17 @@ def _peak(values: Floats) -> Floats:
 
 
 def _line(linkage: Linkage, i: int) -> tuple[Complexes, Complexes]:
-    """Return a point and the unit vector of the line of dyad i, a slide, in the reference position, (n,) each."""
+    """Return a point and the unit vector of the slot of dyad i, (n,) each."""
     fixed, moving = linkage.points[:, i].T
     slider = linkage.dyads[:, i] == PR
     return np.where(slider, moving, fixed), 1j * np.where(slider, fixed, moving)
 
 
 def travels(ends: Complexes) -> Floats:
-    """Return the longest travel of the slides with these ends (n, 2, 2), shape (n,) [length]; NaN with cranks only."""
+    """Return the longest travel of the slides with these ends (n, 2, 2), shape (n,) [length].
+
+    NaN with cranks only.
+    """
     return np.asarray(np.fmax.reduce(np.abs(ends[..., 1] - ends[..., 0]), axis=1))
 
 

@@ -1,8 +1,9 @@
-"""Where a coupler point runs straightest over a stroke, and how far within a deviation: one frontier, read either way.
+"""Straightest stretches of coupler points over a stroke, and longest ones within a deviation.
 
-Over a stroke the windows with the least deviation are sought (`least`): what no bound of a cell (`cells`) excludes is
-measured, and moved on.  Within a deviation windows are grown until they have it; then windows a little longer than the
-longest are sought in the same way, and grown, until none is within the deviation.  So neither answer refutes the other.
+Over a stroke the windows with the least deviation are sought (`least`): what no bound of a cell
+(`cells`) excludes is measured, and moved on.  Within a deviation windows are grown until they have
+it; then windows a little longer than the longest are sought in the same way, and grown, until none
+is within the deviation.  So neither answer refutes the other.
 """
 
 from __future__ import annotations
@@ -34,43 +35,55 @@ SEEN = 4
 MOVED = 6
 #: Windows of a linkage left after each of the first corrections of a stroke, in a quick search.
 KEPT = (3, 2, 1)
-#: Deviations over the best up to which windows are followed after two rounds and after four, in a quick search: what
-#: is left of a way then, a fortieth and a hundredth of a window, changes a deviation by less.
+#: Deviations over the best up to which windows are followed after two rounds and after four, in a
+#: quick search: what is left of a way then, a fortieth and a hundredth of a window, changes a
+#: deviation by less.
 CLOSE_ENOUGH = 1.2
 CLOSER = 1.05
-#: Rounds of moves in the end of a quick search, which leave 4e-5 of a window: 2e-4 of a deviation at a steep limit.
+#: Rounds of moves in the end of a quick search, which leave 4e-5 of a window: 2e-4 of a deviation
+#: at a steep limit.
 LAST = 4
-#: Ways by which windows are moved then over those they had last: over a stroke along the best line, no longer over a
-#: chord, the best place is another one.
+#: Ways by which windows are moved then over those they had last: over a stroke along the best line,
+#: no longer over a chord, the best place is another one.
 AGAIN = 4
-#: The same in a quick search, of a window: about a piece, for of two plateaus of nearly one deviation the lower one may
-#: be narrow.
+#: The same in a quick search, of a window: about a piece, for of two plateaus of nearly one
+#: deviation the lower one may be narrow.
 PIECE = 0.05
 #: Most searches for windows longer than the longest: of 400 linkages none needs more than two.
 CHECKS = 4
-#: Corrections of a stroke at most, on the way and then on the finer grid, in a thorough and a quick search; what is
-#: left between a stroke that holds and one that does not when it is corrected no more.
-CORRECTIONS, SETTLED = ((4, 1), (5, 7)), 1e-3
-#: Powers of the stroke with which a deviation may grow; most that the logarithm of a stroke is changed by; by which
-#: part the deviation stays inside.
-STEEP, CHANGE, INSIDE = (0.5, 60.0), (-0.5, 0.2), 1e-3
-#: Part of a stroke by which it has to grow when an end is moved: where it is the longest that there is, rounding gains.
+#: Most corrections of a stroke on the coarse and the fine grid, in a thorough and a quick search.
+CORRECTIONS = ((4, 1), (5, 7))
+#: Relative difference of a feasible and an infeasible stroke at which corrections stop.
+SETTLED = 1e-3
+#: Range of the exponent of the deviation as a power of the stroke.
+STEEP = (0.5, 60.0)
+#: Range of a change of the logarithm of a stroke.
+CHANGE = (-0.5, 0.2)
+#: Relative margin of the deviation below its bound.
+INSIDE = 1e-3
+#: Smallest relative growth of a stroke when an end is moved: at the longest stroke rounding gains.
 GAIN = 1e-7
-#: In the end both ends of a window are moved for themselves: by which parts of a way and of one so much shorter, in so
-#: many directions (eight miss a ridge of the deviation that lies between two of them), how long that is at first and at
-#: last, of the window, and how often at most.
-SHORTER, DIRECTIONS = 1 / 8, 16
+#: Ratio of the short to the long trial move in the final search, which moves both ends of a window.
+SHORTER = 1 / 8
+#: Directions of these moves: eight miss a ridge of the deviation between two of them.
+DIRECTIONS = 16
 _TURN = np.exp(2j * np.pi * np.arange(DIRECTIONS) / DIRECTIONS).view(float).reshape(-1, 2)
 SIDES = np.kron(SHORTER ** np.arange(2)[:, None], _TURN / np.abs(_TURN).max(1, keepdims=True))
-FIRST_EXTENSION, LAST_EXTENSION, EXTENSIONS = 1 / 64, 1e-4, 20
+#: First length of these moves [windows].
+FIRST_EXTENSION = 1 / 64
+#: Last length of these moves [windows].
+LAST_EXTENSION = 1e-4
+#: Most such moves.
+EXTENSIONS = 20
 
 
 def straightest(
     circuits: Circuits, point: Complexes, stroke: Floats, *, circle: bool, radius: float | None = None, count: int = 4
 ) -> Stretches:
-    """Return the stretches of circuits (k,) over which coupler points (k,), given with the linkages, run straightest.
+    """Find the straightest stretches of coupler points (k,) on circuits (k,).
 
-    With `count` 1 the best of each linkage; else also others, `SPARE` times `count` at most, as some may overlap.
+    With `count` 1 the best of each linkage; else also others, `SPARE` times `count` at most, as
+    some may overlap.
 
     Parameters
     ----------
@@ -89,9 +102,10 @@ def straightest(
 
 
 def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indices | None = None) -> Stretches:
-    """Return the windows with the least deviations over strokes (m,), where these may be below bounds (k,).
+    """Find the windows of least deviation over strokes (m,), below bounds (k,).
 
-    With `count` 1 the best of each linkage; else that of each curve, and of others up to `SPARE` times `count`.
+    With `count` 1 the best of each linkage; else that of each curve, and of others up to `SPARE`
+    times `count`.
 
     Parameters
     ----------
@@ -125,16 +139,24 @@ def least(seek: Search, stroke: Floats, bound: Floats, count: int, which: Indice
 
 
 def _near_the_best(seek: Search, at: Stretches, by: Floats, bound: Floats, within: float) -> tuple[Stretches, Floats]:
-    """Return of windows of each linkage those that are nearly as straight as the best, or as bounds (k,)."""
+    """Select the windows of each linkage nearly as straight as the best, or as bounds (k,)."""
     some = np.flatnonzero(at.deviation <= within * seek.best(at, bound)[at.circuit])
     return at[some], by[some]
 
 
 def longest(
-    circuits: Circuits, point: Complexes, deviation: Floats, *, circle: bool, radius: float | None = None,
+    circuits: Circuits,
+    point: Complexes,
+    deviation: Floats,
+    *,
+    circle: bool,
+    radius: float | None = None,
     count: int = 4,
-) -> Stretches:  # fmt: skip
-    """The same for the longest stretches within deviations (k,) [length]; with 1 the longest of each linkage only."""
+) -> Stretches:
+    """Find the longest stretches within deviations (k,) [length].
+
+    With 1 the longest of each linkage.
+    """
     quick = count == 1
 
     def found(block: Indices) -> Stretches:
@@ -160,8 +182,10 @@ def longest(
 
 
 def grown(seek: Search, at: Stretches, by: Floats, allowed: Floats) -> Stretches:
-    """Return windows that are grown, moved by ways `by` (n,) [rad], as far as the deviations of their curves (k,) are
-    allowed; none of those that cannot."""
+    """Grow windows, moved by up to `by` (n,) [rad], to their permitted deviations.
+
+    Windows that violate them are dropped.
+    """
     if not len(at.low):
         return at
     grow = _Growing(seek, at, by, allowed[at.circuit])
@@ -179,8 +203,7 @@ def grown(seek: Search, at: Stretches, by: Floats, allowed: Floats) -> Stretches
 
 
 class _Growing:
-    """n windows whose strokes are corrected until their deviations are what is allowed, moved along their paths
-    meanwhile; arrays of shape (n,).
+    """n windows in correction to their permitted deviations; arrays of shape (n,).
 
     Attributes
     ----------
@@ -239,15 +262,23 @@ class _Growing:
         ratio = wanted / at.stroke
         by = np.maximum(by, np.abs(ratio - 1) * (at.high - at.low))
         at = replace(at, stroke=wanted, high=at.low + ratio * (at.high - at.low))
-        for name, new in (("at", at), ("by", by), ("best", best), ("beyond", beyond), ("power", power),
-                          ("last", last), ("reach", reach)):  # fmt: skip
+        for name, new in (
+            ("at", at),
+            ("by", by),
+            ("best", best),
+            ("beyond", beyond),
+            ("power", power),
+            ("last", last),
+            ("reach", reach),
+        ):
             setattr(self, name, put(getattr(self, name), open_, new))
 
 
 def extended(seek: Search, at: Stretches, allowed: Floats) -> Stretches:
-    """Return windows that are longer, or as long, within deviations (n,): either end is moved for itself, and both.
+    """Extend windows within deviations (n,), moving each end and both.
 
-    Where a path turns back, or an open circuit ends, few of the windows that only move along are any good.
+    Where a path turns back, or an open circuit ends, few of the windows that only move along are
+    any good.
     """
     by, some = FIRST_EXTENSION * (at.high - at.low), np.arange(len(at.low))
     for _ in range(EXTENSIONS):

@@ -1,9 +1,10 @@
 """The room that a linkage sweeps over its stroke: how far it leaves a region, or enters others.
 
-The linkage is its links as straight segments: cranks from pivot to pivot, the triangle of both moving pivots and the
-guided point; of a machine with a slot the slot and what joins its ends to both moving pivots.  Sliders have their
-rails, slides their slots, whose ends are joined to the rest of the coupler, over the travel of the stroke: see
-`slides`.  Of a slide the fixed pivot stands for the moving one besides.
+The linkage is its links as straight segments: cranks from pivot to pivot, the triangle of both
+moving pivots and the guided point; of a machine with a slot the slot and what joins its ends to
+both moving pivots.  Sliders have their rails, slides their slots, whose ends are joined to the rest
+of the coupler, over the travel of the stroke: see `slides`.  Of a slide the fixed pivot stands for
+the moving one besides.
 """
 
 from __future__ import annotations
@@ -18,16 +19,19 @@ from ..kinematics.types import Complexes, Floats
 from .drive import SampledPoses
 from .minimum_zone import largest
 
-#: Places along each link that are looked at, and along what lies between two edges that it crosses; what such a
-#: crossing counts for, of the size, where none of them tells.
-STATIONS, GRAZED = 5, 1e-3
+#: Points tested along each link, and along its part between two crossed edges.
+STATIONS = 5
+#: Violation of a crossing between these points [size].
+GRAZED = 1e-3
 
 
-#: Which of the ends of its links the segments of a linkage connect, and those of a machine with a slot.
+#: Pairs of link ends that the segments connect: of a linkage, and of a machine with a slot.
 SEGMENTS = np.array([(0, 2), (1, 3), (2, 3), (2, 4), (3, 4)])
 SLOTTED = np.array([(0, 2), (1, 3), (2, 3), (4, 5), (2, 4), (2, 5), (3, 4), (3, 5)])
-#: Of the ends of both slides: each from end to end, and the ends of one to those of the other.
-ALONG, ACROSS = np.array([(0, 1), (2, 3)]), np.array([(0, 2), (0, 3), (1, 2), (1, 3)])
+#: Pairs of ends of each of two slides.
+ALONG = np.array([(0, 1), (2, 3)])
+#: Pairs of ends of one slide and the other.
+ACROSS = np.array([(0, 2), (0, 3), (1, 2), (1, 3)])
 
 
 class Area(Protocol):
@@ -43,8 +47,10 @@ class Area(Protocol):
 
 
 def link_ends(linkage: Linkage, moves: SampledPoses) -> Complexes:
-    """Return the ends of the links of n linkages at f positions, complex, shape (f, n, k): both pivots that stand, both
-    that move, the guided point or both ends of the slot; then the ends of rails, and of slots, if any has one.
+    """Compute the ends of links at f positions, complex, shape (f, n, k).
+
+    Both fixed pivots, both moving ones, the guided point or both ends of its slot; then the ends of
+    rails and slots, if any.
 
     Parameters
     ----------
@@ -58,8 +64,10 @@ def link_ends(linkage: Linkage, moves: SampledPoses) -> Complexes:
 
 
 def _slides(linkage: Linkage, moves: SampledPoses) -> list[Complexes]:
-    """Return the ends of rails and those of slots, (f, n, 4) each, if there are any; of another dyad its moving pivot,
-    twice."""
+    """Compute the ends of rails and of slots, (f, n, 4) each, if any.
+
+    Of a crank its moving pivot, twice.
+    """
     found = []
     for kind in _sliding(linkage):
         ends = np.where((linkage.dyads == kind)[..., None], moves.slides, moves.pins[..., None])
@@ -73,8 +81,10 @@ def _sliding(linkage: Linkage) -> list[int]:
 
 
 def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
-    """Return both ends of the k segments of n linkages at f positions, complex, shape (f, n, k, 2); what is no link is
-    a point of another one; see `link_ends`."""
+    """Compute the ends of segments at f positions, complex, shape (f, n, k, 2).
+
+    A missing link is a point of another one; see `link_ends`.
+    """
     guided = [4] if moves.slot is None else [4, 5]
     joined, first = [SEGMENTS if moves.slot is None else SLOTTED], 4 + len(guided)
     for kind in _sliding(linkage):
@@ -87,21 +97,25 @@ def link_segments(linkage: Linkage, moves: SampledPoses) -> Complexes:
 
 
 def protrusion(area: Area, swept: Complexes) -> Floats:
-    """Return how far linkages reach out of an area at most, negative inside, shape (n,), from segments (f, n, k, 2); of
-    a convex one from the ends of links, (f, n, k, 1), too."""
+    """Compute the protrusion of linkages from a region, negative inside, shape (n,).
+
+    From segments (f, n, k, 2); for a convex region ends of links (f, n, k, 1) suffice.
+    """
     if area.is_convex:  # nothing of a segment is farther out than an end of it
         return largest(area.outside(swept).max(axis=(2, 3)))
     return _farthest(area, swept, 1)
 
 
 def intrusion(area: Area, swept: Complexes) -> Floats:
-    """Return how far linkages reach into an area at most, negative outside, shape (n,), from segments (f, n, k, 2)."""
+    """Compute the intrusion of segments (f, n, k, 2) into a region, negative outside, shape (n,)."""
     return _farthest(area, swept, -1)
 
 
 def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
-    """Return how far places on segments are outside (`side` 1) or inside (-1) at most, those between the edges that a
-    segment crosses among them."""
+    """Compute the largest distance of segments outside (`side` 1) or inside (-1) of a region.
+
+    Points between crossed edges are included.
+    """
     segments = [(swept[..., j, 0], swept[..., j, 1]) for j in range(swept.shape[2])]
     places = (a + (b - a) * share for a, b in segments for share in np.linspace(0, 1, STATIONS))
     amount = largest(reduce(np.maximum, (side * area.outside(z) for z in places)))
@@ -115,8 +129,10 @@ def _farthest(area: Area, swept: Complexes, side: int) -> Floats:
 
 
 def _between(area: Area, swept: Complexes) -> Complexes:
-    """Return places along the segments between the first and the last edge that they cross, shape (f, n, k, STATIONS);
-    NaN where they cross less than two."""
+    """Return points of segments between crossed edges, shape (f, n, k, STATIONS).
+
+    NaN where a segment crosses fewer than two.
+    """
     corners = area.corners[:, 0] + 1j * area.corners[:, 1]
     a, b = swept[..., 0], swept[..., 1]
     first, last = np.full(a.shape, np.inf), np.full(a.shape, -np.inf)

@@ -1,10 +1,11 @@
-"""Measure guides on their finite motion: path over a window, splitting of the inflections, best line or circle.
+"""Trace guides on their finite motion: path over a window, splitting, best line or circle.
 
-`trace` knows nothing of series: it is given linkages, guided points and half strokes, and measures.  With `split` the
-guided point is first moved off its singular point so that the merged inflections separate, which divides the
-deviation by four (two inflections) to sixteen (four): the shift makes the first Chebyshev coefficients of the error
-vanish, in the sense of least squares, so that what remains is nearly a single Chebyshev polynomial
-(Allievi 1895, secs. 27-31; the rule delta = 2 c4 h^2 r*^2 is its limit for a short stroke).
+`trace` knows nothing of series: it is given linkages, guided points and half strokes, and
+measures.  With `split` the guided point is first moved off its singular point so that the merged
+inflections separate, which divides the deviation by four (two inflections) to sixteen (four): the
+shift makes the first Chebyshev coefficients of the error vanish, in the sense of least squares, so
+that what remains is nearly a single Chebyshev polynomial (Allievi 1895, secs. 27-31; the rule delta
+= 2 c4 h^2 r*^2 is its limit for a short stroke).
 """
 
 from __future__ import annotations
@@ -23,11 +24,15 @@ from .minimum_zone import Fit, Grid, grid, minimum_zone, resolved, seen
 #: The guided point may move by about this part of the half stroke when its inflections are split.
 LEASH = 20
 ROUNDS = 2
-#: A splitting that leaves more than this part of the error is tried again on a shorter leash: the long step was wrong.
-HELPS, SHORT_LEASH = 0.6, 0.3
-#: A path whose error is below this part of the half stroke is exact but for rounding, and is left as it is.
+#: Remaining fraction of the error above which the step was too long and is retried.
+HELPS = 0.6
+#: Length of the retried step over the first one.
+SHORT_LEASH = 0.3
+#: A path whose error is below this part of the half stroke is exact but for rounding, and is left
+#: as it is.
 STRAIGHT = 1e-11
-#: Part of the half stroke by which the stroke of a guide with three inflections lies off the singular point.
+#: Part of the half stroke by which the stroke of a guide with three inflections lies off the
+#: singular point.
 OFF_CENTRE = 8**-0.5
 #: What the finest grid may miss, of the deviation and of the stroke.
 LEAST_SURE = (1e-2, 1e-13)
@@ -35,8 +40,10 @@ LEAST_SURE = (1e-2, 1e-13)
 
 @dataclass(frozen=True)
 class Traced(Columns):
-    """What was measured of n guides: the fit, in the frame of the linkage; the shift (n,), complex, of the guided point
-    from where it was given, in the reference position [length]; the window low ... high, (n,) each, of the parameter.
+    """What was measured of n guides: the fit, in the frame of the linkage.
+
+    The shift (n,), complex, of the guided point from where it was given, in the reference
+    position [length]; the window low ... high, (n,) each, of the parameter.
     """
 
     fit: Fit
@@ -51,7 +58,7 @@ class Traced(Columns):
             return self.fit.deviation / self.fit.stroke
 
     def parameters(self, nodes: Floats) -> Floats:
-        """Return the parameters at nodes (m,) of [-1, 1] over the windows, in double precision, shape (m, n)."""
+        """Map nodes (m,) of [-1, 1] to parameters of the windows, shape (m, n)."""
         low, high = self.low.astype(float), self.high.astype(float)
         return np.asarray(0.5 * (high + low) + 0.5 * (high - low) * nodes[:, None])
 
@@ -73,25 +80,26 @@ def trace(
     nodes: int = 32,
     held: Array | None = None,
 ) -> Traced:
-    """Trace each guide over a window of its path and fit the nominal, a circle or a straight line.
+    """Trace guides over windows of their paths and fit circles or straight lines.
 
-    NaN where the window leaves the extent of the guide, where the point runs backwards within it, and where the finest
-    grid leaves a hundredth of the deviation open.
+    NaN where the window leaves the extent of the guide, where the point runs backwards within it,
+    and where the finest grid leaves a hundredth of the deviation open.
 
     Parameters
     ----------
     half : ndarray, shape (n,)
-        Half the length of the window along the tangent of the given point, at a cusp all of it [length].
+        Half the length of the window along the tangent of the given point, at a cusp all of it
+        [length].
     split : bool
         Move the guided point so that its inflections separate; a point at a cusp stays there.
     centre : float or ndarray, shape (n,)
         Where the middle of the window lies, in half strokes from the reference position.
     nodes : int
-        Intervals between Chebyshev points; guides that they do not resolve are traced again with twice and four times
-        as many.
+        Intervals between Chebyshev points; guides that they do not resolve are traced again with
+        twice and four times as many.
     held : ndarray, shape (n,), optional
-        Curvature of the nominal, positive to the left of the way on which the parameter rises [1/length]; sought if
-        not given.  Only without `split`.
+        Curvature of the nominal, positive to the left of the way on which the parameter rises
+        [1/length]; sought if not given.  Only without `split`.
     """
     if guides.cusp.any() and not guides.cusp.all():
         found = Traced.nothing(len(guides), half.dtype)
@@ -117,8 +125,7 @@ def trace(
 
 
 def again(guides: CouplerCurve, traced: Traced, *, circle: bool, nodes: int, held: Array | None = None) -> Traced:
-    """Measure guides, which do not return, over the same windows on another grid, their points as they are; extremes
-    that lie between the points of the grid too."""
+    """Measure guides, points unchanged, over their windows on another grid, with interpolated extremes."""
     low, high = traced.low.astype(float), traced.high.astype(float)
     return _measure(guides, low, high, np.full_like(low, np.nan), circle, False, nodes, held, between=True)
 
@@ -126,7 +133,7 @@ def again(guides: CouplerCurve, traced: Traced, *, circle: bool, nodes: int, hel
 def over(
     guides: CouplerCurve, low: Floats, high: Floats, *, circle: bool, nodes: int, held: Array | None = None
 ) -> Traced:
-    """Measure guides, which do not return, over windows of the parameter, (n,) each, their points as they are."""
+    """Measure guides, points unchanged, over windows of the parameter, (n,) each."""
     return _measure(guides, low, high, np.full_like(low, np.nan), circle, False, nodes, held)
 
 
@@ -173,7 +180,7 @@ def _fit(u: Array, v: Array, circle: bool, points: Grid, held: Array | None = No
 def _split_again(
     found: Fit, shift: Array, poor: Mask, paths: tuple[Array, ...], half: Array, circle: bool, points: Grid
 ) -> tuple[Fit, Array]:
-    """Split those that a long step did not make straighter on a short leash, or not at all."""
+    """Retry splittings that did not reduce the error with a shorter step, or undo them."""
     u, v, cos, sin = (p[:, poor] for p in paths)
     shift = shift.copy()
     moved_u, moved_v, step, _ = _straightened(u, v, cos, sin, half[poor], circle, points, SHORT_LEASH)
@@ -192,7 +199,7 @@ def _split_again(
 def _straightened(
     u: Array, v: Array, cos: Array, sin: Array, half: Array, circle: bool, points: Grid, leash: float
 ) -> tuple[Array, Array, Array, Array]:
-    """Return the split paths (u, v), the shift along and across the tangent, and about how large the error was."""
+    """Return the split paths (u, v), the shift of the point, and the previous error."""
     shift = np.zeros(len(half), dtype=(u[:1] + 0j).dtype)
     curvature = _bend(u, v) if circle else np.zeros_like(half)
     errors = []
@@ -207,11 +214,12 @@ def _straightened(
 def _step(
     u: Array, v: Array, cos: Array, sin: Array, half: Array, curvature: Array, to_chebyshev: Array, leash: float
 ) -> tuple[Array, Array]:
-    """Return the shift of the guided point that leaves the straightest path, or the one nearest to a circle of the
-    given curvature; and the size of the error without it.
+    """Compute the shift of the guided point to the straightest path, and the error without it.
 
-    Least squares over the Chebyshev coefficients of the distance from the nominal, which may move and turn; the shift
-    is held by a leash so that an ill-determined direction is not followed.
+    With a curvature, to the path closest to a circle of it.
+
+    Least squares over the Chebyshev coefficients of the distance from the nominal, which may move
+    and turn; the shift is held by a leash so that an ill-determined direction is not followed.
     """
     with np.errstate(all="ignore"):
         along = u[-1] - u[0] + 1j * (v[-1] - v[0])
@@ -240,7 +248,7 @@ def _step(
 
 
 def _bend(u: Array, v: Array) -> Array:
-    """Curvature of the circle through the ends and the middle of a path, positive to the left, shape (n,)."""
+    """Compute the curvature of circles through ends and middle of paths, positive to the left, (n,)."""
     chord = u[-1] - u[0] + 1j * (v[-1] - v[0])
     middle = len(u) // 2
     with np.errstate(all="ignore"):

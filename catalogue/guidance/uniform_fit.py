@@ -1,10 +1,11 @@
 """Best uniform fits of two terms, whatever the order of the points: Stiefel's exchange of single points.
 
-`minimum_zone.exchange` alternates along a path, which holds as long as the terms are a Haar system there: a sine and a
-cosine are none beyond half a turn, and a path that returns over itself has no order of its own.
+`minimum_zone.exchange` alternates along a path, which holds as long as the terms are a Haar system
+there: a sine and a cosine are none beyond half a turn, and a path that returns over itself has no
+order of its own.
 
-Source: Stiefel, Numerische Methoden der Tschebyscheff-Approximation, 1959; the exchange is a step of the dual simplex
-method.
+Source: Stiefel, Numerische Methoden der Tschebyscheff-Approximation, 1959; the exchange is a step
+of the dual simplex method.
 """
 
 from __future__ import annotations
@@ -83,8 +84,8 @@ def _equalised(terms: Floats, values: Floats) -> tuple[Floats, Floats, Floats]:
     ndarray, shape (n,)
         The error.
     ndarray, shape (3, n)
-        Weights with which no combination of the terms counts, and whose sum with the values is the error; 1 together,
-        signs apart.
+        Weights with which no combination of the terms counts, and whose sum with the values is the
+        error; 1 together, signs apart.
     """
     weights = _cross(terms[:, NEXT], terms[:, LAST])
     weights = weights / (np.abs(weights).sum(0) * np.where((weights * values).sum(0) < 0, -1, 1))

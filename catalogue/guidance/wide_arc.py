@@ -1,11 +1,12 @@
-"""Arcs near a half circle and beyond it: guides traced along their circuits, over windows told by their angle.
+"""Arcs near a half circle and beyond: guides on their circuits, over windows of an angle.
 
-Over such an arc a point runs to and fro along its chord, and a small error turns the chord far.  So a window ends
-where the point, seen from the centre of the mean circle, has gone half the angle from the middle of the path, either
-way.  The mean circle has the radius that is given, and the least mean square distance from the path.  The deviation is
-that from the best-placed circle: its centre, of which there may be many where the ends of a path lie opposite, would
-tell no window.  A motion goes on through dead points, and a crank all the way round; its parameter is therefore the
-phase of the circuit.
+Over such an arc a point runs to and fro along its chord, and a small error turns the chord far.  So
+a window ends where the point, seen from the centre of the mean circle, has gone half the angle from
+the middle of the path, either way.  The mean circle has the radius that is given, and the least
+mean square distance from the path.  The deviation is that from the best-placed circle: its centre,
+of which there may be many where the ends of a path lie opposite, would tell no window.  A motion
+goes on through dead points, and a crank all the way round; its parameter is therefore the phase of
+the circuit.
 """
 
 from __future__ import annotations
@@ -24,7 +25,8 @@ from .coupler_curve import false_position
 from .minimum_zone import Fit, Grid, grid, resolved
 from .trace import LEAST_SURE, Traced
 
-#: Steps either way in which the ends of a window are bracketed: none turns a path by more than a fifth of a turn.
+#: Steps either way in which the ends of a window are bracketed: none turns a path by more than a
+#: fifth of a turn.
 STEPS = 64
 #: How far these go either way [periods]: an arc of 350 degrees may take most of one on one side.
 FARTHEST = 0.8
@@ -51,11 +53,11 @@ class WideArcs(Columns):
     Attributes
     ----------
     middle, start, end : ndarray
-        Phases of the middle of the path, its start and its end; the end lies before the start where the point runs
-        along the arc against the phase [rad].
+        Phases of the middle of the path, its start and its end; the end lies before the start where
+        the point runs along the arc against the phase [rad].
     fit : Fit
-        The nominal is the best-placed arc of the radius, which bulges to the left of its way; the deviation is NaN
-        where the point does not run forward along the whole arc.
+        The nominal is the best-placed arc of the radius, which bulges to the left of its way; the
+        deviation is NaN where the point does not run forward along the whole arc.
     """
 
     middle: Floats
@@ -70,9 +72,16 @@ class WideArcs(Columns):
 
 
 def wide_arcs(
-    some: Circuits, point: Complexes, middle: Floats, centre: Complexes, radius: Floats, angle: float, *,
-    nodes: int = NODES, most: int = FINER,
-) -> WideArcs:  # fmt: skip
+    some: Circuits,
+    point: Complexes,
+    middle: Floats,
+    centre: Complexes,
+    radius: Floats,
+    angle: float,
+    *,
+    nodes: int = NODES,
+    most: int = FINER,
+) -> WideArcs:
     """Trace coupler points (n,) of circuits over arcs whose middles they pass at phases (n,).
 
     Parameters
@@ -100,9 +109,15 @@ def wide_arcs(
         rough = np.flatnonzero(np.isfinite(found.fit.deviation) & ~resolved(found.fit))
         if len(rough) and nodes < most:
             finer = wide_arcs(
-                some[rough], point[rough], middle[rough], centre[rough], radius[rough], angle,
-                nodes=2 * nodes, most=most,
-            )  # fmt: skip
+                some[rough],
+                point[rough],
+                middle[rough],
+                centre[rough],
+                radius[rough],
+                angle,
+                nodes=2 * nodes,
+                most=most,
+            )
             return found.replaced(rough, finer)
         sure = resolved(found.fit, *LEAST_SURE)
     return replace(found, fit=replace(found.fit, deviation=np.where(sure, found.fit.deviation, np.nan)))
@@ -122,7 +137,8 @@ def _bracketed(
     Returns
     -------
     ndarray, shape (2, n)
-        Phases below and above the middle at which points have gone `half` an arc, NaN if never [rad].
+        Phases below and above the middle at which points have gone `half` an arc, NaN if never
+        [rad].
     ndarray, shape (n,)
         1 where points run counterclockwise as the phase rises, else -1.
     """
@@ -148,9 +164,14 @@ def _bracketed(
             return np.asarray(side * way * np.angle((there - centre) / ray))
 
         t, _ = false_position(
-            missing, phases[k - 1, column], phases[k, column], gone[k - 1, column] - half, gone[k, column] - half,
-            np.full(len(middle), REACHED), steps=12,
-        )  # fmt: skip
+            missing,
+            phases[k - 1, column],
+            phases[k, column],
+            gone[k - 1, column] - half,
+            gone[k, column] - half,
+            np.full(len(middle), REACHED),
+            steps=12,
+        )
         ends.append(np.where(beyond.any(0), t, np.nan))
     return np.stack(ends), way
 
@@ -178,9 +199,16 @@ def _corrected(
 
 
 def _measured(
-    some: Circuits, point: Complexes, middle: Floats, ends: Floats, way: Floats, centre: Complexes, radius: Floats,
-    angle: float, points: Grid,
-) -> WideArcs:  # fmt: skip
+    some: Circuits,
+    point: Complexes,
+    middle: Floats,
+    ends: Floats,
+    way: Floats,
+    centre: Complexes,
+    radius: Floats,
+    angle: float,
+    points: Grid,
+) -> WideArcs:
     """Return windows with their nominals and deviations."""
     z, half, n = _path(some, point, ends, points), 0.5 * np.radians(angle), len(middle)
     spoke = z - centre
@@ -192,9 +220,14 @@ def _measured(
     circles = best_placed(z, radius, centre, points)
     centre, deviation = circles.centre, np.where(forward & whole, circles.deviation, np.nan)
     fit = Fit(
-        deviation, 2 * radius * np.sin(half), centre + radius * top * np.exp(1j * half), -1j * top, -1 / radius,
-        radius * (1 - np.cos(half)) * np.ones(n), circles.unresolved,
-    )  # fmt: skip
+        deviation,
+        2 * radius * np.sin(half),
+        centre + radius * top * np.exp(1j * half),
+        -1j * top,
+        -1 / radius,
+        radius * (1 - np.cos(half)) * np.ones(n),
+        circles.unresolved,
+    )
     start, end = np.where(way < 0, ends, ends[::-1])
     return WideArcs(middle, start, end, fit)
 

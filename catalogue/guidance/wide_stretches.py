@@ -1,8 +1,8 @@
 """Search circuits for windows nearest to an arc near a half circle or beyond.
 
-A window over such an arc is told by the phase of its middle.  All middles on a curve that is cut into pieces are
-compared by the mean square distance of a few places from their mean circle; the best ones are moved on by the deviation
-itself.
+A window over such an arc is told by the phase of its middle.  All middles on a curve that is cut
+into pieces are compared by the mean square distance of a few places from their mean circle; the
+best ones are moved on by the deviation itself.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ MOST = 2560
 SPREAD = 24
 #: Places of a window that are read: a path with eight waves over it has four on each.
 PLACES = 33
-#: Part of its turn about the mean circle by which a path that is followed runs forward, of the angle asked too.
+#: Part of its turn about the mean circle by which a path that is followed runs forward, of the
+#: angle asked too.
 FORWARD = 0.7
 #: Moves of a mean circle from the circle that fits squared radii best.
 MOVES = 3
@@ -46,14 +47,15 @@ ROUNDS = 14
 def nearest_arcs(
     circuits: Circuits, point: Complexes, radius: float, angle: float, count: int
 ) -> tuple[Indices, WideArcs]:
-    """Find windows over which coupler points (k,), given with the linkages of circuits (k,), run nearest to arcs.
+    """Find windows of coupler points (k,) on circuits (k,) closest to wide arcs.
 
     Parameters
     ----------
     radius, angle : float
         Of the arcs [length, deg].
     count : int
-        How many stretches of a linkage are wanted: a few more are returned of each circuit, as some may overlap.
+        How many stretches of a linkage are wanted: a few more are returned of each circuit, as some
+        may overlap.
 
     Returns
     -------
@@ -94,8 +96,11 @@ def _leading(of: Indices, deviation: Floats, count: int) -> Indices:
 def _begun(
     circuits: Circuits, point: Complexes, radius: float, angle: float, count: int
 ) -> tuple[Indices, Floats, Floats, Complexes]:
-    """Return for the most promising windows, at most `count` of each circuit: its number, the phase of the middle, how
-    far that may be moved [rad], and about where the centre of the arc is."""
+    """Select the most promising windows, at most `count` per circuit.
+
+    Returns their circuits, the phases of their middles, the permitted moves of these [rad], and estimates
+    of the arcs' centres.
+    """
     curves = Curves.of(circuits, point, np.arange(len(circuits)))
     length = radius * np.radians(angle)
     with np.errstate(all="ignore"):

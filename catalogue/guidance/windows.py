@@ -1,8 +1,8 @@
 """Windows of coupler curves: measured, and moved to where their paths are straightest.
 
-A window begins in a cell (`cells`) of its curve.  It is moved along the curve, by ever shorter ways, until its
-deviation, that of `minimum_zone`, is least; where it may not be moved on, because the path turns by more than is
-allowed there, it ends at that limit.
+A window begins in a cell (`cells`) of its curve.  It is moved along the curve, by ever shorter
+ways, until its deviation, that of `minimum_zone`, is least; where it may not be moved on, because
+the path turns by more than is allowed there, it ends at that limit.
 """
 
 from __future__ import annotations
@@ -19,25 +19,30 @@ from .cells import Cells, Curves, bent, cells_of, from_chord
 from .circuit_curve import TURNING, runs_forward
 from .minimum_zone import alternating, grid, reference
 
-#: Deviation of a window, read in the middle of each piece, over the least that is known, up to which it is moved on: it
-#: falls by no more from there to the next one, a twentieth of a window away.
+#: Deviation of a window, read in the middle of each piece, over the least that is known, up to
+#: which it is moved on: it falls by no more from there to the next one, a twentieth of a window
+#: away.
 LOOSER = 1.6
 #: Part of a window within which the begin of another one makes it the same: half a piece.
 APART = 0.05
 #: A path that is as good as it can be reaches about so many times its mean error.
 PEAK = 1.4
-#: In a thorough and a quick search: where windows are tried about the best place, what the way to the farthest becomes
-#: in the next round, and how many rounds.
+#: In a thorough and a quick search: where windows are tried about the best place, what the way to
+#: the farthest becomes in the next round, and how many rounds.
 THOROUGH = (np.array([0, -1, 1, -2, 2, -3, 3, -4, 4, -5, 5, -6, 6]) / 6, 1 / 6, 5)
 QUICK = (np.array([0, -1, 1]) / 2, 1 / 2, 9)
 #: The same while a stroke is corrected.
 CORRECTING = (np.array([0, -1, 1, -2, 2, -3, 3]) / 3, 1 / 3, 1)
-#: What that way becomes, while a stroke is sought or kept along the best line, where the best is the farthest.
+#: What that way becomes, while a stroke is sought or kept along the best line, where the best is
+#: the farthest.
 FARTHER = 2.0
-#: Windows about each of the first ones, and how many of them are followed, in either; and how far to either side they
-#: are, of a window.
-ABOUT, WIDE = ((13, 2), (7, 1)), 1 / 6
-#: Secant steps to the end of a window at most: where its path turns by 84 degrees they close in slowly.
+#: Windows about each first one, and how many of them are followed, in a thorough and a quick
+#: search.
+ABOUT = ((13, 2), (7, 1))
+#: Largest displacement of these windows [windows].
+WIDE = 1 / 6
+#: Secant steps to the end of a window at most: where its path turns by 84 degrees they close in
+#: slowly.
 STEPS = 8
 #: Part of a stroke by which it may be missed.
 CLOSE = 1e-5
@@ -45,14 +50,18 @@ CLOSE = 1e-5
 NEGLIGIBLE = 1e-7
 #: Corrections of a chord at most until the stroke along the best line is that asked for.
 TILTS = 3
-#: Intervals between the Chebyshev points of a window, on the way and in the end.
-NODES, FINER = 16, 32
-#: Cosine of the most a path turns in a search, over that at which it no longer runs forward: what is found at this
-#: limit is still within the other one when its stroke is corrected in the last digits.
+#: Intervals between the Chebyshev points of a window during the search.
+NODES = 16
+#: Intervals for the final measurement.
+FINER = 32
+#: Cosine of the most a path turns in a search, over that at which it no longer runs forward: what
+#: is found at this limit is still within the other one when its stroke is corrected in the last
+#: digits.
 INSIDE_LIMIT = 1.03
 #: How far inside its ends, of half a window, a path is looked at for whether it turns back there.
 EDGE = 1e-5
-#: Strokes tried for a deviation that is given, of the largest distance on the curve; widest arc, chord over radius.
+#: Strokes tried for a deviation that is given, of the largest distance on the curve; widest arc,
+#: chord over radius.
 LADDER = 0.95 * 0.8 ** np.arange(24)
 #: Windows of few curves are sought for several strokes at once, so many in all.
 TOGETHER = 12
@@ -73,11 +82,12 @@ class Stretches(Rows):
     low, high : ndarray
         Phases of the ends [rad].
     stroke, deviation : ndarray
-        Distance of the ends; half the width of the narrowest strip or annulus, or the largest distance from the
-        best-placed arc of the radius that is given; NaN where the path turns back on the way [length].
+        Distance of the ends; half the width of the narrowest strip or annulus, or the largest
+        distance from the best-placed arc of the radius that is given; NaN where the path turns back
+        on the way [length].
     extremes : ndarray of int
-        About where it is farthest from the line or circle, to either side in turn, of the fine points of the finer
-        grid, (n, 3 or 4).
+        About where it is farthest from the line or circle, to either side in turn, of the fine
+        points of the finer grid, (n, 3 or 4).
     """
 
     circuit: Indices
@@ -103,7 +113,10 @@ class Spans(Stretches):
 
 @dataclass(frozen=True)
 class Search:
-    """The windows of some coupler curves; circuits are numbered within them, but for what `numbered` returns."""
+    """The windows of some coupler curves.
+
+    Circuits are numbered within them, but for what `numbered` returns.
+    """
 
     curves: Curves
     circle: bool
@@ -125,7 +138,7 @@ class Search:
         )
 
     def places(self, cells: Cells, count: int) -> Stretches:
-        """Return the windows of the cells with the least bounds beside them, at most `count` of a stroke and curve."""
+        """Return windows of cells with locally least bounds, at most `count` per curve."""
         cells = cells[np.flatnonzero(cells.peak)]
         order = np.lexsort((cells.least, cells.stroke, cells.circuit))
         of, asked = cells.circuit[order], cells.stroke[order]
@@ -134,10 +147,10 @@ class Search:
         return self.begun(cells[np.sort(order[rank < count])])
 
     def contenders(self, cells: Cells, bound: Floats) -> tuple[Stretches, Floats]:
-        """Return the windows that may be moved to deviations below bounds (k,), and how near the next ones are [rad].
+        """Select windows that may reach deviations below bounds (k,), with distances to the next ones [rad].
 
-        Every cell that its bound does not exclude is measured in its middle; those that are straighter than their
-        neighbours, and not too far above the bound, are returned.
+        Every cell that its bound does not exclude is measured in its middle; those that are
+        straighter than their neighbours, and not too far above the bound, are returned.
         """
         open_ = cells[np.flatnonzero(cells.least < bound[cells.circuit])]
         tried = self.measured(self.begun(open_, 0.5))
@@ -149,7 +162,7 @@ class Search:
         return tried[kept], open_.piece[kept]
 
     def distinct(self, at: Stretches) -> Indices:
-        """Return which windows are straighter than those that begin within `APART` of their length of them."""
+        """Tell which windows are straighter than all others within `APART` of their length."""
         order = np.lexsort((at.low, at.circuit))
         low, off, of = at.low[order], np.nan_to_num(at.deviation[order], nan=np.inf), at.circuit[order]
         near = (np.diff(of) == 0) & (np.diff(low) < APART * (at.high - at.low)[order][1:])
@@ -157,8 +170,11 @@ class Search:
         return np.sort(order[~worse])
 
     def measured(self, at: Stretches, nodes: int = NODES, *, along: bool = False) -> Stretches:
-        """Return windows, from where they begin and about how long they are, over their strokes, pushed back from the
-        ends of open circuits: over these as chords, or `along` the best line."""
+        """Fit windows, from their begin and approximate length, to their strokes.
+
+        They are pushed back from the ends of open circuits.  A stroke is a chord, or a length
+        `along` the best line.
+        """
         found = self._over(at, at.stroke, nodes)
         for _ in range(TILTS * along):
             with np.errstate(all="ignore"):
@@ -221,8 +237,7 @@ class Search:
         return np.asarray(self.curves.circuits.kind[at.circuit] == OPEN)
 
     def about(self, at: Stretches) -> tuple[Stretches, Floats]:
-        """Return of windows, and others about each of them, those that are straighter than their neighbours, and how
-        near the next ones were [rad]."""
+        """Select the locally straightest of windows and others about them, with their spacing [rad]."""
         if not len(at.low):
             return at, np.zeros(0)
         count, kept = ABOUT[self.quick]
@@ -238,8 +253,7 @@ class Search:
         return found, (by * 2 / (count - 1))[near]
 
     def best(self, at: Stretches, bound: Floats) -> Floats:
-        """Return the least deviations that are known, bounds (k,) among them, of the linkages of curves, or in a
-        thorough search of the curves."""
+        """Return the least known deviations, of linkages or, in a thorough search, of curves."""
         own = self.owner
         least = np.full(len(self.curves), np.inf)
         np.fmin.at(least, own, bound)
@@ -247,7 +261,10 @@ class Search:
         return np.asarray(least[own])
 
     def farthest(self, at: Stretches) -> Floats:
-        """Return the longest strokes of windows, of the linkages of curves or of the curves, (k,); 0 without any."""
+        """Return the longest strokes of windows, of the linkages of curves or of the curves, (k,).
+
+        0 without any.
+        """
         own = self.owner
         most = np.zeros(len(self.curves))
         np.fmax.at(most, own[at.circuit], at.stroke)
@@ -263,7 +280,10 @@ class Search:
     def _tried(
         self, at: Stretches, by: Floats, way: Floats, nodes: int = NODES, *, along: bool = False
     ) -> tuple[Stretches, Floats]:
-        """Return windows moved along their paths by parts `way` (m,) of ways (n,) [rad]; their deviations, (m, n)."""
+        """Return windows moved along their paths by parts `way` (m,) of ways (n,) [rad].
+
+        Their deviations, (m, n).
+        """
         each = at[np.tile(np.arange(len(at.low)), len(way))]
         shift = (way[:, None] * by).ravel()
         tried = self.measured(replace(each, low=each.low + shift, high=each.high + shift), nodes, along=along)
@@ -279,8 +299,11 @@ class Search:
         correcting: bool = False,
         along: bool = False,
     ) -> tuple[Stretches, Floats]:
-        """Return windows moved along their paths to where they are straightest, at first by ways up to `by` (n,) [rad],
-        and the ways that would come next; `correcting` those whose strokes were changed."""
+        """Move windows along their paths to where they are straightest.
+
+        First by moves up to `by` (n,) [rad]; also returns the lengths of the next moves.
+        `correcting`: after a change of their strokes.
+        """
         n = len(at.low)
         way, shorter, all_rounds = CORRECTING if correcting else QUICK if self.quick and not along else THOROUGH
         farther = FARTHER if correcting or along else 1.0
@@ -291,22 +314,26 @@ class Search:
                 tried, off = self._tried(at, by, way[1:], nodes)
                 here = np.where(np.isnan(at.deviation), np.inf, at.deviation)
                 tried, off = join(at, tried), np.concatenate([here[None], off])
-            # the nearest of those alike: at the end of an open circuit windows that would pass it are one
+            # the nearest of those alike: at the end of an open circuit windows that would pass it
+            # are one
             best = np.argmax(off <= off.min(0) * (1 + CLOSE), axis=0)
             at = tried[best * n + np.arange(n)]
             by = np.where(np.abs(way[best]) == 1, farther * by, by * shorter)
         return at, by
 
     def leading(self, at: Stretches, key: Floats, count: int) -> Indices:
-        """Return of the windows of each linkage those with the least keys, at most `count`, NaN last."""
+        """Select at most `count` windows of each linkage by ascending key, NaN last."""
         of = self.curves.circuits.of[at.circuit]
         order = np.lexsort((key, of))
         rank = np.arange(len(of)) - np.searchsorted(of[order], of[order])
         return np.sort(order[rank < count])
 
     def longer(self, allowed: Floats, count: int) -> Stretches:
-        """Return windows that are about as long as the deviations (k,) allow: of each circuit the longest that seems to
-        hold, one step shorter and `count` - 1 longer, at least one."""
+        """Return windows about as long as the deviations (k,) permit.
+
+        Of each circuit: the longest estimated feasible one, one shorter and `count` - 1 longer ones, at
+        least one.
+        """
         across = self.curves.across
         if self.radius is not None:
             across = np.minimum(across, FULLEST * self.radius)
@@ -336,7 +363,7 @@ class Search:
 
 
 def _far_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:
-    """Return where windows (n,) end that start at `start` and end near `end`, over exactly their strokes."""
+    """Solve for the ends of windows (n,) from `start`, near `end`, over exactly their strokes."""
     before = start + 0.99 * (end - start)
     first, *others = path(np.stack([start, before, end]))
     error, now = (np.abs(other - first) - stroke for other in others)
@@ -351,6 +378,6 @@ def _far_end(path: Path, start: Floats, end: Floats, stroke: Floats) -> Floats:
 
 
 def _apart(index: Indices, last: int) -> Indices:
-    """Return indices (k, n) of which each is above the one before, where two are one those that are taken first."""
+    """Make indices (k, n) strictly increasing, keeping the first of equal ones."""
     with_gaps = (np.diff(index, axis=0) > 0).all(0)
     return index if with_gaps.all() else np.where(with_gaps, index, reference(len(index), last)[:, None])
