@@ -41,9 +41,9 @@ def plate(series: str, out: Path | None, plugins: Sequence[str]) -> None:
     from ..draw.plate import file_name
     from ..draw.plate import plate as draw
     from ..plugin.registry import Registry
-    from ..series.named_guides import named_guides
+    from ..series.named_guides import named_guide
 
-    registry, design = Registry(plugins), named_guides().get(series)
+    registry, design = Registry(plugins), named_guide(series)
     if design is not None:
         from ..series.classification import classify
 

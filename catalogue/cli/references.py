@@ -92,12 +92,13 @@ def answers(reference: str, opened: Callable[[], Catalogue], stroke: float | Non
         return [recall(reference, collection)]
     catalogue = opened()
     guide = catalogue.guide(reference)
-    if guide.name is None:
+    from ..series.named_guides import named_guide
+
+    design = named_guide(guide.name)
+    if design is None:
         return [guide.at(1.0 if stroke is None else stroke)]
     from ..find.stored import as_published
-    from ..series.named_guides import named_guides
 
-    design = named_guides()[guide.name]
     return [as_published(design, guide, design.stroke if stroke is None else stroke)]
 
 
@@ -147,6 +148,6 @@ def _is_file(reference: str) -> bool:
 
 
 def _is_design(reference: str) -> bool:
-    from ..series.named_guides import named_guides
+    from ..series.named_guides import is_named
 
-    return reference in named_guides()
+    return is_named(reference)

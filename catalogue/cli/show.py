@@ -259,11 +259,11 @@ def _show_guide(
     """Print and draw a stored guide or a named design at a stroke."""
     from ..api import open
     from ..find.candidate import digits
-    from ..series.named_guides import named_guides
+    from ..series.named_guides import named_guide
 
     with open(db, plugins=plugins) as catalogue, busy("looking"):
         guide = catalogue.guide(name)
-        design, told, words = named_guides().get(guide.name or ""), {}, []
+        design, told, words = named_guide(guide.name), {}, []
         if design is None or level is not None:
             laid = guide.at(stroke, level, unit=unit())
         if design is not None:

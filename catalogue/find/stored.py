@@ -22,7 +22,7 @@ from ..problem.constraints import Constraints
 from ..problem.problem import Problem
 from ..problem.ranking import Ranking
 from ..problem.request import CircularArc, Request, StraightLine
-from ..series.named_guides import NamedGuide, named_guides
+from ..series.named_guides import NamedGuide, is_named
 from ..store import COLUMNS, Batch, Database, Guide, Mechanism, Reach, joined
 from .candidate import Candidate, known
 from .find import Selection
@@ -186,7 +186,7 @@ def stored(database: Database, name: int | str) -> StoredGuide:
 
 def _instead(database: Database, name: str) -> str:
     """Suggest a name instead of one missing in the database."""
-    if name in named_guides():
+    if is_named(name):
         return "`catalogue build` adds the named guides"
     held = [str(n) for n in database.read(select(Mechanism.name).where(Mechanism.batch_id.is_(None)))["name"] if n]
     near = get_close_matches(name.lower(), held, n=5) or [n for n in held if name.lower() in n]

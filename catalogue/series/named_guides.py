@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import dataclass
 from functools import cache, cached_property
+from typing import Any
 
 import numpy as np
 
@@ -137,15 +138,41 @@ class NamedGuide:
         return self.linkage.moved(scale, shift), point, centre, 0.5 * abs(scale) * self.stroke
 
 
-@cache
 def named_guides() -> dict[str, NamedGuide]:
-    """Return the named guides, by name; raise `InvalidDesign` if one contradicts itself, or two have the same name."""
-    found: dict[str, NamedGuide] = {}
+    """Return all named guides by name.
+
+    Raises
+    ------
+    InvalidDesign
+        If one contradicts itself, or two have the same name.
+    """
+    return {name: _made(name) for name in _entries()}
+
+
+def named_guide(name: str | None) -> NamedGuide | None:
+    """Return a named guide, or None if there is none of the name: only this one is traced."""
+    return None if name is None or name not in _entries() else _made(name)
+
+
+def is_named(name: str) -> bool:
+    """Tell whether a named guide has this name; none is traced."""
+    return name in _entries()
+
+
+@cache
+def _made(name: str) -> NamedGuide:
+    entry = _entries()[name]
+    pivots = tuple(tuple(tuple(pivot) for pivot in dyad) for dyad in entry["pivots"])
+    points = {key: tuple(entry[key]) for key in ("guided", "centre") if key in entry}
+    return NamedGuide(**entry | {"pivots": pivots} | points)
+
+
+@cache
+def _entries() -> dict[str, dict[str, Any]]:
+    """Return the data of the named guides by name."""
+    found: dict[str, dict[str, Any]] = {}
     for entry in json.loads((folder("data") / "named_guides.json").read_text("utf-8")):
-        entry["pivots"] = tuple(tuple(tuple(pivot) for pivot in dyad) for dyad in entry["pivots"])
-        entry |= {key: tuple(entry[key]) for key in ("guided", "centre") if key in entry}
-        design = NamedGuide(**entry)
-        if design.name in found:
-            raise InvalidDesign(f"two designs have the name {design.name}")
-        found[design.name] = design
+        if entry["name"] in found:
+            raise InvalidDesign(f"two designs have the name {entry['name']}")
+        found[entry["name"]] = entry
     return found

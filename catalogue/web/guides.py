@@ -23,7 +23,7 @@ from ..find.candidate import Candidate
 from ..find.codes import is_code
 from ..find.own_guide import OwnGuide
 from ..markup import NOTHING, Markup
-from ..series.named_guides import named_guides
+from ..series.named_guides import named_guide
 from ..units import ASSUMED
 from .asked import in_words, opened
 from .cards import RISING, Card, Number, card, contact, coordinate, figure, mechanism, words
@@ -77,7 +77,7 @@ def pick(name: str) -> tuple[Candidate | OwnGuide, NamedGuide | None]:
     InvalidRequest
         If there is none, or it is not planar.
     """
-    design = named_guides().get(name)
+    design = named_guide(name)
     if design is not None:
         from ..find.stored import as_published
 

@@ -26,7 +26,7 @@ from catalogue.kinematics.types import Array
 from catalogue.plugin.registry import Registry
 from catalogue.populate.fill import fill
 from catalogue.populate.named_guides import MEMBER, UNKNOWN
-from catalogue.series.named_guides import NamedGuide, named_guides
+from catalogue.series.named_guides import NamedGuide, _entries, _made, named_guides
 from catalogue.store import Database
 from catalogue.testing.contact import contact_order, largest_gap, taylor
 from tests.precision import EXTENDED
@@ -388,6 +388,23 @@ def test_show_compares_with_the_straightest_held_of_the_series_on_the_same_strok
     [command] = re.findall(r"search for straighter ones: catalogue (.*--rank-by\s+deviation)", words, re.DOTALL)
     done = CliRunner().invoke(app, [*shlex.split(command), "--db", str(small_db), "--format", "json", "--no-refine"])
     assert json.loads(done.stdout)[0]["id"] == best["id"]
+
+
+@pytest.mark.parametrize("reference", ["1000", "abcdefg", "watt"])
+def test_show_traces_no_other_named_guide(small_db: Path, reference: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+    _made.cache_clear()
+    monkeypatch.setattr(NamedGuide, "__post_init__", lambda design: made.append(design.name))
+    CliRunner().invoke(app, ["show", reference, "--db", str(small_db)])
+    assert made == [reference] * (reference == "watt")
+    _made.cache_clear()
+
+
+def test_two_designs_of_one_name_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "named_guides.json").write_text('[{"name": "watt"}, {"name": "watt"}]')
+    monkeypatch.setattr("catalogue.series.named_guides.folder", lambda _: tmp_path)
+    with pytest.raises(InvalidDesign, match="two designs have the name watt"):
+        _entries.__wrapped__()
 
 
 def test_show_of_an_exact_guide_compares_it_with_nothing(small_db: Path) -> None:
