@@ -546,6 +546,8 @@ def _space() -> tuple[dict[str, Call], st.SearchStrategy[Any]]:
         "sweep": (machine.sweep, {"drive": crank_angle, "values": [0.0, 0.1], "hold": (), "grid": False}),
         "sweep by several": (lambda angle, **k: machine.sweep({crank_angle: angle}, **k), {"angle": [0.0, 0.1], "hold": {}, "grid": True}),
         "Sum": (_with(space.Sum), {"parts": (crank_angle,), "weights": (2.0,)}),
+        "value": (turn.value, {"scalar": crank_angle}),
+        "ratio": (turn.ratio, {"scalar": crank_angle, "moving": crank_angle, "still": ()}),
         "by": (turn.by, {"scalar": crank_angle}),
         "motion in time": (turn.in_time, {"rates": [[1.0], [0.0]]}),
         "system": (machine.system, {}),

@@ -155,3 +155,30 @@ def test_columns_are_nan_with_the_reason_where_nothing_determines_them() -> None
     assert "cannot move while" in table.attrs["reasons"]["roll centre [mm]"]
     table = columns(motion, WHEEL, RACK, TRAVEL)  # the height of the wheel may be what is held, if somebody says so
     assert table["caster [deg]"].notna().all()
+
+
+def test_gradients_and_motion_ratios_are_differences_over_travel_whatever_drives() -> None:
+    h = 1e-3
+    spring = Length("ground", (0, 500, 400), "wheel", (0, 690, -60))
+    for rack in (0.0, 15.0):
+        near = WISHBONE.sweep({TRAVEL: [40 - h, 40.0, 40 + h]}, hold={RACK: rack})
+        length, table = near.value(spring), columns(near, WHEEL, RACK)
+        here = WISHBONE.sweep({RACK: [rack]}, hold={TRAVEL: 40})
+        now = columns(here, WHEEL, RACK)
+        for name, unit in (("toe", "deg"), ("camber", "deg"), ("half track", "mm")):
+            slope = np.diff(table[f"{name} [{unit}]"].to_numpy()[::2])[0] / (2 * h)
+            assert now[f"{name} gradient [{unit}/mm]"][0] == pytest.approx(slope, abs=1e-8)
+        assert here.ratio(spring, TRAVEL, [RACK])[0] == pytest.approx((length[2] - length[0]) / (2 * h), abs=1e-8)
+        foot = near.point("wheel", (0, 690, -60))
+        assert np.abs(length - np.linalg.norm(foot - (0, 500, 400), axis=1)).max() < 1e-10
+    both = spring + TRAVEL
+    assert here.value(both)[0] == pytest.approx(here.value(spring)[0] + 40)
+    assert here.value(RACK)[0] == pytest.approx(15)
+
+
+def test_a_motion_and_a_circuit_are_shown_in_a_line() -> None:
+    motion = WISHBONE.sweep({TRAVEL: [0.0, 5], RACK: [0.0, 900]})
+    assert repr(motion) == "<Motion by Travel wheel, Joint rack: 2 poses, 1 of 2 reached>"
+    told = repr(WISHBONE.circuit(TRAVEL, [RACK]))
+    assert told.startswith("<Circuit of Travel wheel: from -")
+    assert len(told) < 100

@@ -98,7 +98,7 @@ def kinematics(
             "recession": design[:, 0] - centre[:, 0],
             "half track": np.abs(contact[:, 1]),
         }
-        travelling, in_travel = _in_travel(motion, wheel, steer, centre, contact)
+        travelling, in_travel = _in_travel(motion, wheel, steer, centre, contact, n)
         steering, in_steering = _in_steering(motion, wheel, steer, springs, centre, contact, side)
     reasons = dict.fromkeys(in_travel, travelling) | dict.fromkeys(in_steering, steering)
     unit = motion.mechanism.unit
@@ -108,7 +108,7 @@ def kinematics(
 
 
 def _in_travel(
-    motion: Motion, wheel: Wheel, steer: Scalar | None, centre: Array, contact: Array
+    motion: Motion, wheel: Wheel, steer: Scalar | None, centre: Array, contact: Array, n: Array
 ) -> tuple[str, dict[str, Array]]:
     """Return why columns are NaN, and those of the motion in which the wheel centre rises, steering held."""
     up = Travel(wheel.carrier, wheel.centre)
@@ -117,8 +117,16 @@ def _in_travel(
         moved = instant(motion, wheel.carrier, centre, up, [*((steer,) if steer else ()), *motion.held], "the wheel")
     patch = moved.velocity + cross(moved.spin, contact - centre)
     along, at, pitch = axis_of(moved.velocity, moved.spin, centre)
+    turned, side = cross(moved.spin, n), np.sign(contact[:, 1])
+    level = 1 - n[:, 2] ** 2
+    down = turned * n[:, 2:] + n * turned[:, 2:]
+    radial = (contact - centre) / wheel.radius
+    sideways = down[:, 1] - radial[:, 1] * (radial * down).sum(1)
     return moved.reason, {
         "roll centre": contact[:, 1] * patch[:, 1] / patch[:, 2],
+        "toe gradient": np.degrees(side * (turned[:, 0] * n[:, 1] - n[:, 0] * turned[:, 1]) / level),
+        "camber gradient": np.degrees(-turned[:, 2] / np.sqrt(level)),
+        "half track gradient": side * (moved.velocity[:, 1] + wheel.radius * sideways / np.sqrt(level)),
         "support angle of contact": np.degrees(np.arctan2(patch[:, 0], patch[:, 2])),
         "support angle of centre": np.degrees(np.arctan2(moved.velocity[:, 0], moved.velocity[:, 2])),
         **{f"screw axis {k}": along[:, i] for i, k in enumerate("xyz")},

@@ -12,7 +12,7 @@ from ...given import whole
 from ...kinematics.types import Array
 from .curve import Curve, Trace, signature, tangents
 from .dead_points import stationary, unfolded
-from .elements import Scalar
+from .elements import Scalar, title
 from .motion import Motion
 from .newton import across, solved
 from .tracing import LONG, MOST, March
@@ -27,7 +27,7 @@ MOST_POSES = 1_000_000
 NEAR, CLOSED = 3.0, 5e-2
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Circuit:
     """The whole of a motion, through the dead points of the drive.
 
@@ -61,6 +61,12 @@ class Circuit:
     length: float
     reason: str
     number: int = 0
+
+    def __repr__(self) -> str:
+        drive = title(self.driven)
+        ends = "turns fully" if self.crank else f"from {self.limits[0]:.6g} to {self.limits[1]:.6g}"
+        how = "closed" if self.closed else f"open: {self.reason}"
+        return f"<Circuit of {drive}: {ends}, {len(self.dead_points)} dead points, {how}>"
 
     def motion(self, count: int = 361) -> Motion:
         """Return `count` poses all along the circuit, the first in the design pose; of a crank that turns fully evenly

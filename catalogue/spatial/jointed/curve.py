@@ -38,6 +38,10 @@ class Curve:
         """Return the Jacobian of all conditions and scalars, (n, c + k, m)."""
         return self._every(y)[1]
 
+    def values(self, y: Array) -> Array:
+        """Return the values of all scalars, (n, k), without dimensions."""
+        return self._every(y)[0][:, self.system.rows :]
+
     def _every(self, y: Array) -> tuple[Array, Array]:
         """Return what all conditions lack and values of scalars (n, c + k), and the Jacobian of both."""
         if self.system.fast:

@@ -14,9 +14,10 @@ import numpy as np
 from ...errors import InvalidRequest
 from ...kinematics.types import Array
 from .curve import pivots
-from .elements import GuideCoordinate, Length, Scalar, identity, title
+from .elements import GuideCoordinate, Length, Scalar, Sum, apart, identity, title
 from .hard_points import HardPoints
 from .motion import Motion
+from .scalars import ScalarFunction
 from .vectors import cross
 
 #: Singular values, and residuals, below this part of the largest are rounding: rates have about 12 digits.
@@ -63,6 +64,41 @@ def instant(
     Instant
     """
     system, twists = motion.curve.system, motion.twists()[:, motion.body_number(body)]
+    twist, reason = _along(motion, twists, moving, still, what)
+    unit = system.unit / motion.mechanism.scalar_function(moving, motion.scalars)[0].unit
+    local = (at - system.centre) / system.unit
+    velocity, spin = (twist[:, :3] + cross(twist[:, 3:], local)) * unit, twist[:, 3:] * (unit / system.unit)
+    return Instant(velocity, spin, reason)
+
+
+def ratio(motion: Motion, scalar: Scalar, moving: Scalar, still: Sequence[Scalar]) -> tuple[Array, str]:
+    """Compute the rate of a scalar per unit of another while others keep their values, and why any is NaN.
+
+    Returns
+    -------
+    rates : ndarray, shape (n s,)
+        In the unit of length or radians, of both.
+    reason : str
+    """
+    units = [motion.mechanism.scalar_function(s, motion.scalars)[0].unit for s in (scalar, moving)]
+    rate, reason = _along(motion, gradient(motion, scalar)[:, None], moving, still, title(scalar))
+    return rate[:, 0] * (units[0] / units[1]), reason
+
+
+def value(motion: Motion, scalar: Scalar) -> Array:
+    """Return the value of any scalar over a motion, (n s,), in the unit of length or radians."""
+    curve, y = motion.flat()
+    stated = motion.stated
+    if identity(scalar) in stated:
+        k = stated.index(identity(scalar))
+        return np.asarray(curve.values(y)[:, k] * curve.system.scalars[k].unit)
+    function, points = _function(motion, scalar)
+    x, d = _attached(motion, points)
+    return np.asarray(function.value(x[None], d[None], y[None])[0] * function.unit)
+
+
+def _along(motion: Motion, readings: Array, moving: Scalar, still: Sequence[Scalar], what: str) -> tuple[Array, str]:
+    """Return rates (n, r) of readings (n, r, f) per unit of a scalar, others standing still, and why any is NaN."""
     rows = np.stack([gradient(motion, s) for s in (moving, *still)], axis=1)
     size = np.sqrt(np.einsum("nkf,nkf->nk", rows, rows))
     rate, stray = np.full((len(rows), rows.shape[2]), np.nan), np.zeros(len(rows), bool)
@@ -73,20 +109,16 @@ def instant(
         scaled = rows[some] / np.where(size[some] > RANK, size[some], 1)[..., None]
         rate[some], moves[some], free = _chosen(scaled, 1 / size[some, 0])
         if free is not None:
-            strays = np.sqrt(((twists[some] @ free) ** 2).sum((1, 2)))
-            stray[some] = strays > RANK * np.sqrt((twists[some] ** 2).sum((1, 2)))
+            strays = np.sqrt(((readings[some] @ free) ** 2).sum((1, 2)))
+            stray[some] = strays > RANK * np.sqrt((readings[some] ** 2).sum((1, 2)))
     rate[~moves | stray] = np.nan
-    twist = (twists @ rate[..., None])[..., 0]
-    unit = system.unit / motion.mechanism.scalar_function(moving, motion.scalars)[0].unit
-    local = (at - system.centre) / system.unit
-    velocity, spin = (twist[:, :3] + cross(twist[:, 3:], local)) * unit, twist[:, 3:] * (unit / system.unit)
     told = ", ".join(title(s) for s in still) or "nothing"
     reason = ""
     if (known & ~moves).any():
         reason = f"{title(moving)} cannot move while {told} stands still"
     elif (moves & stray).any():
         reason = f"{what} is still free while {title(moving)} moves and {told} stands still: hold more"
-    return Instant(velocity, spin, reason)
+    return (readings @ rate[..., None])[..., 0], reason
 
 
 def _chosen(rows: Array, first: Array) -> tuple[Array, Array, Array | None]:
@@ -122,14 +154,23 @@ def gradient(motion: Motion, scalar: Scalar) -> Array:
     if one in stated:
         row = np.eye(len(stated))[stated.index(one)]
         return np.where(np.isfinite(motion.basis()[:, 0]), row, np.nan)
-    if isinstance(scalar, GuideCoordinate) or (isinstance(scalar, Length) and scalar.link):
-        raise InvalidRequest(f"{title(scalar)} is neither driven nor held in this motion: give two points instead")
-    function, points = motion.mechanism.scalar_function(scalar, motion.scalars)
+    if isinstance(scalar, Sum):
+        parts = zip(scalar.parts, scalar.weights, strict=True)
+        return np.asarray(sum(weight * gradient(motion, part) for part, weight in parts))
+    function, points = _function(motion, scalar)
     if function.unknown is not None:
         return np.asarray(motion.basis()[:, function.unknown])
     first, second = (motion.twists()[:, b] for b in function.bodies)
     wrench = function.wrench(*_attached(motion, points))
     return np.asarray((wrench[:, None] @ (second - first))[:, 0])
+
+
+def _function(motion: Motion, scalar: Scalar) -> tuple[ScalarFunction, HardPoints]:
+    """Return a scalar as a function of the pose, and its points; raise if only who drives or holds it has it."""
+    for part in apart([scalar]):
+        if isinstance(part, GuideCoordinate) or (isinstance(part, Length) and part.link):
+            raise InvalidRequest(f"{title(part)} is neither driven nor held in this motion: give two points instead")
+    return motion.mechanism.scalar_function(scalar, motion.scalars)
 
 
 def _attached(motion: Motion, points: HardPoints) -> tuple[Array, Array]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from math import factorial
 from pathlib import Path
@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from ...errors import CatalogueError, InvalidRequest, one_line, quoted
-from ...given import array, instance, pair, switch, text, whole
+from ...given import array, instance, pair, several, switch, text, whole
 from ...kinematics.types import Array
 from . import compiled
 from .curve import Curve
@@ -34,7 +34,7 @@ SMALL = 1e-9
 HIGHEST = 170
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Motion:
     """Poses at the values of a drive; NaN where there is none.
 
@@ -87,6 +87,46 @@ class Motion:
         """Values of all drives, shape (s, d), in the unit of the points or radians."""
         alone = self.drive[:, None]
         return alone if self.other_values is None else np.concatenate([self.other_values, alone], axis=1)
+
+    def __repr__(self) -> str:
+        n, s = self.states.shape[:2]
+        drives = ", ".join(map(title, self.drives))
+        poses, found = f"{n} mechanisms, {s} poses each" if n > 1 else f"{s} poses", int(self.success.sum())
+        return f"<Motion by {drives}: {poses}, {found} of {n * s} reached>"
+
+    def value(self, scalar: Scalar) -> Array:
+        """Return the value of any scalar, (s,), in the unit of length or radians: the length of a spring.
+
+        Raises
+        ------
+        InvalidRequest
+            If it names a free link or a guide that neither drives nor is held.
+        """
+        from .instant import value
+
+        return self._shaped(value(self, instance("scalar", scalar, Scalar)))
+
+    def ratio(self, scalar: Scalar, moving: Scalar, still: Sequence[Scalar] = ()) -> Array:
+        """Return the rate of a scalar per unit of another, (s,), while others stand still: a motion ratio.
+
+        Parameters
+        ----------
+        scalar, moving : scalar
+            What is read, and what moves it; neither needs to be in the motion.
+        still : sequence of scalars
+            As many as leave one freedom that moves what is read.
+
+        Raises
+        ------
+        InvalidRequest
+            If the scalars do not determine it in any pose.
+        """
+        from .instant import ratio
+
+        rates, reason = ratio(self, scalar, moving, several("still", still, Scalar))
+        if reason and not np.isfinite(rates).any():
+            raise InvalidRequest(reason)
+        return self._shaped(rates)
 
     def by(self, scalar: Scalar) -> Motion:
         """Return this motion with derivatives by one of its scalars, all others standing still.
