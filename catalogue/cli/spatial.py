@@ -27,7 +27,11 @@ ROUNDING = 1e-12
 #: Values of a drive at most.
 MOST_STEPS = 1_000_000
 
-FILE = Argument("file", "FILE", "The mechanism in TOML or JSON: hard points, joints, links, drives.")
+FILE = Argument(
+    "file", "FILE", "The mechanism in TOML or JSON: hard points, joints, links, drives; or a template: "
+    "double-wishbone, mcpherson, five-link, trailing-arm.",
+)  # fmt: skip
+POINTS = option("--points", "FILE", "Hard points by name from CSV: a name and x, y, z in each row.")
 DRIVE = option("--drive", "NAME", "What drives, by its name in the file.", required=True)
 DRIVES = several(
     "--drive", "NAME[=VALUES]", "What drives, by its name in the file; with values FROM:TO:STEPS or V,V,... "
@@ -54,6 +58,7 @@ class _WithColumns(click.Command):
     cls=_WithColumns,
     params=[
         FILE,
+        POINTS,
         DRIVES,
         number("--from", "VALUE", "Where the drive begins, from the design pose [unit of the file, or degrees]."),
         number("--to", "VALUE", "Where it ends; without both the whole circuit."),
@@ -62,13 +67,19 @@ class _WithColumns(click.Command):
         HELD,
         option("--plot", "FILE", "Draw the mechanism with its paths: PNG, SVG or PDF.", OUTPUT),
         option("--plot-curves", "FILE", "Plot the columns over the drive.", OUTPUT),
-        option("--columns", "NAMES", "Print and plot only these columns, by parts of their headings, with commas."),
+        option("--report", "FILE", "Write a page with picture, curves and table: HTML.", OUTPUT),
+        option(
+            "--columns",
+            "NAMES",
+            "Print and plot only these columns, by their names or parts of their headings, with commas.",
+        ),
         FORMAT,
         FORCE,
     ],
 )
 def sweep(
     file: str,
+    points: str | None,
     drive: Sequence[str],
     steps: int,
     path: bool,
@@ -78,6 +89,7 @@ def sweep(
     columns: str | None,
     plot: Path | None,
     plot_curves: Path | None,
+    report: Path | None,
     **more: Any,
 ) -> int:
     """Print points, joints, wheel angles or transmission of a mechanism in space while it is driven.
@@ -89,7 +101,7 @@ def sweep(
     from ..spatial import load
 
     with busy("moving it"):
-        job = load(file)
+        job = load(file, points)
         motion, told = _moved(job, [_named(one) for one in drive], hold, (more["from"], to, steps), path)
         whole = job.table(motion)
         unknown, keys = _unknown(whole), len(motion.drives)
@@ -101,11 +113,21 @@ def sweep(
         motion.plot_curves(
             whole.drop(columns=[n for n in whole if str(n).startswith("screw axis") and not columns]), plot_curves
         )
+    lines = [told, *_left_over(job), *(line for named, line in unknown if named & set(whole))]
+    lines = [line for line in lines if line]
+    if report:
+        from ..spatial.jointed.report import report as write_report
+
+        write_report(job, motion, whole, report, lines)
     _print(table, format, keys)
-    for line in [told, *(line for columns, line in unknown if columns & set(whole))]:
-        if line:
-            print(f"catalogue: {line}", file=sys.stderr, flush=True)
+    for line in lines:
+        print(f"catalogue: {line}", file=sys.stderr, flush=True)
     return 0 if len(table) else 1
+
+
+def _left_over(job: Job) -> list[str]:
+    """Return which hard points nothing refers to."""
+    return [f"hard points that nothing refers to: {', '.join(job.unused)}"] * bool(job.unused)
 
 
 def _unknown(table: pd.DataFrame) -> list[tuple[set[str], str]]:
@@ -198,6 +220,7 @@ def _around(job: Job, drive: str, scalar: Any, held: Sequence[Any], steps: int) 
 @click.command(
     params=[
         FILE,
+        POINTS,
         DRIVE,
         number("--at", "VALUE", "Value of the drive [unit of the file, or degrees].", default=0.0),
         HOLD,
@@ -208,7 +231,15 @@ def _around(job: Job, drive: str, scalar: Any, held: Sequence[Any], steps: int) 
     ]
 )
 def assemblies(
-    file: str, drive: str, at: float, hold: Sequence[str], hits: int, most: int, seed: int, format: str
+    file: str,
+    points: str | None,
+    drive: str,
+    at: float,
+    hold: Sequence[str],
+    hits: int,
+    most: int,
+    seed: int,
+    format: str,
 ) -> int:
     """Print the ways to put a mechanism together at a value of its drive, as far as random starts find them.
 
@@ -220,7 +251,7 @@ def assemblies(
     from ..spatial import load
 
     with busy("putting it together"):
-        job = load(file)
+        job = load(file, points)
         scalar, held = job.driven(drive, hold)
         angular = job.mechanism.system(*held, scalar).scalars[-1].angular
         value = float(np.radians(at)) if angular else at
@@ -228,7 +259,7 @@ def assemblies(
         table = job.table(found.motion)
     table.insert(0, "hits", found.hits)
     _print(table, format)
-    for line in found.remarks():
+    for line in [*found.remarks(), *_left_over(job)]:
         print(f"catalogue: {line}", file=sys.stderr, flush=True)
     return 0 if len(table) else 1
 
@@ -236,6 +267,7 @@ def assemblies(
 @click.command(
     params=[
         FILE,
+        POINTS,
         option("--out", "FILE", "Write the file with hard points moved, TOML or JSON, which `sweep` reads.", OUTPUT),
         option("--starts", "N", "Points in the boxes from which a search may begin.", click.IntRange(1), default=16),
         option("--steps", "N", "Trials in one search at most.", click.IntRange(1), default=50),
@@ -244,7 +276,7 @@ def assemblies(
         FORCE,
     ]
 )
-def fit(file: str, out: Path | None, starts: int, steps: int, seed: int, format: str) -> int:
+def fit(file: str, points: str | None, out: Path | None, starts: int, steps: int, seed: int, format: str) -> int:
     """Move hard points inside boxes so that the curves that a file asks for are met best, and print before and after.
 
     \b
@@ -253,7 +285,7 @@ def fit(file: str, out: Path | None, starts: int, steps: int, seed: int, format:
     from ..spatial import load
     from ..spatial.fitting.files import fit_file, rewritten, write
 
-    job = load(file)
+    job = load(file, points)
     found = fit_file(job, starts, steps, seed)
     tables = {"targets": found.targets, "bounds": found.bounds, "points": found.points, "held back": found.held_back}
     if format == "json":
@@ -264,7 +296,7 @@ def fit(file: str, out: Path | None, starts: int, steps: int, seed: int, format:
         for name, table in tables.items():
             if len(table):
                 _show(table, name)
-    for line in found.remarks():
+    for line in [*found.remarks(), *_left_over(job)]:
         print(f"catalogue: {line}", file=sys.stderr, flush=True)
     if out:
         write(rewritten(job, found), out)
@@ -272,14 +304,18 @@ def fit(file: str, out: Path | None, starts: int, steps: int, seed: int, format:
 
 
 def _chosen(table: pd.DataFrame, columns: str | None, keys: int) -> pd.DataFrame:
-    """Select the drives, and columns by parts of their headings; all without any."""
+    """Select the drives, and columns by their names, else by parts of their headings; all without any."""
     if columns is None:
         return table
-    names = [name.strip() for name in columns.split(",") if name.strip()]
-    for name in names:
-        if not any(name in str(heading) for heading in table.columns):
-            raise InvalidRequest(f"no column is headed {quoted(name)}: {', '.join(map(str, table.columns))}")
-    return table[[c for k, c in enumerate(table.columns) if k < keys or any(name in str(c) for name in names)]]
+    wanted: set[str] = set()
+    headings = list(map(str, table.columns))
+    for name in filter(None, map(str.strip, columns.split(","))):
+        exact = [heading for heading in headings if heading.partition(" [")[0] == name]
+        found = exact or [heading for heading in headings if name in heading]
+        if not found:
+            raise InvalidRequest(f"no column is headed {quoted(name)}: {', '.join(headings)}")
+        wanted.update(found)
+    return table[[c for k, c in enumerate(table.columns) if k < keys or str(c) in wanted]]
 
 
 def _print(table: pd.DataFrame, format: str, keys: int = 1) -> None:

@@ -1,6 +1,7 @@
 """What chassis engineers read off the motion of a wheel carrier.
 
-Vehicle axes of ISO 8855: x forward, y to the left, z up; the middle plane of the vehicle is y = 0.  Angles in degrees.
+Columns are in vehicle axes of ISO 8855, whatever those of the points: x forward, y to the left, z up; the middle plane
+of the vehicle is y = 0.  Angles in degrees.
 """
 
 from __future__ import annotations
@@ -12,16 +13,27 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ...errors import InvalidRequest
+from ...errors import InvalidRequest, quoted
 from ...given import Stated, array, instance, number, positive, several
 from ...kinematics.types import Array
 from .columns import heading
 from .elements import Joint, Revolute, Scalar, Spherical, Travel, Vector
 from .frame import framed
 from .hard_points import numbers
-from .instant import instant
+from .instant import Instant, instant
 from .motion import Motion
 from .vectors import cross
+
+#: Signs by which coordinates in vehicle axes are those of ISO 8855: x forward, y to the left, z up.
+AXES = {
+    "ISO 8855": (1.0, 1.0, 1.0),
+    "SAE": (1.0, -1.0, -1.0),
+    "x rearwards": (-1.0, -1.0, 1.0),
+}
+#: Least part of the radius by which a contact point is below its wheel centre: camber and caster hide less.
+BELOW = 0.9
+#: Largest part of the radius by which the contact point may be off it: hard points are given to a millimetre.
+OFF = 0.02
 
 
 @dataclass(frozen=True)
@@ -36,19 +48,47 @@ class Wheel(Stated):
     axis : array-like, shape (3,), or (n, 3)
         Along the axis of rotation, either way.
     radius : float
-        Of the tyre under load.
+        Of the tyre under load; 0 for the distance of `contact` from the centre.
+    contact : array-like, shape (3,), optional
+        Where the tyre stands on the ground, in the design pose.  It must be below the centre, at the radius.
+    axes : str
+        Vehicle axes in which all points are given, a key of `AXES`.
     """
 
     carrier: str
     centre: Vector
     axis: Vector
-    radius: float
+    radius: float = 0.0
+    contact: Vector | None = None
+    axes: str = "ISO 8855"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        if self.axes not in AXES:
+            raise InvalidRequest(f"axes must be one of {', '.join(AXES)}, not {quoted(self.axes)}")
+
+    @property
+    def signs(self) -> Array:
+        """Signs of coordinates in `axes` from those of ISO 8855, a half turn about x or z, shape (3,)."""
+        return np.array(AXES[self.axes])
+
+    def rolling_radius(self) -> float:
+        """Return the radius, checked against the contact point."""
+        if self.contact is None:
+            return self.radius
+        down = (numbers(self.contact, "Wheel.contact") - numbers(self.centre, "Wheel.centre"))[0] * self.signs
+        far = float(np.sqrt(down @ down))
+        if not down[2] < -BELOW * far:
+            raise InvalidRequest(f"the contact point is not below the wheel centre in axes {self.axes}: state the axes")
+        if self.radius and abs(far - self.radius) > OFF * self.radius:
+            raise InvalidRequest(f"the contact point is {far:g} from the wheel centre, not the radius {self.radius:g}")
+        return self.radius or far
 
     def outboard(self) -> Array:
         """Return the axis, pointing away from the middle of the vehicle."""
         axis, side = numbers(self.axis, "Wheel.axis"), numbers(self.centre, "Wheel.centre")[:, 1:2]
         across = axis[:, 1:2] * side
-        if not (0 < self.radius < np.inf and across.all()):
+        if not (0 < self.rolling_radius() < np.inf and across.all()):
             raise InvalidRequest("a Wheel needs a radius, a centre beside the plane y = 0, and an axis across it")
         out = np.asarray(axis * np.sign(across) / np.sqrt((axis * axis).sum(1, keepdims=True)))
         return out if len(out) > 1 else np.asarray(out[0])
@@ -84,12 +124,12 @@ def kinematics(
     """
     instance("motion", motion, Motion), instance("wheel", wheel, Wheel), instance("steer", steer, Scalar | None)
     springs = (spring,) if isinstance(spring, Scalar) else several("spring", spring, Scalar)
-    design = motion.each(wheel.centre, "Wheel.centre")
+    design, radius = motion.each(wheel.centre, "Wheel.centre") * wheel.signs, wheel.rolling_radius()
     side = np.sign(design[:, 1])
-    centre = motion.rows(motion.point(wheel.carrier, wheel.centre))
-    n = motion.rows(motion.direction(wheel.carrier, wheel.outboard()))
+    centre = motion.rows(motion.point(wheel.carrier, wheel.centre)) * wheel.signs
+    n = motion.rows(motion.direction(wheel.carrier, wheel.outboard())) * wheel.signs
     down = n * n[:, 2:] - np.array([0.0, 0.0, 1.0])
-    contact = centre + wheel.radius * down / np.sqrt((down * down).sum(1, keepdims=True))
+    contact = centre + radius * down / np.sqrt((down * down).sum(1, keepdims=True))
     with np.errstate(all="ignore"):
         columns = {
             "travel": centre[:, 2] - design[:, 2],
@@ -111,22 +151,23 @@ def _in_travel(
     motion: Motion, wheel: Wheel, steer: Scalar | None, centre: Array, contact: Array, n: Array
 ) -> tuple[str, dict[str, Array]]:
     """Return why columns are NaN, and those of the motion in which the wheel centre rises, steering held."""
-    up = Travel(wheel.carrier, wheel.centre)
-    moved = instant(motion, wheel.carrier, centre, up, (steer,) if steer else (), "the wheel")
+    up, still = Travel(wheel.carrier, wheel.centre, (0.0, 0.0, wheel.signs[2])), (steer,) if steer else ()
+    moved = _seen(motion, wheel, centre, up, still)
     if moved.reason and motion.held:
-        moved = instant(motion, wheel.carrier, centre, up, [*((steer,) if steer else ()), *motion.held], "the wheel")
+        moved = _seen(motion, wheel, centre, up, [*still, *motion.held])
     patch = moved.velocity + cross(moved.spin, contact - centre)
     along, at, pitch = axis_of(moved.velocity, moved.spin, centre)
     turned, side = cross(moved.spin, n), np.sign(contact[:, 1])
     level = 1 - n[:, 2] ** 2
     down = turned * n[:, 2:] + n * turned[:, 2:]
-    radial = (contact - centre) / wheel.radius
+    radius = wheel.rolling_radius()
+    radial = (contact - centre) / radius
     sideways = down[:, 1] - radial[:, 1] * (radial * down).sum(1)
     return moved.reason, {
         "roll centre": contact[:, 1] * patch[:, 1] / patch[:, 2],
         "toe gradient": np.degrees(side * (turned[:, 0] * n[:, 1] - n[:, 0] * turned[:, 1]) / level),
         "camber gradient": np.degrees(-turned[:, 2] / np.sqrt(level)),
-        "half track gradient": side * (moved.velocity[:, 1] + wheel.radius * sideways / np.sqrt(level)),
+        "half track gradient": side * (moved.velocity[:, 1] + radius * sideways / np.sqrt(level)),
         "support angle of contact": np.degrees(np.arctan2(patch[:, 0], patch[:, 2])),
         "support angle of centre": np.degrees(np.arctan2(moved.velocity[:, 0], moved.velocity[:, 2])),
         **{f"screw axis {k}": along[:, i] for i, k in enumerate("xyz")},
@@ -143,7 +184,7 @@ def _in_steering(
     if steer is None:
         return "", {}
     still = springs or _arms(motion, wheel.carrier)
-    moved = instant(motion, wheel.carrier, centre, steer, still, "the wheel")
+    moved = _seen(motion, wheel, centre, steer, still)
     if moved.reason and not still:
         moved = moved._replace(reason=f"no arm carries {wheel.carrier} by a ball joint: say what spring is held")
     along, at, _ = axis_of(moved.velocity, moved.spin, centre)
@@ -155,6 +196,12 @@ def _in_steering(
         "scrub radius": side * (contact[:, 1] - foot[:, 1]),
         "trail": foot[:, 0] - contact[:, 0],
     }
+
+
+def _seen(motion: Motion, wheel: Wheel, centre: Array, moving: Scalar, still: Sequence[Scalar]) -> Instant:
+    """Return the motion of a wheel at an instant in axes of ISO 8855, its centre where it is in them."""
+    moved = instant(motion, wheel.carrier, centre * wheel.signs, moving, still, "the wheel")
+    return moved._replace(velocity=moved.velocity * wheel.signs, spin=moved.spin * wheel.signs)
 
 
 def _arms(motion: Motion, carrier: str) -> list[Joint]:

@@ -224,7 +224,9 @@ def _ring(poses: Poses, wheel: Wheel) -> Array:
     first = np.cross(n, np.eye(3)[np.abs(n).argmin()])
     first /= np.linalg.norm(first)
     turn = np.linspace(0, 2 * np.pi, ROUND)[:, None]
-    rim = np.asarray(wheel.centre, float) + wheel.radius * (np.cos(turn) * first + np.sin(turn) * np.cross(n, first))
+    rim = np.asarray(wheel.centre, float) + wheel.rolling_radius() * (
+        np.cos(turn) * first + np.sin(turn) * np.cross(n, first)
+    )
     return np.stack([poses.point(wheel.carrier, p) for p in rim], axis=1)
 
 

@@ -5,8 +5,10 @@ A file holds `unit`, and tables ``[[link]]``, ``[[revolute]]``, ``[[prismatic]]`
 `kind` (``joint``, ``travel``, ``length``, ``angle``, ``guide``, ``sum``) and the fields of the scalar, of a sum `of`,
 names of drives, and `weights`; and what to print:
 ``[[point]]`` with `body`, `at`, `name`; ``[wheel]`` with the fields of `Wheel`, `steer`, the name of a drive, and
-`spring`, names of drives that stand still while the wheel is steered;
-``[transmission]`` with `output` and `link`.  ``[fit]`` says what is to be fitted: `fitting/files.py`.
+`spring`, names of drives that stand still while the wheel is steered; ``[transmission]`` with `output` and `link`;
+``[[reading]]`` with `scalar`, the name of a drive, and `name`.  `axes` are those of the points: ``"ISO 8855"``,
+``"SAE"`` or ``"x rearwards"``.  ``[hard_points]`` has points by names, which may stand wherever a point does; two names
+are a direction; travel without `along` is upwards.  ``[fit]`` says what is to be fitted: `fitting/files.py`.
 """
 
 from __future__ import annotations
@@ -14,7 +16,7 @@ from __future__ import annotations
 import json
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -23,11 +25,14 @@ import numpy as np
 import pandas as pd
 
 from ...errors import CannotDrive, InvalidRequest, quoted
+from ...folders import folder
 from ...given import instance, names, text
 from . import elements as e
-from .axle import Wheel, kinematics
+from .axle import AXES, Wheel, kinematics
+from .instant import ratio
 from .mechanism import Mechanism
 from .motion import Motion
+from .named_points import read_points, resolved
 from .transmission import transmission
 
 if TYPE_CHECKING:
@@ -41,7 +46,9 @@ SCALARS: dict[str, type] = {
     "joint": e.Joint, "travel": e.Travel, "length": e.Length, "angle": e.Angle, "guide": e.GuideCoordinate,
     "sum": e.Sum,
 }  # fmt: skip
-OTHERS = ("unit", "drive", "point", "wheel", "transmission", "fit", "title")
+OTHERS = ("unit", "axes", "drive", "point", "reading", "wheel", "transmission", "fit", "title", "hard_points")
+#: Folder of files that need hard points alone.
+TEMPLATES = folder("data") / "spatial" / "templates"
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,6 +64,9 @@ class Job:
     output: Mapping[str, Any]
     given: dict[str, Any]
     title: str = ""
+    readings: tuple[tuple[str, Any], ...] = ()
+    unused: tuple[str, ...] = ()
+    file: str = ""
 
     def drive(self, name: str) -> Any:
         """Return a drive by its name."""
@@ -112,7 +122,7 @@ class Job:
         held = {scalars[n]: None if v is None else v * factor[n] for n, v in hold.items()}
         return self.mechanism.sweep(values, hold=held, grid=grid)
 
-    def plot(self, motion: Motion, file: str | Path) -> Figure:
+    def plot(self, motion: Motion, file: str | Path | None = None) -> Figure:
         """Draw a motion with the wheel and the points of the file."""
         instance("motion", motion, Motion)
         points = {p.get("name", p["body"]): (p["body"], p["at"]) for p in self.points}
@@ -133,6 +143,7 @@ class Job:
             parts.append(
                 pd.DataFrame({f"{joint.body} [{'deg' if turns else unit}]": np.degrees(value) if turns else value})
             )
+        parts += [self._read(motion, name, scalar) for name, scalar in self.readings]
         if self.output:
             parts.append(
                 transmission(motion.by(motion.driven), self.output.get("output", ""), self.output.get("link", ""))
@@ -142,8 +153,23 @@ class Job:
             parts.append(kinematics(motion, self.wheel, steer, [self.drive(name) for name in self.spring]))
         whole = pd.concat([part.reset_index(drop=True) for part in parts], axis=1)
         whole = whole.loc[:, ~whole.columns.duplicated()]
-        whole.attrs["reasons"] = parts[-1].attrs.get("reasons", {})
+        whole.attrs["reasons"] = {k: v for part in parts for k, v in part.attrs.get("reasons", {}).items()}
         return whole.set_index([*parts[0].columns]) if motion.others else whole
+
+    def _read(self, motion: Motion, name: str, scalar: Any) -> pd.DataFrame:
+        """Return a scalar over a motion, and its ratio to the travel of the wheel, steering held."""
+        angular = motion.mechanism.scalar_function(scalar, motion.scalars)[0].angular
+        unit, factor = ("deg", np.degrees(1.0)) if angular else (self.mechanism.unit, 1.0)
+        columns = {f"{name} [{unit}]": motion.value(scalar) * factor}
+        if self.wheel:
+            up = e.Travel(self.wheel.carrier, self.wheel.centre, (0.0, 0.0, self.wheel.signs[2]))
+            rate, reason = ratio(motion, scalar, up, [self.drive(self.steer)] if self.steer else [])
+            heading = f"{name} ratio [{unit}/{self.mechanism.unit}]"
+            columns[heading] = rate * factor
+            table = pd.DataFrame(columns)
+            table.attrs["reasons"] = {heading: reason} if reason else {}
+            return table
+        return pd.DataFrame(columns)
 
     def _index(self, motion: Motion) -> pd.DataFrame:
         """Return the values of the drives, of several with their names in the file."""
@@ -158,8 +184,15 @@ class Job:
         return index
 
 
-def load(file: str | Path) -> Job:
-    """Read a mechanism from a TOML or JSON file.
+def load(file: str | Path, points: str | Path | None = None) -> Job:
+    """Read a mechanism from a TOML or JSON file, or from a template.
+
+    Parameters
+    ----------
+    file : path or str
+        Or the name of a template: double-wishbone, mcpherson, five-link, trailing-arm.
+    points : path, optional
+        Hard points in CSV, which replace those of the file by their names.
 
     Raises
     ------
@@ -169,6 +202,9 @@ def load(file: str | Path) -> Job:
         If what it holds is no mechanism.
     """
     instance("file", file, str | PathLike)
+    named = TEMPLATES / f"{file}.toml"
+    if not Path(file).exists() and Path(file).name == str(file) and named.exists():
+        file = named
     try:
         content = Path(file).expanduser().read_text("utf-8-sig")
     except (OSError, UnicodeDecodeError, RuntimeError, ValueError) as error:
@@ -177,7 +213,9 @@ def load(file: str | Path) -> Job:
         given = json.loads(content) if content.lstrip()[:1] == "{" else tomllib.loads(content)
     except (json.JSONDecodeError, tomllib.TOMLDecodeError, RecursionError) as error:
         raise InvalidRequest(f"{file} is neither TOML nor JSON: {error}") from None
-    return _job(given, str(file))
+    named_points = read_points(points, str(given.get("unit", "length"))) if points is not None else {}
+    given, unused = resolved(given, named_points, str(file))
+    return replace(_job(given, str(file)), unused=tuple(unused), file=str(file))
 
 
 def _job(given: dict[str, Any], file: str) -> Job:
@@ -190,7 +228,10 @@ def _job(given: dict[str, Any], file: str) -> Job:
         for i, one in enumerate(tables_in(given, kind, file))
     ]
     mechanism = Mechanism(elements, str(given.get("unit", "length")))
-    drives = _drives(table_in(given, "drive", file), file)
+    axes = str(given.get("axes", "ISO 8855"))
+    if axes not in AXES:
+        raise InvalidRequest(f"{file}: axes must be one of {', '.join(AXES)}, not {quoted(axes)}")
+    drives = _drives(table_in(given, "drive", file), file, (0.0, 0.0, AXES[axes][2]))
     points = tuple(tables_in(given, "point", file))
     for one in points:
         if not {"body", "at"} <= set(one):
@@ -201,12 +242,21 @@ def _job(given: dict[str, Any], file: str) -> Job:
     title = str(given.get("title", "")) or Path(file).stem.replace("_", " ")
     steer = str(wheel.pop("steer", ""))
     spring = names(f"{file}: spring of the wheel", wheel.pop("spring", ()))
+    if wheel:
+        wheel["axes"] = axes
     made = _made(Wheel, wheel, f"{file}: wheel") if wheel else None
-    return Job(mechanism, drives, points, made, steer, spring, table_in(given, "transmission", file), given, title)
+    readings = []
+    for one in tables_in(given, "reading", file):
+        scalar = str(one.get("scalar", ""))
+        if not drives.get(scalar) or set(one) - {"scalar", "name"}:
+            raise InvalidRequest(f"{file}: a reading needs the scalar of a drive, and may have a name")
+        readings.append((text(f"{file}: name of a reading", one.get("name", scalar)), drives[scalar]))
+    output = table_in(given, "transmission", file)
+    return Job(mechanism, drives, points, made, steer, spring, output, given, title, tuple(readings))
 
 
-def _drives(given: Mapping[str, Any], file: str) -> dict[str, Any]:
-    """Return scalars by the names of their tables; sums may name scalars that come later."""
+def _drives(given: Mapping[str, Any], file: str, up: tuple[float, ...]) -> dict[str, Any]:
+    """Return scalars by the names of their tables; sums may name scalars that come later, travel is upwards."""
     drives: dict[str, Any] = dict.fromkeys(given)
     for sums in (False, True):
         for name, one in given.items():
@@ -217,6 +267,8 @@ def _drives(given: Mapping[str, Any], file: str) -> dict[str, Any]:
             if (kind == "sum") is not sums:
                 continue
             fields = {k: v for k, v in one.items() if k != "kind"}
+            if kind == "travel":
+                fields.setdefault("along", up)
             if sums:
                 parts = names(f"{what}: of", fields.pop("of", ()))
                 unknown = next((part for part in parts if not drives.get(part)), None)
